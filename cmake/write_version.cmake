@@ -1,0 +1,19 @@
+find_program(GIT git)
+set(revision "unknown")
+if(GIT AND EXISTS ${SOURCE}/.git)
+  execute_process(COMMAND ${GIT} -C ${SOURCE} describe --always --dirty --abbrev=12 --exclude=*
+                  OUTPUT_VARIABLE revision OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET RESULT_VARIABLE rc)
+  if(rc)
+    set(revision "unknown")
+  endif()
+endif()
+string(STRIP "${FLAGS}" FLAGS)
+file(WRITE ${OUT}.new "#pragma once
+#define TOUCHFIELD_VERSION \"${VERSION}\"
+#define TOUCHFIELD_REVISION \"${revision}\"
+#define TOUCHFIELD_COMPILER \"${COMPILER}\"
+#define TOUCHFIELD_FLAGS \"${FLAGS}\"
+#define TOUCHFIELD_BUILD_TYPE \"${BUILD_TYPE}\"
+")
+execute_process(COMMAND ${CMAKE_COMMAND} -E copy_if_different ${OUT}.new ${OUT})
+file(REMOVE ${OUT}.new)

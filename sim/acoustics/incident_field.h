@@ -1,0 +1,28 @@
+#pragma once
+
+#include "sim/acoustics/transducer_array.h"
+
+namespace touchfield {
+
+/// Incident pressure of every channel at unit drive at every point, the matrix G.
+///
+///   G(j, n) = a_n d(theta_jn) exp(i k r_jn) / r_jn      (plane wave: a exp(i k axis.x_j))
+///
+/// points    3 x J [m], none on a transducer
+/// returns   J x N [Pa]
+Eigen::MatrixXcd incident_matrix(const TransducerArray& array, const Wave& wave, const Points& points);
+
+/// Derivative of the incident pressure along a direction at each point, dG/dn [Pa/m].
+///
+/// directions   3 x J unit vectors
+Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const Wave& wave, const Points& points,
+                                            const Points& directions);
+
+/// Incident pressure of a driven array, G q, without forming G.
+///
+/// drive     N x S: complex drives q_n (amplitude 0..1 times exp(i phi)), one column a solution
+/// returns   J x S [Pa]
+Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
+                                   const Eigen::MatrixXcd& drive);
+
+}  // namespace touchfield

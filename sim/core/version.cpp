@@ -1,0 +1,40 @@
+#include "sim/core/version.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+
+#include "version_data.h"
+
+namespace touchfield {
+
+BuildInfo build_info() {
+  return {TOUCHFIELD_VERSION, TOUCHFIELD_REVISION, TOUCHFIELD_COMPILER, TOUCHFIELD_FLAGS, TOUCHFIELD_BUILD_TYPE};
+}
+
+std::string machine_description() {
+  std::string host(256, '\0');
+  host = gethostname(host.data(), host.size() - 1) == 0 ? std::string(host.c_str()) : "unknown host";
+  std::string processor = "unknown processor";
+  std::ifstream cpuinfo("/proc/cpuinfo");
+  for (std::string line; std::getline(cpuinfo, line);) {
+    const auto colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) {
+      processor = line.substr(colon + 2);
+      break;
+    }
+  }
+  return fmt::format("{}, {}, {} logical cores", host, processor, std::thread::hardware_concurrency());
+}
+
+std::string utc_now() {
+  const auto now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(now));
+}
+
+}  // namespace touchfield

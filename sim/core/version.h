@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+
+namespace touchfield {
+
+/// What this binary is; written into every result file.
+struct BuildInfo {
+  std::string version;     // of the project, e.g. 0.1.0
+  std::string revision;    // git revision of the sources, "-dirty" if they differed from it
+  std::string compiler;    // name and version
+  std::string flags;       // of the build type
+  std::string build_type;  // Release, Debug, ...
+};
+
+BuildInfo build_info();
+
+/// Host name, processor and core count of the machine this runs on, in one line.
+std::string machine_description();
+
+/// The present time in UTC, ISO 8601 to the second.
+std::string utc_now();
+
+}  // namespace touchfield

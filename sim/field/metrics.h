@@ -1,0 +1,44 @@
+#pragma once
+
+#include <limits>
+#include <string>
+#include <vector>
+
+namespace touchfield {
+
+inline constexpr double kNotComputed = std::numeric_limits<double>::quiet_NaN();
+
+/// What a method reached. docs/metrics.md defines each; NaN where not computed.
+struct Metrics {
+  double relative_error = kNotComputed;      // after the best scale
+  double relative_error_raw = kNotComputed;  // at scale 1
+  double scale = kNotComputed;               // the best scale
+  double correlation = kNotComputed;
+  double leakage = kNotComputed;             // share of sum A |p|^2 outside the target
+  double mean_inside_pa = kNotComputed;
+  double cv_inside = kNotComputed;           // standard deviation over mean of |p| inside
+  double width_mm = kNotComputed;
+  double width_wanted_mm = kNotComputed;
+  double peak_pa = kNotComputed;
+  double force_target_n = kNotComputed;
+  double force_elsewhere_n = kNotComputed;
+  double cost = kNotComputed;                // the method's own, at its end
+  double cost_bound = kNotComputed;
+  double optimality_gap = kNotComputed;
+  double iterations = kNotComputed;
+  double seconds_solve = kNotComputed;
+  double seconds_total = kNotComputed;
+  double judge_difference = kNotComputed;
+};
+
+/// A metric's name as results spell it, its unit ("1" if none) and where it is kept.
+struct MetricField {
+  const char* name;
+  const char* unit;
+  double Metrics::*value;
+};
+
+/// Every metric in the order of the results' columns. (`status` is text and kept with the solution.)
+const std::vector<MetricField>& metric_fields();
+
+}  // namespace touchfield

@@ -1,0 +1,93 @@
+#include "sim/mesh/triangle_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+void require_finite(const Points& vertices) {
+  Eigen::Index bad = 0;
+  Eigen::Index first = -1;
+  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+    if (!vertices.col(v).allFinite()) {
+      first = bad++ == 0 ? v : first;
+    }
+  }
+  if (bad > 0) {
+    throw InputError(fmt::format("mesh: {} of {} vertices have a coordinate that is not a finite number, the first is vertex {}",
+                                 bad, vertices.cols(), first));
+  }
+}
+
+void require_indices(const Triangles& triangles, Eigen::Index vertex_count) {
+  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
+    if (triangles.col(f).minCoeff() < 0 || triangles.col(f).maxCoeff() >= vertex_count) {
+      throw InputError(fmt::format("mesh: face {} names a vertex outside 0..{}", f, vertex_count - 1));
+    }
+  }
+}
+
+}  // namespace
+
+TriangleMesh::TriangleMesh(Points vertices, Triangles triangles)
+    : vertices_(std::move(vertices)), triangles_(std::move(triangles)) {
+  const Eigen::Index faces = triangles_.cols();
+  if (faces == 0) {
+    throw InputError("mesh: it has no triangle");
+  }
+  require_finite(vertices_);
+  require_indices(triangles_, vertices_.cols());
+
+  centroids_.resize(3, faces);
+  normals_.resize(3, faces);
+  areas_.resize(faces);
+  constexpr double kDegenerate = 1e-12;  // area over longest edge squared; single-precision files stay above 1e-7
+  Eigen::Index degenerate = 0;
+  Eigen::Index first = -1;
+  for (Eigen::Index f = 0; f < faces; ++f) {
+    const Vector3 a = corner(f, 0);
+    const Vector3 b = corner(f, 1);
+    const Vector3 c = corner(f, 2);
+    const Vector3 twice_area = (b - a).cross(c - a);
+    const double longest = std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+    areas_(f) = 0.5 * twice_area.norm();
+    centroids_.col(f) = (a + b + c) / 3.0;
+    normals_.col(f) = twice_area / (2.0 * areas_(f));
+    if (!(areas_(f) > kDegenerate * longest)) {
+      first = degenerate++ == 0 ? f : first;
+    }
+  }
+  if (degenerate > 0) {
+    const Vector3 at = centroids_.col(first) * 1e3;
+    throw InputError(fmt::format("mesh: {} degenerate faces (no area), the first is face {} at ({:.2f}, {:.2f}, {:.2f}) mm",
+                                 degenerate, first, at.x(), at.y(), at.z()));
+  }
+}
+
+double TriangleMesh::signed_volume() const {
+  // About the mean vertex, so that a body far from the origin loses no digits.
+  const Vector3 origin = vertices_.rowwise().mean();
+  return (centroids_.colwise() - origin).cwiseProduct(normals_).colwise().sum().dot(areas_) / 3.0;
+}
+
+double TriangleMesh::mean_edge() const {
+  return std::sqrt(areas_.mean() * 4.0 / std::sqrt(3.0));
+}
+
+TriangleMesh transformed(const TriangleMesh& mesh, const Eigen::Matrix3d& rotation, const Vector3& translation) {
+  return {(rotation * mesh.vertices()).colwise() + translation, mesh.triangles()};
+}
+
+double edges_per_wavelength(const TriangleMesh& mesh, double wavelength) {
+  return wavelength / mesh.mean_edge();
+}
+
+}  // namespace touchfield

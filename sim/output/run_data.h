@@ -1,0 +1,66 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/acoustics/transducer_array.h"
+#include "sim/field/field_grid.h"
+#include "sim/field/metrics.h"
+#include "sim/mesh/triangle_mesh.h"
+#include "sim/rendering/target.h"
+#include "solvers/phase/phase_solution.h"
+
+namespace touchfield {
+
+/// What one method found and how it was judged.
+struct MethodResult {
+  std::string name;    // unique in a run
+  std::string method;  // paper, unscattered, focus, fixed
+  std::string scheme;  // of the boundary elements
+  PhaseSolution solution;
+  Eigen::VectorXcd pressure;  // M, on the solving mesh [Pa]
+  Metrics metrics;
+  std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
+};
+
+/// The field on one grid.
+struct FieldResult {
+  FieldGrid grid;
+  std::vector<unsigned char> inside;                         // 1 inside a body; the pressure there is 0
+  std::vector<std::pair<std::string, Eigen::VectorXcd>> pressure;  // method name -> total pressure [Pa]
+};
+
+/// Where a run came from.
+struct Provenance {
+  std::string version;
+  std::string revision;
+  std::string compiler;
+  std::string flags;
+  std::string machine;
+  int threads = 0;
+  std::string seeds;         // "name=value" separated by spaces, empty if no seed was used
+  std::string command_line;
+  std::string start;         // UTC, ISO 8601
+  std::string end;           // empty while the run goes on
+  std::string scene_hash;    // of the resolved scene text
+};
+
+/// Everything a run computed; grows as the run goes on.
+struct Run {
+  std::string name;
+  std::string scene;               // resolved YAML text
+  TriangleMesh mesh;               // in the world's frame
+  TransducerArray array;
+  std::optional<Target> target;
+  bool judged = false;             // the solving model's own pressures are the judge's
+  std::vector<MethodResult> methods;
+  std::vector<FieldResult> fields;
+  std::vector<std::pair<std::string, double>> seconds;     // stage of the whole run -> seconds
+  std::vector<std::string> warnings;
+  Provenance provenance;
+  bool complete = false;
+};
+
+}  // namespace touchfield

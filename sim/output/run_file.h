@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+
+#include "sim/output/run_data.h"
+
+namespace touchfield {
+
+/// Version of the layout of run.h5; docs/run-file.md describes it.
+inline constexpr int kRunFormatVersion = 1;
+
+/// Writes a run as HDF5. The file appears under `path` whole or not at all (temporary name, flush, rename); an older
+/// one is replaced. Groups that were not computed are absent.
+///
+/// throws   IoError naming the path and the system's reason
+void write_run_file(const std::string& path, const Run& run);
+
+/// Reads a run back, as much of it as the file holds.
+///
+/// throws   InputError if the file is missing, no HDF5, no touchfield run, or of a newer format version;
+///          IoError if it is damaged
+Run read_run_file(const std::string& path);
+
+/// Name, methods with their metrics, mesh and array sizes and provenance of a run file as text for a person.
+std::string describe_run(const Run& run);
+
+/// metrics.csv: a header line and a line a method: name, method, scheme, every metric, status. NaN is written as "nan".
+/// Whole or not at all.
+void write_metrics_csv(const std::string& path, const Run& run);
+
+/// Writes text to a file, whole or not at all.
+void write_text_file(const std::string& path, const std::string& text);
+
+}  // namespace touchfield

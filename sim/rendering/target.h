@@ -1,0 +1,41 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// A virtual box in space. Its width axis is its own x, its depth axis its own z.
+struct TargetBox {
+  Vector3 centre;                                               // [m]
+  Vector3 size;                                                 // side lengths along its own axes [m]
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();       // own axes as columns
+};
+
+enum class TargetProfile {
+  kUniform,      // the same pressure on every face in a box
+  kPenetration,  // proportional to the depth below the face through which the skin enters
+};
+
+/// The faces to press on and the wanted pressure amplitude on each.
+struct Target {
+  std::vector<Eigen::Index> faces;  // K, ascending
+  Eigen::VectorXd amplitudes;       // K [Pa], > 0 except where a penetration is 0
+  std::vector<int> box;             // K: which box a face belongs to, the first that holds it
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(faces.size()); }
+};
+
+/// Faces whose centroid lies in a box.
+///
+///   uniform:      p' = pressure
+///   penetration:  p' = pressure depth / max depth; depth is measured along the box's depth axis from the box face
+///                 through which the skin enters, the one opposite to the mean outward normal of the faces in that box
+///
+/// pressure   [Pa], > 0
+/// throws     InputError if a box holds no face (with the distance to the nearest), or the boxes hold every face
+Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
+                   double pressure);
+
+}  // namespace touchfield

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/scene/scene.h"
+
+namespace touchfield {
+
+/// Reads and checks a scene file.
+///
+/// overrides   "key.path=value" as --set takes them, value in YAML; a list element is named by its number from 0
+/// returns     the scene, paths in it resolved against the scene file's folder
+/// throws      InputError whose message lists every problem, one a line, as `file:line:column: path: what, rule`
+///             (a problem in an override: `--set key.path: ...`)
+Scene read_scene(const std::string& path, const std::vector<std::string>& overrides);
+
+/// The scene as YAML text with every default written out; read back it gives the same scene.
+std::string resolved_yaml(const Scene& scene);
+
+/// The schema, made from the reader's own table: a Markdown page, a JSON Schema for editors, and a template scene in
+/// which every key is explained.
+std::string schema_markdown();
+std::string schema_json();
+std::string template_scene();
+
+}  // namespace touchfield
