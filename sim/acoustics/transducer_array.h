@@ -1,6 +1,6 @@
 #pragma once
 
-#include <string>
+#include <vector>
 
 #include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"

@@ -38,4 +38,7 @@ struct Target {
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
                    double pressure);
 
+/// The target face nearest to the target's area centroid: where a single focus belongs.
+Eigen::Index central_face(const TriangleMesh& mesh, const Target& target);
+
 }  // namespace touchfield

@@ -26,4 +26,13 @@ struct PhaseSolution {
   PhaseStatus status = PhaseStatus::kDirect;
 };
 
+/// Phases brought to 0 <= phase < 2 pi.
+Eigen::VectorXd wrapped(const Eigen::VectorXd& phases);
+
+/// Phases [rad] that were not iterated for, at full drive.
+PhaseSolution direct_solution(const Eigen::VectorXd& phases);
+
+/// The complex drives q.
+Eigen::VectorXcd drive(const PhaseSolution& solution);
+
 }  // namespace touchfield

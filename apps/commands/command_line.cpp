@@ -1,0 +1,32 @@
+#include "apps/commands/command_line.h"
+
+#include <omp.h>
+
+namespace touchfield {
+
+int apply_threads(const CommonFlags& flags) {
+  if (flags.threads > 0) {
+    omp_set_num_threads(flags.threads);  // the OpenMP flavour of OpenBLAS follows
+  }
+  return omp_get_max_threads();
+}
+
+std::string joined_command_line(int argc, char** argv) {
+  std::string line;
+  for (int i = 0; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$*?[]{}()<>|&;#~`!") == std::string::npos;
+    std::string quoted = word;
+    if (!plain) {
+      quoted = "'";
+      for (const char c : word) {
+        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+      }
+      quoted += "'";
+    }
+    line += (i > 0 ? " " : "") + quoted;
+  }
+  return line;
+}
+
+}  // namespace touchfield

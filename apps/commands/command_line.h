@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+namespace touchfield {
+
+/// Flags that every command takes.
+struct CommonFlags {
+  int threads = 0;     // 0: as many as the machine offers (or OMP_NUM_THREADS)
+  bool quiet = false;  // errors and results only
+  bool json = false;   // results as JSON on standard output
+};
+
+/// Sets the number of threads of our loops and of OpenBLAS; returns the number in use.
+int apply_threads(const CommonFlags& flags);
+
+/// The command as it was typed, for provenance.
+std::string joined_command_line(int argc, char** argv);
+
+}  // namespace touchfield

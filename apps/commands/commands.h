@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/commands/command_line.h"
+#include "sim/mesh/hand.h"
+
+namespace touchfield {
+
+struct RunCommand {
+  std::string scene;
+  std::string output;                   // empty: results/runs/NAME-NNNN
+  std::vector<std::string> overrides;   // key.path=value
+  bool force = false;
+  std::string command_line;
+};
+
+struct CheckCommand {
+  std::string scene;
+  std::vector<std::string> overrides;
+  bool resolved = false;
+};
+
+struct HandCommand {
+  std::string output;
+  HandOptions options;
+  double unit = 1e-3;  // metres per file unit
+};
+
+/// Each command prints its results on standard output and returns the exit code; errors are thrown.
+int run_command(const RunCommand& command, const CommonFlags& flags);
+int check_command(const CheckCommand& command, const CommonFlags& flags);
+int info_command(const std::string& path, const CommonFlags& flags);
+int hand_command(const HandCommand& command, const CommonFlags& flags);
+int schema_command(const std::string& format);
+
+}  // namespace touchfield

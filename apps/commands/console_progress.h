@@ -1,0 +1,43 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <spdlog/logger.h>
+
+#include "sim/core/progress.h"
+
+namespace touchfield {
+
+/// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in a
+/// log file if there is one.
+class ConsoleProgress : public Progress {
+ public:
+  /// quiet   show warnings only
+  explicit ConsoleProgress(bool quiet);
+  ~ConsoleProgress() override;
+
+  /// From now on every line also goes to this file.
+  /// throws   IoError if it cannot be opened
+  void log_to(const std::string& path);
+
+  void begin(std::string_view what) override;
+  void advance(double fraction) override;
+  void end(double seconds) override;
+  void warn(std::string_view message) override;
+
+  /// A line that is no stage.
+  void say(std::string_view line);
+
+ private:
+  void clear_bar();
+
+  bool quiet_;
+  bool terminal_;
+  bool bar_shown_ = false;
+  int shown_percent_ = -1;
+  std::string stage_;
+  std::shared_ptr<spdlog::logger> log_;
+};
+
+}  // namespace touchfield

@@ -1,0 +1,31 @@
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/run_json.h"
+#include "sim/output/run_file.h"
+
+namespace touchfield {
+
+int info_command(const std::string& path, const CommonFlags& flags) {
+  const Run run = read_run_file(std::filesystem::is_directory(path) ? path + "/run.h5" : path);
+  if (!flags.json) {
+    fmt::print("{}", describe_run(run));
+    return 0;
+  }
+  const nlohmann::ordered_json json = {{"name", run.name},
+                                       {"complete", run.complete},
+                                       {"faces", run.mesh.face_count()},
+                                       {"channels", run.array.size()},
+                                       {"target_faces", run.target ? run.target->size() : 0},
+                                       {"methods", methods_json(run)},
+                                       {"version", run.provenance.version},
+                                       {"revision", run.provenance.revision},
+                                       {"command_line", run.provenance.command_line},
+                                       {"scene_hash", run.provenance.scene_hash}};
+  fmt::print("{}\n", json.dump(2));
+  return 0;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,119 @@
+#include <cmath>
+#include <memory>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
+#include "apps/commands/interrupt_guard.h"
+#include "apps/commands/run_json.h"
+#include "sim/core/errors.h"
+#include "sim/core/version.h"
+#include "sim/run/check.h"
+#include "sim/run/pipeline.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+std::string number(double value, const char* format) {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
+}
+
+std::string methods_table(const Run& run) {
+  std::string table = fmt::format("{:<20} {:>8} {:>9} {:>9} {:>9} {:>11} {:>10} {:>8}  {}\n", "method", "error", "width mm",
+                                  "(wanted)", "leakage", "mean in Pa", "force mN", "solve s", "status");
+  for (const MethodResult& method : run.methods) {
+    const Metrics& m = method.metrics;
+    table += fmt::format("{:<20} {:>8} {:>9} {:>9} {:>9} {:>11} {:>10} {:>8}  {}\n", method.name,
+                         number(m.relative_error, "{:.4f}"), number(m.width_mm, "{:.2f}"),
+                         number(m.width_wanted_mm, "{:.2f}"), number(m.leakage, "{:.3f}"),
+                         number(m.mean_inside_pa, "{:.0f}"), number(1e3 * m.force_target_n, "{:.3f}"),
+                         number(m.seconds_solve, "{:.2f}"), to_string(method.solution.status));
+  }
+  return table;
+}
+
+nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
+  nlohmann::ordered_json seconds = nlohmann::ordered_json::object();
+  for (const auto& [stage, value] : run.seconds) {
+    seconds[stage] = value;
+  }
+  return {{"name", run.name},       {"directory", directory}, {"faces", run.mesh.face_count()},
+          {"channels", run.array.size()}, {"methods", methods_json(run)}, {"seconds", seconds},
+          {"warnings", run.warnings}};
+}
+
+std::shared_ptr<RunDirectory> claim(const RunCommand& command, const std::string& name) {
+  return std::make_shared<RunDirectory>(command.output.empty() ? RunDirectory::next_free("results/runs", name)
+                                                               : RunDirectory::at(command.output, command.force));
+}
+
+/// What an interrupt has to close: nothing until a directory is claimed.
+struct OpenRun {
+  std::mutex mutex;
+  std::shared_ptr<RunDirectory> directory;
+};
+
+void close_on_interrupt(const std::shared_ptr<OpenRun>& open) {
+  handle_interrupts([open](const char* signal_name) {
+    const std::lock_guard lock(open->mutex);
+    if (open->directory) {
+      open->directory->fail(fmt::format("interrupted by {}", signal_name));
+      fmt::print(stderr, "\ntouchfield: interrupted; {} says which methods are finished and which are missing\n",
+                 open->directory->file("failed.json"));
+    } else {
+      fmt::print(stderr, "\ntouchfield: interrupted before anything was written\n");
+    }
+  });
+}
+
+}  // namespace
+
+int run_command(const RunCommand& command, const CommonFlags& flags) {
+  block_interrupts();
+  const auto open = std::make_shared<OpenRun>();
+  close_on_interrupt(open);
+  const int threads = apply_threads(flags);
+  ConsoleProgress progress(flags.quiet || flags.json);
+  // All that can be wrong with the input is found before the output directory exists.
+  const Scene scene = read_scene(command.scene, command.overrides);
+  const Model model = build_model(scene);
+  const CheckReport report = check_model(scene, model);
+  require_memory(report);
+
+  {
+    const std::lock_guard lock(open->mutex);
+    open->directory = claim(command, scene.name);
+  }
+  RunDirectory& directory = *open->directory;
+  try {
+    progress.log_to(directory.file("run.log"));
+    progress.say(fmt::format("touchfield {} ({}): scene {}, {} threads", build_info().version, build_info().revision,
+                             scene.name, threads));
+    progress.say(fmt::format("  {} faces, {:.2f} edges a wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
+                             report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,
+                             report.memory_mib / 1024.0));
+    const Run run = run_scene(scene, model, {command.command_line, threads}, directory, progress);
+    progress.say(fmt::format("results in {}", directory.path()));
+    if (flags.json) {
+      fmt::print("{}\n", run_json(run, directory.path()).dump(2));
+    } else {
+      fmt::print("{}{}", methods_table(run), flags.quiet ? directory.path() + "\n" : "");
+    }
+    const std::lock_guard lock(open->mutex);
+    open->directory.reset();  // complete: an interrupt from here on finds nothing to close
+    return 0;
+  } catch (const std::exception& error) {
+    try {
+      directory.fail(error.what());
+    } catch (const IoError& record_error) {  // the disk may be full; the first error is the one to report
+      progress.warn(record_error.what());
+    }
+    throw;
+  }
+}
+
+}  // namespace touchfield

@@ -1,0 +1,137 @@
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <new>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/interrupt_guard.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/core/version.h"
+
+namespace {
+
+using touchfield::CommonFlags;
+
+constexpr int kFailed = 1;
+constexpr int kBadInput = 2;
+constexpr int kNotBuilt = 3;
+
+void add_common(CLI::App* command, CommonFlags& flags) {
+  command->add_option("--threads", flags.threads, "Number of threads; default: all cores, or OMP_NUM_THREADS")
+      ->check(CLI::Range(1, 4096));
+  command->add_flag("--quiet", flags.quiet, "Show results, warnings and errors only");
+  command->add_flag("--json", flags.json, "Print results as JSON");
+}
+
+void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& overrides) {
+  command->add_option("SCENE", scene, "Scene file (YAML)")->required();
+  command->add_option("--set", overrides, "Change a key of the scene: key.path=value, value in YAML; may be repeated")
+      ->take_all()
+      ->expected(1);
+}
+
+std::string version_line() {
+  const touchfield::BuildInfo build = touchfield::build_info();
+  return fmt::format("touchfield {} ({})\n{}, {} build, flags {}", build.version, build.revision, build.compiler,
+                     build.build_type, build.flags);
+}
+
+/// What the command line asks for, run after it has been parsed as a whole.
+int dispatch(int argc, char** argv) {
+  CLI::App app("Mid-air ultrasound haptics: transducer phases that press a wanted pattern on the skin of a hand.\n"
+               "Exit codes: 0 ok, 1 failed, 2 bad input, 3 not built in, 4 device.",
+               "touchfield");
+  app.set_version_flag("--version", version_line());
+  app.require_subcommand(1);
+  CommonFlags flags;
+
+  touchfield::RunCommand run;
+  CLI::App* run_app = app.add_subcommand("run", "Compute a scene and write its results");
+  add_scene(run_app, run.scene, run.overrides);
+  run_app->add_option("-o,--output", run.output, "Output directory; default: results/runs/NAME-NNNN, the next free number");
+  run_app->add_flag("--force", run.force, "Replace the run that the output directory holds");
+  add_common(run_app, flags);
+
+  touchfield::CheckCommand check;
+  CLI::App* check_app = app.add_subcommand("check", "Say what a scene would build and cost, without running it");
+  add_scene(check_app, check.scene, check.overrides);
+  check_app->add_flag("--resolved", check.resolved, "Print the scene with every default written out");
+  add_common(check_app, flags);
+
+  std::string run_file;
+  CLI::App* info_app = app.add_subcommand("info", "Describe a run.h5");
+  info_app->add_option("RUN", run_file, "run.h5, or the directory that holds it")->required();
+  add_common(info_app, flags);
+
+  touchfield::HandCommand hand;
+  double breadth_mm = 88.3;
+  double length_mm = 193.3;
+  double edge_mm = 3.0;
+  const std::map<std::string, double> units = {{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}};
+  const std::map<std::string, touchfield::HandSide> sides = {{"right", touchfield::HandSide::kRight},
+                                                             {"left", touchfield::HandSide::kLeft}};
+  CLI::App* hand_app = app.add_subcommand("hand", "Write the built-in hand as a mesh file (STL, OBJ or PLY)");
+  hand_app->add_option("-o,--output", hand.output, "Mesh file; its ending names the format")->required();
+  hand_app->add_option("--pose", hand.options.pose, "Pose")->check(CLI::IsMember(touchfield::hand_poses()))->capture_default_str();
+  hand_app->add_option("--breadth-mm", breadth_mm, "Hand breadth [mm]")->capture_default_str();
+  hand_app->add_option("--length-mm", length_mm, "Hand length [mm]")->capture_default_str();
+  hand_app->add_option("--side", hand.options.side, "right or left")->transform(CLI::CheckedTransformer(sides));
+  hand_app->add_option("--edge-mm", edge_mm, "Edge length [mm]")->capture_default_str();
+  hand_app->add_option("--unit", hand.unit, "Unit of the file: mm (default), cm or m")->transform(CLI::CheckedTransformer(units));
+  add_common(hand_app, flags);
+
+  std::string schema_format = "markdown";
+  CLI::App* schema_app = app.add_subcommand("schema", "Print the schema of scene files");
+  schema_app->add_option("--format", schema_format, "markdown, json (for editors) or template (a scene with every key)")
+      ->check(CLI::IsMember({"markdown", "json", "template"}))
+      ->capture_default_str();
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kBadInput;
+  }
+  if (run_app->parsed()) {
+    run.command_line = touchfield::joined_command_line(argc, argv);
+    return touchfield::run_command(run, flags);
+  }
+  if (check_app->parsed()) {
+    return touchfield::check_command(check, flags);
+  }
+  if (info_app->parsed()) {
+    return touchfield::info_command(run_file, flags);
+  }
+  if (hand_app->parsed()) {
+    hand.options.breadth = breadth_mm * touchfield::kMillimetre;
+    hand.options.length = length_mm * touchfield::kMillimetre;
+    hand.options.edge = edge_mm * touchfield::kMillimetre;
+    return touchfield::hand_command(hand, flags);
+  }
+  return touchfield::schema_command(schema_format);
+}
+
+int report(const std::string& message, int code) {
+  fmt::print(stderr, "touchfield: error: {}\n", message);
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    return dispatch(argc, argv);
+  } catch (const touchfield::InputError& error) {
+    return report(error.what(), kBadInput);
+  } catch (const touchfield::NotBuiltError& error) {
+    return report(error.what(), kNotBuilt);
+  } catch (const std::bad_alloc&) {
+    return report("out of memory; choose a larger body.edge_mm", kFailed);
+  } catch (const std::exception& error) {
+    return report(error.what(), kFailed);
+  }
+}

@@ -1,0 +1,154 @@
+#include "sim/acoustics/transducer_array.h"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+// An AUTD3 board. Source: the AUTD3 library's geometry.
+constexpr int kAutd3CountX = 18;
+constexpr int kAutd3CountY = 14;
+constexpr double kAutd3BoardX = 192.0e-3;  // [m]
+constexpr double kAutd3BoardY = 151.4e-3;  // [m]
+
+bool is_autd3_hole(int x, int y) {
+  return y == 1 && (x == 1 || x == 2 || x == 16);
+}
+
+void require_pitch(double pitch) {
+  if (!(pitch > 0) || !std::isfinite(pitch)) {
+    throw InputError(fmt::format("array: pitch = {} m must be > 0", pitch));
+  }
+}
+
+void require_counts(int count_x, int count_y) {
+  if (count_x < 1 || count_y < 1) {
+    throw InputError(fmt::format("array: counts = {} x {} must be >= 1", count_x, count_y));
+  }
+}
+
+ArrayLayout flat_layout(const Points& positions) {
+  const Eigen::Index n = positions.cols();
+  return {positions, Vector3::UnitZ().replicate(1, n), Eigen::VectorXi::Zero(n),
+          Eigen::VectorXi::LinSpaced(n, 0, static_cast<int>(n) - 1)};
+}
+
+}  // namespace
+
+ArrayLayout grid_layout(int count_x, int count_y, double pitch) {
+  require_counts(count_x, count_y);
+  require_pitch(pitch);
+  Points positions(3, static_cast<Eigen::Index>(count_x) * count_y);
+  Eigen::Index n = 0;
+  for (int y = 0; y < count_y; ++y) {
+    for (int x = 0; x < count_x; ++x) {
+      positions.col(n++) = pitch * Vector3(x - 0.5 * (count_x - 1), y - 0.5 * (count_y - 1), 0.0);
+    }
+  }
+  return flat_layout(positions);
+}
+
+ArrayLayout autd3_unit(double pitch) {
+  require_pitch(pitch);
+  Points positions(3, kAutd3CountX * kAutd3CountY);
+  Eigen::Index n = 0;
+  for (int y = 0; y < kAutd3CountY; ++y) {
+    for (int x = 0; x < kAutd3CountX; ++x) {
+      if (!is_autd3_hole(x, y)) {
+        positions.col(n++) = pitch * Vector3(x, y, 0.0);
+      }
+    }
+  }
+  return flat_layout(positions.leftCols(n));
+}
+
+ArrayLayout autd3_tiles(int count_x, int count_y, double pitch) {
+  require_counts(count_x, count_y);
+  const ArrayLayout unit = autd3_unit(pitch);
+  // The transducer grid sits in the middle of its board.
+  const Vector3 grid_centre(0.5 * pitch * (kAutd3CountX - 1), 0.5 * pitch * (kAutd3CountY - 1), 0.0);
+  std::vector<ArrayLayout> units;
+  for (int y = 0; y < count_y; ++y) {
+    for (int x = 0; x < count_x; ++x) {
+      const Vector3 board_centre(kAutd3BoardX * (x - 0.5 * (count_x - 1)), kAutd3BoardY * (y - 0.5 * (count_y - 1)), 0.0);
+      units.push_back(transformed(unit, Eigen::Matrix3d::Identity(), board_centre - grid_centre));
+    }
+  }
+  return joined(units);
+}
+
+ArrayLayout sonicsurface_layout() {
+  return grid_layout(16, 16, 10.5e-3);
+}
+
+ArrayLayout transformed(const ArrayLayout& layout, const Eigen::Matrix3d& rotation, const Vector3& translation) {
+  return {(rotation * layout.positions).colwise() + translation, rotation * layout.axes, layout.device, layout.channel};
+}
+
+ArrayLayout joined(const std::vector<ArrayLayout>& layouts) {
+  Eigen::Index total = 0;
+  for (const ArrayLayout& layout : layouts) {
+    total += layout.positions.cols();
+  }
+  ArrayLayout all{Points(3, total), Points(3, total), Eigen::VectorXi(total), Eigen::VectorXi(total)};
+  Eigen::Index at = 0;
+  int next_device = 0;
+  for (const ArrayLayout& layout : layouts) {
+    const Eigen::Index n = layout.positions.cols();
+    all.positions.middleCols(at, n) = layout.positions;
+    all.axes.middleCols(at, n) = layout.axes;
+    all.device.segment(at, n) = layout.device.array() + next_device;
+    all.channel.segment(at, n) = layout.channel;
+    next_device += n > 0 ? layout.device.maxCoeff() + 1 : 0;
+    at += n;
+  }
+  return all;
+}
+
+TransducerArray make_array(const ArrayLayout& layout, const Directivity& directivity, double level,
+                           double source_strength) {
+  if (layout.positions.cols() == 0) {
+    throw InputError("array: it has no transducer");
+  }
+  if (!(level > 0 && level <= 1)) {
+    throw InputError(fmt::format("array.level = {} must be > 0 and <= 1", level));
+  }
+  if (!(source_strength > 0) || !std::isfinite(source_strength)) {
+    throw InputError(fmt::format("array.source_pa_m = {} must be > 0", source_strength));
+  }
+  for (Eigen::Index n = 0; n < layout.axes.cols(); ++n) {
+    if (!(std::abs(layout.axes.col(n).norm() - 1.0) < 1e-9)) {
+      throw InputError(fmt::format("array: the axis of transducer {} has length {}, it must be 1", n, layout.axes.col(n).norm()));
+    }
+  }
+  return {TransducerArray::Kind::kTransducers,
+          layout.positions,
+          layout.axes,
+          Eigen::VectorXd::Constant(layout.positions.cols(), level * source_strength),
+          directivity,
+          layout.device,
+          layout.channel};
+}
+
+TransducerArray plane_wave(const Vector3& direction, double amplitude) {
+  if (!(std::abs(direction.norm() - 1.0) < 1e-9)) {
+    throw InputError(fmt::format("plane_wave: its direction has length {}, it must be 1", direction.norm()));
+  }
+  if (!(amplitude > 0) || !std::isfinite(amplitude)) {
+    throw InputError(fmt::format("plane_wave.amplitude_pa = {} must be > 0", amplitude));
+  }
+  return {TransducerArray::Kind::kPlaneWave,
+          Points::Zero(3, 1),
+          direction,
+          Eigen::VectorXd::Constant(1, amplitude),
+          Directivity::omni(),
+          Eigen::VectorXi::Zero(1),
+          Eigen::VectorXi::Zero(1)};
+}
+
+}  // namespace touchfield

@@ -1,0 +1,95 @@
+#include "sim/bem/element_integrals.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+#include "sim/bem/kernel.h"
+
+namespace touchfield {
+
+namespace {
+
+struct QuadraturePoint {
+  double weight;  // of the triangle's area
+  double u;
+  double v;  // barycentric coordinates of corners b and c
+};
+
+/// Radon's 7-point rule, exact for polynomials of degree 5.
+const std::array<QuadraturePoint, 7>& radon_rule() {
+  static const std::array<QuadraturePoint, 7> rule = [] {
+    const double root = std::sqrt(15.0);
+    const double w1 = (155.0 - root) / 1200.0;
+    const double w2 = (155.0 + root) / 1200.0;
+    const double s1 = (6.0 - root) / 21.0;
+    const double s2 = (6.0 + root) / 21.0;
+    return std::array<QuadraturePoint, 7>{{{9.0 / 40.0, 1.0 / 3.0, 1.0 / 3.0},
+                                           {w1, s1, s1},
+                                           {w1, 1.0 - 2.0 * s1, s1},
+                                           {w1, s1, 1.0 - 2.0 * s1},
+                                           {w2, s2, s2},
+                                           {w2, 1.0 - 2.0 * s2, s2},
+                                           {w2, s2, 1.0 - 2.0 * s2}}};
+  }();
+  return rule;
+}
+
+/// What is integrated and how finely; the same for every piece of a face.
+struct RemainderProblem {
+  Vector3 x;
+  Vector3 normal;
+  Complex wavenumber;
+  double smallest;  // pieces with shorter edges are not split further [m]
+};
+
+constexpr double kSplitRatio = 0.35;  // longest edge of a piece over its distance; tests hold it to 1e-6
+
+Complex remainder_integral(const RemainderProblem& problem, const Vector3& a, const Vector3& b, const Vector3& c,
+                           double area) {
+  const double longest = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+  const double distance = (problem.x - (a + b + c) / 3.0).norm();
+  if (longest > kSplitRatio * distance && longest > problem.smallest) {
+    const Vector3 ab = 0.5 * (a + b);
+    const Vector3 bc = 0.5 * (b + c);
+    const Vector3 ca = 0.5 * (c + a);
+    return remainder_integral(problem, a, ab, ca, 0.25 * area) + remainder_integral(problem, ab, b, bc, 0.25 * area) +
+           remainder_integral(problem, ca, bc, c, 0.25 * area) + remainder_integral(problem, ab, bc, ca, 0.25 * area);
+  }
+  Complex sum = 0;
+  for (const QuadraturePoint& q : radon_rule()) {
+    const Vector3 offset = problem.x - (a + q.u * (b - a) + q.v * (c - a));
+    sum += q.weight * (double_layer_kernel(offset, problem.normal, problem.wavenumber) -
+                       static_double_layer_kernel(offset, problem.normal));
+  }
+  return area * sum;
+}
+
+}  // namespace
+
+double solid_angle(const Face& face, const Vector3& x) {
+  const Vector3 a = face.a - x;
+  const Vector3 b = face.b - x;
+  const Vector3 c = face.c - x;
+  const double la = a.norm();
+  const double lb = b.norm();
+  const double lc = c.norm();
+  const double triple = a.dot(b.cross(c));
+  const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+  // a.(b x c) is negative where x lies on the side the normal points to.
+  return -2.0 * std::atan2(triple, denominator);
+}
+
+Complex double_layer_integral(const Face& face, const Vector3& x, const Complex& wavenumber) {
+  // Below this the remainder of a piece, about k^2 area / (8 pi), no longer matters whatever its shape.
+  constexpr double kSmallestPerWavelength = 1e-3;
+  const double wavelength = 2.0 * std::numbers::pi / wavenumber.real();
+  const RemainderProblem problem{x, face.normal, wavenumber, kSmallestPerWavelength * wavelength};
+  return solid_angle(face, x) / (4.0 * std::numbers::pi) +
+         remainder_integral(problem, face.a, face.b, face.c, face.area);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,30 @@
+#include "sim/field/metrics.h"
+
+namespace touchfield {
+
+const std::vector<MetricField>& metric_fields() {
+  static const std::vector<MetricField> fields = {
+      {"relative_error", "1", &Metrics::relative_error},
+      {"relative_error_raw", "1", &Metrics::relative_error_raw},
+      {"scale", "1", &Metrics::scale},
+      {"correlation", "1", &Metrics::correlation},
+      {"leakage", "1", &Metrics::leakage},
+      {"mean_inside_pa", "Pa", &Metrics::mean_inside_pa},
+      {"cv_inside", "1", &Metrics::cv_inside},
+      {"width_mm", "mm", &Metrics::width_mm},
+      {"width_wanted_mm", "mm", &Metrics::width_wanted_mm},
+      {"peak_pa", "Pa", &Metrics::peak_pa},
+      {"force_target_n", "N", &Metrics::force_target_n},
+      {"force_elsewhere_n", "N", &Metrics::force_elsewhere_n},
+      {"cost", "Pa2", &Metrics::cost},
+      {"cost_bound", "Pa2", &Metrics::cost_bound},
+      {"optimality_gap", "1", &Metrics::optimality_gap},
+      {"iterations", "1", &Metrics::iterations},
+      {"seconds_solve", "s", &Metrics::seconds_solve},
+      {"seconds_total", "s", &Metrics::seconds_total},
+      {"judge_difference", "1", &Metrics::judge_difference},
+  };
+  return fields;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+
+#include "sim/run/model.h"
+
+namespace touchfield {
+
+/// What a scene would build and cost, without solving it.
+struct CheckReport {
+  Eigen::Index faces = 0;
+  Eigen::Index channels = 0;
+  Eigen::Index target_faces = 0;
+  double epw_mean = 0;    // wavelength over the mean edge
+  double epw_min = 0;     // wavelength over the longest edge
+  double memory_mib = 0;  // estimate of the run's peak
+  double available_mib = 0;
+  double seconds = 0;     // estimate of the run, from this machine's rate on a small factorisation
+};
+
+CheckReport check_model(const Scene& scene, const Model& model);
+
+/// Refuses a run that would not fit the memory that is free now.
+/// throws   InputError naming the faces, what they need and what there is
+void require_memory(const CheckReport& report);
+
+/// The report as text for a person: mesh, its faults and quality, array, target, cost.
+std::string describe_check(const Scene& scene, const Model& model, const CheckReport& report);
+
+}  // namespace touchfield

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "sim/core/progress.h"
+#include "sim/output/run_data.h"
+#include "sim/run/model.h"
+#include "sim/run/run_directory.h"
+
+namespace touchfield {
+
+struct RunOptions {
+  std::string command_line;  // kept as provenance
+  int threads = 1;           // likewise; the caller has set them
+};
+
+/// Computes a scene and writes its results: B p = G q assembled and factorised, every method solved and judged by the
+/// scattered pressure p = B^-1 G q, the fields, then the files. run.h5 and metrics.csv are written anew after each method,
+/// so that a later failure loses nothing that was found.
+///
+/// model       of this scene
+/// directory   where the files land
+/// returns     the finished run
+/// throws      NumericalError if the system cannot be solved to a relative residual of 1e-8, IoError on a failed write
+Run run_scene(const Scene& scene, const Model& model, const RunOptions& options, RunDirectory& directory,
+              Progress& progress);
+
+}  // namespace touchfield

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <functional>
+
+#include <Eigen/Core>
+
+#include "solvers/phase/phase_solution.h"
+
+namespace touchfield {
+
+/// The paper's misfit in the space of incident pressure,
+///
+///   cost(theta, phi) = || B_T diag(p') exp(i theta) - G exp(i phi) ||^2 = z^H Q z,   z = exp(i [theta; phi]),
+///
+/// Q = C^H C, C = [B_T diag(p'), -G]. Only Q is kept, so nothing here depends on the number of rows of C.
+struct IncidentProblem {
+  Eigen::MatrixXcd gram;       // Q, (K + N) x (K + N), Hermitian [Pa2]
+  Eigen::Index target_count;   // K; the first K unknowns are theta
+
+  Eigen::Index channel_count() const { return gram.rows() - target_count; }
+};
+
+/// The cost at the angles x = [theta; phi], K + N [rad].
+double incident_cost(const IncidentProblem& problem, const Eigen::VectorXd& x);
+
+/// J^T f of the real residual f = [Re C z; Im C z]: half the gradient of the cost, Re(conj(i z) .* (Q z)).
+Eigen::VectorXd incident_half_gradient(const IncidentProblem& problem, const Eigen::VectorXd& x);
+
+/// J^T J = Re(diag(conj z) Q diag(z)).
+Eigen::MatrixXd incident_normal_matrix(const IncidentProblem& problem, const Eigen::VectorXd& x);
+
+struct LevenbergMarquardtOptions {
+  int iterations = 30;                // steps tried, accepted or not; >= 1
+  double initial_damping = 1e-3;      // tau: mu_0 = tau max diag(J^T J); > 0
+  double gradient_tolerance = 1e-10;  // converged if max |J^T f| <= this times the cost; >= 0
+  double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0
+};
+
+/// Told after every iteration: its number from 1 and the cost reached. Empty: nobody is.
+using IterationCallback = std::function<void(int iteration, double cost)>;
+
+/// Minimises the cost over theta and phi by Levenberg-Marquardt with Madsen's damping: gain ratio
+/// (cost - cost_new) / (h . (mu h - J^T f)); accepted: mu *= max(1/3, 1 - (2 gain - 1)^3), nu = 2; rejected: mu *= nu,
+/// nu *= 2 and nothing else changes. The cost never rises.
+///
+/// start     [theta; phi], K + N [rad]
+/// returns   phi as the solution's phases, amplitudes 1; kStalled if no damping up to 1e30 times the start's helps
+/// throws    std::invalid_argument on sizes that do not fit, options out of range, or a gram that is not finite
+/// source    Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, 2004, ch. 3.2
+PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::VectorXd& start,
+                             const LevenbergMarquardtOptions& options, const IterationCallback& callback = {});
+
+}  // namespace touchfield

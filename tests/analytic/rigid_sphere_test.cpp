@@ -1,0 +1,87 @@
+#include "sim/bem/rigid_sphere.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+namespace {
+
+Wave wave(double frequency = 40e3) {
+  return {air(293.15), frequency};
+}
+
+const Eigen::Vector3d kAxis(1.0, 0.0, -1.0);  // cos theta at 0, 90, 180 degrees
+
+// Eight decimals are printed in the reference table.
+constexpr double kTable = 1e-8;
+
+TEST(RigidSphere, PlaneWaveAgainstTheTable) {
+  const struct {
+    double ka;
+    double abs_p[3];
+  } rows[] = {{1, {1.06812040, 0.97329998, 1.41839564}},
+              {5, {1.14519967, 1.24799882, 1.87407653}},
+              {10, {1.04528420, 1.32325673, 1.95705403}},
+              {20, {0.83779661, 1.34920494, 1.98717963}}};
+  for (const auto& row : rows) {
+    const Eigen::VectorXcd p = rigid_sphere_plane_wave(wave(), row.ka / wave().k(), kAxis);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_NEAR(std::abs(p(i)), row.abs_p[i], kTable) << "ka " << row.ka;
+    }
+  }
+}
+
+TEST(RigidSphere, EightMillimetresAt40Kilohertz) {
+  const Eigen::VectorXcd p = rigid_sphere_plane_wave(wave(), 8e-3, kAxis);
+  const Complex expected[] = {{-1.129850, -0.076383}, {1.290302, -0.138109}, {1.819106, 0.530108}};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(p(i) - expected[i]), 1e-6);  // six decimals
+  }
+}
+
+TEST(RigidSphere, PointSourceAt200Millimetres) {
+  const Eigen::VectorXcd p = rigid_sphere_point_source(wave(), 8e-3, 0.2, kAxis);
+  const Complex expected[] = {{-0.4793002, 0.6217205}, {-0.1965248, 0.4628361}, {0.2300146, -0.3534434}};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(p(i) - expected[i]), 1e-7);
+  }
+}
+
+TEST(RigidSphere, ALongWaveFeelsNoSphere) {
+  const Wave slow = wave(1.0);
+  const Eigen::VectorXcd p = rigid_sphere_plane_wave(slow, 8e-3, kAxis);
+  // p = 1 + (3/2) i ka cos(theta) + O((ka)^2), ka = 1.5e-4
+  const double ka = slow.k() * 8e-3;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(std::abs(p(i) - Complex(1.0, 1.5 * ka * kAxis(i))), 2.0 * ka * ka);
+  }
+}
+
+TEST(RigidSphere, AFarSourceIsAPlaneWave) {
+  const double r0 = 10.0;
+  const Eigen::VectorXcd far = rigid_sphere_point_source(wave(), 8e-3, r0, kAxis);
+  const Complex at_centre = std::exp(Complex(0, wave().k() * r0)) / (4.0 * std::numbers::pi * r0);
+  const Eigen::VectorXcd plane = rigid_sphere_plane_wave(wave(), 8e-3, -kAxis);  // angles from the other end
+  // Curvature of the wavefront: k a^2 / (2 r0) = 2.3e-3
+  EXPECT_LT((far / at_centre - plane).norm(), 2.5 * wave().k() * 64e-6 / (2.0 * r0));
+}
+
+TEST(RigidSphere, StaysFiniteWhereHankelFunctionsOverflow) {
+  EXPECT_TRUE(rigid_sphere_plane_wave(wave(), 100.0 / wave().k(), kAxis).allFinite());
+  EXPECT_TRUE(rigid_sphere_plane_wave(wave(), 0.1 / wave().k(), kAxis).allFinite());
+  EXPECT_TRUE(rigid_sphere_point_source(wave(), 0.01 / wave().k(), 1.0, kAxis).allFinite());
+}
+
+TEST(RigidSphere, RefusesWhatTheSeriesDoesNotHold) {
+  EXPECT_THROW(rigid_sphere_plane_wave(wave(), 0.0, kAxis), InputError);
+  EXPECT_THROW(rigid_sphere_point_source(wave(), 8e-3, 9e-3, kAxis), InputError);
+  EXPECT_THROW(rigid_sphere_point_source(wave(), 8e-3, 50.0, kAxis), InputError);
+  EXPECT_THROW(rigid_sphere_plane_wave(Wave({343.0, 1.2, 0.1}, 40e3), 8e-3, kAxis), InputError);
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,54 @@
+#include "solvers/linear/hermitian_product.h"
+
+#include <omp.h>
+
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace touchfield {
+namespace {
+
+Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
+  std::srand(seed);
+  return Eigen::MatrixXcd::Random(rows, columns);
+}
+
+// Sums of 300 products of numbers below 1.5: rounding stays below 300 eps.
+constexpr double kRounding = 1e-13;
+
+TEST(HermitianProduct, EqualsTheDefinitionAcrossBlockBorders) {
+  for (const Eigen::Index columns : {1, 127, 128, 129, 300}) {
+    const Eigen::MatrixXcd a = random_matrix(300, columns, 1);
+    const Eigen::MatrixXcd expected = a.adjoint() * a;
+    EXPECT_LT((hermitian_product(a) - expected).norm(), kRounding * expected.norm()) << columns << " columns";
+  }
+}
+
+TEST(HermitianProduct, IsExactlyHermitian) {
+  const Eigen::MatrixXcd c = hermitian_product(random_matrix(90, 200, 2));
+  EXPECT_EQ(c, c.adjoint());
+}
+
+TEST(HermitianProduct, AdjointProductEqualsTheDefinition) {
+  const Eigen::MatrixXcd a = random_matrix(300, 40, 3);
+  const Eigen::MatrixXcd b = random_matrix(300, 150, 4);
+  const Eigen::MatrixXcd expected = a.adjoint() * b;
+  EXPECT_LT((adjoint_product(a, b) - expected).norm(), kRounding * expected.norm());
+  EXPECT_THROW(adjoint_product(a, random_matrix(299, 2, 5)), std::invalid_argument);
+}
+
+TEST(HermitianProduct, DoesNotDependOnTheThreadCountToTheLastBit) {
+  const Eigen::MatrixXcd a = random_matrix(500, 400, 6);
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const Eigen::MatrixXcd one = hermitian_product(a);
+  const Eigen::MatrixXcd one_mixed = adjoint_product(a, a.leftCols(150));
+  omp_set_num_threads(4);
+  EXPECT_EQ(hermitian_product(a), one);
+  EXPECT_EQ(adjoint_product(a, a.leftCols(150)), one_mixed);
+  omp_set_num_threads(threads);
+}
+
+}  // namespace
+}  // namespace touchfield

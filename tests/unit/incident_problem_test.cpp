@@ -1,0 +1,210 @@
+#include "solvers/phase/incident_problem.h"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+#include <Eigen/Cholesky>
+#include <gtest/gtest.h>
+
+namespace touchfield {
+namespace {
+
+/// A small case with all rows of C kept: M rows, K targets, N channels.
+struct SmallCase {
+  Eigen::MatrixXcd c;
+  IncidentProblem problem;
+  Eigen::VectorXd x;
+};
+
+SmallCase small_case(Eigen::Index rows, Eigen::Index targets, Eigen::Index channels, unsigned seed) {
+  std::srand(seed);
+  SmallCase small;
+  small.c = Eigen::MatrixXcd::Random(rows, targets + channels);
+  small.problem = {small.c.adjoint() * small.c, targets};
+  small.x = 3.0 * Eigen::VectorXd::Random(targets + channels);
+  return small;
+}
+
+Eigen::VectorXcd phasors(const Eigen::VectorXd& x) {
+  return (std::complex<double>(0, 1) * x.cast<std::complex<double>>()).array().exp();
+}
+
+/// The real residual [Re C z; Im C z] and its Jacobian, row by row.
+Eigen::VectorXd direct_residual(const Eigen::MatrixXcd& c, const Eigen::VectorXd& x) {
+  const Eigen::VectorXcd f = c * phasors(x);
+  Eigen::VectorXd stacked(2 * f.size());
+  stacked << f.real(), f.imag();
+  return stacked;
+}
+
+Eigen::MatrixXd direct_jacobian(const Eigen::MatrixXcd& c, const Eigen::VectorXd& x) {
+  const Eigen::MatrixXcd j = c * (std::complex<double>(0, 1) * phasors(x)).asDiagonal();
+  Eigen::MatrixXd stacked(2 * j.rows(), j.cols());
+  stacked << j.real(), j.imag();
+  return stacked;
+}
+
+// The Gram form squares the residual, so it keeps half the digits of a small one; here nothing is small.
+constexpr double kRounding = 1e-12;
+
+TEST(IncidentProblem, GramFormEqualsTheRowByRowForm) {
+  const SmallCase small = small_case(70, 9, 14, 1);
+  const Eigen::VectorXd f = direct_residual(small.c, small.x);
+  const Eigen::MatrixXd j = direct_jacobian(small.c, small.x);
+  EXPECT_NEAR(incident_cost(small.problem, small.x), f.squaredNorm(), kRounding * f.squaredNorm());
+  EXPECT_LT((incident_half_gradient(small.problem, small.x) - j.transpose() * f).norm(), kRounding * f.squaredNorm());
+  EXPECT_LT((incident_normal_matrix(small.problem, small.x) - j.transpose() * j).norm(), kRounding * j.squaredNorm());
+}
+
+TEST(IncidentProblem, GradientEqualsCentralDifferences) {
+  const SmallCase small = small_case(70, 9, 14, 2);
+  const Eigen::VectorXd gradient = 2.0 * incident_half_gradient(small.problem, small.x);
+  constexpr double kStep = 1e-5;  // truncation 1e-10 and rounding eps / 1e-5 are both far below the tolerance
+  for (Eigen::Index i = 0; i < small.x.size(); ++i) {
+    Eigen::VectorXd up = small.x;
+    Eigen::VectorXd down = small.x;
+    up(i) += kStep;
+    down(i) -= kStep;
+    const double difference = (incident_cost(small.problem, up) - incident_cost(small.problem, down)) / (2.0 * kStep);
+    EXPECT_NEAR(gradient(i), difference, 1e-6 * gradient.norm()) << "angle " << i;
+  }
+}
+
+/// Levenberg-Marquardt written from Madsen, Nielsen and Tingleff's algorithm 3.16 on the M-row residual.
+std::vector<double> reference_costs(const Eigen::MatrixXcd& c, Eigen::VectorXd x, int iterations) {
+  std::vector<double> costs = {direct_residual(c, x).squaredNorm()};
+  Eigen::MatrixXd j = direct_jacobian(c, x);
+  double mu = 1e-3 * (j.transpose() * j).diagonal().maxCoeff();
+  double nu = 2.0;
+  for (int i = 0; i < iterations; ++i) {
+    const Eigen::VectorXd g = j.transpose() * direct_residual(c, x);
+    const Eigen::MatrixXd a = j.transpose() * j + mu * Eigen::MatrixXd::Identity(x.size(), x.size());
+    const Eigen::VectorXd h = a.ldlt().solve(-g);
+    const double next = direct_residual(c, x + h).squaredNorm();
+    const double gain = (costs.back() - next) / h.dot(mu * h - g);
+    if (gain > 0) {
+      x += h;
+      j = direct_jacobian(c, x);
+      mu *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * gain - 1.0, 3));
+      nu = 2.0;
+      costs.push_back(next);
+    } else {
+      mu *= nu;
+      nu *= 2.0;
+      costs.push_back(costs.back());
+    }
+  }
+  return costs;
+}
+
+TEST(IncidentProblem, IteratesAsTheRowByRowFormDoes) {
+  const SmallCase small = small_case(80, 10, 20, 3);
+  LevenbergMarquardtOptions options;
+  options.iterations = 12;
+  const PhaseSolution solution = solve_incident(small.problem, Eigen::VectorXd::Zero(30), options);
+  const std::vector<double> expected = reference_costs(small.c, Eigen::VectorXd::Zero(30), 12);
+  ASSERT_EQ(solution.cost_history.size(), 13U);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    // Rounding grows along the path, by less than ten an iteration here.
+    EXPECT_NEAR(solution.cost_history[i], expected[i], 1e-9 * expected[0]) << "iteration " << i;
+  }
+}
+
+TEST(IncidentProblem, TheCostNeverRisesAndTheEndIsStationary) {
+  for (unsigned seed = 10; seed < 20; ++seed) {
+    const SmallCase small = small_case(40, 6, 12, seed);
+    LevenbergMarquardtOptions options;
+    options.iterations = 5000;  // a large residual makes Gauss-Newton steps converge linearly, on some seeds slowly
+    options.gradient_tolerance = 1e-8;
+    const PhaseSolution solution = solve_incident(small.problem, small.x, options);
+    for (std::size_t i = 1; i < solution.cost_history.size(); ++i) {
+      EXPECT_LE(solution.cost_history[i], solution.cost_history[i - 1]);
+    }
+    EXPECT_EQ(solution.status, PhaseStatus::kConverged) << "seed " << seed;
+    EXPECT_LT(solution.cost_history.back(), solution.cost_history.front());
+  }
+}
+
+TEST(IncidentProblem, FindsPhasesThatMakeTheCostZero) {
+  // One target, one channel, b = g: any common phase solves it.
+  SmallCase small = small_case(5, 1, 1, 30);
+  small.c.col(1) = -small.c.col(0);
+  small.problem.gram = small.c.adjoint() * small.c;
+  LevenbergMarquardtOptions options;
+  options.iterations = 100;
+  const PhaseSolution solution = solve_incident(small.problem, Eigen::Vector2d(0.4, 2.0), options);
+  EXPECT_LT(solution.cost_history.back(), 1e-12 * solution.cost_history.front());
+}
+
+TEST(IncidentProblem, AGlobalPhaseChangesNothing) {
+  const SmallCase small = small_case(50, 5, 9, 40);
+  const Eigen::VectorXd turned = small.x.array() + 1.234;
+  EXPECT_NEAR(incident_cost(small.problem, turned), incident_cost(small.problem, small.x),
+              kRounding * incident_cost(small.problem, small.x));
+  LevenbergMarquardtOptions options;
+  options.iterations = 15;
+  const auto a = solve_incident(small.problem, small.x, options);
+  const auto b = solve_incident(small.problem, turned, options);
+  EXPECT_NEAR(a.cost_history.back(), b.cost_history.back(), 1e-9 * a.cost_history.back());
+}
+
+TEST(IncidentProblem, PermutedChannelsGiveThePermutedAnswer) {
+  const SmallCase small = small_case(50, 5, 9, 50);
+  IncidentProblem permuted = small.problem;
+  std::vector<Eigen::Index> order = {0, 1, 2, 3, 4, 13, 12, 11, 10, 9, 8, 7, 6, 5};
+  permuted.gram = small.problem.gram(order, order);
+  LevenbergMarquardtOptions options;
+  options.iterations = 10;
+  const auto a = solve_incident(small.problem, Eigen::VectorXd::Zero(14), options);
+  const auto b = solve_incident(permuted, Eigen::VectorXd::Zero(14), options);
+  for (Eigen::Index n = 0; n < 9; ++n) {
+    // Ten iterations of a well-conditioned problem: rounding grows by some thousands.
+    EXPECT_NEAR(std::remainder(a.phases(n) - b.phases(8 - n), 2.0 * std::numbers::pi), 0.0, 1e-9);
+  }
+}
+
+TEST(IncidentProblem, ReportsHistoryAndCallsBackOncePerIteration) {
+  const SmallCase small = small_case(50, 5, 9, 60);
+  LevenbergMarquardtOptions options;
+  options.iterations = 4;
+  std::vector<int> heard;
+  const auto solution =
+      solve_incident(small.problem, small.x, options, [&](int iteration, double) { heard.push_back(iteration); });
+  EXPECT_EQ(heard, (std::vector<int>{1, 2, 3, 4}));
+  EXPECT_EQ(solution.iterations, 4);
+  EXPECT_EQ(solution.status, PhaseStatus::kIterationLimit);
+  EXPECT_EQ(solution.cost_history.size(), 5U);
+  EXPECT_TRUE((solution.phases.array() >= 0).all() && (solution.phases.array() < 2.0 * std::numbers::pi).all());
+}
+
+TEST(IncidentProblem, RefusesWhatIsNoProblem) {
+  SmallCase small = small_case(20, 3, 4, 70);
+  EXPECT_THROW(solve_incident(small.problem, Eigen::VectorXd::Zero(6), {}), std::invalid_argument);
+  LevenbergMarquardtOptions options;
+  options.iterations = 0;
+  EXPECT_THROW(solve_incident(small.problem, small.x, options), std::invalid_argument);
+  small.problem.gram(2, 2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(solve_incident(small.problem, small.x, {}), std::invalid_argument);
+}
+
+TEST(IncidentProblem, AZeroProblemIsSolvedBeforeItStarts) {
+  const IncidentProblem zero{Eigen::MatrixXcd::Zero(4, 4), 2};
+  const auto solution = solve_incident(zero, Eigen::VectorXd::Zero(4), {});
+  EXPECT_EQ(solution.status, PhaseStatus::kConverged);
+  EXPECT_EQ(solution.iterations, 0);
+}
+
+TEST(PhaseSolution, WrapsPhasesIntoOneTurn) {
+  constexpr double kTurn = 2.0 * std::numbers::pi;
+  const Eigen::Vector4d phases(-0.5, 7.0, -1e-300, kTurn);
+  const Eigen::VectorXd reduced = wrapped(phases);
+  EXPECT_DOUBLE_EQ(reduced(0), kTurn - 0.5);
+  EXPECT_DOUBLE_EQ(reduced(1), 7.0 - kTurn);
+  EXPECT_EQ(reduced(2), 0.0);
+  EXPECT_EQ(reduced(3), 0.0);
+}
+
+}  // namespace
+}  // namespace touchfield

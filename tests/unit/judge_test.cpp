@@ -1,0 +1,174 @@
+#include "sim/field/judge.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "sim/core/rotation.h"
+#include "sim/core/units.h"
+
+namespace touchfield {
+namespace {
+
+/// A flat strip of skin facing down (-z), x from -20 to 20 mm and y from -5 to 5 mm, squares of 0.5 mm cut in two.
+TriangleMesh strip() {
+  constexpr int kX = 80;
+  constexpr int kY = 20;
+  Points vertices(3, (kX + 1) * (kY + 1));
+  for (int j = 0; j <= kY; ++j) {
+    for (int i = 0; i <= kX; ++i) {
+      vertices.col(j * (kX + 1) + i) = 1e-3 * Vector3(0.5 * i - 20.0, 0.5 * j - 5.0, 0.0);
+    }
+  }
+  Triangles triangles(3, 2 * kX * kY);
+  int f = 0;
+  for (int j = 0; j < kY; ++j) {
+    for (int i = 0; i < kX; ++i) {
+      const int a = j * (kX + 1) + i;
+      const int b = a + 1;
+      const int c = a + kX + 1;
+      triangles.col(f++) = Eigen::Vector3i(a, c, b);
+      triangles.col(f++) = Eigen::Vector3i(b, c, c + 1);
+    }
+  }
+  return {vertices, triangles};
+}
+
+Wave wave() {
+  return {air(293.15), 40e3};
+}
+
+TargetBox box_of_8mm() {
+  return {{0, 0, 0}, {8e-3, 4e-3, 2e-3}};
+}
+
+Target target_on(const TriangleMesh& mesh) {
+  return make_target(mesh, {box_of_8mm()}, TargetProfile::kUniform, 100.0);
+}
+
+TEST(Judge, AScaledCopyOfTheTargetHasNoErrorLeft) {
+  const TriangleMesh mesh = strip();
+  const Target target = target_on(mesh);
+  Eigen::VectorXcd p = Eigen::VectorXcd::Zero(mesh.face_count());
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    p(target.faces[i]) = std::polar(50.0, 0.1 * static_cast<double>(i));  // half of what is wanted, any phase
+  }
+  const Metrics m = judge(mesh, wave(), {box_of_8mm()}, target, p);
+  EXPECT_NEAR(m.relative_error, 0.0, 1e-12);
+  EXPECT_NEAR(m.relative_error_raw, 0.5, 1e-12);
+  EXPECT_NEAR(m.scale, 2.0, 1e-12);
+  EXPECT_NEAR(m.correlation, 1.0, 1e-12);
+  EXPECT_NEAR(m.leakage, 0.0, 1e-12);
+  EXPECT_NEAR(m.mean_inside_pa, 50.0, 1e-10);
+  EXPECT_NEAR(m.cv_inside, 0.0, 1e-6);  // the root of a difference of equal squares
+  EXPECT_DOUBLE_EQ(m.peak_pa, 50.0);
+  EXPECT_NEAR(m.width_wanted_mm, 8.0, 1e-9);
+}
+
+TEST(Judge, ErrorAndCorrelationAreOneTriangle) {
+  const TriangleMesh mesh = strip();
+  const Target target = target_on(mesh);
+  std::srand(1);
+  const Eigen::VectorXcd p = 100.0 * Eigen::VectorXcd::Random(mesh.face_count());
+  const Metrics m = judge(mesh, wave(), {box_of_8mm()}, target, p);
+  EXPECT_NEAR(m.relative_error * m.relative_error, 1.0 - m.correlation * m.correlation, 1e-12);
+  // A global phase and a global level change nothing that is relative.
+  const Metrics same = judge(mesh, wave(), {box_of_8mm()}, target, std::polar(3.0, 0.7) * p);
+  EXPECT_NEAR(same.relative_error, m.relative_error, 1e-12);
+  EXPECT_NEAR(same.leakage, m.leakage, 1e-12);
+  EXPECT_NEAR(same.width_mm, m.width_mm, 1e-9);
+}
+
+TEST(Judge, UniformPressureLeaksTheShareOfTheAreaOutside) {
+  const TriangleMesh mesh = strip();
+  const Target target = target_on(mesh);
+  const Eigen::VectorXcd p = Eigen::VectorXcd::Constant(mesh.face_count(), 10.0);
+  const Metrics m = judge(mesh, wave(), {box_of_8mm()}, target, p);
+  EXPECT_NEAR(m.leakage, 1.0 - 8.0 * 4.0 / 400.0, 1e-12);
+  // || p' ||^2 - <p, p'>^2 / || p ||^2 over || p' ||^2 = 1 - share of the area
+  EXPECT_NEAR(m.relative_error, std::sqrt(1.0 - 0.08), 1e-12);
+  EXPECT_TRUE(std::isnan(m.width_mm));  // it falls to half nowhere
+}
+
+TEST(Judge, WidthOfAGaussianIsItsFullWidthAtHalfMaximum) {
+  const TriangleMesh mesh = strip();
+  const double sigma = 3e-3;  // |p|^2 = exp(-x^2 / (2 sigma^2))
+  Eigen::VectorXcd p(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    p(f) = std::exp(-std::pow(mesh.centroids()(0, f) / (2.0 * sigma), 2));
+  }
+  // Constant faces of 0.5 mm and bins of 0.25 mm: half a face at most.
+  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target_on(mesh), p), 2.0 * std::sqrt(2.0 * std::log(2.0)) * sigma, 0.25e-3);
+}
+
+TEST(Judge, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
+  const TriangleMesh mesh = strip();
+  Eigen::VectorXcd p(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const double x = std::abs(mesh.centroids()(0, f));
+    p(f) = x < 3e-3 ? 1.0 : (x > 8e-3 && x < 12e-3 ? 0.9 : 0.0);  // a peak of 6 mm and side lobes that do not join it
+  }
+  const Target target = target_on(mesh);
+  // The bins at the edge fall from 1 to 0 between centres 2.875 and 3.125 mm: half at 3.
+  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target, p), 6e-3, 0.01e-3);
+
+  // A second sheet that faces up, loud everywhere, must not count.
+  Points vertices(3, 2 * mesh.vertex_count());
+  vertices << mesh.vertices(), mesh.vertices().colwise() + Vector3(0, 0, 10e-3);
+  Triangles triangles(3, 2 * mesh.face_count());
+  triangles << mesh.triangles(), (mesh.triangles().array() + static_cast<int>(mesh.vertex_count())).matrix().colwise().reverse();
+  const TriangleMesh both(vertices, triangles);
+  Eigen::VectorXcd loud(2 * p.size());
+  loud << p, Eigen::VectorXcd::Constant(p.size(), 5.0);
+  EXPECT_NEAR(half_maximum_width(both, box_of_8mm(), target_on(both), loud), 6e-3, 0.01e-3);
+}
+
+TEST(Judge, WidthFollowsARotatedBox) {
+  const TriangleMesh mesh = strip();
+  Eigen::VectorXcd p(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    p(f) = std::abs(mesh.centroids()(0, f)) < 3e-3 ? 1.0 : 0.0;
+  }
+  const Eigen::Matrix3d turn = extrinsic_rotation({0.4, 0.2, -0.9});
+  TargetBox box = box_of_8mm();
+  box.rotation = turn;
+  const TriangleMesh turned = transformed(mesh, turn, Vector3::Zero());
+  const Target target = make_target(turned, {box}, TargetProfile::kUniform, 1.0);
+  EXPECT_NEAR(half_maximum_width(turned, box, target, p), 6e-3, 0.01e-3);
+}
+
+TEST(RadiationPressure, OfAStandingWaveAlongTheSkin) {
+  // p = cos(k x): |p|^2 / (4 rho c^2) - |p'|^2 / (4 rho omega^2) = (cos^2 - sin^2) / (4 rho c^2).
+  const TriangleMesh mesh = strip();
+  const Wave w = wave();
+  Eigen::VectorXcd p(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    p(f) = 1000.0 * std::cos(w.k() * mesh.centroids()(0, f));
+  }
+  const Eigen::VectorXd radiation = radiation_pressure(mesh, w, p);
+  const double unit = 1e6 / (4.0 * 1.2041 * 343.21 * 343.21);
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Vector3 x = mesh.centroids().col(f);
+    if (std::abs(x.x()) < 18e-3 && std::abs(x.y()) < 4e-3) {  // averaging to border vertices is one-sided
+      // A face of 0.5 mm has its slope at the middle of its x side, h/6 from the centroid: k h/6 = 6 %. Averaging to the
+      // vertices smooths by (k h)^2 / 8 = 2 % more.
+      EXPECT_NEAR(radiation(f), unit * std::cos(2.0 * w.k() * x.x()), 0.10 * unit) << "x " << x.x();
+    }
+  }
+}
+
+TEST(RadiationPressure, OfUniformPressureIsTheWorkedValue) {
+  const TriangleMesh mesh = strip();
+  const Eigen::VectorXcd p = Eigen::VectorXcd::Constant(mesh.face_count(), Complex(0, 1000.0));
+  const Metrics m = judge(mesh, wave(), {box_of_8mm()}, target_on(mesh), p);
+  // 1e6 Pa2 / (4 rho c^2) = 1.7626 Pa, on 32 mm2 and on the other 368 mm2.
+  const double radiation = 1e6 / (4.0 * 1.2041 * 343.21 * 343.21);
+  EXPECT_NEAR(m.force_target_n, radiation * 32e-6, 1e-12);
+  EXPECT_NEAR(m.force_elsewhere_n, radiation * 368e-6, 1e-12);
+  const Metrics without = judge_without_target(mesh, wave(), p);
+  EXPECT_NEAR(without.force_elsewhere_n, radiation * 400e-6, 1e-12);
+  EXPECT_TRUE(std::isnan(without.relative_error));
+}
+
+}  // namespace
+}  // namespace touchfield
