@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -91,6 +92,11 @@ int dispatch(int argc, char** argv) {
       ->check(CLI::IsMember({"markdown", "json", "template"}))
       ->capture_default_str();
 
+  const auto known = app.get_subcommands([](const CLI::App*) { return true; });
+  const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
+  if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), is_named)) {
+    throw touchfield::InputError(fmt::format("unknown command '{}'; there are run, check, info, hand and schema", argv[1]));
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -76,12 +76,13 @@ Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const 
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
                                    const Eigen::MatrixXcd& drive) {
   Eigen::MatrixXcd pressure(points.cols(), drive.cols());
+  const Eigen::MatrixXcd by_channel = drive.transpose();  // the inner loop reads a contiguous column
 #pragma omp parallel for schedule(static)
   for (Eigen::Index j = 0; j < points.cols(); ++j) {
     auto sum = pressure.row(j);
     sum.setZero();
     for (Eigen::Index n = 0; n < array.size(); ++n) {
-      sum += channel_pressure(array, wave, n, points.col(j)) * drive.row(n);
+      sum += channel_pressure(array, wave, n, points.col(j)) * by_channel.col(n).transpose();
     }
   }
   return pressure;

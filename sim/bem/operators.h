@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "sim/acoustics/medium.h"
+#include "sim/bem/face_arrays.h"
 #include "sim/mesh/triangle_mesh.h"
 #include "solvers/linear/linear_operator.h"
 
@@ -22,17 +23,17 @@ Eigen::MatrixXcd paper_matrix(const TriangleMesh& mesh, const Wave& wave);
 Eigen::MatrixXcd paper_columns(const TriangleMesh& mesh, const Wave& wave, const std::vector<Eigen::Index>& faces);
 
 /// The same matrix without storing it: every product computes its entries anew. The reference for what is stored, and
-/// the way to a residual after a factorisation has overwritten the matrix. Mesh and wave are copied.
+/// the way to a residual after a factorisation has overwritten the matrix. What it needs of the mesh is copied.
 class PaperOperator : public LinearOperator {
  public:
   PaperOperator(const TriangleMesh& mesh, const Wave& wave);
 
-  Eigen::Index size() const override { return mesh_.face_count(); }
+  Eigen::Index size() const override { return faces_.size(); }
   Eigen::MatrixXcd apply(const Eigen::MatrixXcd& x) const override;
   Eigen::MatrixXcd apply_transpose(const Eigen::MatrixXcd& x) const override;
 
  private:
-  TriangleMesh mesh_;
+  FaceArrays faces_;
   Wave wave_;
 };
 

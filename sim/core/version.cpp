@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <fstream>
 #include <thread>
@@ -18,8 +19,8 @@ BuildInfo build_info() {
 }
 
 std::string machine_description() {
-  std::string host(256, '\0');
-  host = gethostname(host.data(), host.size() - 1) == 0 ? std::string(host.c_str()) : "unknown host";
+  std::array<char, 256> name{};
+  const std::string host = gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown host";
   std::string processor = "unknown processor";
   std::ifstream cpuinfo("/proc/cpuinfo");
   for (std::string line; std::getline(cpuinfo, line);) {

@@ -27,7 +27,8 @@ Vector3 position(const TriangleMesh& mesh, const Landmark& landmark);
 /// throws   InputError that lists the names there are
 const Landmark& find_landmark(const Body& body, const std::string& name);
 
-/// The landmark on the face nearest to a point [m].
+/// The landmark at the point of the mesh that is nearest to a point [m].
+/// throws   InputError if the point is not finite
 Landmark nearest_landmark(const TriangleMesh& mesh, const std::string& name, const Vector3& point);
 
 /// The body moved so that `anchor` [m] (in its own frame) lands on `at` [m] after a rotation about the anchor.

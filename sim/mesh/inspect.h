@@ -17,7 +17,7 @@ struct MeshReport {
   Eigen::Index misoriented_edges = 0;   // edges whose two faces run the same way round
   Eigen::Index nonmanifold_vertices = 0;  // vertices whose faces form more than one fan
   Eigen::Index components = 0;          // pieces connected by edges
-  bool inside_out = false;              // closed, but the signed volume is negative
+  bool inside_out = false;              // closed, but the signed volume of a piece is negative
   double area = 0;                      // [m2]
   double volume = 0;                    // signed [m3]
   double shortest_edge = 0;             // [m]

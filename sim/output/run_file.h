@@ -12,12 +12,13 @@ inline constexpr int kRunFormatVersion = 1;
 /// Writes a run as HDF5. The file appears under `path` whole or not at all (temporary name, flush, rename); an older
 /// one is replaced. Groups that were not computed are absent.
 ///
-/// throws   IoError naming the path and the system's reason
+/// throws   IoError naming the path and the system's reason; InputError if parts of the run do not fit each other or a
+///          name of a method or field is not made of letters, digits, _ and -
 void write_run_file(const std::string& path, const Run& run);
 
 /// Reads a run back, as much of it as the file holds.
 ///
-/// throws   InputError if the file is missing, no HDF5, no touchfield run, or of a newer format version;
+/// throws   InputError if the file is missing, no HDF5, no whole touchfield run, or of a newer format version;
 ///          IoError if it is damaged
 Run read_run_file(const std::string& path);
 

@@ -9,6 +9,7 @@
 
 #include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"
+#include "sim/bem/scheme.h"
 #include "sim/mesh/hand.h"
 #include "sim/rendering/target.h"
 
@@ -103,7 +104,6 @@ struct TargetSpec {
 };
 
 enum class MethodKind { kPaper, kUnscattered, kFocus, kFixed };
-enum class Scheme { kPaper };
 
 struct StartSpec {
   enum class Kind { kZero, kRandom };
@@ -160,6 +160,5 @@ struct Scene {
 
 /// Spellings of the names scenes and results use.
 std::string to_string(MethodKind kind);
-std::string to_string(Scheme scheme);
 
 }  // namespace touchfield

@@ -8,12 +8,13 @@
 #include <utility>
 
 extern "C" {
-// LAPACK in OpenBLAS; the trailing lengths are Fortran's for character arguments.
+// NOLINTBEGIN(readability-identifier-naming): LAPACK's own names; the trailing lengths are Fortran's for characters.
 void zgetrf_(const int* m, const int* n, std::complex<double>* a, const int* lda, int* ipiv, int* info);
 void zgetrs_(const char* trans, const int* n, const int* nrhs, const std::complex<double>* a, const int* lda,
              const int* ipiv, std::complex<double>* b, const int* ldb, int* info, std::size_t trans_length);
 void zgecon_(const char* norm, const int* n, const std::complex<double>* a, const int* lda, const double* anorm,
              double* rcond, std::complex<double>* work, double* rwork, int* info, std::size_t norm_length);
+// NOLINTEND(readability-identifier-naming)
 }
 
 namespace touchfield {

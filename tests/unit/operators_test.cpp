@@ -1,11 +1,10 @@
 #include "sim/bem/operators.h"
 
-#include <omp.h>
-
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include "sim/bem/scattering_system.h"
 #include "sim/core/errors.h"
@@ -14,9 +13,7 @@
 namespace touchfield {
 namespace {
 
-Wave wave() {
-  return {air(293.15), 40e3};
-}
+Wave wave() { return {air(293.15), 40e3}; }
 
 TEST(PaperOperator, AnEntryByHand) {
   // Two faces of a mesh: x_i - x_j and n_j by hand, B_ij = -A_j (1 - ikr) exp(ikr) n_j.(x_i - x_j) / (4 pi r^3).
@@ -34,7 +31,8 @@ TEST(PaperOperator, AnEntryByHand) {
   // Face 0: centroid (1, 1, 0) mm, normal +z, 4.5 mm2. Face 1: centroid (0, 1, 6) mm, normal +x, 4.5 mm2.
   const double k = wave().k();
   const double r = 1e-3 * std::sqrt(37.0);
-  const Complex shared = -4.5e-6 * Complex(1.0, -k * r) * std::exp(Complex(0, k * r)) / (4.0 * std::numbers::pi * r * r * r);
+  const Complex shared =
+      -4.5e-6 * Complex(1.0, -k * r) * std::exp(Complex(0, k * r)) / (4.0 * std::numbers::pi * r * r * r);
   EXPECT_LT(std::abs(b(1, 0) - shared * 6e-3), 1e-13 * std::abs(b(1, 0)));  // n_0.(x_1 - x_0) = +6 mm
   EXPECT_LT(std::abs(b(0, 1) - shared * 1e-3), 1e-13 * std::abs(b(0, 1)));  // n_1.(x_0 - x_1) = +1 mm
   EXPECT_EQ(b(0, 0), 0.5);
@@ -53,6 +51,27 @@ TEST(PaperOperator, StoredAndMatrixFreeAgree) {
   EXPECT_EQ(free.size(), 320);
   EXPECT_EQ(paper_columns(mesh, wave(), {5, 319}), b(Eigen::all, std::vector<int>{5, 319}));
   EXPECT_THROW(free.apply(Eigen::MatrixXcd::Zero(319, 1)), std::invalid_argument);
+}
+
+TEST(PaperOperator, AbsorptionDampsEveryEntry) {
+  // B_ij = -A_j (1 - i kappa r) exp(i kappa r) n_j.(x_i - x_j) / (4 pi r^3) with kappa = k + i alpha, by complex arithmetic.
+  const TriangleMesh mesh = icosphere(8e-3, 2);
+  Medium medium = air(293.15);
+  medium.absorption = 20.0;
+  const Wave damped(medium, 40e3);
+  const Eigen::MatrixXcd b = paper_matrix(mesh, damped);
+  const PaperOperator free(mesh, damped);
+  const Eigen::MatrixXcd identity = Eigen::MatrixXcd::Identity(b.rows(), b.rows());
+  EXPECT_LT((free.apply(identity) - b).norm(), 1e-13 * b.norm());
+  EXPECT_LT((free.apply_transpose(identity) - b.transpose()).norm(), 1e-13 * b.norm());
+  for (const auto& [i, j] : {std::pair{0, 5}, std::pair{79, 3}}) {
+    const Vector3 offset = mesh.centroids().col(i) - mesh.centroids().col(j);
+    const double r = offset.norm();
+    const Complex ikr = Complex(0, r) * damped.wavenumber();
+    const Complex expected = -mesh.areas()(j) * (1.0 - ikr) * std::exp(ikr) * offset.dot(mesh.normals().col(j)) /
+                             (4.0 * std::numbers::pi * r * r * r);
+    EXPECT_LT(std::abs(b(i, j) - expected), 1e-13 * std::abs(expected));
+  }
 }
 
 TEST(PaperOperator, TransposeIsTheAdjointOfTheBilinearForm) {

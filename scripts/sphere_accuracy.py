@@ -1,0 +1,51 @@
+#!/usr/bin/env python3
+"""Error of each solved sphere against the exact series: radius, edges a wavelength, complex p, |p|.
+
+usage: scripts/sphere_accuracy.py [PROGRAM]     (default: build/release/apps/touchfield)
+"""
+
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
+os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
+sys.path.insert(0, str(ROOT / "tests/cli"))
+
+import numpy  # noqa: E402
+from sphere_series import K, plane_wave  # noqa: E402
+from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
+
+SCENE = """\
+name: sphere
+array: {{plane_wave: {{direction: [0, 0, 1]}}}}
+body: {{sphere: {{radius_mm: {radius!r}}}, edge_mm: {edge!r}}}
+solve: {{methods: [{{fixed: {{phases_rad: 0}}}}]}}
+write: [h5]
+"""
+
+
+def measure(ka, edges_a_wavelength):
+    wavelength = 2 * math.pi / K * 1e3
+    radius = ka / K * 1e3
+    with tempfile.TemporaryDirectory() as folder:
+        scene = pathlib.Path(folder) / "scene.yaml"
+        scene.write_text(SCENE.format(radius=radius, edge=wavelength / edges_a_wavelength))
+        subprocess.run([PROGRAM, "run", str(scene), "-o", folder + "/out", "--quiet"], check=True,
+                       stdout=subprocess.DEVNULL)
+        with open_run(folder + "/out") as run:
+            centroid, area = faces(run)
+            p = run["methods/fixed/pressure"][:]
+    exact = plane_wave(radius * 1e-3, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
+    return len(area), relative_l2(area, p, exact), relative_l2(area, abs(p), abs(exact))
+
+
+print("| ka | edges a wavelength | faces | complex p | abs(p) |\n|---|---|---|---|---|")
+for ka in [5.10, 5.858277, math.pi, 4.493409, 9.424778]:
+    for edges in [3, 4, 6, 10] if ka < 7 else [3, 4, 6]:
+        count, error, magnitude = measure(ka, edges)
+        print(f"| {ka:.4f} | {edges} | {count} | {100 * error:.1f} % | {100 * magnitude:.1f} % |", flush=True)

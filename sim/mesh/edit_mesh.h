@@ -1,0 +1,58 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// Half-edges of a closed oriented manifold whose connectivity changes. Sides 3 f, 3 f + 1, 3 f + 2 go round face f.
+/// Knows no geometry. Vertices and faces that are removed leave a gap in the numbering until `compact`.
+class EditMesh {
+ public:
+  /// throws   InputError if an edge does not have exactly two faces that run opposite ways
+  EditMesh(const Triangles& triangles, Eigen::Index vertex_count);
+
+  int side_count() const { return static_cast<int>(from_.size()); }
+  int vertex_count() const { return static_cast<int>(outgoing_.size()); }
+  bool alive(int side) const { return from_[at(side)] >= 0; }
+  bool vertex_alive(int vertex) const { return outgoing_[at(vertex)] >= 0; }
+
+  static int next(int side) { return side % 3 == 2 ? side - 2 : side + 1; }
+  static int previous(int side) { return side % 3 == 0 ? side + 2 : side - 1; }
+  int opposite(int side) const { return opposite_[at(side)]; }
+  int from(int side) const { return from_[at(side)]; }
+  int to(int side) const { return from(next(side)); }
+  int valence(int vertex) const { return valence_[at(vertex)]; }
+
+  /// A side that leaves the vertex, and the next one round it.
+  int first_around(int vertex) const { return outgoing_[at(vertex)]; }
+  int next_around(int side) const { return opposite(previous(side)); }
+
+  /// Puts a new vertex on the side's edge; returns its number. The side keeps its start.
+  int split(int side);
+
+  /// Whether moving the side's start into its end keeps the surface a manifold (link condition).
+  bool can_collapse(int side) const;
+  void collapse(int side);
+
+  /// Whether the edge can be exchanged for the other diagonal of its two faces.
+  bool can_flip(int side) const;
+  void flip(int side);
+
+  /// The triangles that are left, and the numbers that their vertices had.
+  Triangles compact(std::vector<int>& old_numbers) const;
+
+ private:
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  bool adjacent(int a, int b) const;
+  void join(int side, int other);
+  int add_face(int a, int b, int c);
+
+  std::vector<int> from_;      // start of each side, -1 if its face is gone
+  std::vector<int> opposite_;  // the same edge seen from the other face
+  std::vector<int> outgoing_;  // one side that leaves each vertex, -1 if the vertex is gone
+  std::vector<int> valence_;
+};
+
+}  // namespace touchfield

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace touchfield {
+
+/// Goes through a text word by word; its errors name file, line and what was found.
+class TextCursor {
+ public:
+  TextCursor(const std::string& text, const std::string& name, std::size_t start = 0)
+      : text_(text), name_(name), at_(start) {}
+
+  /// The next line without its end; false at the end of the text.
+  bool next_line(std::string_view& line);
+  /// The next word, empty at the end of the text.
+  std::string_view next_word();
+  /// The next word as a number. `what` is how an error calls it.
+  double number(const char* what);
+
+  std::size_t position() const { return at_; }
+
+  /// throws   InputError "name:line: message"; the line is that of the last word or line read
+  [[noreturn]] void fail(const std::string& message) const;
+
+ private:
+  const std::string& text_;
+  const std::string& name_;
+  std::size_t at_;
+  std::size_t last_ = 0;  // where the last word or line began
+};
+
+/// The first word of a line, which is shortened by it; empty at its end.
+std::string_view take_word(std::string_view& line);
+
+/// Whether a word is a number as a whole; it may be infinite or NaN.
+bool to_number(std::string_view word, double& value);
+bool to_integer(std::string_view word, std::int64_t& value);
+
+}  // namespace touchfield

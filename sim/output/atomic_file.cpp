@@ -1,0 +1,85 @@
+#include "sim/output/atomic_file.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+/// A file under its temporary name; gone again unless it was renamed.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::filesystem::path& target) : target_(target) {
+    temporary_ = target.parent_path() / fmt::format(".{}.tmp-{}", target.filename().string(), ::getpid());
+    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor_ < 0) {
+      fail();
+    }
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    if (descriptor_ >= 0) {
+      ::close(descriptor_);
+    }
+    if (!renamed_) {
+      ::unlink(temporary_.c_str());
+    }
+  }
+
+  void write(std::string_view bytes) {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(descriptor_, bytes.data(), std::min(bytes.size(), kLargestWrite));
+      if (written < 0 && errno != EINTR) {
+        fail();
+      }
+      bytes.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+    }
+  }
+
+  void commit() {
+    if (::fsync(descriptor_) != 0) {
+      fail();
+    }
+    const int closed = ::close(descriptor_);
+    descriptor_ = -1;
+    if (closed != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0) {
+      fail();
+    }
+    renamed_ = true;
+  }
+
+ private:
+  static constexpr std::size_t kLargestWrite = std::size_t{1} << 30;  // Linux moves less than 2 GiB in one call
+
+  [[noreturn]] void fail() const {
+    const int reason = errno;
+    throw IoError(fmt::format("{}: cannot write: {}", target_.string(), std::strerror(reason)));
+  }
+
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  int descriptor_ = -1;
+  bool renamed_ = false;
+};
+
+}  // namespace
+
+void write_atomically(const std::string& path, std::initializer_list<std::string_view> parts) {
+  TemporaryFile file{std::filesystem::path(path)};
+  for (const std::string_view part : parts) {
+    file.write(part);
+  }
+  file.commit();
+}
+
+}  // namespace touchfield

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+#include "sim/output/colour_map.h"
+#include "sim/output/skin_view.h"
+
+namespace touchfield {
+
+enum class Align { kLeft, kCentre, kRight };
+
+struct TextStyle {
+  int size = 18;  // [pixels]
+  Align align = Align::kLeft;
+  bool bold = false;
+};
+
+/// A white picture that is drawn off screen by VTK. Needs can_draw(). Positions are pixels from the lower left corner.
+class Canvas {
+ public:
+  Canvas(int width, int height);
+  Canvas(const Canvas&) = delete;
+  Canvas& operator=(const Canvas&) = delete;
+  ~Canvas();
+
+  /// Text with its middle height at y.
+  void text(double x, double y, const std::string& text, const TextStyle& style);
+  void line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Colour& colour, double width);
+  void frame(const PixelBox& box, const Colour& colour, double width);
+  /// Fills a box pixel by pixel; colour(i, j) for column i and row j of the box, from its lower left corner.
+  void image(const PixelBox& box, const std::function<Colour(int, int)>& colour);
+  /// A mesh in a panel, one colour a face. Faces that are seen head-on have exactly their colour; slanted ones are
+  /// shaded down to 70 % of it. `edges` are 2 x E vertices, drawn as lines on the skin.
+  void surface(const SkinView& view, const TriangleMesh& mesh, const std::vector<Colour>& colours,
+               const Eigen::Matrix2Xi& edges, const Colour& edge_colour);
+
+  /// The picture as a PNG file.
+  std::string png();
+
+ private:
+  struct Scene;
+  std::unique_ptr<Scene> scene_;
+};
+
+}  // namespace touchfield

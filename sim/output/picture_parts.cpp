@@ -1,0 +1,99 @@
+#include "sim/output/picture_parts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace touchfield {
+
+namespace {
+
+constexpr Colour kInk = {25, 25, 25};
+constexpr PixelBox kBar = {1085, 130, 26, 640};
+constexpr int kLeft = 30;  // [pixels]
+
+/// 10^floor(log10 value), and how many times it is in value (1 <= share < 10).
+struct Decade {
+  double unit;
+  double share;
+};
+
+Decade decade(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)));
+  return {unit, value / unit};
+}
+
+}  // namespace
+
+double round_above(double value) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    return 1.0;
+  }
+  const auto [unit, share] = decade(value);
+  constexpr double kSlack = 1e-9;  // 3000.0000001 is 3000
+  for (const double step : {1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0}) {
+    if (share <= step * (1.0 + kSlack)) {
+      return step * unit;
+    }
+  }
+  return 10.0 * unit;
+}
+
+double tick_step(double range, int most) {
+  const auto [unit, share] = decade(range / most);
+  for (const double step : {1.0, 2.0, 5.0}) {
+    if (share <= step) {
+      return step * unit;
+    }
+  }
+  return 10.0 * unit;
+}
+
+double quantile(std::vector<double> values, double share) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  if (values.empty()) {
+    return 0.0;
+  }
+  const auto last = static_cast<double>(values.size() - 1);
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::ceil(share * last));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle) {
+  canvas.text(kLeft, kPictureHeight - 36, title, {.size = 28, .bold = true});
+  canvas.text(kLeft, kPictureHeight - 74, subtitle, {.size = 22});
+}
+
+void draw_caption(Canvas& canvas, const std::string& first, const std::string& second) {
+  canvas.text(kLeft, 58, first, {.size = 22});
+  canvas.text(kLeft, 24, second, {.size = 16});
+}
+
+void draw_colour_bar(Canvas& canvas, double top) {
+  canvas.image(kBar, [](int, int j) { return viridis((j + 0.5) / kBar.height); });
+  canvas.frame(kBar, kInk, 1.0);
+  canvas.text(kBar.x + 0.5 * kBar.width, kBar.y + kBar.height + 26, "|p| [Pa]", {.size = 20, .align = Align::kCentre});
+  const double step = tick_step(top, 8);
+  const int right = kBar.x + kBar.width;
+  for (int i = 0; i * step <= top * (1.0 + 1e-9); ++i) {
+    const double y = kBar.y + kBar.height * (i * step / top);
+    canvas.line({right, y}, {right + 6, y}, kInk, 1.0);
+    canvas.text(right + 11, y, fmt::format("{:.6g}", i * step), {.size = 18});
+  }
+}
+
+void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel) {
+  const double length = tick_step(0.3 * panel.width * metres_per_pixel, 2);
+  const double pixels = length / metres_per_pixel;
+  const double x = panel.x + 16.0;
+  const double y = panel.y + 16.0;
+  const PixelBox behind = {panel.x + 6, panel.y + 6, static_cast<int>(pixels) + 20, 40};  // readable on skin too
+  canvas.image(behind, [](int, int) { return Colour{255, 255, 255}; });
+  canvas.line({x, y}, {x + pixels, y}, kInk, 3.0);
+  canvas.text(x + 0.5 * pixels, y + 16.0, fmt::format("{:.6g} mm", 1e3 * length),
+              {.size = 16, .align = Align::kCentre});
+}
+
+}  // namespace touchfield

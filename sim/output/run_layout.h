@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/output/hdf5_file.h"
+#include "sim/output/run_data.h"
+
+/// What the writer and the reader of run.h5 share. docs/run-file.md is the description for people.
+namespace touchfield {
+
+inline constexpr const char* kRunFormat = "touchfield-run";
+
+/// A text of a run's provenance and the attribute of /provenance that holds it.
+struct ProvenanceField {
+  const char* name;
+  std::string Provenance::*value;
+};
+
+const std::vector<ProvenanceField>& provenance_fields();
+
+/// omni, piston or t4010a1.
+std::string directivity_name(Directivity::Kind kind);
+
+/// The product k b of a piston, from which Directivity::piston(k b, 1) makes the same directivity again.
+double piston_ka(const Directivity& directivity);
+
+/// Shape of values on a grid, z slowest.
+hdf5::Shape grid_shape(const FieldGrid& grid);
+
+/// throws   InputError naming the first part of the run whose size does not fit the rest, and any name of a method,
+///          field or stage that cannot be stored
+void check_run(const Run& run);
+
+/// The same for one field by itself.
+void check_field(const FieldResult& field);
+
+}  // namespace touchfield

@@ -1,0 +1,159 @@
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/output/atomic_file.h"
+#include "sim/output/run_file.h"
+#include "sim/output/run_layout.h"
+
+namespace touchfield {
+
+namespace {
+
+/// A field of a CSV line, quoted only where RFC 4180 asks for it.
+std::string csv_field(std::string_view text) {
+  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
+    return std::string(text);
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    quoted += c;
+    if (c == '"') {
+      quoted += c;
+    }
+  }
+  return quoted + '"';
+}
+
+std::string csv_line(const std::vector<std::string>& fields) {
+  std::vector<std::string> quoted;
+  std::ranges::transform(fields, std::back_inserter(quoted), csv_field);
+  return fmt::format("{}\n", fmt::join(quoted, ","));
+}
+
+/// A table for a person: the first column to the left, the others to the right, as wide as they need.
+std::string table(const std::vector<std::vector<std::string>>& rows) {
+  std::vector<std::size_t> widths(rows.front().size(), 0);
+  for (const auto& row : rows) {
+    for (std::size_t c = 0; c < row.size(); ++c) {
+      widths[c] = std::max(widths[c], row[c].size());
+    }
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    std::string line = fmt::format("  {:<{}}", row[0], widths[0]);
+    for (std::size_t c = 1; c < row.size(); ++c) {
+      line += fmt::format("  {:>{}}", row[c], widths[c]);
+    }
+    text += line + '\n';
+  }
+  return text;
+}
+
+/// A number as a table shows it; "-" where nothing was computed.
+std::string number(double value, const char* format) {
+  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
+}
+
+std::string percent(double fraction) { return number(100.0 * fraction, "{:.2f} %"); }
+
+std::string methods_table(const Run& run) {
+  std::vector<std::vector<std::string>> rows = {{"method", "error", "width [mm]", "wanted [mm]", "leakage",
+                                                 "inside [Pa]", "peak [Pa]", "force [mN]", "elsewhere [mN]", "steps",
+                                                 "seconds", "status"}};
+  for (const MethodResult& result : run.methods) {
+    const Metrics& metrics = result.metrics;
+    rows.push_back({result.name, percent(metrics.relative_error), number(metrics.width_mm, "{:.2f}"),
+                    number(metrics.width_wanted_mm, "{:.2f}"), percent(metrics.leakage),
+                    number(metrics.mean_inside_pa, "{:.0f}"), number(metrics.peak_pa, "{:.0f}"),
+                    number(1e3 * metrics.force_target_n, "{:.3g}"), number(1e3 * metrics.force_elsewhere_n, "{:.3g}"),
+                    fmt::format("{}", result.solution.iterations), number(metrics.seconds_total, "{:.2f}"),
+                    to_string(result.solution.status)});
+  }
+  return table(rows);
+}
+
+std::string array_line(const TransducerArray& array) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    return fmt::format("array     plane wave of {:.6g} Pa\n", array.amplitudes(0));
+  }
+  const int devices = array.device.size() == 0 ? 0 : *std::ranges::max_element(array.device) + 1;
+  return fmt::format("array     {} transducers on {} device{}, directivity {}\n", array.size(), devices,
+                     devices == 1 ? "" : "s", directivity_name(array.directivity.kind()));
+}
+
+std::string fields_text(const Run& run) {
+  std::string text;
+  for (const FieldResult& field : run.fields) {
+    const FieldGrid& grid = field.grid;
+    std::vector<std::string> methods;
+    std::ranges::transform(field.pressure, std::back_inserter(methods), [](const auto& entry) { return entry.first; });
+    text += fmt::format("field     {}: {} x {} x {} points, {}\n", grid.name, grid.count[0], grid.count[1],
+                        grid.count[2], methods.empty() ? "no pressure" : fmt::format("{}", fmt::join(methods, ", ")));
+  }
+  return text;
+}
+
+std::string provenance_text(const Provenance& provenance) {
+  const std::string period = provenance.end.empty() ? provenance.start + ", not ended"
+                                                    : fmt::format("{} to {}", provenance.start, provenance.end);
+  std::string text = fmt::format("made by   touchfield {} ({}), {}, {}\n", provenance.version, provenance.revision,
+                                 provenance.compiler, provenance.flags);
+  text += fmt::format("on        {}, {} threads\n", provenance.machine, provenance.threads);
+  text += fmt::format("when      {}\n", period);
+  text += fmt::format("command   {}\n", provenance.command_line);
+  if (!provenance.seeds.empty()) {
+    text += fmt::format("seeds     {}\n", provenance.seeds);
+  }
+  text += fmt::format("scene     {}\n", provenance.scene_hash);
+  return text;
+}
+
+}  // namespace
+
+std::string describe_run(const Run& run) {
+  std::string text = fmt::format("{}: {}\n", run.name, run.complete ? "complete" : "NOT COMPLETE");
+  text += fmt::format("mesh      {} faces, {} vertices, {:.4g} cm2, mean edge {:.3g} mm\n", run.mesh.face_count(),
+                      run.mesh.vertex_count(), 1e4 * run.mesh.total_area(), 1e3 * run.mesh.mean_edge());
+  text += array_line(run.array);
+  text += run.target ? fmt::format("target    {} faces, up to {:.6g} Pa\n", run.target->size(),
+                                   *std::ranges::max_element(run.target->amplitudes))
+                     : "target    none\n";
+  text += run.judged ? "judge     the solving model\n" : "judge     none\n";
+  text += fields_text(run);
+  for (const auto& [stage, seconds] : run.seconds) {
+    text += fmt::format("seconds   {}: {:.3f}\n", stage, seconds);
+  }
+  text += provenance_text(run.provenance);
+  for (const std::string& warning : run.warnings) {
+    text += fmt::format("warning   {}\n", warning);
+  }
+  return text + (run.methods.empty() ? "no method has finished\n" : '\n' + methods_table(run));
+}
+
+void write_metrics_csv(const std::string& path, const Run& run) {
+  std::vector<std::string> header = {"name", "method", "scheme"};
+  for (const MetricField& field : metric_fields()) {
+    header.emplace_back(field.name);
+  }
+  header.emplace_back("status");
+  std::string text = csv_line(header);
+  for (const MethodResult& result : run.methods) {
+    std::vector<std::string> line = {result.name, result.method, result.scheme};
+    for (const MetricField& field : metric_fields()) {
+      const double value = result.metrics.*field.value;
+      line.push_back(std::isnan(value) ? "nan" : fmt::format("{}", value));  // fmt gives a NaN's sign
+    }
+    line.push_back(to_string(result.solution.status));
+    text += csv_line(line);
+  }
+  write_text_file(path, text);
+}
+
+void write_text_file(const std::string& path, const std::string& text) { write_atomically(path, {text}); }
+
+}  // namespace touchfield

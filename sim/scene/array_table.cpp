@@ -1,0 +1,169 @@
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "sim/scene/number_files.h"
+#include "sim/scene/scene_table.h"
+
+namespace touchfield::schema {
+namespace {
+
+const Range kPitch = above_to(0, 1000);
+
+// A vector of unit length stays as it is, to the bit, so that a resolved scene reads back the same.
+std::optional<Vector3> unit_vector(const Vector3& v) {
+  if (std::abs(v.squaredNorm() - 1) < 16 * std::numeric_limits<double>::epsilon()) return v;
+  const double largest = v.cwiseAbs().maxCoeff();
+  if (largest == 0) return std::nullopt;
+  return (v / largest).normalized();
+}
+
+Codec<GridArray> grid_codec() {
+  return Map<GridArray>()
+      .key("count", &GridArray::count, tuple_of<int, 2>(integer(between(1, 1000))), "Transducers along x and y.")
+      .key("pitch_mm", &GridArray::pitch, number(kMillimetres, kPitch), "Distance between neighbours [mm].")
+      .codec();
+}
+
+Codec<Autd3Array> autd3_codec() {
+  const auto unit = Map<Placement>()
+                        .required("at_mm", &Placement::at, vector3(kMillimetres, {}), "[0, 0, 0]",
+                                  "Where the unit's transducer 0 is [mm].")
+                        .key("rotate_deg", &Placement::angles, vector3(kDegrees, {}),
+                             "Rotation about transducer 0: about x, then y, then z [deg].")
+                        .codec();
+  const auto units = list_of(unit, 1, 1000);
+  const auto layout = tuple_of<int, 2>(integer(between(1, 100)));
+  return Map<Autd3Array>()
+      .add(
+          {.name = "layout", .type = layout.type, .help = "Units edge to edge along x and y.", .fallback = "[3, 2]"},
+          [layout](const Input& in, Autd3Array& array) { return layout.read(in, array.layout.emplace()); },
+          [layout](const Autd3Array& array) {
+            return array.layout ? std::optional<Node>(layout.write(*array.layout)) : std::nullopt;
+          })
+      .add(
+          {.name = "units", .type = units.type, .help = "Or each unit's own place."},
+          [units](const Input& in, Autd3Array& array) { return units.read(in, array.units); },
+          [units](const Autd3Array& array) {
+            return array.layout ? std::nullopt : std::optional<Node>(units.write(array.units));
+          })
+      .key("pitch_mm", &Autd3Array::pitch, number(kMillimetres, kPitch),
+           "Distance between neighbours [mm]; boards of 2016 to 2019 had 10.18.")
+      .at_most_one({"layout", "units"})
+      .check([](const Input& in, Autd3Array& array, bool /*good*/) {
+        if (!in.node().find("units") && !in.node().find("layout")) array.layout = {3, 2};
+        return true;
+      })
+      .codec();
+}
+
+struct PositionsForm {
+  Points points = Points(3, 0);
+  std::optional<Points> axes;
+};
+
+std::optional<PositionsArray> to_positions(const Input& in, const PositionsForm& form) {
+  const auto count = form.points.cols();
+  PositionsArray array{.points = form.points, .axes = Vector3::UnitZ().replicate(1, count)};
+  if (!form.axes) return array;
+  if (form.axes->cols() != count) {
+    in.at(*in.node().find("axes"))
+        .problem(fmt::format("{} axes, must be {} as there are points", form.axes->cols(), count));
+    return std::nullopt;
+  }
+  bool good = true;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    if (const auto axis = unit_vector(form.axes->col(i))) {
+      array.axes.col(i) = *axis;
+    } else {
+      in.at(*in.node().find("axes")).at(static_cast<std::size_t>(i)).problem("zero, an axis must have a direction");
+      good = false;
+    }
+  }
+  return good ? std::optional(array) : std::nullopt;
+}
+
+Codec<PositionsArray> positions_codec() {
+  const auto coordinates = points(kMillimetres, {});
+  const auto directions = points(kPlain, {});
+  const auto named = file();
+  const auto form =
+      Map<PositionsForm>()
+          .add(
+              {.name = "points_mm",
+               .type = coordinates.type,
+               .help = "Where the transducers are [mm].",
+               .example = "[[-5, 0, 0], [5, 0, 0]]"},
+              [coordinates](const Input& in, PositionsForm& f) { return coordinates.read(in, f.points); },
+              [coordinates](const PositionsForm& f) { return std::optional<Node>(coordinates.write(f.points)); })
+          .maybe("axes", &PositionsForm::axes, directions, "[[0, 0, 1], [0, 0, 1]]",
+                 "Directions the transducers emit along, one each, of any length; +z if left out.")
+          .allowed_with({"points_mm"})
+          .add(
+              {.name = "file",
+               .type = named.type,
+               .help = "A file of lines x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,ax,ay,az; # starts a comment, the first line "
+                       "may be a header.",
+               .example = "array.csv"},
+              [named](const Input& in, PositionsForm& f) {
+                std::string path;
+                if (!named.read(in, path)) return false;
+                auto read = read_positions(in, path);
+                if (!read) return false;
+                f.points = std::move(read->points);
+                f.axes = std::move(read->axes);
+                return true;
+              },
+              [](const PositionsForm&) { return std::optional<Node>(); })
+          .exactly_one({"points_mm", "file"})
+          .codec();
+  return kept_as<PositionsArray, PositionsForm>(form, to_positions, [](const PositionsArray& array) {
+    return PositionsForm{array.points, array.axes};
+  });
+}
+
+Codec<PlaneWaveArray> plane_wave_codec() {
+  const auto direction = kept_as<Vector3, Vector3>(
+      vector3(kPlain, {}),
+      [](const Input& in, const Vector3& v) {
+        auto unit = unit_vector(v);
+        if (!unit) in.problem("zero, a direction must not be");
+        return unit;
+      },
+      [](const Vector3& v) { return v; });
+  return Map<PlaneWaveArray>()
+      .key("direction", &PlaneWaveArray::direction, direction, "Direction of travel, of any length.")
+      .key("amplitude_pa", &PlaneWaveArray::amplitude, number(kPlain, above(0)), "Pressure amplitude [Pa].")
+      .codec();
+}
+
+}  // namespace
+
+Codec<ArraySpec> array_codec() {
+  using Kind = Directivity::Kind;
+  return Map<ArraySpec>()
+      .alternative("grid", &ArraySpec::layout, grid_codec(), "A flat rectangle of transducers, its middle on at_mm.")
+      .alternative("autd3", &ArraySpec::layout, autd3_codec(), "AUTD3 units of 249 transducers each.")
+      .alternative("sonicsurface", &ArraySpec::layout, Map<SonicsurfaceArray>().codec(),
+                   "The open-hardware board of 16 x 16 transducers at 10.5 mm, its middle on at_mm.", "{}")
+      .alternative("positions", &ArraySpec::layout, positions_codec(), "Transducers anywhere.")
+      .alternative("plane_wave", &ArraySpec::layout, plane_wave_codec(),
+                   "One channel, a plane wave; its phase is 0 at the origin.")
+      .key("at_mm", &ArraySpec::at, vector3(kMillimetres, {}), "Where the array's own origin is in the world [mm].")
+      .key("rotate_deg", &ArraySpec::angles, vector3(kDegrees, {}),
+           "Rotation about the array's own origin: about x, then y, then z [deg].")
+      .key("directivity", &ArraySpec::directivity,
+           choice<Kind>({{"omni", Kind::kOmni}, {"piston", Kind::kPiston}, {"t4010a1", Kind::kT4010a1}}),
+           "How a transducer radiates away from its axis: alike everywhere, as a piston, or as measured for the "
+           "AUTD3's.")
+      .key("piston_radius_mm", &ArraySpec::piston_radius, number(kMillimetres, above_to(0, 1000)),
+           "Radius of a piston [mm]; of no effect on other directivities.")
+      .key("level", &ArraySpec::level, number(kPlain, above_to(0, 1)), "Drive of every transducer, 1 at full.")
+      .key("source_pa_m", &ArraySpec::source_strength, number(kPlain, above(0)),
+           "Pressure amplitude of a transducer at full drive on its axis times the distance [Pa m].")
+      .exactly_one({"grid", "autd3", "sonicsurface", "positions", "plane_wave"})
+      .codec();
+}
+
+}  // namespace touchfield::schema

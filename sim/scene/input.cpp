@@ -1,0 +1,106 @@
+#include "sim/scene/input.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace touchfield::schema {
+namespace {
+
+constexpr std::size_t kMostProblems = 100;
+
+std::string description(const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::kNull:
+      return "no value";
+    case Node::Kind::kScalar:
+      return quoted_for_message(node.text);
+    case Node::Kind::kList:
+      return "a list";
+    case Node::Kind::kMap:
+      return "a map";
+  }
+  return "";
+}
+
+}  // namespace
+
+Reading::Reading(std::string file, std::vector<std::string> overrides)
+    : file_(std::move(file)), overrides_(std::move(overrides)) {}
+
+void Reading::add(const Place& place, std::string text) {
+  const std::string where =
+      place.source == 0
+          ? fmt::format("{}:{}:{}", file_, place.line, place.column)
+          : fmt::format("--set {}", quoted_for_message(overrides_.at(static_cast<std::size_t>(place.source) - 1), 100));
+  problems_.push_back({place, fmt::format("{}: {}", where, text)});
+}
+
+void Reading::add_elsewhere(const Place& place, std::string text) { problems_.push_back({place, std::move(text)}); }
+
+std::string Reading::message() const {
+  auto problems = problems_;
+  std::stable_sort(problems.begin(), problems.end(),
+                   [](const Problem& a, const Problem& b) { return a.place < b.place; });
+  std::string message;
+  for (std::size_t i = 0; i < std::min(problems.size(), kMostProblems); ++i) {
+    message += (i == 0 ? "" : "\n") + problems[i].text;
+  }
+  if (problems.size() > kMostProblems) {
+    message += fmt::format("\n{}: and {} problems more", file_, problems.size() - kMostProblems);
+  }
+  return message;
+}
+
+std::string Reading::resolve(const Place& place, const std::string& name) const {
+  const std::filesystem::path folder = place.source == 0 ? std::filesystem::path(file_).parent_path() : "";
+  return (folder / name).lexically_normal().string();
+}
+
+Input::Input(const Node& node, std::string path, Reading& reading)
+    : node_(&node), path_(std::move(path)), reading_(&reading) {}
+
+Input Input::at(std::size_t item) const { return {node_->items[item], fmt::format("{}[{}]", path_, item), *reading_}; }
+
+std::string Input::path_of(const std::string& key) const {
+  const std::string name = quoted_for_message(key);
+  return path_.empty() ? name : path_ + "." + name;
+}
+
+void Input::must_be(const std::string& rule) const {
+  const bool one_value = node_->kind == Node::Kind::kScalar;
+  const std::string shown = description(*node_);
+  if (one_value && node_->quoted) {
+    problem(fmt::format("the text \"{}\" must be {}", shown, rule));
+  } else if (one_value) {
+    reading_->add(node_->place, fmt::format("{} = {} must be {}", path_, shown, rule));
+  } else {
+    problem(fmt::format("{}, must be {}", shown, rule));
+  }
+}
+
+void Input::problem(const std::string& text) const {
+  reading_->add(node_->place, path_.empty() ? text : fmt::format("{}: {}", path_, text));
+}
+
+std::string quoted_for_message(const std::string& text, std::size_t longest) {
+  std::string shown = text;
+  if (shown.size() > longest) {
+    std::size_t cut = longest;
+    while (cut > 0 && (static_cast<unsigned char>(shown[cut]) & 0xC0U) == 0x80U) --cut;  // not within a UTF-8 character
+    shown.resize(cut);
+    shown += "...";
+  }
+  for (char& c : shown) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte == '\n' || byte == '\r' || byte == '\t')
+      c = ' ';
+    else if (byte < 0x20 || byte == 0x7F)
+      c = '?';
+  }
+  return shown;
+}
+
+}  // namespace touchfield::schema

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "sim/scene/yaml_tree.h"
+
+namespace touchfield::schema {
+
+/// One reading of a scene: how its sources are called in messages, and the problems found so far.
+class Reading {
+ public:
+  /// file        the scene file as the user named it
+  /// overrides   the --set texts; source n of a Place is the n-th, from 1
+  Reading(std::string file, std::vector<std::string> overrides);
+
+  /// A problem at a place, its text without the place.
+  void add(const Place& place, std::string text);
+  /// A problem in another file that the scene names at `place`; the text names the place in that file.
+  void add_elsewhere(const Place& place, std::string text);
+
+  bool failed() const { return !problems_.empty(); }
+  /// Every problem, one a line, those of the file in its order, then those of the overrides.
+  std::string message() const;
+
+  /// The path of a file named at a place: a relative name in the scene counts from the scene's folder, one in an
+  /// override from the working directory.
+  std::string resolve(const Place& place, const std::string& name) const;
+
+ private:
+  struct Problem {
+    Place place;
+    std::string text;
+  };
+
+  std::string file_;
+  std::vector<std::string> overrides_;
+  std::vector<Problem> problems_;
+};
+
+/// A value on its way into the scene: what was written, how it is called, and where to complain.
+class Input {
+ public:
+  Input(const Node& node, std::string path, Reading& reading);
+
+  const Node& node() const { return *node_; }
+  const std::string& path() const { return path_; }
+  Reading& reading() const { return *reading_; }
+
+  Input at(const Entry& entry) const { return {entry.value, path_of(entry.key), *reading_}; }
+  Input at(std::size_t item) const;
+  /// How a key of this map is called.
+  std::string path_of(const std::string& key) const;
+
+  /// The problem "path = value must be rule", e.g. `field[0].spacing_mm = -1 must be > 0`.
+  void must_be(const std::string& rule) const;
+  /// The problem "path: text" at this value.
+  void problem(const std::string& text) const;
+
+ private:
+  const Node* node_;
+  std::string path_;
+  Reading* reading_;
+};
+
+/// A text as a message quotes it: in one line, without control characters, cut after `longest` bytes.
+std::string quoted_for_message(const std::string& text, std::size_t longest = 60);
+
+}  // namespace touchfield::schema

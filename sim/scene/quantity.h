@@ -1,0 +1,59 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace touchfield::schema {
+
+/// Bounds of a number in the unit the scene gives it in. On a side without a bound kLargest is one, so that sums and
+/// squares of lengths stay finite.
+struct Range {
+  static constexpr double kLargest = 1e9;
+
+  std::optional<double> low;
+  std::optional<double> high;
+  bool low_excluded = false;
+
+  /// "> 0", "1 to 200", "> 0 and <= 1"; empty if there is no bound.
+  std::string text() const;
+  /// The rule that a finite value breaks, as it follows "must be"; nothing if it keeps all.
+  std::optional<std::string> broken_by(double value) const;
+};
+
+Range above(double low);
+Range above_to(double low, double high);
+Range between(double low, double high);
+
+/// The value of a decimal number as YAML writes it (no hexadecimal, no nan, no inf) times 10^power, correctly rounded:
+/// 10.16 at power -3 is the double nearest to 0.01016. A value too large for a double is infinity, one too small 0.
+/// Nothing if the text is not such a number.
+std::optional<double> parse_decimal(std::string_view text, int power = 0);
+
+/// The shortest decimal text that parse_decimal(text, power) turns into exactly this finite value.
+std::string decimal_text(double value, int power = 0);
+
+/// The unit a scene gives a quantity in, and its way to SI and back.
+class Unit {
+ public:
+  /// A unit of 10^power SI units: -3 for millimetres, 3 for kilohertz, 0 for the SI unit itself.
+  static Unit power_of_ten(int power) { return {Kind::kPowerOfTen, power}; }
+  static Unit degree() { return {Kind::kDegree, 0}; }
+  static Unit celsius() { return {Kind::kCelsius, 0}; }
+
+  /// The value in SI; nothing if the text is no number.
+  std::optional<double> si(std::string_view text) const;
+
+  /// The shortest text that si() turns into exactly this value. A value that no text in degrees or Celsius can give is
+  /// written with 17 digits, which give its neighbour.
+  std::string text(double si) const;
+
+ private:
+  enum class Kind { kPowerOfTen, kDegree, kCelsius };
+  Unit(Kind kind, int power) : kind_(kind), power_(power) {}
+
+  Kind kind_;
+  int power_;
+};
+
+}  // namespace touchfield::schema

@@ -1,0 +1,194 @@
+#include "sim/scene/scene_table.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "sim/scene/suggest.h"
+
+namespace touchfield::schema {
+namespace {
+
+Codec<MediumSpec> medium_codec() {
+  return Map<MediumSpec>()
+      .key("temperature_c", &MediumSpec::temperature, number(Unit::celsius(), between(-50, 60)),
+           "Temperature of the air [C]: gives the speed of sound and the density.")
+      .key("humidity_percent", &MediumSpec::humidity, number(Unit::power_of_ten(-2), between(0, 100)),
+           "Relative humidity [%]: enters the absorption only.")
+      .key("absorption", &MediumSpec::absorption, flag(), "Whether the air absorbs sound (ISO 9613-1).")
+      .maybe("sound_speed_m_s", &MediumSpec::sound_speed, number(kPlain, above_to(0, 1e4)), "343.21",
+             "Speed of sound [m/s] instead of the temperature's.")
+      .maybe("density_kg_m3", &MediumSpec::density, number(kPlain, above_to(0, 1e4)), "1.2041",
+             "Density [kg/m3] instead of the temperature's.")
+      .codec();
+}
+
+Codec<TargetBoxSpec> target_box_codec() {
+  using Box = TargetBoxSpec;
+  const auto coordinate = vector3(kMillimetres, {});
+  const auto write_if = [coordinate](bool given, const Vector3& value) {
+    return given ? std::optional<Node>(coordinate.write(value)) : std::nullopt;
+  };
+  const auto landmark = text(1);
+  return Map<Box>()
+      .add(
+          {.name = "at",
+           .type = landmark.type,
+           .help = "The landmark of the placed body that the box is centred on.",
+           .example = "index_pad"},
+          [landmark](const Input& in, Box& box) { return landmark.read(in, box.at); },
+          [landmark](const Box& box) {
+            return box.at.empty() ? std::nullopt : std::optional<Node>(landmark.write(box.at));
+          })
+      .add(
+          {.name = "offset_mm",
+           .type = coordinate.type,
+           .help = "From the landmark to the centre of the box, along the world's axes [mm].",
+           .fallback = "[0, 0, 0]"},
+          [coordinate](const Input& in, Box& box) { return coordinate.read(in, box.offset); },
+          [write_if](const Box& box) { return write_if(!box.at.empty(), box.offset); })
+      .allowed_with({"at"})
+      .add(
+          {.name = "centre_mm",
+           .type = coordinate.type,
+           .help = "Centre of the box in the world's frame [mm].",
+           .example = "[0, 0, 200]"},
+          [coordinate](const Input& in, Box& box) { return coordinate.read(in, box.centre); },
+          [write_if](const Box& box) { return write_if(box.at.empty(), box.centre); })
+      .required("size_mm", &Box::size, vector3(kMillimetres, above(0)), "[8, 40, 6]",
+                "Side lengths of the box [mm]: its width, its length, its depth.")
+      .key("rotate_deg", &Box::angles, vector3(kDegrees, {}),
+           "Rotation of the box about its centre: about the world's x, then y, then z axis [deg].")
+      .exactly_one({"at", "centre_mm"})
+      .codec();
+}
+
+Codec<TargetSpec> target_codec() {
+  const auto box = target_box_codec();
+  const auto boxes = list_of(box, 1);
+  const auto pressure = number(kPlain, above(0));
+  const auto best = word({"best"});
+  const TypeInfo pressure_type{.kind = TypeInfo::Kind::kAny, .of = {pressure.type, best.type}};
+  return Map<TargetSpec>()
+      .add(
+          {.name = "box", .type = box.type, .help = "Faces of the skin whose centroid is in this box are pressed on."},
+          [box](const Input& in, TargetSpec& target) { return box.read(in, target.boxes.emplace_back()); },
+          [box](const TargetSpec& target) {
+            return target.boxes.size() == 1 ? std::optional<Node>(box.write(target.boxes.front())) : std::nullopt;
+          })
+      .add(
+          {.name = "boxes", .type = boxes.type, .help = "Several boxes; a face in two belongs to the first."},
+          [boxes](const Input& in, TargetSpec& target) { return boxes.read(in, target.boxes); },
+          [boxes](const TargetSpec& target) {
+            return target.boxes.size() == 1 ? std::nullopt : std::optional<Node>(boxes.write(target.boxes));
+          })
+      .key("profile", &TargetSpec::profile,
+           choice<TargetProfile>({{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
+           "Wanted pressure on the faces: the same on each, or in proportion to the depth below the side of the box "
+           "through which the skin enters.")
+      .add(
+          {.name = "pressure_pa",
+           .type = pressure_type,
+           .help = "Wanted pressure amplitude [Pa], the largest of a profile; best: as strong as the array can at "
+                   "the smallest error.",
+           .fallback = "best"},
+          [=](const Input& in, TargetSpec& target) {
+            if (in.node().kind != Node::Kind::kScalar) {
+              in.must_be(phrase(pressure_type));
+              return false;
+            }
+            target.pressure.reset();
+            if (in.node().text == "best") return true;
+            if (in.node().quoted || !parse_decimal(in.node().text)) {
+              in.must_be(phrase(pressure_type));
+              return false;
+            }
+            return pressure.read(in, target.pressure.emplace());
+          },
+          [pressure](const TargetSpec& target) {
+            return std::optional<Node>(target.pressure ? pressure.write(*target.pressure) : scalar("best"));
+          })
+      .exactly_one({"box", "boxes"})
+      .codec();
+}
+
+Codec<WriteSpec> write_codec() {
+  const std::vector<std::pair<std::string, bool WriteSpec::*>> kinds = {
+      {"h5", &WriteSpec::h5}, {"vtp", &WriteSpec::vtp}, {"vti", &WriteSpec::vti}, {"png", &WriteSpec::png}};
+  std::vector<std::string> words;
+  words.reserve(kinds.size());
+  for (const auto& [text, member] : kinds) words.push_back(text);
+  auto base = list_of<std::string>(word(words), 1, kinds.size(),
+                                   {.name = [](const std::string& kind) { return kind; }, .advice = ""});
+  base.type.distinct = true;
+  return kept_as<WriteSpec, std::vector<std::string>>(
+      base,
+      [kinds](const Input&, const std::vector<std::string>& given) {
+        WriteSpec write;
+        for (const auto& [text, member] : kinds) {
+          write.*member = std::find(given.begin(), given.end(), text) != given.end();
+        }
+        return std::optional(write);
+      },
+      [kinds](const WriteSpec& write) {
+        std::vector<std::string> given;
+        for (const auto& [text, member] : kinds) {
+          if (write.*member) given.push_back(text);
+        }
+        return given;
+      });
+}
+
+// The name of the method that an item of solve.methods holds, if it is well formed.
+std::string method_of(const Node& item) {
+  if (item.kind == Node::Kind::kScalar) return item.text;
+  return item.kind == Node::Kind::kMap && item.entries.size() == 1 ? item.entries.front().key : "";
+}
+
+// Every method but `fixed` works towards a target.
+bool check_targets(const Input& in) {
+  const Entry* solve = in.node().find("solve");
+  const Entry* methods = solve ? solve->value.find("methods") : nullptr;
+  if (!methods || in.node().find("target")) return true;
+  for (const auto& entry : in.node().entries) {  // a misspelt target has its own message
+    if (edit_distance(entry.key, "target") <= 2) return true;
+  }
+  bool good = true;
+  const Input list = in.at(*solve).at(*methods);
+  for (std::size_t i = 0; i < methods->value.items.size(); ++i) {
+    const std::string method = method_of(methods->value.items[i]);
+    if (method != "paper" && method != "unscattered" && method != "focus") continue;
+    list.at(i).problem(fmt::format("{} needs a target, the scene must have one", method));
+    good = false;
+  }
+  return good;
+}
+
+Codec<Scene> make_scene_codec() {
+  return Map<Scene>()
+      .required("name", &Scene::name, name(), "my_scene", "Names the run's folder.")
+      .key("medium", &Scene::medium, medium_codec(), "The air.")
+      .key("frequency_khz", &Scene::frequency, number(Unit::power_of_ten(3), between(1, 200)),
+           "Frequency of the ultrasound [kHz].")
+      .required("array", &Scene::array, array_codec(), "", "The transducers.")
+      .required("body", &Scene::body, body_codec(), "", "What the sound is scattered by, a sound-hard skin.")
+      .maybe("target", &Scene::target, target_codec(), "",
+             "Where on the skin to press. Every method but fixed needs one.")
+      .required("solve", &Scene::solve, solve_codec(), "", "How the phases are found.")
+      .key("judge", &Scene::judge, choice<Judge>({{"same", Judge::kSame}, {"none", Judge::kNone}}),
+           "What computes the pressures that a result is judged by: the model that was solved, or nothing.")
+      .key("field", &Scene::fields, fields_codec(), "Planes and boxes of points in the air to compute the pressure at.")
+      .key("write", &Scene::write, write_codec(),
+           "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png).")
+      .check([](const Input& in, Scene&, bool /*good*/) { return check_targets(in); })
+      .codec();
+}
+
+}  // namespace
+
+const Codec<Scene>& scene_codec() {
+  static const Codec<Scene> codec = make_scene_codec();
+  return codec;
+}
+
+}  // namespace touchfield::schema

@@ -1,0 +1,373 @@
+#include "sim/scene/schema.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/scene/suggest.h"
+
+namespace touchfield::schema {
+namespace {
+
+using Kind = TypeInfo::Kind;
+
+std::string with_bounds(const std::string& noun, const Range& range, bool with_range) {
+  const std::string bounds = range.text();
+  if (!with_range || bounds.empty()) return noun;
+  const bool comparison = bounds.front() == '>' || bounds.front() == '<';
+  return fmt::format("{}{} {}", noun, comparison ? "" : " from", bounds);
+}
+
+std::string plural_phrase(const TypeInfo& type, bool with_range) {
+  switch (type.kind) {
+    case Kind::kNumber:
+      return with_bounds("numbers", type.range, with_range);
+    case Kind::kInteger:
+      return with_bounds("whole numbers", type.range, with_range);
+    case Kind::kMap:
+      return "maps";
+    case Kind::kList:
+      return fmt::format("lists of {} {}", type.fewest, plural_phrase(type.of.front(), with_range));
+    default:
+      return "items, each " + phrase(type, with_range);
+  }
+}
+
+std::string list_phrase(const TypeInfo& type, bool with_range) {
+  std::string count;
+  if (type.fewest == type.most) {
+    count = fmt::format("{} ", type.fewest);
+  } else if (type.most != TypeInfo::kNoLimit && !type.distinct) {
+    count = fmt::format("{} to {} ", type.fewest, type.most);
+  } else if (type.fewest > 1) {
+    count = fmt::format("at least {} ", type.fewest);
+  }
+  const std::string what = type.distinct ? fmt::format("different words of {}", fmt::join(type.of.front().words, ", "))
+                                         : plural_phrase(type.of.front(), with_range);
+  return fmt::format("a list of {}{}", count, what);
+}
+
+// A number in the unit of the file, checked against its range; nothing after a report.
+std::optional<double> checked_number(const Input& in, const TypeInfo& type) {
+  const auto& node = in.node();
+  const std::string noun = phrase(type, false);
+  const bool plain = node.kind == Node::Kind::kScalar && !node.quoted;
+  const auto value = plain ? parse_decimal(node.text) : std::nullopt;
+  if (!value) {
+    const bool not_finite =
+        plain && std::set<std::string>{".nan", ".inf", "-.inf", "+.inf", "nan", "inf", "-inf"}.contains(node.text);
+    in.must_be(not_finite ? "a finite number" : noun);
+    return std::nullopt;
+  }
+  const bool whole = std::floor(*value) == *value;  // infinity, a text too long for a double, is stopped by the range
+  if (type.kind == Kind::kInteger && !whole) {
+    in.must_be(noun);
+    return std::nullopt;
+  }
+  if (const auto rule = type.range.broken_by(*value)) {
+    in.must_be(*rule);
+    return std::nullopt;
+  }
+  return value;
+}
+
+template <class T>
+Codec<T> whole_number(const Range& range) {
+  const TypeInfo type{.kind = Kind::kInteger, .range = range};
+  return {type,
+          [type](const Input& in, T& out) {
+            const auto value = checked_number(in, type);
+            if (value) out = static_cast<T>(*value);
+            return value.has_value();
+          },
+          [](const T& value) { return scalar(std::to_string(value)); }};
+}
+
+bool has_control_character(const std::string& text) {
+  return std::any_of(text.begin(), text.end(), [](char c) {
+    const auto byte = static_cast<unsigned char>(c);
+    return byte < 0x20 || byte == 0x7F;
+  });
+}
+
+// A scalar whose text passes a test.
+Codec<std::string> tested_text(const TypeInfo& type, std::function<bool(const std::string&)> test) {
+  return {type,
+          [type, test = std::move(test)](const Input& in, std::string& out) {
+            if (in.node().kind != Node::Kind::kScalar || !test(in.node().text)) {
+              in.must_be(phrase(type));
+              return false;
+            }
+            out = in.node().text;
+            return true;
+          },
+          [](const std::string& value) { return scalar(value); }};
+}
+
+bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& meant) {
+  bool good = true;
+  const auto& entries = in.node().entries;
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    const auto& entry = entries[i];
+    const auto report = [&](const std::string& text) {
+      in.reading().add(entry.place, fmt::format("{}: {}", in.path_of(entry.key), text));
+      good = false;
+    };
+    const auto first = std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.key == entry.key; });
+    if (first != entries.begin() + static_cast<std::ptrdiff_t>(i)) {
+      report(fmt::format("given twice, first in line {}", first->place.line));
+      continue;
+    }
+    const bool known =
+        std::any_of(info.keys.begin(), info.keys.end(), [&](const KeyInfo& key) { return key.name == entry.key; });
+    if (known) continue;
+    const std::string nearest = nearest_key(info, entry.key);
+    if (!nearest.empty()) {
+      meant.insert(nearest.substr(0, nearest.find('.')));
+      report(fmt::format("unknown key, did you mean {}?", nearest));
+    } else if (info.keys.empty()) {
+      report("unknown key, there is none here");
+    } else {
+      std::vector<std::string> names;
+      for (const auto& key : info.keys) names.push_back(key.name);
+      report(fmt::format("unknown key, known are {}", fmt::join(names, ", ")));
+    }
+  }
+  return good;
+}
+
+// The key of the group that is given, if exactly one is.
+bool check_group(const Input& in, const Group& group, const std::set<std::string>& meant, std::string& chosen) {
+  std::vector<std::string> given;
+  Place last = in.node().place;
+  for (const auto& entry : in.node().entries) {
+    if (std::find(group.keys.begin(), group.keys.end(), entry.key) == group.keys.end() ||
+        in.node().find(entry.key) != &entry) {
+      continue;
+    }
+    given.push_back(entry.key);
+    last = given.size() > 1 ? std::max(last, entry.place) : entry.place;
+  }
+  const std::string path = in.path().empty() ? "" : in.path() + ": ";
+  if (given.size() > 1) {
+    in.reading().add(last, fmt::format("{}{} given, must be {} one of {}", path, fmt::join(given, " and "),
+                                       group.required ? "exactly" : "at most", fmt::join(group.keys, ", ")));
+    return false;
+  }
+  if (given.empty()) {
+    const bool misspelt =
+        std::any_of(group.keys.begin(), group.keys.end(), [&](const auto& key) { return meant.contains(key); });
+    if (group.required && !misspelt) {
+      in.problem(fmt::format("none of {} given, must be exactly one", fmt::join(group.keys, ", ")));
+    }
+    return !group.required;
+  }
+  chosen = given.front();
+  return true;
+}
+
+// What the chosen key of the group asks of this one.
+bool check_beside(const Input& in, const KeyInfo& key, const std::string& chosen, bool misspelt) {
+  const Entry* entry = in.node().find(key.name);
+  const bool fits =
+      key.only_with.empty() || std::find(key.only_with.begin(), key.only_with.end(), chosen) != key.only_with.end();
+  if (entry && !fits) {
+    in.reading().add(entry->place, fmt::format("{}: cannot be given with {}", in.path_of(key.name), chosen));
+    return false;
+  }
+  if (!entry && fits && key.required && !key.only_with.empty() && !misspelt) {
+    in.reading().add(in.node().place, fmt::format("{}: missing, must be given with {}", in.path_of(key.name), chosen));
+    return false;
+  }
+  if (!entry || entry->value.kind != Node::Kind::kList) return true;
+  const auto count_given = entry->value.items.size();
+  if (count_given < key.type.fewest || count_given > key.type.most) return true;  // has its own message
+  for (const auto& [other, count] : key.items_with) {
+    if (other == chosen && count_given != count) {
+      in.at(*entry).problem(fmt::format("{} values, must be {} with {}", count_given, count, chosen));
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+bool is_name(const std::string& text) {
+  const auto allowed = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  return !text.empty() && text.size() <= kLongestName && std::all_of(text.begin(), text.end(), allowed);
+}
+
+std::string phrase(const TypeInfo& type, bool with_range) {
+  switch (type.kind) {
+    case Kind::kNumber:
+      return with_bounds("a number", type.range, with_range);
+    case Kind::kInteger:
+      return with_bounds("a whole number", type.range, with_range);
+    case Kind::kFlag:
+      return "true or false";
+    case Kind::kWord:
+      return type.words.size() == 1 ? type.words.front() : fmt::format("one of {}", fmt::join(type.words, ", "));
+    case Kind::kName:
+      return fmt::format("1 to {} letters, digits, _ or -", kLongestName);
+    case Kind::kText:
+      return type.fewest > 0 ? "a text that is not empty" : "a text";
+    case Kind::kFile:
+      return "the name of a file";
+    case Kind::kList:
+      return list_phrase(type, with_range);
+    case Kind::kMap:
+      return type.map->keys.size() == 1 ? fmt::format("a map {{{}: ...}}", type.map->keys.front().name) : "a map";
+    case Kind::kTable:
+      return fmt::format("a map of names to {}", plural_phrase(type.of.front(), with_range));
+    case Kind::kAny: {
+      std::vector<std::string> parts;
+      for (const auto& part : type.of) parts.push_back(phrase(part, with_range));
+      return fmt::format("{}", fmt::join(parts, " or "));
+    }
+  }
+  return "";
+}
+
+Codec<double> number(Unit unit, const Range& range) {
+  const TypeInfo type{.kind = Kind::kNumber, .range = range};
+  return {type,
+          [type, unit](const Input& in, double& out) {
+            if (!checked_number(in, type)) return false;
+            const double si = *unit.si(in.node().text);
+            if (type.range.low == 0.0 && type.range.low_excluded && si == 0.0) {  // too small for a double
+              in.must_be(type.range.text());
+              return false;
+            }
+            out = si;
+            return true;
+          },
+          [unit](const double& value) { return scalar(unit.text(value)); }};
+}
+
+Codec<int> integer(const Range& range) { return whole_number<int>(range); }
+Codec<unsigned> seed() { return whole_number<unsigned>(between(0, std::numeric_limits<unsigned>::max())); }
+
+Codec<bool> flag() {
+  const TypeInfo type{.kind = Kind::kFlag};
+  return {type,
+          [type](const Input& in, bool& out) {
+            const auto& node = in.node();
+            const bool plain = node.kind == Node::Kind::kScalar && !node.quoted;
+            const bool yes = plain && (node.text == "true" || node.text == "True" || node.text == "TRUE");
+            const bool no = plain && (node.text == "false" || node.text == "False" || node.text == "FALSE");
+            if (!yes && !no) {
+              in.must_be(phrase(type));
+              return false;
+            }
+            out = yes;
+            return true;
+          },
+          [](const bool& value) { return scalar(value ? "true" : "false"); }};
+}
+
+Codec<std::string> name() { return tested_text({.kind = Kind::kName}, is_name); }
+
+Codec<std::string> text(std::size_t fewest_bytes) {
+  return tested_text({.kind = Kind::kText, .fewest = fewest_bytes}, [fewest_bytes](const std::string& value) {
+    return value.size() >= fewest_bytes && !has_control_character(value);
+  });
+}
+
+Codec<std::string> file() {
+  auto base = tested_text({.kind = Kind::kFile, .fewest = 1},
+                          [](const std::string& value) { return !value.empty() && !has_control_character(value); });
+  return {base.type,
+          [base](const Input& in, std::string& out) {
+            std::string named;
+            if (!base.read(in, named)) return false;
+            out = in.reading().resolve(in.node().place, named);
+            return true;
+          },
+          base.write};
+}
+
+Codec<std::string> word(std::vector<std::string> words) {
+  const TypeInfo type{.kind = Kind::kWord, .words = words};
+  return tested_text(type, [words = std::move(words)](const std::string& value) {
+    return std::find(words.begin(), words.end(), value) != words.end();
+  });
+}
+
+Codec<Vector3> vector3(Unit unit, const Range& range) {
+  return kept_as<Vector3, std::array<double, 3>>(
+      tuple_of<double, 3>(number(unit, range)),
+      [](const Input&, const std::array<double, 3>& v) {
+        return std::optional<Vector3>({v[0], v[1], v[2]});
+      },
+      [](const Vector3& v) {
+        return std::array{v.x(), v.y(), v.z()};
+      });
+}
+
+Codec<Points> points(Unit unit, const Range& range) {
+  return kept_as<Points, std::vector<Vector3>>(
+      list_of(vector3(unit, range), 1),
+      [](const Input&, const std::vector<Vector3>& read) {
+        Points points(3, static_cast<Eigen::Index>(read.size()));
+        for (std::size_t i = 0; i < read.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = read[i];
+        return std::optional<Points>(std::move(points));
+      },
+      [](const Points& points) {
+        std::vector<Vector3> columns;
+        for (Eigen::Index i = 0; i < points.cols(); ++i) columns.emplace_back(points.col(i));
+        return columns;
+      });
+}
+
+bool check_keys(const Input& in, const MapInfo& info) {
+  if (in.node().kind != Node::Kind::kMap) {
+    in.must_be(info.keys.size() == 1 ? fmt::format("a map {{{}: ...}}", info.keys.front().name) : "a map");
+    return false;
+  }
+  std::set<std::string> meant;  // known keys that unknown ones were probably meant to be: not missing as well
+  bool good = check_known(in, info, meant);
+  std::string chosen;
+  if (info.group) good = check_group(in, *info.group, meant, chosen) && good;
+  for (const auto& key : info.keys) {
+    const bool misspelt = meant.contains(key.name);
+    if (!chosen.empty()) good = check_beside(in, key, chosen, misspelt) && good;
+    if (key.required && key.only_with.empty() && !misspelt && !in.node().find(key.name)) {
+      in.reading().add(in.node().place, fmt::format("{}: missing, must be given", in.path_of(key.name)));
+      good = false;
+    }
+  }
+  return good;
+}
+
+bool check_list(const Input& in, const TypeInfo& type) {
+  if (in.node().kind != Node::Kind::kList) {
+    in.must_be(list_phrase(type, false));
+    return false;
+  }
+  const auto count = in.node().items.size();
+  if (count >= type.fewest && count <= type.most) return true;
+  std::string rule = fmt::format("{}", type.fewest);
+  if (type.most == TypeInfo::kNoLimit) {
+    rule = fmt::format("at least {}", type.fewest);
+  } else if (type.most != type.fewest) {
+    rule = fmt::format("{} to {}", type.fewest, type.most);
+  }
+  in.problem(fmt::format("{} value{}, must be {}", count, count == 1 ? "" : "s", rule));
+  return false;
+}
+
+bool check_new_name(const Input& item, const std::string& name, const std::vector<std::string>& taken,
+                    const std::string& advice) {
+  const auto same = std::find(taken.begin(), taken.end(), name);
+  if (same == taken.end()) return true;
+  item.problem(fmt::format("{} is item [{}] already, must be unique{}", name, same - taken.begin(), advice));
+  return false;
+}
+
+}  // namespace touchfield::schema

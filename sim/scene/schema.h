@@ -1,0 +1,343 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "sim/core/types.h"
+#include "sim/scene/input.h"
+#include "sim/scene/quantity.h"
+
+/// The language the scene's table is written in. A Codec says once what a value is: what the reader accepts, how the
+/// value is written back, and what the schema pages say about it.
+namespace touchfield::schema {
+
+struct MapInfo;
+
+/// What a value may be: plain data, from which checks, messages and pages are made.
+struct TypeInfo {
+  enum class Kind {
+    kNumber,
+    kInteger,
+    kFlag,   // true or false
+    kWord,   // one of `words`
+    kName,   // letters, digits, _ and -
+    kText,   // any text
+    kFile,   // the name of a file
+    kList,   // of values of type of[0]
+    kMap,    // of the keys in `map`
+    kTable,  // of free names to values of type of[0]
+    kAny,    // one of the types in `of`
+  };
+  static constexpr std::size_t kNoLimit = std::numeric_limits<std::size_t>::max();
+
+  Kind kind = Kind::kText;
+  Range range{};                     // of a number
+  std::vector<std::string> words{};  // of a word
+  std::size_t fewest = 0;            // items of a list, bytes of a text
+  std::size_t most = kNoLimit;       // items of a list
+  bool distinct = false;             // items of a list are all different
+  std::vector<TypeInfo> of{};
+  std::shared_ptr<const MapInfo> map{};
+};
+
+/// What a key of a map means.
+struct KeyInfo {
+  std::string name{};
+  TypeInfo type{};
+  std::string help{};
+  bool required = false;                 // with `only_with`: required beside those
+  std::string example{};                 // what the template shows, YAML in one line; empty: the default
+  std::string fallback{};                // the default as YAML in one line; empty if there is none
+  std::vector<std::string> only_with{};  // allowed only beside one of these keys of the map's group
+  std::vector<std::pair<std::string, std::size_t>> items_with{};  // length of the list beside a key of the group
+};
+
+/// Keys of a map that exclude each other.
+struct Group {
+  std::vector<std::string> keys{};
+  bool required = true;  // exactly one, not at most one
+};
+
+struct MapInfo {
+  std::vector<KeyInfo> keys{};
+  std::optional<Group> group{};
+};
+
+inline constexpr std::size_t kLongestName = 100;  // a name becomes a folder
+
+/// True for 1 to kLongestName letters, digits, _ and -.
+bool is_name(const std::string& text);
+
+/// What a value of this type is, as it follows "must be": "a list of 3 numbers > 0".
+std::string phrase(const TypeInfo& type, bool with_range = true);
+
+/// How values of type T are read, written and described.
+template <class T>
+struct Codec {
+  TypeInfo type;
+  /// Reads a value; on a problem reports it and returns false.
+  std::function<bool(const Input&, T&)> read;
+  std::function<Node(const T&)> write;
+};
+
+Codec<double> number(Unit unit, const Range& range);
+Codec<int> integer(const Range& range);
+Codec<unsigned> seed();
+Codec<bool> flag();
+Codec<std::string> name();
+Codec<std::string> text(std::size_t fewest_bytes);
+/// The name of a file; its path once read (see Reading::resolve).
+Codec<std::string> file();
+Codec<std::string> word(std::vector<std::string> words);
+/// A list of 3.
+Codec<Vector3> vector3(Unit unit, const Range& range);
+/// A list of lists of 3.
+Codec<Points> points(Unit unit, const Range& range);
+
+/// The checks of a map that its table alone decides: it is a map of known keys, each once, none missing, alternatives
+/// not mixed. Reports what is wrong.
+bool check_keys(const Input& in, const MapInfo& info);
+/// Reports and returns false unless the value is a list of as many items as its type says.
+bool check_list(const Input& in, const TypeInfo& type);
+/// Reports a name that an earlier item has; advice: added to the message.
+bool check_new_name(const Input& item, const std::string& name, const std::vector<std::string>& taken,
+                    const std::string& advice);
+
+template <class E>
+Codec<E> choice(std::vector<std::pair<std::string, E>> values) {
+  std::vector<std::string> words;
+  words.reserve(values.size());
+  for (const auto& [text, value] : values) words.push_back(text);
+  auto base = word(words);
+  return {base.type,
+          [base, values](const Input& in, E& out) {
+            std::string read;
+            if (!base.read(in, read)) return false;
+            for (const auto& [text, value] : values) {
+              if (text == read) out = value;
+            }
+            return true;
+          },
+          [values](const E& value) {
+            for (const auto& [text, known] : values) {
+              if (known == value) return scalar(text);
+            }
+            return Node{};
+          }};
+}
+
+/// What must differ between the items of a list.
+template <class T>
+struct Unique {
+  std::function<std::string(const T&)> name;
+  std::string advice;  // how to give another name, for the message
+};
+
+template <class T>
+Codec<std::vector<T>> list_of(Codec<T> item, std::size_t fewest, std::size_t most = TypeInfo::kNoLimit,
+                              Unique<T> unique = {}) {
+  TypeInfo type{.kind = TypeInfo::Kind::kList, .fewest = fewest, .most = most, .of = {item.type}};
+  return {type,
+          [type, item, unique](const Input& in, std::vector<T>& out) {
+            bool good = check_list(in, type);
+            if (in.node().kind != Node::Kind::kList) return false;
+            std::vector<T> values;
+            std::vector<std::string> names;
+            for (std::size_t i = 0; i < in.node().items.size(); ++i) {
+              T value{};
+              const Input item_in = in.at(i);
+              if (!item.read(item_in, value)) {
+                good = false;
+                if (unique.name) names.emplace_back();
+                continue;
+              }
+              if (unique.name) {
+                good = check_new_name(item_in, unique.name(value), names, unique.advice) && good;
+                names.push_back(unique.name(value));
+              }
+              values.push_back(std::move(value));
+            }
+            if (good) out = std::move(values);
+            return good;
+          },
+          [item](const std::vector<T>& values) {
+            std::vector<Node> nodes;
+            nodes.reserve(values.size());
+            for (const auto& value : values) nodes.push_back(item.write(value));
+            return list(std::move(nodes));
+          }};
+}
+
+template <class T, std::size_t n>
+Codec<std::array<T, n>> tuple_of(const Codec<T>& item) {
+  auto base = list_of(item, n, n);
+  return {base.type,
+          [base](const Input& in, std::array<T, n>& out) {
+            std::vector<T> values;
+            if (!base.read(in, values)) return false;
+            std::copy(values.begin(), values.end(), out.begin());
+            return true;
+          },
+          [base](const std::array<T, n>& value) { return base.write(std::vector<T>(value.begin(), value.end())); }};
+}
+
+/// A value read as a Form, the shape it has in the file, and kept as a T.
+///
+/// to     the T of a Form; reports and returns nothing if there is none
+/// from   the Form that reads as this T
+template <class T, class Form>
+Codec<T> kept_as(Codec<Form> form, std::function<std::optional<T>(const Input&, const Form&)> to,
+                 std::function<Form(const T&)> from) {
+  return {form.type,
+          [form, to](const Input& in, T& out) {
+            Form read{};
+            if (!form.read(in, read)) return false;
+            auto value = to(in, read);
+            if (!value) return false;
+            out = std::move(*value);
+            return true;
+          },
+          [form, from](const T& value) { return form.write(from(value)); }};
+}
+
+/// The table of a map that is kept as an S. The members' initial values in S are the defaults.
+template <class S>
+class Map {
+ public:
+  using Read = std::function<bool(const Input&, S&)>;
+  using Write = std::function<std::optional<Node>(const S&)>;
+
+  /// An optional key; its default is the member's initial value.
+  template <class T>
+  Map& key(const std::string& name, T S::*member, const Codec<T>& codec, const std::string& help) {
+    const S defaults{};
+    return add(
+        {.name = name, .type = codec.type, .help = help, .fallback = flow_text(codec.write(defaults.*member))},
+        [member, codec](const Input& in, S& s) { return codec.read(in, s.*member); },
+        [member, codec](const S& s) { return std::optional<Node>(codec.write(s.*member)); });
+  }
+
+  template <class T>
+  Map& required(const std::string& name, T S::*member, const Codec<T>& codec, const std::string& example,
+                const std::string& help) {
+    return add(
+        {.name = name, .type = codec.type, .help = help, .required = true, .example = example},
+        [member, codec](const Input& in, S& s) { return codec.read(in, s.*member); },
+        [member, codec](const S& s) { return std::optional<Node>(codec.write(s.*member)); });
+  }
+
+  /// A key that may be absent and then has no value.
+  template <class T>
+  Map& maybe(const std::string& name, std::optional<T> S::*member, const Codec<T>& codec, const std::string& example,
+             const std::string& help) {
+    return add(
+        {.name = name, .type = codec.type, .help = help, .example = example},
+        [member, codec](const Input& in, S& s) {
+          T value{};
+          const bool good = codec.read(in, value);
+          s.*member = std::move(value);
+          return good;
+        },
+        [member, codec](const S& s) {
+          return (s.*member) ? std::optional<Node>(codec.write(*(s.*member))) : std::nullopt;
+        });
+  }
+
+  /// One of the keys that fill a variant.
+  template <class A, class... Others>
+  Map& alternative(const std::string& name, std::variant<Others...> S::*member, const Codec<A>& codec,
+                   const std::string& help, const std::string& example = "") {
+    return add(
+        {.name = name, .type = codec.type, .help = help, .example = example},
+        [member, codec](const Input& in, S& s) {
+          A value{};
+          const bool good = codec.read(in, value);
+          s.*member = std::move(value);
+          return good;
+        },
+        [member, codec](const S& s) {
+          const A* value = std::get_if<A>(&(s.*member));
+          return value ? std::optional<Node>(codec.write(*value)) : std::nullopt;
+        });
+  }
+
+  Map& add(KeyInfo info, Read read, Write write) {
+    info_.keys.push_back(std::move(info));
+    reads_.push_back(std::move(read));
+    writes_.push_back(std::move(write));
+    return *this;
+  }
+
+  /// The key added last is allowed only beside one of these keys of the group.
+  Map& allowed_with(std::vector<std::string> keys) {
+    info_.keys.back().only_with = std::move(keys);
+    return *this;
+  }
+  /// The key added last is required beside these keys of the group and allowed beside no other.
+  Map& needed_with(std::vector<std::string> keys) {
+    info_.keys.back().required = true;
+    return allowed_with(std::move(keys));
+  }
+  /// What the template shows for the key added last, instead of its default.
+  Map& shown_as(const std::string& example) {
+    info_.keys.back().example = example;
+    return *this;
+  }
+  /// The list added last has this many items beside a key of the group.
+  Map& items_with(const std::string& key, std::size_t count) {
+    info_.keys.back().items_with.emplace_back(key, count);
+    return *this;
+  }
+  Map& exactly_one(std::vector<std::string> keys) {
+    info_.group = Group{std::move(keys), true};
+    return *this;
+  }
+  Map& at_most_one(std::vector<std::string> keys) {
+    info_.group = Group{std::move(keys), false};
+    return *this;
+  }
+  /// A check that needs more than one key; called once all keys are read, whether or not they were good.
+  Map& check(std::function<bool(const Input&, S&, bool good)> check) {
+    check_ = std::move(check);
+    return *this;
+  }
+
+  Codec<S> codec() const {
+    auto info = std::make_shared<const MapInfo>(info_);
+    return {TypeInfo{.kind = TypeInfo::Kind::kMap, .map = info},
+            [info, reads = reads_, check = check_](const Input& in, S& s) {
+              bool good = check_keys(in, *info);
+              if (in.node().kind != Node::Kind::kMap) return false;
+              for (std::size_t i = 0; i < reads.size(); ++i) {
+                const Entry* entry = in.node().find(info->keys[i].name);
+                if (entry) good = reads[i](in.at(*entry), s) && good;
+              }
+              if (check) good = check(in, s, good) && good;
+              return good;
+            },
+            [info, writes = writes_](const S& s) {
+              std::vector<std::pair<std::string, Node>> entries;
+              for (std::size_t i = 0; i < writes.size(); ++i) {
+                if (auto node = writes[i](s)) entries.emplace_back(info->keys[i].name, std::move(*node));
+              }
+              return map(std::move(entries));
+            }};
+  }
+
+ private:
+  MapInfo info_;
+  std::vector<Read> reads_;
+  std::vector<Write> writes_;
+  std::function<bool(const Input&, S&, bool)> check_;
+};
+
+}  // namespace touchfield::schema

@@ -1,0 +1,345 @@
+#include <algorithm>
+#include <map>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/scene/scene_reader.h"
+#include "sim/scene/scene_table.h"
+
+namespace touchfield {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using schema::KeyInfo;
+using schema::MapInfo;
+using schema::Node;
+using schema::TypeInfo;
+using Kind = TypeInfo::Kind;
+using Lines = std::vector<std::string>;
+
+bool contains(const std::vector<std::string>& list, const std::string& item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
+// ---- JSON Schema
+
+Json value_json(const Node& node) {
+  Json json;
+  switch (node.kind) {
+    case Node::Kind::kNull:
+      break;
+    case Node::Kind::kScalar:
+      if (node.text == "true" || node.text == "false") {
+        json = node.text == "true";
+      } else if (node.quoted || !schema::parse_decimal(node.text)) {
+        json = node.text;
+      } else {
+        json = Json::parse(node.text);
+      }
+      break;
+    case Node::Kind::kList:
+      json = Json::array();
+      for (const auto& item : node.items) json.push_back(value_json(item));
+      break;
+    case Node::Kind::kMap:
+      json = Json::object();
+      for (const auto& entry : node.entries) json[entry.key] = value_json(entry.value);
+      break;
+  }
+  return json;
+}
+
+Json number_json(double value) { return Json::parse(schema::decimal_text(value)); }
+
+Json type_json(const TypeInfo& type);
+
+// What the choice of one key of a group asks of the others.
+Json alternative_json(const MapInfo& info, const std::string& chosen) {
+  Json required = {chosen};
+  Json properties = Json::object();
+  for (const auto& key : info.keys) {
+    if (!key.only_with.empty() && !contains(key.only_with, chosen)) properties[key.name] = false;
+    if (key.required && contains(key.only_with, chosen)) required.push_back(key.name);
+    for (const auto& [other, count] : key.items_with) {
+      if (other == chosen) properties[key.name] = {{"minItems", count}, {"maxItems", count}};
+    }
+  }
+  Json json = {{"required", required}};
+  if (!properties.empty()) json["properties"] = properties;
+  return json;
+}
+
+Json map_json(const MapInfo& info) {
+  Json json = {{"type", "object"}, {"additionalProperties", false}};
+  Json required = Json::array();
+  Json properties = Json::object();
+  for (const auto& key : info.keys) {
+    if (key.required && key.only_with.empty()) required.push_back(key.name);
+    Json property = {{"description", key.help}};
+    property.update(type_json(key.type));
+    if (!key.fallback.empty()) property["default"] = value_json(schema::parse_yaml(key.fallback, 0));
+    if (!key.example.empty()) property["examples"] = {value_json(schema::parse_yaml(key.example, 0))};
+    properties[key.name] = property;
+  }
+  if (!required.empty()) json["required"] = required;
+  json["properties"] = properties;
+  if (info.group && info.group->required) {
+    json["oneOf"] = Json::array();
+    for (const auto& key : info.group->keys) json["oneOf"].push_back(alternative_json(info, key));
+  } else if (info.group) {
+    json["not"] = {{"required", info.group->keys}};
+  }
+  return json;
+}
+
+Json number_type_json(const TypeInfo& type) {
+  const auto& range = type.range;
+  Json json = {{"type", type.kind == Kind::kInteger ? "integer" : "number"}};
+  json[range.low_excluded ? "exclusiveMinimum" : "minimum"] = number_json(range.low.value_or(-schema::Range::kLargest));
+  json["maximum"] = number_json(range.high.value_or(schema::Range::kLargest));
+  return json;
+}
+
+Json type_json(const TypeInfo& type) {
+  const std::string name_pattern = fmt::format("^[A-Za-z0-9_-]{{1,{}}}$", schema::kLongestName);
+  switch (type.kind) {
+    case Kind::kNumber:
+    case Kind::kInteger:
+      return number_type_json(type);
+    case Kind::kFlag:
+      return {{"type", "boolean"}};
+    case Kind::kWord:
+      return {{"enum", type.words}};
+    case Kind::kName:
+      return {{"type", "string"}, {"pattern", name_pattern}};
+    case Kind::kText:
+    case Kind::kFile:
+      return {{"type", "string"}, {"minLength", type.fewest}};
+    case Kind::kList: {
+      Json json = {{"type", "array"}, {"items", type_json(type.of.front())}};
+      if (type.fewest > 0) json["minItems"] = type.fewest;
+      if (type.most != TypeInfo::kNoLimit) json["maxItems"] = type.most;
+      if (type.distinct) json["uniqueItems"] = true;
+      return json;
+    }
+    case Kind::kMap:
+      return map_json(*type.map);
+    case Kind::kTable:
+      return {{"type", "object"},
+              {"propertyNames", {{"pattern", name_pattern}}},
+              {"additionalProperties", type_json(type.of.front())}};
+    case Kind::kAny: {
+      Json json = {{"anyOf", Json::array()}};
+      for (const auto& part : type.of) json["anyOf"].push_back(type_json(part));
+      return json;
+    }
+  }
+  return {};
+}
+
+// ---- Template
+
+// The map that a value of this type is or may hold.
+const MapInfo* map_within(const TypeInfo& type) {
+  if (type.map) return type.map.get();
+  for (const auto& part : type.of) {
+    if (const MapInfo* map = map_within(part)) return map;
+  }
+  return nullptr;
+}
+
+Lines indented(const Lines& lines, const std::string& by) {
+  Lines result;
+  for (const auto& line : lines) result.push_back(by + line);
+  return result;
+}
+
+void append(Lines& to, const Lines& lines) { to.insert(to.end(), lines.begin(), lines.end()); }
+
+Lines wrapped_comment(const std::string& text) {
+  constexpr std::size_t kWidth = 100;
+  Lines lines;
+  std::istringstream words(text);
+  std::string line = "#";
+  for (std::string word; words >> word;) {
+    if (line.size() + 1 + word.size() > kWidth) {
+      lines.push_back(line);
+      line = "#";
+    }
+    line += " " + word;
+  }
+  lines.push_back(line);
+  return lines;
+}
+
+Lines map_lines(const MapInfo& info);
+
+// The key with the map that its value is or may hold spelt out.
+Lines expanded(const KeyInfo& key, const TypeInfo& type) {
+  const Lines inner = map_lines(*map_within(type));
+  if (inner.empty()) return {key.name + ": {}"};
+  Lines lines = {key.name + ":"};
+  if (type.kind == Kind::kList) {
+    lines.emplace_back("  -");
+    append(lines, indented(inner, "    "));
+  } else {
+    append(lines, indented(inner, "  "));
+  }
+  return lines;
+}
+
+Lines key_lines(const KeyInfo& key) {
+  const MapInfo* within = map_within(key.type);
+  const bool holds_maps =
+      key.type.kind == Kind::kMap || (key.type.kind == Kind::kList && key.type.of.front().kind == Kind::kMap);
+  if (holds_maps) return expanded(key, key.type);
+  Lines lines = {fmt::format("{}: {}", key.name, key.example.empty() ? key.fallback : key.example)};
+  if (within) {
+    lines.emplace_back("# or:");
+    append(lines, indented(expanded(key, key.type), "# "));
+  }
+  return lines;
+}
+
+// Whether the template has the key in use; the first of a group is.
+bool in_use(const KeyInfo& key, const MapInfo& info) {
+  const std::string chosen = info.group ? info.group->keys.front() : "";
+  if (key.name == chosen) return true;
+  if (info.group && contains(info.group->keys, key.name)) return false;
+  if (!key.only_with.empty() && !contains(key.only_with, chosen)) return false;
+  return key.required || !key.fallback.empty() || key.type.kind == Kind::kMap;
+}
+
+std::string explanation(const KeyInfo& key) {
+  const std::string is = map_within(key.type) && key.type.kind != Kind::kAny ? "" : phrase(key.type);
+  const std::string need = key.required ? "required" : "";
+  const std::string both = need.empty() || is.empty() ? need + is : need + ", " + is;
+  return both.empty() ? key.help : fmt::format("{} ({})", key.help, both);
+}
+
+Lines map_lines(const MapInfo& info) {
+  Lines lines;
+  if (info.group) {
+    append(lines, wrapped_comment(fmt::format("{} one of {}.", info.group->required ? "Exactly" : "At most",
+                                              fmt::join(info.group->keys, ", "))));
+  }
+  for (const auto& key : info.keys) {
+    append(lines, wrapped_comment(explanation(key)));
+    append(lines, in_use(key, info) ? key_lines(key) : indented(key_lines(key), "# "));
+  }
+  return lines;
+}
+
+// ---- Markdown
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    if (c == '|') result += '\\';
+    result += c;
+  }
+  return result;
+}
+
+std::string need_text(const KeyInfo& key) {
+  if (key.required) {
+    return key.only_with.empty() ? "required" : fmt::format("required with {}", fmt::join(key.only_with, ", "));
+  }
+  if (!key.fallback.empty() && key.type.kind != Kind::kMap) return "`" + key.fallback + "`";
+  return key.only_with.empty() ? "" : fmt::format("only with {}", fmt::join(key.only_with, ", "));
+}
+
+std::string value_text(const KeyInfo& key) {
+  std::string value = escaped(phrase(key.type));
+  for (const auto& [other, count] : key.items_with) value += fmt::format("; {} with {}", count, other);
+  return value;
+}
+
+class MarkdownPage {
+ public:
+  void section(const std::string& path, const MapInfo& info) {
+    if (!path.empty()) text_ += fmt::format("\n## `{}`\n", path);
+    const auto [first, is_new] = written_.emplace(&info, path);
+    if (!is_new) {
+      text_ += fmt::format("\nThe keys of `{}`.\n", first->second);
+      return;
+    }
+    if (info.keys.empty()) {
+      text_ += "\nNo keys: `{}`.\n";
+      return;
+    }
+    if (info.group) {
+      text_ += fmt::format("\n{} one of {}.\n", info.group->required ? "Exactly" : "At most",
+                           fmt::join(info.group->keys, ", "));
+    }
+    text_ += "\n| key | value | default | meaning |\n|---|---|---|---|\n";
+    for (const auto& key : info.keys) {
+      text_ += fmt::format("| `{}` | {} | {} | {} |\n", key.name, value_text(key), need_text(key), escaped(key.help));
+    }
+    for (const auto& key : info.keys) {
+      const std::string name = path.empty() ? key.name : path + "." + key.name;
+      if (const MapInfo* map = map_within(key.type)) section(name + (key.type.kind == Kind::kList ? "[]" : ""), *map);
+    }
+  }
+
+  const std::string& text() const { return text_; }
+
+ private:
+  std::string text_;
+  std::map<const MapInfo*, std::string> written_;  // and the section that has its keys
+};
+
+constexpr const char* kPageHead = R"(# Scenes
+
+A scene says what a run computes: the transducers, the body that scatters their sound, where on its skin to press, and
+how the phases are found. It is one YAML file. `touchfield run scenes/quick.yaml` runs one, `touchfield check` says what
+would be built, `--resolved` with every default written out.
+
+- Every number has its unit in its key; nothing else is converted.
+- A key that is not listed here, given twice, of the wrong type or out of its range is an error. All errors of a scene
+  are reported together, each as `file:line:column: path: what, rule`.
+- A file named in a scene counts from the scene's folder.
+- `--set key.path=value` changes a value for one run: `--set solve.iterations=10`, `--set body.place.at_mm.2=250` or
+  `at_mm[2]` for an item of a list (numbers from 0). Maps on the way that the scene does not have are made. The value is
+  YAML; `null` takes a key away, so one alternative replaces another by
+  `--set array.grid=null --set array.plane_wave={}`. A file named there counts from the working directory.
+- `template.yaml` shows every key; `schema.json` lets editors complete and check a scene that has the line
+  `# yaml-language-server: $schema=schema.json`.
+
+World coordinates: an array lies in the plane z = 0 and emits along +z unless it is moved. Rotations are in degrees
+about the fixed x, then y, then z axis.
+
+The tables below, `template.yaml` and `schema.json` are made from the table that the reader itself works by.
+
+## A scene
+)";
+
+constexpr const char* kTemplateHead =
+    R"(# Template of a scene: every key, with its default or an example, and its alternatives as comments.
+# yaml-language-server: $schema=schema.json
+)";
+
+}  // namespace
+
+std::string schema_markdown() {
+  MarkdownPage page;
+  page.section("", *schema::scene_codec().type.map);
+  return kPageHead + page.text();
+}
+
+std::string schema_json() {
+  Json json = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "touchfield scene"}};
+  json.update(map_json(*schema::scene_codec().type.map));
+  return json.dump(2) + "\n";
+}
+
+std::string template_scene() {
+  std::string text = kTemplateHead;
+  for (const auto& line : map_lines(*schema::scene_codec().type.map)) text += line + "\n";
+  return text;
+}
+
+}  // namespace touchfield

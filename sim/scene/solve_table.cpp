@@ -1,0 +1,228 @@
+#include "sim/bem/scheme.h"
+#include "sim/scene/number_files.h"
+#include "sim/scene/scene_table.h"
+
+namespace touchfield::schema {
+namespace {
+
+Codec<Scheme> scheme_codec() { return choice<Scheme>({{to_string(Scheme::kPaper), Scheme::kPaper}}); }
+Codec<int> iterations_codec() { return integer(between(1, 100000)); }
+
+Codec<StartSpec> make_start_codec() {
+  const auto random = Map<StartSpec>()
+                          .required("random", &StartSpec::seed, seed(), "1", "Phases drawn at random from this seed.")
+                          .codec();
+  const auto zero = word({"zero"});
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {zero.type, random.type}};
+  return {type,
+          [=](const Input& in, StartSpec& start) {
+            if (in.node().kind == Node::Kind::kMap) {
+              start.kind = StartSpec::Kind::kRandom;
+              return random.read(in, start);
+            }
+            if (in.node().kind != Node::Kind::kScalar || in.node().text != "zero") {
+              in.must_be(phrase(type));
+              return false;
+            }
+            start = {};
+            return true;
+          },
+          [=](const StartSpec& start) {
+            return start.kind == StartSpec::Kind::kRandom ? random.write(start) : scalar("zero");
+          }};
+}
+
+// One for all that start somewhere: the pages describe it once.
+const Codec<StartSpec>& start_codec() {
+  static const Codec<StartSpec> codec = make_start_codec();
+  return codec;
+}
+
+/// A method as the file has it: what is left out is the default of `solve`.
+struct MethodForm {
+  MethodKind kind = MethodKind::kPaper;
+  std::optional<std::string> as;
+  std::optional<Scheme> scheme;
+  std::optional<int> iterations;
+  std::optional<StartSpec> start;
+  std::vector<double> phases;
+};
+
+std::string name_of(const MethodForm& form) { return form.as.value_or(to_string(form.kind)); }
+
+bool is_iterative(MethodKind kind) { return kind == MethodKind::kPaper || kind == MethodKind::kUnscattered; }
+
+void add_fixed_phases(Map<MethodForm>& map) {
+  const auto phase = number(kPlain, {});
+  const auto phases = list_of(phase, 1);
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {phase.type, phases.type}};
+  const auto named = file();
+  map.add(
+         {.name = "phases_rad",
+          .type = type,
+          .help = "The phases [rad]: one for all channels, or one a channel.",
+          .example = "0"},
+         [=](const Input& in, MethodForm& form) {
+           if (in.node().kind == Node::Kind::kList) return phases.read(in, form.phases);
+           if (in.node().kind != Node::Kind::kScalar) {
+             in.must_be(phrase(type));
+             return false;
+           }
+           double one = 0;
+           if (!phase.read(in, one)) return false;
+           form.phases = {one};
+           return true;
+         },
+         [=](const MethodForm& form) {
+           return std::optional<Node>(form.phases.size() == 1 ? phase.write(form.phases.front())
+                                                              : phases.write(form.phases));
+         })
+      .add(
+          {.name = "phases_file",
+           .type = named.type,
+           .help = "A text file of the phases [rad], separated by commas or white space; # starts a comment.",
+           .example = "phases.txt"},
+          [=](const Input& in, MethodForm& form) {
+            std::string path;
+            if (!named.read(in, path)) return false;
+            auto read = read_phases(in, path);
+            if (read) form.phases = std::move(*read);
+            return read.has_value();
+          },
+          [](const MethodForm&) { return std::optional<Node>(); })
+      .exactly_one({"phases_rad", "phases_file"});
+}
+
+Codec<MethodForm> make_options_codec(MethodKind kind) {
+  Map<MethodForm> map;
+  map.maybe("as", &MethodForm::as, name(), "second_try",
+            "Name of the method in the results; the method's own if left out.")
+      .maybe("scheme", &MethodForm::scheme, scheme_codec(), "paper", "Scheme of this method instead of solve.scheme.");
+  if (is_iterative(kind)) {
+    map.maybe("iterations", &MethodForm::iterations, iterations_codec(), "10", "Instead of solve.iterations.")
+        .maybe("start", &MethodForm::start, start_codec(), "{random: 7}", "Instead of solve.start.");
+  }
+  if (kind == MethodKind::kFixed) add_fixed_phases(map);
+  return map.codec();
+}
+
+// Methods with the same options share their table: the pages describe it once.
+const Codec<MethodForm>& options_codec(MethodKind kind) {
+  static const Codec<MethodForm> iterative = make_options_codec(MethodKind::kPaper);
+  static const Codec<MethodForm> focus = make_options_codec(MethodKind::kFocus);
+  static const Codec<MethodForm> fixed = make_options_codec(MethodKind::kFixed);
+  if (is_iterative(kind)) return iterative;
+  return kind == MethodKind::kFixed ? fixed : focus;
+}
+
+std::string method_help(MethodKind kind) {
+  switch (kind) {
+    case MethodKind::kPaper:
+      return "The published optimisation: the misfit of the scattered field, Levenberg-Marquardt.";
+    case MethodKind::kUnscattered:
+      return "The same as if the body did not scatter, for comparison.";
+    case MethodKind::kFocus:
+      return "Phase conjugation: every channel arrives in phase at the target.";
+    case MethodKind::kFixed:
+      return "Given phases.";
+  }
+  return "";
+}
+
+Codec<MethodForm> method_codec() {
+  Map<MethodForm> map;
+  std::vector<std::string> words;
+  words.reserve(method_names().size());
+  for (const auto& [text, kind] : method_names()) {
+    const auto& options = options_codec(kind);
+    map.add(
+        {.name = text, .type = options.type, .help = method_help(kind)},
+        [options, kind = kind](const Input& in, MethodForm& form) {
+          form.kind = kind;
+          return options.read(in, form);
+        },
+        [options, kind = kind](const MethodForm& form) {
+          return form.kind == kind ? std::optional<Node>(options.write(form)) : std::nullopt;
+        });
+    words.push_back(text);
+  }
+  const auto with_options = map.exactly_one(words).codec();
+  const auto bare = word(words);
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {bare.type, with_options.type}};
+  return {type,
+          [=](const Input& in, MethodForm& form) {
+            if (in.node().kind == Node::Kind::kMap) return with_options.read(in, form);
+            std::string text;
+            if (in.node().kind != Node::Kind::kScalar) {
+              in.must_be(phrase(type));
+              return false;
+            }
+            if (!bare.read(in, text)) return false;
+            // A bare name is that method without options.
+            Node options = schema::map({});
+            options.place = in.node().place;
+            Node spelt_out = schema::map({{text, options}});
+            spelt_out.place = in.node().place;
+            return with_options.read({spelt_out, in.path(), in.reading()}, form);
+          },
+          [=](const MethodForm& form) { return with_options.write(form); }};
+}
+
+struct SolveForm {
+  std::vector<MethodForm> methods;
+  Scheme scheme = SolveSpec{}.scheme;
+  int iterations = SolveSpec{}.iterations;
+  StartSpec start = SolveSpec{}.start;
+};
+
+std::optional<SolveSpec> to_solve(const Input& /*in*/, const SolveForm& form) {
+  SolveSpec solve{.methods = {}, .scheme = form.scheme, .iterations = form.iterations, .start = form.start};
+  for (const auto& method : form.methods) {
+    solve.methods.push_back({.kind = method.kind,
+                             .name = name_of(method),
+                             .scheme = method.scheme.value_or(form.scheme),
+                             .iterations = method.iterations.value_or(form.iterations),
+                             .start = method.start.value_or(form.start),
+                             .phases = method.phases});
+  }
+  return solve;
+}
+
+SolveForm to_form(const SolveSpec& solve) {
+  SolveForm form{.methods = {}, .scheme = solve.scheme, .iterations = solve.iterations, .start = solve.start};
+  for (const auto& method : solve.methods) {
+    form.methods.push_back({.kind = method.kind,
+                            .as = method.name,
+                            .scheme = method.scheme,
+                            .iterations = method.iterations,
+                            .start = method.start,
+                            .phases = method.phases});
+  }
+  return form;
+}
+
+}  // namespace
+
+Codec<SolveSpec> solve_codec() {
+  return kept_as<SolveSpec, SolveForm>(
+      Map<SolveForm>()
+          .required("methods", &SolveForm::methods,
+                    list_of<MethodForm>(method_codec(), 1, TypeInfo::kNoLimit,
+                                        {.name = name_of, .advice = "; another name is given with as"}),
+                    "[paper, unscattered, focus]", "The methods to compare, each a name or {name: {options}}.")
+          .key("scheme", &SolveForm::scheme, scheme_codec(), "How the boundary elements model the scattering.")
+          .key("iterations", &SolveForm::iterations, iterations_codec(), "Iterations of an iterative method.")
+          .key("start", &SolveForm::start, start_codec(), "Phases an iterative method starts from.")
+          .codec(),
+      to_solve, [](const SolveSpec& solve) { return to_form(solve); });
+}
+
+const std::vector<std::pair<std::string, MethodKind>>& method_names() {
+  static const std::vector<std::pair<std::string, MethodKind>> names = {{"paper", MethodKind::kPaper},
+                                                                        {"unscattered", MethodKind::kUnscattered},
+                                                                        {"focus", MethodKind::kFocus},
+                                                                        {"fixed", MethodKind::kFixed}};
+  return names;
+}
+
+}  // namespace touchfield::schema

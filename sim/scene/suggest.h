@@ -1,0 +1,22 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/scene/schema.h"
+
+namespace touchfield::schema {
+
+/// Smallest number of insertions, deletions, replacements and swaps of neighbours that turn a into b
+/// (optimal string alignment: no letter is edited twice).
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
+/// A key without the unit it ends in: radius_cm -> radius, source_pa_m -> source.
+std::string_view without_unit(std::string_view key);
+
+/// The known key that an unknown one was probably meant to be, as it is written from this map: a key of the map that
+/// differs in its unit or in a few letters, or a key of a map one level below ("box.size_mm"). Empty if none is near.
+std::string nearest_key(const MapInfo& map, std::string_view unknown);
+
+}  // namespace touchfield::schema

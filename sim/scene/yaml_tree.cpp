@@ -1,0 +1,223 @@
+#include "sim/scene/yaml_tree.h"
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+
+#include <yaml-cpp/emitter.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/mark.h>
+#include <yaml-cpp/parser.h>
+
+namespace touchfield::schema {
+namespace {
+
+constexpr std::size_t kMostValues = 10'000'000;
+
+std::size_t count_values(const Node& node) {
+  std::size_t count = 1;
+  for (const auto& item : node.items) count += count_values(item);
+  for (const auto& entry : node.entries) count += count_values(entry.value);
+  return count;
+}
+
+// Builds the tree from the parser's events: the library's own node type drops the places of keys and shares values.
+class TreeBuilder : public YAML::EventHandler {
+ public:
+  explicit TreeBuilder(int source) : source_(source) {}
+
+  bool found() const { return found_; }
+  Node take() { return std::move(root_); }
+
+  void OnDocumentStart(const YAML::Mark& mark) override {
+    if (found_) throw SyntaxError{place(mark), "a second document, a scene is one document"};
+    found_ = true;
+  }
+  void OnDocumentEnd() override {}
+
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    Node node;
+    node.place = place(mark);
+    finish(std::move(node), anchor);
+  }
+
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    refuse_tag(mark, tag);
+    Node node = scalar(value);
+    node.place = place(mark);
+    node.quoted = tag == "!";
+    finish(std::move(node), anchor);
+  }
+
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto found = anchors_.find(anchor);
+    if (found == anchors_.end()) throw SyntaxError{place(mark), "an alias inside its own anchor"};
+    values_ += count_values(found->second);
+    if (values_ > kMostValues) throw SyntaxError{place(mark), "aliases make more than ten million values of this"};
+    finish(found->second, 0);
+  }
+
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value /*style*/) override {
+    open(Node::Kind::kList, mark, tag, anchor);
+  }
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value /*style*/) override {
+    open(Node::Kind::kMap, mark, tag, anchor);
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapEnd() override { close(); }
+
+ private:
+  struct Level {
+    Node node;
+    YAML::anchor_t anchor;
+    bool key_read = false;  // of a map: the next value belongs to the last entry
+  };
+
+  Place place(const YAML::Mark& mark) const { return {source_, mark.line + 1, mark.column + 1}; }
+
+  void refuse_tag(const YAML::Mark& mark, const std::string& tag) const {
+    const bool plain = tag.empty() || tag == "?" || tag == "!";
+    if (!plain) throw SyntaxError{place(mark), "a tag (" + tag + "), a scene has none"};
+  }
+
+  void open(Node::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
+    refuse_tag(mark, tag);
+    Level level{.node = {}, .anchor = anchor};
+    level.node.kind = kind;
+    level.node.place = place(mark);
+    levels_.push_back(std::move(level));
+  }
+
+  void close() {
+    Level level = std::move(levels_.back());
+    levels_.pop_back();
+    finish(std::move(level.node), level.anchor);
+  }
+
+  void finish(Node node, YAML::anchor_t anchor) {
+    if (anchor != 0) anchors_[anchor] = node;
+    ++values_;
+    if (levels_.empty()) {
+      root_ = std::move(node);
+      return;
+    }
+    Level& parent = levels_.back();
+    if (parent.node.kind == Node::Kind::kList) {
+      parent.node.items.push_back(std::move(node));
+    } else if (parent.key_read) {
+      Entry& entry = parent.node.entries.back();
+      // The parser places a value that is left out at whatever comes next.
+      if (node.kind == Node::Kind::kNull) node.place = entry.place;
+      entry.value = std::move(node);
+      parent.key_read = false;
+    } else {
+      if (node.kind != Node::Kind::kScalar) throw SyntaxError{node.place, "a key that is not a word"};
+      parent.node.entries.push_back({std::move(node.text), node.place, {}});
+      parent.key_read = true;
+    }
+  }
+
+  int source_;
+  bool found_ = false;
+  Node root_;
+  std::vector<Level> levels_;
+  std::map<YAML::anchor_t, Node> anchors_;
+  std::size_t values_ = 0;
+};
+
+bool holds_only_scalars(const Node& node) {
+  return std::none_of(node.items.begin(), node.items.end(),
+                      [](const Node& item) { return item.kind == Node::Kind::kList || item.kind == Node::Kind::kMap; });
+}
+
+void emit(YAML::Emitter& out, const Node& node, bool flow) {
+  switch (node.kind) {
+    case Node::Kind::kNull:
+      out << YAML::Null;
+      break;
+    case Node::Kind::kScalar:
+      if (node.quoted) out << YAML::DoubleQuoted;
+      out << node.text;
+      break;
+    case Node::Kind::kList:
+      out << (flow || holds_only_scalars(node) ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
+      for (const auto& item : node.items) emit(out, item, flow);
+      out << YAML::EndSeq;
+      break;
+    case Node::Kind::kMap:
+      out << (flow || node.entries.empty() ? YAML::Flow : YAML::Block) << YAML::BeginMap;
+      for (const auto& entry : node.entries) {
+        out << YAML::Key << entry.key << YAML::Value;
+        emit(out, entry.value, flow);
+      }
+      out << YAML::EndMap;
+      break;
+  }
+}
+
+std::string emitted(const Node& node, bool flow) {
+  YAML::Emitter out;
+  emit(out, node, flow);
+  return out.c_str();
+}
+
+}  // namespace
+
+const Entry* Node::find(std::string_view key) const {
+  const auto entry =
+      std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.key == key && !e.value.removed; });
+  return entry == entries.end() ? nullptr : &*entry;
+}
+
+Entry* Node::find_even_removed(std::string_view key) {
+  const auto entry = std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.key == key; });
+  return entry == entries.end() ? nullptr : &*entry;
+}
+
+Node scalar(std::string text) {
+  Node node;
+  node.kind = Node::Kind::kScalar;
+  node.text = std::move(text);
+  return node;
+}
+
+Node list(std::vector<Node> items) {
+  Node node;
+  node.kind = Node::Kind::kList;
+  node.items = std::move(items);
+  return node;
+}
+
+Node map(std::vector<std::pair<std::string, Node>> entries) {
+  Node node;
+  node.kind = Node::Kind::kMap;
+  for (auto& entry : entries) node.entries.push_back({std::move(entry.first), {}, std::move(entry.second)});
+  return node;
+}
+
+Node parse_yaml(const std::string& text, int source) {
+  TreeBuilder builder(source);
+  try {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    while (parser.HandleNextDocument(builder)) {
+    }
+  } catch (const YAML::Exception& error) {
+    const auto& mark = error.mark;
+    throw SyntaxError{mark.is_null() ? Place{source} : Place{source, mark.line + 1, mark.column + 1},
+                      "not YAML: " + error.msg};
+  }
+  if (builder.found()) return builder.take();
+  Node nothing;
+  nothing.place.source = source;
+  return nothing;
+}
+
+std::string block_text(const Node& node) { return emitted(node, false) + "\n"; }
+std::string flow_text(const Node& node) { return emitted(node, true); }
+
+}  // namespace touchfield::schema

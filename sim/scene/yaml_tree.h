@@ -1,0 +1,68 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+namespace touchfield::schema {
+
+/// Where a value was written: line and column, from 1, of the scene file (source 0) or of override number `source`.
+struct Place {
+  int source = 0;
+  int line = 1;
+  int column = 1;
+
+  /// The order in which problems are reported.
+  friend bool operator<(const Place& a, const Place& b) {
+    return std::tie(a.source, a.line, a.column) < std::tie(b.source, b.line, b.column);
+  }
+};
+
+struct Entry;
+
+/// A YAML value with its place. A plain value type: copies share nothing, duplicate keys are kept.
+struct Node {
+  enum class Kind { kNull, kScalar, kList, kMap };
+
+  Kind kind = Kind::kNull;
+  Place place;
+  std::string text;            // of a scalar
+  bool quoted = false;         // a scalar in quotes is text whatever it looks like
+  std::vector<Node> items;     // of a list
+  std::vector<Entry> entries;  // of a map, in file order
+  bool removed = false;        // an override took this value away
+
+  /// The first entry of this key that was not taken away; null if there is none.
+  const Entry* find(std::string_view key) const;
+  Entry* find_even_removed(std::string_view key);
+};
+
+struct Entry {
+  std::string key;
+  Place place;  // of the key
+  Node value;
+};
+
+Node scalar(std::string text);
+Node list(std::vector<Node> items);
+Node map(std::vector<std::pair<std::string, Node>> entries);
+
+/// Why a text is not one YAML document of plain values.
+struct SyntaxError {
+  Place place;
+  std::string what;
+};
+
+/// The one document in a text. Anchors and aliases are resolved; an empty text is a null.
+/// throws   SyntaxError on what is not YAML, a second document, a key that is not a word, a tag, an alias within its
+///          own anchor, or aliases that multiply beyond ten million values
+Node parse_yaml(const std::string& text, int source);
+
+/// The value as YAML text: maps and lists of them in block style, lists of scalars in one line.
+std::string block_text(const Node& node);
+/// The value in one line, without an end of line.
+std::string flow_text(const Node& node);
+
+}  // namespace touchfield::schema

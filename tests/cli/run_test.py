@@ -1,0 +1,249 @@
+"""Runs from end to end: what lands, what repeats, what an interruption leaves."""
+
+import csv
+import json
+import math
+import os
+import pathlib
+import signal
+import subprocess
+import time
+import unittest
+
+import h5py
+import numpy
+
+from support import FINGER, PROGRAM, CommandTest, open_run, relative_l2
+
+
+class RunTest(CommandTest):
+    def test_everything_asked_for_lands(self):
+        scene = self.write("scene.yaml", FINGER + "field: [{name: side, plane: xz, through_mm: [0, 0, 60],"
+                           " size_mm: [30, 40], spacing_mm: 2}]\n")
+        done = self.run_ok("run", scene, "-o", "out")
+        names = {path.name for path in (self.folder / "out").iterdir()}
+        self.assertEqual(names, {"run.h5", "surface.vtp", "array.vtp", "side.vti", "metrics.csv", "run.log"})
+        for name in ["paper", "unscattered", "focus", "fixed"]:
+            self.assertIn(name, done.stdout)
+        with open_run(self.folder / "out") as run:
+            self.assertEqual(run.attrs["complete"], 1)
+            area, target = run["mesh/area"][:], run["target/face"][:]
+            self.assertEqual(run["methods/paper/cost"].shape, (9,))
+            self.assertTrue(numpy.all(numpy.diff(run["methods/paper/cost"][:]) <= 0))
+            wanted = numpy.zeros_like(area)
+            wanted[target] = run["target/amplitude"][:]
+            for method in run["methods"].values():
+                # relative_error and leakage anew, from the pressures alone
+                p = numpy.abs(method["pressure"][:])
+                scale = numpy.sum(area * p * wanted) / numpy.sum(area * p**2)
+                self.assertAlmostEqual(method.attrs["relative_error"], relative_l2(area, scale * p, wanted), places=10)
+                outside = numpy.ones_like(area, dtype=bool)
+                outside[target] = False
+                leakage = numpy.sum((area * p**2)[outside]) / numpy.sum(area * p**2)
+                self.assertAlmostEqual(method.attrs["leakage"], leakage, places=10)
+            self.assertLess(run["methods/paper"].attrs["relative_error"], run["methods/fixed"].attrs["relative_error"])
+            field = run["field/side/pressure/paper"][:]
+            inside = run["field/side/inside"][:].astype(bool)
+            self.assertTrue(inside.any() and not inside.all())
+            self.assertTrue(numpy.all(field[inside] == 0) and numpy.all(field[~inside] != 0))
+        with open(self.folder / "out/metrics.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([row["name"] for row in rows], ["paper", "unscattered", "focus", "fixed"])
+        self.assertTrue(math.isnan(float(rows[0]["optimality_gap"])))
+
+    def test_focus_arrives_in_phase_on_the_skin(self):
+        scene = self.write("scene.yaml", FINGER)
+        self.run_ok("run", scene, "-o", "out")
+        with open_run(self.folder / "out") as run:
+            peak = {name: numpy.abs(method["pressure"][:]) for name, method in run["methods"].items()}
+            corners = run["mesh/vertices"][:][run["mesh/triangles"][:]].mean(axis=1)
+            face = run["target/face"][:]
+            area = run["mesh/area"][:][face]
+            centre = numpy.sum(corners[face] * area[:, None], axis=0) / area.sum()
+            central = face[numpy.argmin(numpy.linalg.norm(corners[face] - centre, axis=1))]
+        # No phases give a larger pressure there than the conjugate ones.
+        for name in ["paper", "unscattered", "fixed"]:
+            self.assertGreater(peak["focus"][central], peak[name][central])
+
+    def test_twice_in_a_row_without_an_output(self):
+        scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]"))
+        self.run_ok("run", scene)
+        self.run_ok("run", scene)
+        runs = sorted(path.name for path in (self.folder / "results/runs").iterdir())
+        self.assertEqual(runs, ["finger-0001", "finger-0002"])
+
+    def test_threads_change_nothing(self):
+        scene = self.write("scene.yaml", FINGER)
+        for threads in [1, 2, 3]:
+            self.run_ok("run", scene, "-o", f"out{threads}", "--threads", threads)
+        with open_run(self.folder / "out1") as one:
+            for threads in [2, 3]:
+                with open_run(self.folder / f"out{threads}") as other:
+                    for name in one["methods"]:
+                        a, b = one[f"methods/{name}"], other[f"methods/{name}"]
+                        numpy.testing.assert_allclose(numpy.abs(b["pressure"][:]), numpy.abs(a["pressure"][:]), rtol=1e-9)
+                        for metric in ["relative_error", "leakage", "width_mm", "force_target_n", "cost"]:
+                            numpy.testing.assert_allclose(b.attrs[metric], a.attrs[metric], rtol=1e-9)
+
+    def test_resolved_scene_runs_to_the_same_result(self):
+        scene = self.write("scene.yaml", FINGER)
+        self.run_ok("run", scene, "-o", "a", "--set", "solve.iterations=5", "--set", "target.pressure_pa=best")
+        self.write("resolved.yaml", self.run_ok("check", scene, "--resolved", "--set", "solve.iterations=5", "--set",
+                                                "target.pressure_pa=best").stdout)
+        self.run_ok("run", "resolved.yaml", "-o", "b")
+        with open_run(self.folder / "a") as a, open_run(self.folder / "b") as b:
+            self.assertEqual(a["scene"][()], b["scene"][()])
+            self.assertEqual(a["provenance"].attrs["scene_hash"], b["provenance"].attrs["scene_hash"])
+            numpy.testing.assert_array_equal(a["methods/paper/phase"][:], b["methods/paper/phase"][:])
+            self.assertEqual(len(a["methods/paper/cost"]), 6)
+
+    def test_random_start_is_seeded(self):
+        scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", """
+    - {paper: {as: a, start: {random: 7}}}
+    - {paper: {as: b, start: {random: 7}}}
+    - {paper: {as: c, start: {random: 8}}}"""))
+        self.run_ok("run", scene, "-o", "out")
+        with open_run(self.folder / "out") as run:
+            a, b, c = (run[f"methods/{name}/phase"][:] for name in "abc")
+            self.assertIn("a=7", run["provenance"].attrs["seeds"])
+        numpy.testing.assert_array_equal(a, b)
+        self.assertGreater(numpy.abs(a - c).max(), 0.1)
+
+    def test_json_and_info(self):
+        scene = self.write("scene.yaml", FINGER)
+        printed = json.loads(self.run_ok("run", scene, "-o", "out", "--json").stdout)
+        self.assertEqual([method["name"] for method in printed["methods"]], ["paper", "unscattered", "focus", "fixed"])
+        self.assertIsNone(printed["methods"][0]["optimality_gap"])
+        info = json.loads(self.run_ok("info", "out", "--json").stdout)
+        self.assertEqual(info["methods"][0]["relative_error"], printed["methods"][0]["relative_error"])
+        self.assertIn("paper", self.run_ok("info", "out/run.h5").stdout)
+        check = json.loads(self.run_ok("check", scene, "--json").stdout)
+        self.assertEqual(check["faces"], printed["faces"])
+        quiet = self.run_ok("run", scene, "-o", "quiet", "--quiet")
+        self.assertEqual(quiet.stderr, "")
+
+    def test_without_a_target(self):
+        scene = self.write("scene.yaml", FINGER[:FINGER.index("target:")] + "solve: {methods: [{fixed: {phases_rad: 0}}]}\n"
+                           "write: [h5, vtp]\n")
+        self.run_ok("run", scene, "-o", "out")
+        with open_run(self.folder / "out") as run:
+            self.assertNotIn("target", run)
+            self.assertTrue(math.isnan(run["methods/fixed"].attrs["relative_error"]))
+            self.assertGreater(run["methods/fixed"].attrs["peak_pa"], 0)
+
+    def test_hand_lands_as_a_mesh_that_a_scene_reads_back(self):
+        self.run_ok("hand", "-o", "hand.stl", "--edge-mm", "6")
+        scene = self.write("scene.yaml", """\
+name: own_hand
+array: {grid: {count: [4, 4], pitch_mm: 10}, at_mm: [0, 0, -200]}
+body: {mesh: {file: hand.stl, unit: mm, landmarks: {tip: [25, 190, 0]}}, place: {landmark: tip, at_mm: [0, 0, 0]}}
+solve: {methods: [{fixed: {phases_rad: 0}}]}
+""")
+        faces = json.loads(self.run_ok("check", scene, "--json").stdout)["faces"]
+        self.assertGreater(faces, 1000)
+
+    def start(self, scene, out):
+        return subprocess.Popen([PROGRAM, "run", str(scene), "-o", out], cwd=self.folder, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def slow_scene(self):
+        # Seconds of optimisation after a first method that lands at once.
+        text = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus, paper, unscattered]")
+        return self.write("slow.yaml", text.replace("[8, 8]", "[24, 24]").replace("iterations: 8", "iterations: 2000"))
+
+    def wait_for(self, path, process):
+        while not path.exists():
+            self.assertIsNone(process.poll(), "the run ended before it could be interrupted")
+            time.sleep(0.01)
+
+    def test_kill_leaves_no_half_file(self):
+        scene = self.slow_scene()
+        out = self.folder / "out"
+        for delay in [0.0, 0.02, 0.1, 0.3]:
+            process = self.start(scene, "out")
+            self.wait_for(out / "run.log", process)
+            time.sleep(delay)
+            process.kill()
+            process.communicate()
+            self.check_whole(out)
+            # What is left does not stand in the way of the next run.
+            self.assertEqual(self.touchfield("run", scene, "-o", "out").returncode, 2)
+            for path in out.iterdir():
+                path.unlink()
+
+    def test_kill_while_files_are_written(self):
+        # Thousands of writes: a scene of many quick methods, killed at many moments.
+        methods = ", ".join(f"{{fixed: {{as: m{i}, phases_rad: {i}}}}}" for i in range(40))
+        scene = self.write("many.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", f"[{methods}]"))
+        out = self.folder / "out"
+        seen = set()
+        for step in range(8):
+            process = self.start(scene, "out")
+            self.wait_for(out / "run.h5", process)
+            time.sleep(0.02 * step)
+            process.kill()
+            process.communicate()
+            seen.add(self.check_whole(out))
+            for path in out.iterdir():
+                path.unlink()
+        self.assertGreater(len(seen), 1, "every kill hit the same moment")
+
+    def check_whole(self, out: pathlib.Path):
+        """Every named file is complete; returns the number of methods that landed."""
+        methods = 0
+        for path in out.iterdir():
+            if path.name == "run.h5":
+                with h5py.File(path, "r") as run:
+                    methods = len(run["methods"])
+                    for method in run["methods"].values():
+                        self.assertTrue(numpy.all(numpy.isfinite(method["pressure"][:])))
+            elif path.name == "metrics.csv":
+                lines = path.read_text().splitlines()
+                self.assertTrue(all(line.count(",") == lines[0].count(",") for line in lines))
+            elif not path.name.startswith("."):
+                self.assertEqual(path.name, "run.log")
+        return methods
+
+    def test_interrupt_says_what_is_missing(self):
+        for number, name in [(signal.SIGINT, "SIGINT"), (signal.SIGTERM, "SIGTERM")]:
+            out = self.folder / f"out{name}"
+            process = self.start(self.slow_scene(), out.name)
+            self.wait_for(out / "run.h5", process)
+            process.send_signal(number)
+            began = time.monotonic()
+            _, said = process.communicate()
+            self.assertLess(time.monotonic() - began, 5)
+            self.assertEqual(process.returncode, 128 + number)
+            self.assertIn("failed.json", said)
+            record = json.loads((out / "failed.json").read_text())
+            self.assertIn(name, record["reason"])
+            self.assertEqual(record["finished_methods"], ["focus"])
+            self.assertEqual(record["missing_methods"], ["paper", "unscattered"])
+            with open_run(out) as run:
+                self.assertEqual(list(run["methods"]), ["focus"])
+                self.assertEqual(run.attrs["complete"], 0)
+            self.assertFalse([path for path in out.iterdir() if ".tmp-" in path.name])
+
+    def test_a_disk_that_fills_up_is_recorded(self):
+        # A file size limit stands for a full disk: the small record still fits.
+        scene = self.write("scene.yaml", FINGER)
+        done = subprocess.run(["bash", "-c", f"trap '' XFSZ; ulimit -f 8; exec {PROGRAM} run {scene} -o out"],
+                              cwd=self.folder, capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("run.h5", done.stderr)
+        record = json.loads((self.folder / "out/failed.json").read_text())
+        self.assertIn("run.h5", record["reason"])
+        self.assertFalse((self.folder / "out/run.h5").exists())
+
+    def test_pictures_are_skipped_with_one_line_where_there_is_no_display(self):
+        scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, png]"))
+        environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "XAUTHORITY")}
+        done = subprocess.run([PROGRAM, "run", str(scene), "-o", "out", "--quiet"], cwd=self.folder, env=environment,
+                              capture_output=True, text=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1)
+        self.assertIn("no display", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,41 @@
+"""Pressure on a rigid sphere at 40 kHz in air at 20 C, by the series; time factor exp(-i omega t)."""
+
+import math
+
+import numpy
+
+SPEED = 343.21
+K = 2 * math.pi * 40e3 / SPEED
+
+
+def hankel(order, x):
+    """h_0 ... h_order, by upward recurrence: stable, since h_n is dominated by its growing part."""
+    h = [-1j * numpy.exp(1j * x) / x, -(1 + 1j / x) * numpy.exp(1j * x) / x]
+    for n in range(1, order):
+        h.append((2 * n + 1) / x * h[n] - h[n - 1])
+    return h
+
+
+def legendre(order, x):
+    p = [numpy.ones_like(x), x]
+    for n in range(1, order):
+        p.append(((2 * n + 1) * x * p[n] - n * p[n - 1]) / (n + 1))
+    return p
+
+
+def surface_factor(h, n, ka):
+    return 1j / (ka**2 * (n / ka * h[n] - h[n + 1]))
+
+
+def point_source(radius, distance, cosine):
+    """p of g = exp(ikr)/(4 pi r) at `distance` on a sphere's surface; cosine from the source's direction."""
+    ka, order = K * radius, 40
+    near, far, p = hankel(order + 2, ka), hankel(order + 1, K * distance), legendre(order + 1, cosine)
+    return 1j * K / (4 * math.pi) * sum(
+        (2 * n + 1) * far[n] * p[n] * surface_factor(near, n, ka) for n in range(order))
+
+
+def plane_wave(radius, cosine):
+    ka, order = K * radius, 40
+    near, p = hankel(order + 2, ka), legendre(order + 1, cosine)
+    return sum((2 * n + 1) * 1j**n * p[n] * surface_factor(near, n, ka) for n in range(order))

@@ -1,0 +1,60 @@
+"""A rigid sphere through the command line and run.h5 alone, against the exact series."""
+
+import math
+import unittest
+
+import numpy
+
+from sphere_series import K, plane_wave, point_source
+from support import CommandTest, faces, open_run, relative_l2
+
+class Sphere(CommandTest):
+    def test_series_is_the_reference(self):
+        ends = numpy.array([1.0, 0.0, -1.0])
+        numpy.testing.assert_allclose(point_source(8e-3, 0.2, ends), [
+            -0.4793002 + 0.6217205j, -0.1965248 + 0.4628361j, 0.2300146 - 0.3534434j], atol=1e-6)
+        numpy.testing.assert_allclose(plane_wave(8e-3, ends), [
+            -1.129850 - 0.076383j, 1.290302 - 0.138109j, 1.819106 + 0.530108j], atol=1e-5)
+
+    def test_point_source(self):
+        scene = self.write("sphere.yaml", """\
+name: sphere
+array: {positions: {points_mm: [[0, 0, -200]]}, directivity: omni}
+body: {sphere: {radius_mm: 8}, edge_mm: 0.8}
+solve: {methods: [{fixed: {phases_rad: 0}}]}
+write: [h5]
+""")
+        self.run_ok("run", scene, "-o", "out")
+        with open_run(self.folder / "out") as run:
+            centroid, area = faces(run)
+            p = run["methods/fixed/pressure"][:]
+            self.assertEqual(run["array/position"].shape, (1, 3))
+        cosine = -centroid[:, 2] / numpy.linalg.norm(centroid, axis=1)
+        exact = 4 * math.pi * 4.386 * point_source(8e-3, 0.2, cosine)
+        error, magnitude_error = relative_l2(area, p, exact), relative_l2(area, abs(p), abs(exact))
+        print(f"{len(area)} faces: complex p {error:.4f}, |p| {magnitude_error:.4f}")
+        self.assertLess(error, 0.06)
+        self.assertLess(magnitude_error, 0.04)
+        # The mesh is the sphere's in volume, so its area is a little larger than its face count makes it look.
+        self.assertAlmostEqual(area.sum() / (4 * math.pi * 64e-6), 1.0, delta=0.005)
+
+    def test_plane_wave_from_the_side_with_an_amplitude_and_a_mesh_from_a_file(self):
+        # ka 5.1: away from fictitious frequencies, so that the tolerance speaks of the discretisation.
+        radius = 5.1 / K * 1e3
+        scene = self.write("wave.yaml", f"""\
+name: wave
+array: {{plane_wave: {{direction: [2, 0, 0], amplitude_pa: 3}}}}
+body: {{sphere: {{radius_mm: {radius}}}, edge_mm: 1.0}}
+solve: {{methods: [{{fixed: {{phases_rad: 0}}}}]}}
+write: [h5]
+""")
+        self.run_ok("run", scene, "-o", "out")
+        with open_run(self.folder / "out") as run:
+            centroid, area = faces(run)
+            p = run["methods/fixed/pressure"][:]
+        cosine = centroid[:, 0] / numpy.linalg.norm(centroid, axis=1)
+        self.assertLess(relative_l2(area, p, 3 * plane_wave(radius * 1e-3, cosine)), 0.05)
+
+
+if __name__ == "__main__":
+    unittest.main()

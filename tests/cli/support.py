@@ -1,0 +1,74 @@
+"""What the command-line tests share: running the program, scenes, reading run.h5 as a user would."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+try:
+    import h5py
+    import numpy
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+PROGRAM = os.environ["TOUCHFIELD_PROGRAM"]
+SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
+
+# A finger-like capsule small enough for a run of a second.
+FINGER = """\
+name: finger
+array:
+  grid: {count: [8, 8], pitch_mm: 10.16}
+body:
+  capsule: {radius_mm: 8, length_mm: 10}
+  place: {landmark: bottom, at_mm: [0, 0, 60]}
+  edge_mm: 3
+target:
+  box: {at: bottom, size_mm: [8, 12, 6]}
+  pressure_pa: 500
+solve:
+  methods: [paper, unscattered, focus, {fixed: {phases_rad: 0}}]
+  iterations: 8
+write: [h5, vtp, vti]
+"""
+
+
+class CommandTest(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-cli-"))
+        self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
+
+    def touchfield(self, *arguments, cwd=None):
+        return subprocess.run([PROGRAM, *map(str, arguments)], cwd=cwd or self.folder, capture_output=True, text=True,
+                              timeout=500, check=False)
+
+    def run_ok(self, *arguments):
+        done = self.touchfield(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done
+
+    def write(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    def entries(self):
+        return sorted(str(path.relative_to(self.folder)) for path in self.folder.rglob("*"))
+
+
+def faces(run):
+    """Centroids [M, 3] and areas [M] from a run's mesh."""
+    corners = run["mesh/vertices"][:][run["mesh/triangles"][:]]
+    return corners.mean(axis=1), run["mesh/area"][:]
+
+
+def relative_l2(area, value, exact):
+    return float(numpy.sqrt(numpy.sum(area * numpy.abs(value - exact) ** 2) / numpy.sum(area * numpy.abs(exact) ** 2)))
+
+
+def open_run(folder):
+    return h5py.File(pathlib.Path(folder) / "run.h5", "r")

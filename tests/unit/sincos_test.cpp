@@ -1,0 +1,36 @@
+#include "sim/bem/sincos.h"
+
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace touchfield {
+namespace {
+
+TEST(SinCos, AgreesWithLongDoubleOverItsRange) {
+  std::mt19937_64 generator(1);
+  for (const double range : {1e-8, 1.0, 10.0, 1e3, 1e5}) {
+    std::uniform_real_distribution<double> draw(-range, range);
+    for (int i = 0; i < 20000; ++i) {
+      const double x = draw(generator);
+      const SinCos value = sincos(x);
+      const double tolerance = 4e-16 * (1.0 + std::abs(x) / 1e5);
+      ASSERT_NEAR(value.sin, static_cast<double>(std::sin(static_cast<long double>(x))), tolerance) << "x " << x;
+      ASSERT_NEAR(value.cos, static_cast<double>(std::cos(static_cast<long double>(x))), tolerance) << "x " << x;
+    }
+  }
+}
+
+TEST(SinCos, QuadrantsAndTheirBorders) {
+  for (int n = -9; n <= 9; ++n) {
+    for (const double offset : {-1e-9, 0.0, 1e-9, 0.785, -0.785}) {
+      const double x = n * 1.5707963267948966 + offset;
+      EXPECT_NEAR(sincos(x).sin, std::sin(x), 4e-16) << "x " << x;
+      EXPECT_NEAR(sincos(x).cos, std::cos(x), 4e-16) << "x " << x;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,282 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/mesh/edit_mesh.h"
+#include "sim/mesh/implicit_surface.h"
+#include "sim/mesh/inspect.h"
+#include "sim/mesh/remesh.h"
+#include "sim/mesh/shapes.h"
+
+namespace touchfield {
+namespace {
+
+using std::numbers::pi;
+using ::testing::IsEmpty;
+
+SoftBody cone_body(const Vector3& a, const Vector3& b, double radius_a, double radius_b) {
+  SoftPart part;
+  part.cones.push_back({a, b, radius_a, radius_b});
+  return SoftBody({part});
+}
+
+Vector3 random_point(std::mt19937& random) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  return {uniform(random), uniform(random), uniform(random)};
+}
+
+// The body is the union of the balls along the segment, so outside the distance is the least over them.
+TEST(SoftBody, DistanceToAConeIsThatToItsBalls) {
+  std::mt19937 random(3);
+  for (const double radius_b : {0.3, 0.1, 0.29, 0.9}) {
+    const Vector3 a(0.1, -0.2, 0.0);
+    const Vector3 b(0.5, 0.3, 0.1);
+    const SoftBody body = cone_body(a, b, 0.3, radius_b);
+    for (int i = 0; i < 200; ++i) {
+      const Vector3 x = random_point(random);
+      double least = std::numeric_limits<double>::infinity();
+      constexpr int kSteps = 2000;
+      for (int s = 0; s <= kSteps; ++s) {
+        const double t = static_cast<double>(s) / kSteps;
+        least = std::min(least, (x - a - t * (b - a)).norm() - 0.3 - t * (radius_b - 0.3));
+      }
+      EXPECT_NEAR(body.distance(x), least, 1e-5) << radius_b;  // half a step is 1.6e-4, of a flat minimum
+    }
+  }
+}
+
+SoftBody blended_body() {
+  SoftPart one;
+  one.blend = 0.1;
+  one.cones = {{{-0.5, 0, 0}, {0.4, 0.1, 0}, 0.2, 0.15}, {{0.4, 0.1, 0}, {0.5, 0.6, 0.1}, 0.15, 0.1}};
+  SoftPart two;
+  two.outward_blend = 0.2;
+  Plate plate;
+  plate.corners << -0.5, 0.1, -0.3,  //
+      -0.5, -0.4, -0.1,              //
+      0.2, 0.1, 0.6;
+  plate.radii << 0.1, 0.1, 0.1;
+  two.plates.push_back(plate);
+  return SoftBody({one, two}, SoftCut{{-0.6, 0, 0}, {-1, 0, 0}, 0.1});
+}
+
+// Plates of one radius and cones have exact gradients. The parts meet in kinks only deep inside.
+TEST(SoftBody, GradientIsTheSlopeOfTheDistance) {
+  const SoftBody body = blended_body();
+  std::mt19937 random(5);
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 300; ++i) {
+    const Vector3 x = random_point(random);
+    const SoftBody::Value value = body.at(x);
+    if (value.distance < -0.05) {
+      continue;
+    }
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vector3 step = kStep * Vector3::Unit(axis);
+      const double slope = (body.distance(x + step) - body.distance(x - step)) / (2 * kStep);
+      EXPECT_NEAR(value.gradient(axis), slope, 2e-5) << x.transpose();  // second derivatives of 10 to 20 per unit
+    }
+    EXPECT_LT(value.gradient.norm(), 1.0 + 1e-9);
+  }
+}
+
+TEST(SoftBody, BlendFillsGapsBelowAThirdOfItAndBulgesByASixth) {
+  const auto middle = [](double gap, double blend) {
+    SoftPart balls;
+    balls.blend = blend;
+    balls.cones = {{{-1 - 0.5 * gap, 0, 0}, {-1.5, 0, 0}, 1.0, 1.0}, {{1 + 0.5 * gap, 0, 0}, {1.5, 0, 0}, 1.0, 1.0}};
+    return SoftBody({balls}).distance(Vector3::Zero());
+  };
+  EXPECT_LT(middle(0.099, 0.3), 0);
+  EXPECT_GT(middle(0.101, 0.3), 0);
+  EXPECT_NEAR(middle(0.5, 0.3), 0.25 - 0.05, 1e-12);
+  EXPECT_NEAR(middle(0.5, 0.0), 0.25, 1e-12);
+}
+
+TEST(SoftBody, ProjectsOntoItsSurface) {
+  const SoftBody body = blended_body();
+  std::mt19937 random(11);
+  Points points(3, 300);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    do {
+      points.col(i) = random_point(random);
+    } while (std::abs(body.distance(points.col(i))) > 0.05);
+  }
+  const Points before = points;
+  body.project(points, 0.1);
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    EXPECT_NEAR(body.distance(points.col(i)), 0, 1e-9);
+    EXPECT_LT((points.col(i) - before.col(i)).norm(), 0.1);  // twice the distance: gradients are 0.5 and more there
+  }
+}
+
+TEST(SoftBody, RefusesNothing) {
+  EXPECT_THROW(SoftBody({}), InputError);
+  EXPECT_THROW(SoftBody({SoftPart()}), InputError);
+}
+
+TEST(SkinMesh, HasTheAreaAndVolumeOfABall) {
+  const double radius = 0.01;
+  const SoftBody ball = cone_body(Vector3::Zero(), {1e-9, 0, 0}, radius, radius);
+  const TriangleMesh mesh = skin_mesh(ball, 2e-3, 1e-3);
+  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+  EXPECT_NEAR(mesh.mean_edge() / 2e-3, 1.0, 0.03);
+  // With vertices on the sphere the volume would be 1 % short: (edge / radius)^2 / 4.
+  EXPECT_NEAR(mesh.signed_volume() / (4.0 / 3.0 * pi * std::pow(radius, 3)), 1.0, 1e-3);
+  EXPECT_NEAR(mesh.total_area() / (4.0 * pi * radius * radius), 1.0, 5e-3);
+}
+
+TEST(SkinMesh, FillsACavity) {
+  // Six plates about a hollow cube.
+  SoftPart part;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-0.02, 0.02}) {
+      std::array<Vector3, 4> corners;
+      for (std::size_t i = 0; i < 4; ++i) {
+        corners[i](axis) = side;
+        corners[i]((axis + 1) % 3) = i == 1 || i == 2 ? 0.02 : -0.02;
+        corners[i]((axis + 2) % 3) = i >= 2 ? 0.02 : -0.02;
+      }
+      for (const std::size_t second : {1u, 2u}) {
+        Plate plate;
+        plate.corners << corners[0], corners[second], corners[second + 1];
+        plate.radii = Vector3::Constant(0.004);
+        part.plates.push_back(plate);
+      }
+    }
+  }
+  ASSERT_GT(SoftBody({part}).distance(Vector3::Zero()), 0);
+  const MeshReport report = inspect(skin_mesh(SoftBody({part}), 3e-3, 2e-3));
+  EXPECT_EQ(report.components, 1);
+  EXPECT_GT(report.volume, std::pow(0.04, 3));
+}
+
+TEST(SkinMesh, RefusesABodyInTwoPieces) {
+  SoftPart part;
+  part.cones = {{{0, 0, 0}, {0.01, 0, 0}, 0.005, 0.005}, {{0, 0.05, 0}, {0.01, 0.05, 0}, 0.005, 0.005}};
+  EXPECT_THROW(skin_mesh(SoftBody({part}), 2e-3, 1e-3), NumericalError);
+}
+
+/// Every relation between sides, and the valences, by their definition.
+void expect_consistent(const EditMesh& mesh) {
+  std::vector<int> valence(static_cast<std::size_t>(mesh.vertex_count()), 0);
+  for (int side = 0; side < mesh.side_count(); ++side) {
+    if (mesh.alive(side)) {
+      const int other = mesh.opposite(side);
+      ASSERT_TRUE(mesh.alive(other));
+      ASSERT_EQ(mesh.opposite(other), side);
+      ASSERT_EQ(mesh.from(other), mesh.to(side));
+      ASSERT_EQ(mesh.to(other), mesh.from(side));
+      ++valence[static_cast<std::size_t>(mesh.from(side))];
+    }
+  }
+  for (int v = 0; v < mesh.vertex_count(); ++v) {
+    if (mesh.vertex_alive(v)) {
+      ASSERT_EQ(mesh.valence(v), valence[static_cast<std::size_t>(v)]);
+      ASSERT_EQ(mesh.from(mesh.first_around(v)), v);
+      int count = 0;
+      int side = mesh.first_around(v);
+      do {
+        ++count;
+        side = mesh.next_around(side);
+      } while (side != mesh.first_around(v) && count <= mesh.valence(v));
+      ASSERT_EQ(count, mesh.valence(v)) << "the faces about a vertex form one fan";
+    } else {
+      ASSERT_EQ(valence[static_cast<std::size_t>(v)], 0);
+    }
+  }
+}
+
+TEST(EditMesh, StaysAClosedManifoldThroughRandomChanges) {
+  const TriangleMesh start = icosphere(1.0, 3);
+  EditMesh mesh(start.triangles(), start.vertex_count());
+  std::mt19937 random(2);
+  int collapses = 0;
+  int flips = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const int side = std::uniform_int_distribution<int>(0, mesh.side_count() - 1)(random);
+    const int what = std::uniform_int_distribution<int>(0, 3)(random);
+    if (!mesh.alive(side)) {
+      continue;
+    }
+    if (what == 0 && i < 3000) {
+      mesh.split(side);
+    } else if (what <= 2 && mesh.can_collapse(side)) {
+      mesh.collapse(side);
+      ++collapses;
+    } else if (what == 3 && mesh.can_flip(side)) {
+      mesh.flip(side);
+      ++flips;
+    }
+    if (i % 50 == 0) {
+      ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh)) << i;
+    }
+  }
+  EXPECT_GT(collapses, 100);
+  EXPECT_GT(flips, 100);
+  ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  std::vector<int> numbers;
+  const Triangles triangles = mesh.compact(numbers);
+  EXPECT_EQ(static_cast<Eigen::Index>(numbers.size()) - triangles.cols() / 2, 2) << "still a sphere";
+}
+
+TEST(EditMesh, RefusesASurfaceThatIsOpenOrMisoriented) {
+  const TriangleMesh ball = icosphere(1.0, 1);
+  EXPECT_THROW(EditMesh(ball.triangles().leftCols(19), ball.vertex_count()), InputError);
+  Triangles flipped = ball.triangles();
+  std::swap(flipped(0, 3), flipped(1, 3));
+  EXPECT_THROW(EditMesh(flipped, ball.vertex_count()), InputError);
+}
+
+void project_on_sphere(Points& points) { points.colwise().normalize(); }
+
+TEST(Remesh, ReachesTheWantedEdgeFromCoarseAndFine) {
+  for (const int f : {1, 4, 60}) {
+    const TriangleMesh start = icosphere(1.0, f);
+    const RemeshTarget target{
+        [](const Points& points) { return Eigen::VectorXd(Eigen::VectorXd::Constant(points.cols(), 0.1)); },
+        project_on_sphere};
+    const TriangleMesh mesh = remeshed(start.vertices(), start.triangles(), target, 8);
+    const MeshReport report = inspect(mesh);
+    EXPECT_THAT(report.faults, IsEmpty());
+    EXPECT_EQ(report.vertices - report.faces / 2, 2);
+    EXPECT_NEAR(mesh.mean_edge() / 0.1, 1.0, 0.03) << f;
+    EXPECT_GT(report.smallest_angle, 25 * pi / 180) << f;
+    EXPECT_NEAR(mesh.vertices().colwise().norm().minCoeff(), 1.0, 1e-12);
+  }
+}
+
+// Edges ten times as long at one pole as at the other: each region gets its own length.
+TEST(Remesh, FollowsAGradedEdgeLength) {
+  const auto wanted = [](double z) { return 0.02 + 0.09 * (1 - z); };
+  const RemeshTarget target{
+      [&](const Points& points) { return Eigen::VectorXd(points.row(2).transpose().unaryExpr(wanted)); },
+      project_on_sphere};
+  const TriangleMesh start = icosphere(1.0, 10);
+  const TriangleMesh mesh = remeshed(start.vertices(), start.triangles(), target, 10);
+  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+  EXPECT_GT(inspect(mesh).smallest_angle, 15 * pi / 180);
+  for (const auto& [lower, upper] : {std::pair{-1.0, -0.5}, {-0.5, 0.5}, {0.5, 0.8}, {0.95, 1.0}}) {
+    double faces = 0;
+    double wanted_faces = 0;
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      const double z = mesh.centroids()(2, f);
+      if (z >= lower && z <= upper) {
+        faces += 1;
+        wanted_faces += mesh.areas()(f) / (std::sqrt(3.0) / 4 * std::pow(wanted(z), 2));
+      }
+    }
+    EXPECT_NEAR(faces / wanted_faces, 1.0, 0.15) << lower;
+  }
+}
+
+}  // namespace
+}  // namespace touchfield

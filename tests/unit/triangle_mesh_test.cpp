@@ -1,0 +1,105 @@
+#include "sim/mesh/triangle_mesh.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+
+constexpr double kRounding = 1e-14;  // relative, some tens of operations in double precision
+
+/// The corner of a cube cut off: legs of length 1 along the axes, counter-clockwise seen from outside.
+Points tetrahedron_vertices() {
+  Points vertices(3, 4);
+  vertices << 0, 1, 0, 0,  //
+      0, 0, 1, 0,          //
+      0, 0, 0, 1;
+  return vertices;
+}
+
+Triangles tetrahedron_triangles() {
+  Triangles triangles(3, 4);
+  triangles << 0, 0, 0, 1,  //
+      2, 1, 3, 2,           //
+      1, 3, 2, 3;
+  return triangles;
+}
+
+TEST(TriangleMesh, GivesCentroidsNormalsAndAreas) {
+  const TriangleMesh mesh(tetrahedron_vertices(), tetrahedron_triangles());
+  EXPECT_TRUE(mesh.centroids().col(0).isApprox(Vector3(1, 1, 0) / 3.0, kRounding));
+  EXPECT_TRUE(mesh.normals().col(0).isApprox(Vector3(0, 0, -1), kRounding));
+  EXPECT_TRUE(mesh.normals().col(3).isApprox(Vector3(1, 1, 1) / std::sqrt(3.0), kRounding));
+  EXPECT_NEAR(mesh.areas()(0), 0.5, kRounding);
+  EXPECT_NEAR(mesh.areas()(3), std::sqrt(3.0) / 2.0, kRounding);  // equilateral with sides sqrt(2)
+  EXPECT_NEAR(mesh.total_area(), 1.5 + std::sqrt(3.0) / 2.0, kRounding);
+  EXPECT_NEAR(mesh.signed_volume(), 1.0 / 6.0, kRounding);
+}
+
+TEST(TriangleMesh, MeanEdgeIsTheSideOfTheEquilateralTriangleOfMeanArea) {
+  Points vertices(3, 3);
+  vertices << 0, 2, 1,  //
+      0, 0, std::sqrt(3.0), 0, 0, 0;
+  Triangles triangles(3, 1);
+  triangles << 0, 1, 2;
+  const TriangleMesh mesh(vertices, triangles);
+  EXPECT_NEAR(mesh.mean_edge(), 2.0, 2.0 * kRounding);
+  EXPECT_NEAR(edges_per_wavelength(mesh, 5.0), 2.5, 2.5 * kRounding);
+}
+
+TEST(TriangleMesh, InsideOutHasNegativeVolume) {
+  Triangles triangles = tetrahedron_triangles();
+  triangles.row(0).swap(triangles.row(1));
+  EXPECT_NEAR(TriangleMesh(tetrahedron_vertices(), triangles).signed_volume(), -1.0 / 6.0, kRounding);
+}
+
+// 1 km away a volume about the origin would lose nine digits of the ratio (distance / size)^3.
+TEST(TriangleMesh, VolumeSurvivesAMoveFarAway) {
+  const TriangleMesh mesh(tetrahedron_vertices(), tetrahedron_triangles());
+  const Eigen::Matrix3d rotation = Eigen::AngleAxisd(1.1, Vector3(1, -2, 0.5).normalized()).toRotationMatrix();
+  const TriangleMesh moved = transformed(mesh, rotation, {1000, -2000, 500});
+  EXPECT_NEAR(moved.signed_volume(), 1.0 / 6.0, 1e-11);  // vertices keep 2e-13 of their metre
+  EXPECT_NEAR(moved.total_area(), mesh.total_area(), 1e-11);
+  EXPECT_TRUE(moved.normals().isApprox(rotation * mesh.normals(), 1e-11));
+  EXPECT_TRUE(moved.centroids().isApprox((rotation * mesh.centroids()).colwise() + Vector3(1000, -2000, 500), 1e-14));
+}
+
+TEST(TriangleMesh, RefusesWhatIsNoMesh) {
+  EXPECT_THAT([] { TriangleMesh(tetrahedron_vertices(), Triangles(3, 0)); },
+              ThrowsMessage<InputError>(HasSubstr("no triangle")));
+
+  Triangles beyond = tetrahedron_triangles();
+  beyond(1, 2) = 4;
+  EXPECT_THAT([&] { TriangleMesh(tetrahedron_vertices(), beyond); },
+              ThrowsMessage<InputError>(HasSubstr("face 2 names a vertex outside 0..3")));
+  beyond(1, 2) = -1;
+  EXPECT_THROW(TriangleMesh(tetrahedron_vertices(), beyond), InputError);
+
+  Points broken = tetrahedron_vertices();
+  broken(2, 1) = std::numeric_limits<double>::quiet_NaN();
+  broken(0, 3) = std::numeric_limits<double>::infinity();
+  EXPECT_THAT([&] { TriangleMesh(broken, tetrahedron_triangles()); },
+              ThrowsMessage<InputError>(HasSubstr("2 of 4 vertices")));
+
+  Triangles folded = tetrahedron_triangles();
+  folded.col(1) << 0, 1, 1;
+  EXPECT_THAT([&] { TriangleMesh(tetrahedron_vertices(), folded); },
+              ThrowsMessage<InputError>(HasSubstr("1 degenerate faces (no area), the first is face 1")));
+
+  Points in_line = tetrahedron_vertices();
+  in_line.col(2) << 2, 0, 0;  // 0, 1 and 2 in one line
+  EXPECT_THROW(TriangleMesh(in_line, tetrahedron_triangles()), InputError);
+}
+
+}  // namespace
+}  // namespace touchfield
