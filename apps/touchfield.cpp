@@ -44,9 +44,10 @@ std::string version_line() {
 
 /// What the command line asks for, run after it has been parsed as a whole.
 int dispatch(int argc, char** argv) {
-  CLI::App app("Mid-air ultrasound haptics: transducer phases that press a wanted pattern on the skin of a hand.\n"
-               "Exit codes: 0 ok, 1 failed, 2 bad input, 3 not built in, 4 device.",
-               "touchfield");
+  CLI::App app(
+      "Mid-air ultrasound haptics: transducer phases that press a wanted pattern on the skin of a hand.\n"
+      "Exit codes: 0 ok, 1 failed, 2 bad input, 3 not built in, 4 device.",
+      "touchfield");
   app.set_version_flag("--version", version_line());
   app.require_subcommand(1);
   CommonFlags flags;
@@ -54,7 +55,8 @@ int dispatch(int argc, char** argv) {
   touchfield::RunCommand run;
   CLI::App* run_app = app.add_subcommand("run", "Compute a scene and write its results");
   add_scene(run_app, run.scene, run.overrides);
-  run_app->add_option("-o,--output", run.output, "Output directory; default: results/runs/NAME-NNNN, the next free number");
+  run_app->add_option("-o,--output", run.output,
+                      "Output directory; default: results/runs/NAME-NNNN, the next free number");
   run_app->add_flag("--force", run.force, "Replace the run that the output directory holds");
   add_common(run_app, flags);
 
@@ -78,12 +80,15 @@ int dispatch(int argc, char** argv) {
                                                              {"left", touchfield::HandSide::kLeft}};
   CLI::App* hand_app = app.add_subcommand("hand", "Write the built-in hand as a mesh file (STL, OBJ or PLY)");
   hand_app->add_option("-o,--output", hand.output, "Mesh file; its ending names the format")->required();
-  hand_app->add_option("--pose", hand.options.pose, "Pose")->check(CLI::IsMember(touchfield::hand_poses()))->capture_default_str();
+  hand_app->add_option("--pose", hand.options.pose, "Pose")
+      ->check(CLI::IsMember(touchfield::hand_poses()))
+      ->capture_default_str();
   hand_app->add_option("--breadth-mm", breadth_mm, "Hand breadth [mm]")->capture_default_str();
   hand_app->add_option("--length-mm", length_mm, "Hand length [mm]")->capture_default_str();
   hand_app->add_option("--side", hand.options.side, "right or left")->transform(CLI::CheckedTransformer(sides));
   hand_app->add_option("--edge-mm", edge_mm, "Edge length [mm]")->capture_default_str();
-  hand_app->add_option("--unit", hand.unit, "Unit of the file: mm (default), cm or m")->transform(CLI::CheckedTransformer(units));
+  hand_app->add_option("--unit", hand.unit, "Unit of the file: mm (default), cm or m")
+      ->transform(CLI::CheckedTransformer(units));
   add_common(hand_app, flags);
 
   std::string schema_format = "markdown";
@@ -95,7 +100,8 @@ int dispatch(int argc, char** argv) {
   const auto known = app.get_subcommands([](const CLI::App*) { return true; });
   const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), is_named)) {
-    throw touchfield::InputError(fmt::format("unknown command '{}'; there are run, check, info, hand and schema", argv[1]));
+    throw touchfield::InputError(
+        fmt::format("unknown command '{}'; there are run, check, info, hand and schema", argv[1]));
   }
   try {
     app.parse(argc, argv);

@@ -10,8 +10,8 @@ namespace touchfield {
 
 struct RunCommand {
   std::string scene;
-  std::string output;                   // empty: results/runs/NAME-NNNN
-  std::vector<std::string> overrides;   // key.path=value
+  std::string output;                  // empty: results/runs/NAME-NNNN
+  std::vector<std::string> overrides;  // key.path=value
   bool force = false;
   std::string command_line;
 };

@@ -1,10 +1,9 @@
 #include "apps/commands/console_progress.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <string_view>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <spdlog/sinks/basic_file_sink.h>
@@ -15,9 +14,7 @@ namespace touchfield {
 
 ConsoleProgress::ConsoleProgress(bool quiet) : quiet_(quiet), terminal_(isatty(fileno(stderr)) == 1) {}
 
-ConsoleProgress::~ConsoleProgress() {
-  clear_bar();
-}
+ConsoleProgress::~ConsoleProgress() { clear_bar(); }
 
 void ConsoleProgress::log_to(const std::string& path) {
   try {
@@ -53,9 +50,7 @@ void ConsoleProgress::advance(double fraction) {
   bar_shown_ = true;
 }
 
-void ConsoleProgress::end(double seconds) {
-  say(fmt::format("  {}: {:.2f} s", stage_, seconds));
-}
+void ConsoleProgress::end(double seconds) { say(fmt::format("  {}: {:.2f} s", stage_, seconds)); }
 
 void ConsoleProgress::warn(std::string_view message) {
   clear_bar();

@@ -9,8 +9,8 @@
 
 namespace touchfield {
 
-/// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in a
-/// log file if there is one.
+/// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in
+/// a log file if there is one.
 class ConsoleProgress : public Progress {
  public:
   /// quiet   show warnings only

@@ -27,10 +27,12 @@ int hand_command(const HandCommand& command, const CommonFlags& flags) {
     fmt::print("{}\n", json.dump(2));
   } else if (!flags.quiet) {
     fmt::print("{}: {} faces, {:.1f} cm2, {:.1f} cm3, edges {:.2f} to {:.2f} mm\n", command.output, report.faces,
-               report.area * 1e4, report.volume * 1e6, report.shortest_edge / kMillimetre, report.longest_edge / kMillimetre);
+               report.area * 1e4, report.volume * 1e6, report.shortest_edge / kMillimetre,
+               report.longest_edge / kMillimetre);
     fmt::print("landmarks in the file's unit:\n");
     for (const auto& [name, at] : landmarks.items()) {
-      fmt::print("  {:<12} {:9.3f} {:9.3f} {:9.3f}\n", name, at[0].get<double>(), at[1].get<double>(), at[2].get<double>());
+      fmt::print("  {:<12} {:9.3f} {:9.3f} {:9.3f}\n", name, at[0].get<double>(), at[1].get<double>(),
+                 at[2].get<double>());
     }
   }
   return 0;

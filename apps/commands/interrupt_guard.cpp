@@ -1,9 +1,8 @@
 #include "apps/commands/interrupt_guard.h"
 
-#include <unistd.h>
-
 #include <csignal>
 #include <thread>
+#include <unistd.h>
 #include <utility>
 
 namespace touchfield {

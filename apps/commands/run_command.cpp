@@ -23,8 +23,8 @@ std::string number(double value, const char* format) {
 }
 
 std::string methods_table(const Run& run) {
-  std::string table = fmt::format("{:<20} {:>8} {:>9} {:>9} {:>9} {:>11} {:>10} {:>8}  {}\n", "method", "error", "width mm",
-                                  "(wanted)", "leakage", "mean in Pa", "force mN", "solve s", "status");
+  std::string table = fmt::format("{:<20} {:>8} {:>9} {:>9} {:>9} {:>11} {:>10} {:>8}  {}\n", "method", "error",
+                                  "width mm", "(wanted)", "leakage", "mean in Pa", "force mN", "solve s", "status");
   for (const MethodResult& method : run.methods) {
     const Metrics& m = method.metrics;
     table += fmt::format("{:<20} {:>8} {:>9} {:>9} {:>9} {:>11} {:>10} {:>8}  {}\n", method.name,
@@ -41,8 +41,12 @@ nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
   for (const auto& [stage, value] : run.seconds) {
     seconds[stage] = value;
   }
-  return {{"name", run.name},       {"directory", directory}, {"faces", run.mesh.face_count()},
-          {"channels", run.array.size()}, {"methods", methods_json(run)}, {"seconds", seconds},
+  return {{"name", run.name},
+          {"directory", directory},
+          {"faces", run.mesh.face_count()},
+          {"channels", run.array.size()},
+          {"methods", methods_json(run)},
+          {"seconds", seconds},
           {"warnings", run.warnings}};
 }
 
@@ -93,9 +97,10 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
     progress.log_to(directory.file("run.log"));
     progress.say(fmt::format("touchfield {} ({}): scene {}, {} threads", build_info().version, build_info().revision,
                              scene.name, threads));
-    progress.say(fmt::format("  {} faces, {:.2f} edges a wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
-                             report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,
-                             report.memory_mib / 1024.0));
+    progress.say(fmt::format(
+        "  {} faces, {:.2f} edges a wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
+        report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,
+        report.memory_mib / 1024.0));
     const Run run = run_scene(scene, model, {command.command_line, threads}, directory, progress);
     progress.say(fmt::format("results in {}", directory.path()));
     if (flags.json) {

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <math.h>  // j1, jn: the POSIX Bessel functions, ten times as fast as std::cyl_bessel_j
 #include <numbers>
 
 #include <fmt/format.h>
-#include <math.h>  // j1, jn: the POSIX Bessel functions, ten times as fast as std::cyl_bessel_j
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
@@ -49,9 +49,7 @@ Directivity::Directivity(Kind kind, double ka) : kind_(kind), ka_(ka) {
   }
 }
 
-Directivity Directivity::omni() {
-  return Directivity(Kind::kOmni);
-}
+Directivity Directivity::omni() { return Directivity(Kind::kOmni); }
 
 Directivity Directivity::piston(double k, double radius) {
   if (!(k > 0) || !(radius > 0)) {
@@ -60,9 +58,7 @@ Directivity Directivity::piston(double k, double radius) {
   return Directivity(Kind::kPiston, k * radius);
 }
 
-Directivity Directivity::t4010a1() {
-  return Directivity(Kind::kT4010a1);
-}
+Directivity Directivity::t4010a1() { return Directivity(Kind::kT4010a1); }
 
 double Directivity::value(double cos_theta) const {
   return kind_ == Kind::kOmni ? 1.0 : at(std::acos(std::clamp(cos_theta, -1.0, 1.0))).value;

@@ -38,7 +38,7 @@ class Directivity {
 
   static constexpr int kIntervals = 9;
   Kind kind_;
-  double ka_;                                          // k b of a piston
+  double ka_;                                               // k b of a piston
   std::array<std::array<double, 4>, kIntervals> spline_{};  // per interval: c0 + c1 t + c2 t^2 + c3 t^3, t in rad
 };
 

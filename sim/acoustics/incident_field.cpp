@@ -42,8 +42,7 @@ Complex channel_derivative(const TransducerArray& array, const Wave& wave, Eigen
   const DirectivityValue d = array.directivity.at(std::atan2(sin_theta, cos_theta));
   // grad theta = (cos(theta) radial - axis) / (r sin(theta)). On the axis a slope is not defined (a spline's need not
   // vanish there); its mean over all sides is zero.
-  const double theta_slope =
-      sin_theta > 1e-12 ? (cos_theta * radial - axis).dot(direction) / (r * sin_theta) : 0.0;
+  const double theta_slope = sin_theta > 1e-12 ? (cos_theta * radial - axis).dot(direction) / (r * sin_theta) : 0.0;
   const Complex radial_slope = (ik - 1.0 / r) * radial.dot(direction) * d.value;
   return (array.amplitudes(n) / r) * phase_factor(wave.wavenumber(), r) * (radial_slope + d.slope * theta_slope);
 }

@@ -55,12 +55,8 @@ Wave::Wave(const Medium& medium, double frequency)
   require(medium.absorption >= 0 && std::isfinite(medium.absorption), "absorption", medium.absorption, ">= 0");
 }
 
-double Wave::omega() const {
-  return 2.0 * std::numbers::pi * frequency_;
-}
+double Wave::omega() const { return 2.0 * std::numbers::pi * frequency_; }
 
-double Wave::wavelength() const {
-  return medium_.sound_speed / frequency_;
-}
+double Wave::wavelength() const { return medium_.sound_speed / frequency_; }
 
 }  // namespace touchfield

@@ -34,11 +34,11 @@ class Wave {
   Wave(const Medium& medium, double frequency);
 
   const Medium& medium() const { return medium_; }
-  double frequency() const { return frequency_; }                           // [Hz]
-  double omega() const;                                                     // [rad/s]
-  double k() const { return k_; }                                           // Re of the wavenumber [rad/m]
-  Complex wavenumber() const { return {k_, medium_.absorption}; }           // k + i alpha [1/m]
-  double wavelength() const;                                                // [m]
+  double frequency() const { return frequency_; }                  // [Hz]
+  double omega() const;                                            // [rad/s]
+  double k() const { return k_; }                                  // Re of the wavenumber [rad/m]
+  Complex wavenumber() const { return {k_, medium_.absorption}; }  // k + i alpha [1/m]
+  double wavelength() const;                                       // [m]
 
  private:
   Medium medium_;

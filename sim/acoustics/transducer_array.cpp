@@ -16,9 +16,7 @@ constexpr int kAutd3CountY = 14;
 constexpr double kAutd3BoardX = 192.0e-3;  // [m]
 constexpr double kAutd3BoardY = 151.4e-3;  // [m]
 
-bool is_autd3_hole(int x, int y) {
-  return y == 1 && (x == 1 || x == 2 || x == 16);
-}
+bool is_autd3_hole(int x, int y) { return y == 1 && (x == 1 || x == 2 || x == 16); }
 
 void require_pitch(double pitch) {
   if (!(pitch > 0) || !std::isfinite(pitch)) {
@@ -75,16 +73,15 @@ ArrayLayout autd3_tiles(int count_x, int count_y, double pitch) {
   std::vector<ArrayLayout> units;
   for (int y = 0; y < count_y; ++y) {
     for (int x = 0; x < count_x; ++x) {
-      const Vector3 board_centre(kAutd3BoardX * (x - 0.5 * (count_x - 1)), kAutd3BoardY * (y - 0.5 * (count_y - 1)), 0.0);
+      const Vector3 board_centre(kAutd3BoardX * (x - 0.5 * (count_x - 1)), kAutd3BoardY * (y - 0.5 * (count_y - 1)),
+                                 0.0);
       units.push_back(transformed(unit, Eigen::Matrix3d::Identity(), board_centre - grid_centre));
     }
   }
   return joined(units);
 }
 
-ArrayLayout sonicsurface_layout() {
-  return grid_layout(16, 16, 10.5e-3);
-}
+ArrayLayout sonicsurface_layout() { return grid_layout(16, 16, 10.5e-3); }
 
 ArrayLayout transformed(const ArrayLayout& layout, const Eigen::Matrix3d& rotation, const Vector3& translation) {
   return {(rotation * layout.positions).colwise() + translation, rotation * layout.axes, layout.device, layout.channel};
@@ -123,7 +120,8 @@ TransducerArray make_array(const ArrayLayout& layout, const Directivity& directi
   }
   for (Eigen::Index n = 0; n < layout.axes.cols(); ++n) {
     if (!(std::abs(layout.axes.col(n).norm() - 1.0) < 1e-9)) {
-      throw InputError(fmt::format("array: the axis of transducer {} has length {}, it must be 1", n, layout.axes.col(n).norm()));
+      throw InputError(
+          fmt::format("array: the axis of transducer {} has length {}, it must be 1", n, layout.axes.col(n).norm()));
     }
   }
   return {TransducerArray::Kind::kTransducers,

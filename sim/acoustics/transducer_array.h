@@ -20,12 +20,12 @@ struct TransducerArray {
   enum class Kind { kTransducers, kPlaneWave };
 
   Kind kind = Kind::kTransducers;
-  Points positions;              // 3 x N [m]
-  Points axes;                   // 3 x N unit vectors; of a plane wave: its direction of travel
-  Eigen::VectorXd amplitudes;    // N: level P0 [Pa m]; of a plane wave [Pa]
+  Points positions;            // 3 x N [m]
+  Points axes;                 // 3 x N unit vectors; of a plane wave: its direction of travel
+  Eigen::VectorXd amplitudes;  // N: level P0 [Pa m]; of a plane wave [Pa]
   Directivity directivity = Directivity::omni();
-  Eigen::VectorXi device;        // N: unit number from 0
-  Eigen::VectorXi channel;       // N: number on its unit from 0
+  Eigen::VectorXi device;   // N: unit number from 0
+  Eigen::VectorXi channel;  // N: number on its unit from 0
 
   Eigen::Index size() const { return positions.cols(); }
 };

@@ -15,7 +15,8 @@ namespace touchfield {
 /// r, along     distance [m], not zero, and n.(x - y) [m]
 /// k, alpha     wavenumber k + i alpha [1/m]; damping = exp(-alpha r)
 /// re, im       the value [1/m2]
-inline void double_layer_kernel(double r, double along, double k, double alpha, double damping, double& re, double& im) {
+inline void double_layer_kernel(double r, double along, double k, double alpha, double damping, double& re,
+                                double& im) {
   const double kr = k * r;
   const SinCos wave = sincos(kr);
   const double strength = damping * along / (4.0 * std::numbers::pi * r * r * r);
@@ -30,7 +31,8 @@ inline Complex double_layer_kernel(const Vector3& offset, const Vector3& normal,
   const double r = offset.norm();
   double re = 0;
   double im = 0;
-  double_layer_kernel(r, normal.dot(offset), wavenumber.real(), wavenumber.imag(), std::exp(-wavenumber.imag() * r), re, im);
+  double_layer_kernel(r, normal.dot(offset), wavenumber.real(), wavenumber.imag(), std::exp(-wavenumber.imag() * r), re,
+                      im);
   return {re, im};
 }
 

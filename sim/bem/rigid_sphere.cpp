@@ -75,7 +75,8 @@ Eigen::VectorXcd rigid_sphere_point_source(const Wave& wave, double radius, doub
   require_sphere(wave, radius);
   // Nearer, the terms vanish so slowly that h_n(ka) overflows first.
   if (!(source_distance >= 1.5 * radius)) {
-    throw InputError(fmt::format("rigid sphere: source_distance = {} m must be >= 1.5 radii of {} m", source_distance, radius));
+    throw InputError(
+        fmt::format("rigid sphere: source_distance = {} m must be >= 1.5 radii of {} m", source_distance, radius));
   }
   const double ka = wave.k() * radius;
   const double kr = wave.k() * source_distance;

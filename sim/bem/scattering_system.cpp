@@ -37,9 +37,7 @@ Eigen::MatrixXcd ScatteringSystem::right_hand_sides(const TransducerArray& array
   return incident_matrix(array, wave_, mesh_.centroids());
 }
 
-Eigen::MatrixXcd ScatteringSystem::matrix() const {
-  return paper_matrix(mesh_, wave_);
-}
+Eigen::MatrixXcd ScatteringSystem::matrix() const { return paper_matrix(mesh_, wave_); }
 
 Eigen::MatrixXcd ScatteringSystem::columns(const std::vector<Eigen::Index>& faces) const {
   return paper_columns(mesh_, wave_, faces);
@@ -49,7 +47,8 @@ std::unique_ptr<ScatteringSolver> factorise_dense(const ScatteringSystem& system
   try {
     return std::make_unique<DenseLuSolver>(system.matrix());
   } catch (const std::domain_error& error) {
-    throw NumericalError(fmt::format("scattering by {} faces, scheme {}: {}", system.size(), to_string(system.scheme()), error.what()));
+    throw NumericalError(
+        fmt::format("scattering by {} faces, scheme {}: {}", system.size(), to_string(system.scheme()), error.what()));
   }
 }
 

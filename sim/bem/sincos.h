@@ -13,7 +13,8 @@ struct SinCos {
 
 /// x         |x| < 1e5
 /// accuracy  absolute error below 4e-16 (1 + |x| / 1e5)
-/// method    reduction by multiples of pi/2 held in two parts (Cody and Waite), then Taylor series up to the 16th power on
+/// method    reduction by multiples of pi/2 held in two parts (Cody and Waite), then Taylor series up to the 16th power
+/// on
 ///           |t| <= pi/4, whose next terms are below 5e-17
 inline SinCos sincos(double x) {
   constexpr double kTwoOverPi = 0.63661977236758134308;
@@ -36,10 +37,9 @@ inline SinCos sincos(double x) {
       t2 * (-1.0 / 2 +
             t2 * (1.0 / 24 +
                   t2 * (-1.0 / 720 +
-                        t2 * (1.0 / 40320 +
-                              t2 * (-1.0 / 3628800 +
-                                    t2 * (1.0 / 479001600.0 +
-                                          t2 * (-1.0 / 87178291200.0 + t2 * (1.0 / 20922789888000.0))))))));
+                        t2 * (1.0 / 40320 + t2 * (-1.0 / 3628800 +
+                                                  t2 * (1.0 / 479001600.0 + t2 * (-1.0 / 87178291200.0 +
+                                                                                  t2 * (1.0 / 20922789888000.0))))))));
   const auto quadrant = std::bit_cast<std::uint64_t>(shifted);
   const bool swapped = (quadrant & 1U) != 0;
   const double sine = swapped ? c : s;

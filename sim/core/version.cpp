@@ -1,11 +1,10 @@
 #include "sim/core/version.h"
 
-#include <unistd.h>
-
 #include <array>
 #include <chrono>
 #include <fstream>
 #include <thread>
+#include <unistd.h>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>

@@ -27,9 +27,7 @@ bool is_far(const TriangleMesh& mesh, Eigen::Index f, const Vector3& offset) {
 }
 
 /// Share of the full solid angle at a point; -1 inside, 0 outside.
-bool is_inside(double winding) {
-  return winding < -0.5;
-}
+bool is_inside(double winding) { return winding < -0.5; }
 
 }  // namespace
 

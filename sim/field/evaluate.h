@@ -17,9 +17,9 @@ struct FieldValues {
 ///
 ///   p(x) = G(x) q + sum_f p_f int_f dg/dn_y (x, y) dS_y
 ///
-/// one point a face at five face sizes (square root of the area) or more, the integral over the face nearer by. The error
-/// is that of a constant pressure on each face; one edge length or more from the skin it is about that of the surface
-/// pressure itself.
+/// one point a face at five face sizes (square root of the area) or more, the integral over the face nearer by. The
+/// error is that of a constant pressure on each face; one edge length or more from the skin it is about that of the
+/// surface pressure itself.
 ///
 /// points     3 x J [m]
 /// surface    M x S [Pa]: pressures on the faces, one column a solution

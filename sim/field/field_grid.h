@@ -10,9 +10,9 @@ namespace touchfield {
 /// A regular grid of points, x fastest. A plane has one count of 1.
 struct FieldGrid {
   std::string name;
-  Vector3 origin;                // the first point [m]
-  Vector3 spacing;               // [m]
-  std::array<int, 3> count;      // points along x, y, z
+  Vector3 origin;            // the first point [m]
+  Vector3 spacing;           // [m]
+  std::array<int, 3> count;  // points along x, y, z
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(count[0]) * count[1] * count[2]; }
   /// 3 x size() [m]

@@ -26,8 +26,7 @@ Eigen::VectorXd wanted_amplitudes(const TriangleMesh& mesh, const Target& target
 /// |p|^2 and area gathered along the width axis of a box.
 class WidthProfile {
  public:
-  WidthProfile(double from, double to)
-      : from_(from), area_(bins(from, to), 0.0), energy_(bins(from, to), 0.0) {}
+  WidthProfile(double from, double to) : from_(from), area_(bins(from, to), 0.0), energy_(bins(from, to), 0.0) {}
 
   void add(double position, double area, double energy_density) {
     const auto bin = static_cast<std::size_t>(
@@ -127,8 +126,8 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
   WidthProfile profile(std::floor(along.minCoeff() / kBin) * kBin, along.maxCoeff());
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     const double across = box.rotation.col(1).dot(mesh.centroids().col(f) - box.centre);
-    const double reach = (mesh.corner(f, 0) - mesh.centroids().col(f)).norm() +
-                         (mesh.corner(f, 1) - mesh.corner(f, 2)).norm();
+    const double reach =
+        (mesh.corner(f, 0) - mesh.centroids().col(f)).norm() + (mesh.corner(f, 1) - mesh.corner(f, 2)).norm();
     if (facing.dot(mesh.normals().col(f)) <= 0 || std::abs(across) > kHalfStrip + reach) {
       continue;
     }

@@ -13,10 +13,10 @@ namespace touchfield {
 /// p [Pa] peak, M; grad_t from pressures averaged to the vertices by area, linear on each face.
 Eigen::VectorXd radiation_pressure(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure);
 
-/// Full width at half maximum of |p|^2 across a box [m]: |p|^2 averaged by area over the skin that faces the target's side,
-/// within 2 mm of the box's middle plane across its second axis, in bins of 0.25 mm along the width axis; half of the
-/// maximum inside the box; from the peak outwards to the first crossings, linear between bins. Skin faces the target's side
-/// where its normal has a positive product with the target's mean normal.
+/// Full width at half maximum of |p|^2 across a box [m]: |p|^2 averaged by area over the skin that faces the target's
+/// side, within 2 mm of the box's middle plane across its second axis, in bins of 0.25 mm along the width axis; half of
+/// the maximum inside the box; from the peak outwards to the first crossings, linear between bins. Skin faces the
+/// target's side where its normal has a positive product with the target's mean normal.
 ///
 /// returns   NaN if the box holds no bin or the profile falls to half on no side or only one
 double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target,

@@ -11,19 +11,19 @@ namespace touchfield {
 struct MeshReport {
   Eigen::Index faces = 0;
   Eigen::Index vertices = 0;
-  Eigen::Index unused_vertices = 0;     // named by no triangle; harmless
-  Eigen::Index boundary_edges = 0;      // edges with one face: holes
-  Eigen::Index nonmanifold_edges = 0;   // edges with three faces or more
-  Eigen::Index misoriented_edges = 0;   // edges whose two faces run the same way round
+  Eigen::Index unused_vertices = 0;       // named by no triangle; harmless
+  Eigen::Index boundary_edges = 0;        // edges with one face: holes
+  Eigen::Index nonmanifold_edges = 0;     // edges with three faces or more
+  Eigen::Index misoriented_edges = 0;     // edges whose two faces run the same way round
   Eigen::Index nonmanifold_vertices = 0;  // vertices whose faces form more than one fan
-  Eigen::Index components = 0;          // pieces connected by edges
-  bool inside_out = false;              // closed, but the signed volume of a piece is negative
-  double area = 0;                      // [m2]
-  double volume = 0;                    // signed [m3]
-  double shortest_edge = 0;             // [m]
-  double longest_edge = 0;              // [m]
-  double smallest_angle = 0;            // [rad]
-  std::vector<std::string> faults;      // one line a fault, empty if the mesh is a closed oriented surface
+  Eigen::Index components = 0;            // pieces connected by edges
+  bool inside_out = false;                // closed, but the signed volume of a piece is negative
+  double area = 0;                        // [m2]
+  double volume = 0;                      // signed [m3]
+  double shortest_edge = 0;               // [m]
+  double longest_edge = 0;                // [m]
+  double smallest_angle = 0;              // [rad]
+  std::vector<std::string> faults;        // one line a fault, empty if the mesh is a closed oriented surface
 
   bool closed() const { return boundary_edges == 0 && nonmanifold_edges == 0; }
 };

@@ -22,8 +22,9 @@ void require_finite(const Points& vertices) {
     }
   }
   if (bad > 0) {
-    throw InputError(fmt::format("mesh: {} of {} vertices have a coordinate that is not a finite number, the first is vertex {}",
-                                 bad, vertices.cols(), first));
+    throw InputError(
+        fmt::format("mesh: {} of {} vertices have a coordinate that is not a finite number, the first is vertex {}",
+                    bad, vertices.cols(), first));
   }
 }
 
@@ -67,8 +68,9 @@ TriangleMesh::TriangleMesh(Points vertices, Triangles triangles)
   }
   if (degenerate > 0) {
     const Vector3 at = centroids_.col(first) * 1e3;
-    throw InputError(fmt::format("mesh: {} degenerate faces (no area), the first is face {} at ({:.2f}, {:.2f}, {:.2f}) mm",
-                                 degenerate, first, at.x(), at.y(), at.z()));
+    throw InputError(
+        fmt::format("mesh: {} degenerate faces (no area), the first is face {} at ({:.2f}, {:.2f}, {:.2f}) mm",
+                    degenerate, first, at.x(), at.y(), at.z()));
   }
 }
 
@@ -78,16 +80,12 @@ double TriangleMesh::signed_volume() const {
   return (centroids_.colwise() - origin).cwiseProduct(normals_).colwise().sum().dot(areas_) / 3.0;
 }
 
-double TriangleMesh::mean_edge() const {
-  return std::sqrt(areas_.mean() * 4.0 / std::sqrt(3.0));
-}
+double TriangleMesh::mean_edge() const { return std::sqrt(areas_.mean() * 4.0 / std::sqrt(3.0)); }
 
 TriangleMesh transformed(const TriangleMesh& mesh, const Eigen::Matrix3d& rotation, const Vector3& translation) {
   return {(rotation * mesh.vertices()).colwise() + translation, mesh.triangles()};
 }
 
-double edges_per_wavelength(const TriangleMesh& mesh, double wavelength) {
-  return wavelength / mesh.mean_edge();
-}
+double edges_per_wavelength(const TriangleMesh& mesh, double wavelength) { return wavelength / mesh.mean_edge(); }
 
 }  // namespace touchfield

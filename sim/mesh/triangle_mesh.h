@@ -15,11 +15,11 @@ class TriangleMesh {
   ///             area is below 1e-12 of its longest edge squared; the message counts them and names the first
   TriangleMesh(Points vertices, Triangles triangles);
 
-  const Points& vertices() const { return vertices_; }     // 3 x V [m]
+  const Points& vertices() const { return vertices_; }       // 3 x V [m]
   const Triangles& triangles() const { return triangles_; }  // 3 x M
-  const Points& centroids() const { return centroids_; }   // 3 x M [m]
-  const Points& normals() const { return normals_; }       // 3 x M, unit length
-  const Eigen::VectorXd& areas() const { return areas_; }  // M [m2]
+  const Points& centroids() const { return centroids_; }     // 3 x M [m]
+  const Points& normals() const { return normals_; }         // 3 x M, unit length
+  const Eigen::VectorXd& areas() const { return areas_; }    // M [m2]
 
   Eigen::Index vertex_count() const { return vertices_.cols(); }
   Eigen::Index face_count() const { return triangles_.cols(); }

@@ -19,9 +19,9 @@ namespace touchfield {
 
 namespace {
 
-// Without a target colours end here and not at the very largest value, so that a single hot face does not darken all the
-// others. With one they end at a multiple of what is wanted, so that a method that presses ten times as hard, as a plain
-// focus does, leaves the others their colours.
+// Without a target colours end here and not at the very largest value, so that a single hot face does not darken all
+// the others. With one they end at a multiple of what is wanted, so that a method that presses ten times as hard, as a
+// plain focus does, leaves the others their colours.
 constexpr double kTopShare = 0.999;
 constexpr double kTopOfWanted = 2.0;
 

@@ -28,7 +28,7 @@ struct MethodResult {
 /// The field on one grid.
 struct FieldResult {
   FieldGrid grid;
-  std::vector<unsigned char> inside;                         // 1 inside a body; the pressure there is 0
+  std::vector<unsigned char> inside;                               // 1 inside a body; the pressure there is 0
   std::vector<std::pair<std::string, Eigen::VectorXcd>> pressure;  // method name -> total pressure [Pa]
 };
 
@@ -40,24 +40,24 @@ struct Provenance {
   std::string flags;
   std::string machine;
   int threads = 0;
-  std::string seeds;         // "name=value" separated by spaces, empty if no seed was used
+  std::string seeds;  // "name=value" separated by spaces, empty if no seed was used
   std::string command_line;
-  std::string start;         // UTC, ISO 8601
-  std::string end;           // empty while the run goes on
-  std::string scene_hash;    // of the resolved scene text
+  std::string start;       // UTC, ISO 8601
+  std::string end;         // empty while the run goes on
+  std::string scene_hash;  // of the resolved scene text
 };
 
 /// Everything a run computed; grows as the run goes on.
 struct Run {
   std::string name;
-  std::string scene;               // resolved YAML text
-  TriangleMesh mesh;               // in the world's frame
+  std::string scene;  // resolved YAML text
+  TriangleMesh mesh;  // in the world's frame
   TransducerArray array;
   std::optional<Target> target;
-  bool judged = false;             // the solving model's own pressures are the judge's
+  bool judged = false;  // the solving model's own pressures are the judge's
   std::vector<MethodResult> methods;
   std::vector<FieldResult> fields;
-  std::vector<std::pair<std::string, double>> seconds;     // stage of the whole run -> seconds
+  std::vector<std::pair<std::string, double>> seconds;  // stage of the whole run -> seconds
   std::vector<std::string> warnings;
   Provenance provenance;
   bool complete = false;

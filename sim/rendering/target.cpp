@@ -13,9 +13,7 @@ namespace touchfield {
 namespace {
 
 /// A point in the box's own frame, from its centre.
-Vector3 in_box_frame(const TargetBox& box, const Vector3& x) {
-  return box.rotation.transpose() * (x - box.centre);
-}
+Vector3 in_box_frame(const TargetBox& box, const Vector3& x) { return box.rotation.transpose() * (x - box.centre); }
 
 bool holds(const TargetBox& box, const Vector3& x) {
   return (in_box_frame(box, x).cwiseAbs().array() <= 0.5 * box.size.array()).all();
@@ -34,13 +32,15 @@ void require_face_in(const TriangleMesh& mesh, const TargetBox& box, std::size_t
     nearest = std::min(nearest, distance_to(box, mesh.centroids().col(f)));
   }
   const Vector3 at = 1e3 * box.centre;
-  throw InputError(fmt::format(
-      "target: box {} at ({:.2f}, {:.2f}, {:.2f}) mm holds the centroid of no face; the nearest is {:.2f} mm outside it",
-      index, at.x(), at.y(), at.z(), 1e3 * nearest));
+  throw InputError(
+      fmt::format("target: box {} at ({:.2f}, {:.2f}, {:.2f}) mm holds the centroid of no face; the nearest is {:.2f} "
+                  "mm outside it",
+                  index, at.x(), at.y(), at.z(), 1e3 * nearest));
 }
 
 /// Depth of each target face below the face of its box through which the skin enters [m].
-Eigen::VectorXd penetration_depths(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target) {
+Eigen::VectorXd penetration_depths(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
+                                   const Target& target) {
   std::vector<double> normal_sum(boxes.size(), 0.0);
   for (std::size_t i = 0; i < target.faces.size(); ++i) {
     const auto b = static_cast<std::size_t>(target.box[i]);

@@ -8,9 +8,9 @@ namespace touchfield {
 
 /// A virtual box in space. Its width axis is its own x, its depth axis its own z.
 struct TargetBox {
-  Vector3 centre;                                               // [m]
-  Vector3 size;                                                 // side lengths along its own axes [m]
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();       // own axes as columns
+  Vector3 centre;                                          // [m]
+  Vector3 size;                                            // side lengths along its own axes [m]
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // own axes as columns
 };
 
 enum class TargetProfile {

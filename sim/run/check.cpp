@@ -38,8 +38,8 @@ double available_memory() {
   return 0.0;
 }
 
-/// Floating-point operations per second of an LU on all threads: the best of a few of some hundredths of a second, since
-/// the first one also wakes the threads.
+/// Floating-point operations per second of an LU on all threads: the best of a few of some hundredths of a second,
+/// since the first one also wakes the threads.
 double measured_flops() {
   constexpr Eigen::Index kSize = 900;
   constexpr int kTrials = 3;
@@ -97,25 +97,28 @@ CheckReport check_model(const Scene& scene, const Model& model) {
 
 void require_memory(const CheckReport& report) {
   if (report.available_mib > 0 && report.memory_mib > report.available_mib) {
-    throw InputError(fmt::format("the body has {} faces, which need about {:.1f} GiB of memory; {:.1f} GiB are free: choose a "
-                                 "larger body.edge_mm",
-                                 report.faces, report.memory_mib / 1024.0, report.available_mib / 1024.0));
+    throw InputError(
+        fmt::format("the body has {} faces, which need about {:.1f} GiB of memory; {:.1f} GiB are free: choose a "
+                    "larger body.edge_mm",
+                    report.faces, report.memory_mib / 1024.0, report.available_mib / 1024.0));
   }
 }
 
 std::string describe_check(const Scene& scene, const Model& model, const CheckReport& report) {
   const MeshReport& mesh = model.report;
   std::string text = fmt::format("scene {}\n", scene.name);
-  text += fmt::format("  medium   c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m; {:.3f} kHz, wavelength {:.3f} mm\n",
-                      model.wave.medium().sound_speed, model.wave.medium().density, model.wave.medium().absorption,
-                      model.wave.frequency() / 1e3, model.wave.wavelength() / kMillimetre);
+  text += fmt::format(
+      "  medium   c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m; {:.3f} kHz, wavelength {:.3f} mm\n",
+      model.wave.medium().sound_speed, model.wave.medium().density, model.wave.medium().absorption,
+      model.wave.frequency() / 1e3, model.wave.wavelength() / kMillimetre);
   text += fmt::format("  array    {} channels\n", report.channels);
-  text += fmt::format("  body     {} faces, {} vertices, {} components, {:.1f} cm2, {:.1f} cm3\n", mesh.faces, mesh.vertices,
-                      mesh.components, mesh.area * 1e4, mesh.volume * 1e6);
+  text += fmt::format("  body     {} faces, {} vertices, {} components, {:.1f} cm2, {:.1f} cm3\n", mesh.faces,
+                      mesh.vertices, mesh.components, mesh.area * 1e4, mesh.volume * 1e6);
   text += fmt::format("           edges {:.2f} to {:.2f} mm, mean {:.2f} mm; smallest angle {:.1f} degrees\n",
                       mesh.shortest_edge / kMillimetre, mesh.longest_edge / kMillimetre,
                       model.body.mesh.mean_edge() / kMillimetre, mesh.smallest_angle / kDegree);
-  text += fmt::format("           {:.2f} edges a wavelength, {:.2f} at the longest edge\n", report.epw_mean, report.epw_min);
+  text += fmt::format("           {:.2f} edges a wavelength, {:.2f} at the longest edge\n", report.epw_mean,
+                      report.epw_min);
   text += "           closed, manifold, outward: no faults\n";
   if (scene.target) {
     text += fmt::format("  target   {} faces in {} box{}\n", report.target_faces, model.boxes.size(),
@@ -124,8 +127,9 @@ std::string describe_check(const Scene& scene, const Model& model, const CheckRe
   for (const FieldGrid& grid : model.fields) {
     text += fmt::format("  field    {}: {} x {} x {} points\n", grid.name, grid.count[0], grid.count[1], grid.count[2]);
   }
-  text += fmt::format("  cost     about {:.0f} MiB of memory ({:.0f} MiB free) and {:.0f} s, pictures and files aside\n",
-                      report.memory_mib, report.available_mib, report.seconds);
+  text +=
+      fmt::format("  cost     about {:.0f} MiB of memory ({:.0f} MiB free) and {:.0f} s, pictures and files aside\n",
+                  report.memory_mib, report.available_mib, report.seconds);
   return text;
 }
 

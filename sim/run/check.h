@@ -15,7 +15,7 @@ struct CheckReport {
   double epw_min = 0;     // wavelength over the longest edge
   double memory_mib = 0;  // estimate of the run's peak
   double available_mib = 0;
-  double seconds = 0;     // estimate of the run, from this machine's rate on a small factorisation
+  double seconds = 0;  // estimate of the run, from this machine's rate on a small factorisation
 };
 
 CheckReport check_model(const Scene& scene, const Model& model);

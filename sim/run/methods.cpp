@@ -17,9 +17,7 @@ namespace touchfield {
 
 namespace {
 
-bool iterates(MethodKind kind) {
-  return kind == MethodKind::kPaper || kind == MethodKind::kUnscattered;
-}
+bool iterates(MethodKind kind) { return kind == MethodKind::kPaper || kind == MethodKind::kUnscattered; }
 
 /// Angles to start from. Drawn from the generator's bits directly: distributions differ between standard libraries.
 Eigen::VectorXd start_angles(const StartSpec& start, Eigen::Index size) {
@@ -102,8 +100,9 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
   options.iterations = method.iterations;
   try {
     const IncidentProblem problem = build();
-    return solve_incident(problem, start_angles(method.start, problem.gram.rows()), options,
-                          [&](int iteration, double) { progress.advance(static_cast<double>(iteration) / method.iterations); });
+    return solve_incident(
+        problem, start_angles(method.start, problem.gram.rows()), options,
+        [&](int iteration, double) { progress.advance(static_cast<double>(iteration) / method.iterations); });
   } catch (const std::invalid_argument& error) {
     throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
   }
@@ -131,7 +130,8 @@ double MethodSolver::best_scale(const MethodSpec& method, const Wave& wave, cons
   constexpr int kEvaluations = 9;  // narrows 1/50..1 to a factor of 1.09
   constexpr double kLowest = 0.02;
   const double largest = central_row().cwiseAbs().sum() / target_->amplitudes.maxCoeff();
-  return golden_section([&](double scale) { return judged(scale).relative_error; }, kLowest * largest, largest, kEvaluations);
+  return golden_section([&](double scale) { return judged(scale).relative_error; }, kLowest * largest, largest,
+                        kEvaluations);
 }
 
 }  // namespace touchfield

@@ -10,8 +10,8 @@
 
 namespace touchfield {
 
-/// Solves the phase methods of a scene on one scattering system. What several methods share (G, G^H G, the factors of B)
-/// is computed once, when the first one needs it.
+/// Solves the phase methods of a scene on one scattering system. What several methods share (G, G^H G, the factors of
+/// B) is computed once, when the first one needs it.
 class MethodSolver {
  public:
   /// target   absent for scenes without one; methods other than `fixed` need one. All arguments outlive the solver.
@@ -25,11 +25,12 @@ class MethodSolver {
   /// The pressure on the skin that drives cause, p = B^-1 G q, M.
   Eigen::VectorXcd scattered_pressure(const PhaseSolution& solution) const;
 
-  /// The factor on the target's amplitudes for a scene that asks for the best pressure: the one at which `method` reaches the lowest relative
-  /// error of |p| after its own best scale. A method that iterates is solved again at each trial of a golden-section
-  /// search over 1/50 to 1 of the largest pressure the array can make on the target's central face; the others do not
-  /// depend on the scale and get the one at which they fit best.
-  double best_scale(const MethodSpec& method, const Wave& wave, const std::vector<TargetBox>& boxes, Progress& progress);
+  /// The factor on the target's amplitudes for a scene that asks for the best pressure: the one at which `method`
+  /// reaches the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each
+  /// trial of a golden-section search over 1/50 to 1 of the largest pressure the array can make on the target's central
+  /// face; the others do not depend on the scale and get the one at which they fit best.
+  double best_scale(const MethodSpec& method, const Wave& wave, const std::vector<TargetBox>& boxes,
+                    Progress& progress);
 
   const Eigen::MatrixXcd& incident() const { return g_; }
 
@@ -41,8 +42,8 @@ class MethodSolver {
   const ScatteringSolver& solver_;
   const std::optional<Target>& target_;
   Eigen::MatrixXcd g_;
-  Eigen::MatrixXcd gram_g_;    // empty until needed
-  Eigen::MatrixXcd columns_;   // B_T, likewise
+  Eigen::MatrixXcd gram_g_;   // empty until needed
+  Eigen::MatrixXcd columns_;  // B_T, likewise
 };
 
 }  // namespace touchfield

@@ -38,7 +38,8 @@ struct LayoutBuilder {
   ArrayLayout operator()(const SonicsurfaceArray&) const { return sonicsurface_layout(); }
   ArrayLayout operator()(const PositionsArray& list) const {
     const Eigen::Index n = list.points.cols();
-    return {list.points, list.axes, Eigen::VectorXi::Zero(n), Eigen::VectorXi::LinSpaced(n, 0, static_cast<int>(n) - 1)};
+    return {list.points, list.axes, Eigen::VectorXi::Zero(n),
+            Eigen::VectorXi::LinSpaced(n, 0, static_cast<int>(n) - 1)};
   }
   ArrayLayout operator()(const PlaneWaveArray&) const { throw std::logic_error("a plane wave has no layout"); }
 };
@@ -88,8 +89,8 @@ Body build_shape(const BodySpec& spec) {
 
 Body build_body(const BodySpec& spec) {
   const Body body = build_shape(spec);
-  const Vector3 anchor = spec.place.landmark.empty() ? Vector3::Zero()
-                                                     : position(body.mesh, find_landmark(body, spec.place.landmark));
+  const Vector3 anchor =
+      spec.place.landmark.empty() ? Vector3::Zero() : position(body.mesh, find_landmark(body, spec.place.landmark));
   return placed(body, anchor, spec.place.at, spec.place.angles);
 }
 
@@ -120,14 +121,15 @@ void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh)
       continue;
     }
     if (inside_mask(mesh, x).front() != 0) {
-      throw InputError(fmt::format("array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n,
-                                   place_of(x)));
+      throw InputError(fmt::format(
+          "array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n, place_of(x)));
     }
     const Landmark nearest = nearest_landmark(mesh, "nearest", x);
     const double distance = (position(mesh, nearest) - x).norm();
     if (distance < kClearance) {
-      throw InputError(fmt::format("array: transducer {} at {} is {:.3f} mm from face {} of the body, it must be >= {} mm away",
-                                   n, place_of(x), distance / kMillimetre, nearest.face, kClearance / kMillimetre));
+      throw InputError(
+          fmt::format("array: transducer {} at {} is {:.3f} mm from face {} of the body, it must be >= {} mm away", n,
+                      place_of(x), distance / kMillimetre, nearest.face, kClearance / kMillimetre));
     }
   }
 }

@@ -52,11 +52,11 @@ std::string scheme_of(const MethodSpec& method) {
 Run begin_run(const Scene& scene, const Model& model, const RunOptions& options) {
   const BuildInfo build = build_info();
   const std::string text = resolved_yaml(scene);
-  Provenance provenance{build.version,        build.revision,  build.compiler,       build.flags,
-                        machine_description(), options.threads, used_seeds(scene),    options.command_line,
-                        utc_now(),            "",              text_hash(text)};
-  Run run{scene.name, text, model.body.mesh, model.array, std::nullopt, scene.judge == Judge::kSame, {}, {}, {}, {},
-          std::move(provenance), false};
+  Provenance provenance{build.version,   build.revision,    build.compiler,       build.flags, machine_description(),
+                        options.threads, used_seeds(scene), options.command_line, utc_now(),   "",
+                        text_hash(text)};
+  Run run{scene.name, text, model.body.mesh,       model.array, std::nullopt, scene.judge == Judge::kSame, {}, {},
+          {},         {},   std::move(provenance), false};
   if (scene.target) {
     run.target = build_target(scene, model);
   }
@@ -79,9 +79,10 @@ std::unique_ptr<ScatteringSolver> factorise(const ScatteringSystem& system, Run&
   const double reciprocal = timed(progress, run.seconds, "condition", "estimate the condition number of B",
                                   [&] { return solver->reciprocal_condition(); });
   if (reciprocal < kSmallestReciprocalCondition) {
-    run.warnings.push_back(fmt::format("ill-conditioned: B has a condition number of about {:.1e}; the pressure may keep "
-                                       "fewer than eight digits of its own system",
-                                       1.0 / reciprocal));
+    run.warnings.push_back(
+        fmt::format("ill-conditioned: B has a condition number of about {:.1e}; the pressure may keep "
+                    "fewer than eight digits of its own system",
+                    1.0 / reciprocal));
     progress.warn(run.warnings.back());
   }
   return solver;
@@ -98,8 +99,9 @@ void verify(const ScatteringSystem& system, const Eigen::MatrixXcd& incident, Ru
   const double residual = timed(progress, run.seconds, "verify", "verify B p = G q on entries computed anew",
                                 [&] { return relative_residual(system, p, b); });
   if (!(residual <= kLargestResidual)) {
-    throw NumericalError(fmt::format("the solution of B p = G q has a relative residual of {:.1e}, it must be <= {:.0e}",
-                                     residual, kLargestResidual));
+    throw NumericalError(
+        fmt::format("the solution of B p = G q has a relative residual of {:.1e}, it must be <= {:.0e}", residual,
+                    kLargestResidual));
   }
 }
 
@@ -184,9 +186,10 @@ Run run_scene(const Scene& scene, const Model& model, const RunOptions& options,
 
   const ScatteringSystem system(model.body.mesh, model.wave, scene.solve.scheme);
   const auto solver = factorise(system, run, progress);
-  MethodSolver methods = timed(progress, run.seconds, "incident",
-                               fmt::format("incident pressure of {} channels on {} faces", model.array.size(), system.size()),
-                               [&] { return MethodSolver(system, *solver, model.array, run.target); });
+  MethodSolver methods =
+      timed(progress, run.seconds, "incident",
+            fmt::format("incident pressure of {} channels on {} faces", model.array.size(), system.size()),
+            [&] { return MethodSolver(system, *solver, model.array, run.target); });
   if (scene.target && !scene.target->pressure) {
     const MethodSpec& first = scene.solve.methods.front();
     const auto find_scale = [&] { return methods.best_scale(first, model.wave, model.boxes, progress); };

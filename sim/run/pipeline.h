@@ -13,8 +13,8 @@ struct RunOptions {
 };
 
 /// Computes a scene and writes its results: B p = G q assembled and factorised, every method solved and judged by the
-/// scattered pressure p = B^-1 G q, the fields, then the files. run.h5 and metrics.csv are written anew after each method,
-/// so that a later failure loses nothing that was found.
+/// scattered pressure p = B^-1 G q, the fields, then the files. run.h5 and metrics.csv are written anew after each
+/// method, so that a later failure loses nothing that was found.
 ///
 /// model       of this scene
 /// directory   where the files land

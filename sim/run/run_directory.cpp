@@ -1,11 +1,10 @@
 #include "sim/run/run_directory.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
+#include <fcntl.h>
 #include <filesystem>
 #include <system_error>
+#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
@@ -23,8 +22,8 @@ namespace fs = std::filesystem;
 
 /// Every name a run writes; what is none of these is never touched.
 bool belongs_to_a_run(const fs::path& file) {
-  static const std::vector<std::string> names = {"run.h5",     "metrics.csv", "surface.vtp", "judge.vtp",
-                                                 "array.vtp",  "run.log",     "failed.json", "target.png"};
+  static const std::vector<std::string> names = {"run.h5",    "metrics.csv", "surface.vtp", "judge.vtp",
+                                                 "array.vtp", "run.log",     "failed.json", "target.png"};
   const std::string name = file.filename().string();
   const std::string ending = file.extension().string();
   return std::find(names.begin(), names.end(), name) != names.end() || ending == ".vti" ||
@@ -96,7 +95,8 @@ RunDirectory RunDirectory::at(const std::string& path, bool force) {
   require_writable(path);
   if (holds_a_run(path)) {
     if (!force) {
-      throw InputError(fmt::format("output directory {} already holds a run; give another with -o, or --force to replace it", path));
+      throw InputError(
+          fmt::format("output directory {} already holds a run; give another with -o, or --force to replace it", path));
     }
     clear_run(path);
   }

@@ -24,11 +24,11 @@ struct Placement {
 };
 
 struct MediumSpec {
-  double temperature = 293.15;         // [K]
-  double humidity = 0.5;               // 0..1
+  double temperature = 293.15;  // [K]
+  double humidity = 0.5;        // 0..1
   bool absorption = false;
-  std::optional<double> sound_speed;   // [m/s], instead of the temperature's
-  std::optional<double> density;       // [kg/m3], likewise
+  std::optional<double> sound_speed;  // [m/s], instead of the temperature's
+  std::optional<double> density;      // [kg/m3], likewise
 };
 
 struct GridArray {
@@ -55,9 +55,9 @@ struct ArraySpec {
   Vector3 at = Vector3::Zero();
   Vector3 angles = Vector3::Zero();
   Directivity::Kind directivity = Directivity::Kind::kT4010a1;
-  double piston_radius = 4.5e-3;    // [m]
-  double level = 1.0;               // 0 < level <= 1
-  double source_strength = 4.386;   // [Pa m]
+  double piston_radius = 4.5e-3;   // [m]
+  double level = 1.0;              // 0 < level <= 1
+  double source_strength = 4.386;  // [Pa m]
 };
 
 struct HandShape {
@@ -77,8 +77,8 @@ struct BoxShape {
   Vector3 size = Vector3::Zero();
 };
 struct MeshShape {
-  std::string file;                          // absolute or relative to the working directory
-  double unit = 1e-3;                        // metres per file unit
+  std::string file;    // absolute or relative to the working directory
+  double unit = 1e-3;  // metres per file unit
   std::string unit_name = "mm";
   std::map<std::string, Vector3> landmarks;  // in the file's frame [m]
 };
@@ -113,15 +113,15 @@ struct StartSpec {
 
 struct MethodSpec {
   MethodKind kind = MethodKind::kPaper;
-  std::string name;                     // `as`, or the method's own name
+  std::string name;  // `as`, or the method's own name
   Scheme scheme = Scheme::kPaper;
-  int iterations = 30;                  // of an iterative method
+  int iterations = 30;  // of an iterative method
   StartSpec start;
-  std::vector<double> phases;           // of `fixed`: one for all, or one a channel [rad]
+  std::vector<double> phases;  // of `fixed`: one for all, or one a channel [rad]
 };
 
 struct SolveSpec {
-  std::vector<MethodSpec> methods;      // defaults of `solve` filled in
+  std::vector<MethodSpec> methods;  // defaults of `solve` filled in
   Scheme scheme = Scheme::kPaper;
   int iterations = 30;
   StartSpec start;

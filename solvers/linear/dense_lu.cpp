@@ -38,13 +38,9 @@ DenseLu::DenseLu(Eigen::MatrixXcd matrix) : factors_(std::move(matrix)) {
   }
 }
 
-Eigen::MatrixXcd DenseLu::solve(Eigen::MatrixXcd b) const {
-  return solve_with('N', std::move(b));
-}
+Eigen::MatrixXcd DenseLu::solve(Eigen::MatrixXcd b) const { return solve_with('N', std::move(b)); }
 
-Eigen::MatrixXcd DenseLu::solve_transpose(Eigen::MatrixXcd b) const {
-  return solve_with('T', std::move(b));
-}
+Eigen::MatrixXcd DenseLu::solve_transpose(Eigen::MatrixXcd b) const { return solve_with('T', std::move(b)); }
 
 Eigen::MatrixXcd DenseLu::solve_with(char transpose, Eigen::MatrixXcd b) const {
   if (b.rows() != factors_.rows()) {

@@ -10,7 +10,8 @@ namespace touchfield {
 
 namespace {
 
-constexpr Eigen::Index kBlock = 128;  // columns a thread computes at once: large enough for GEMM, small enough to balance
+constexpr Eigen::Index kBlock =
+    128;  // columns a thread computes at once: large enough for GEMM, small enough to balance
 
 /// c(rows 0..rows-1, cols at..at+width-1) = A(:, 0..rows-1)^H B(:, at..at+width-1). Inside a parallel region OpenBLAS
 /// runs on the calling thread.

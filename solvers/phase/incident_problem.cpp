@@ -23,7 +23,8 @@ Eigen::VectorXd tangential_part(const Eigen::VectorXcd& z, const Eigen::VectorXc
   return (z.conjugate().array() * v.array()).imag();
 }
 
-void require_valid(const IncidentProblem& problem, const Eigen::VectorXd& start, const LevenbergMarquardtOptions& options) {
+void require_valid(const IncidentProblem& problem, const Eigen::VectorXd& start,
+                   const LevenbergMarquardtOptions& options) {
   if (problem.gram.rows() != problem.gram.cols() || problem.target_count < 0 ||
       problem.target_count > problem.gram.rows()) {
     throw std::invalid_argument("solve_incident: the gram matrix is not square or has fewer rows than targets");

@@ -14,8 +14,8 @@ namespace touchfield {
 ///
 /// Q = C^H C, C = [B_T diag(p'), -G]. Only Q is kept, so nothing here depends on the number of rows of C.
 struct IncidentProblem {
-  Eigen::MatrixXcd gram;       // Q, (K + N) x (K + N), Hermitian [Pa2]
-  Eigen::Index target_count;   // K; the first K unknowns are theta
+  Eigen::MatrixXcd gram;      // Q, (K + N) x (K + N), Hermitian [Pa2]
+  Eigen::Index target_count;  // K; the first K unknowns are theta
 
   Eigen::Index channel_count() const { return gram.rows() - target_count; }
 };

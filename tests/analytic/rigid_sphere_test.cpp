@@ -10,9 +10,7 @@
 namespace touchfield {
 namespace {
 
-Wave wave(double frequency = 40e3) {
-  return {air(293.15), frequency};
-}
+Wave wave(double frequency = 40e3) { return {air(293.15), frequency}; }
 
 const Eigen::Vector3d kAxis(1.0, 0.0, -1.0);  // cos theta at 0, 90, 180 degrees
 

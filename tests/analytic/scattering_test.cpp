@@ -1,5 +1,3 @@
-#include "sim/bem/scattering_system.h"
-
 #include <cmath>
 #include <numbers>
 
@@ -7,6 +5,7 @@
 
 #include "sim/acoustics/incident_field.h"
 #include "sim/bem/rigid_sphere.h"
+#include "sim/bem/scattering_system.h"
 #include "sim/core/rotation.h"
 #include "sim/field/evaluate.h"
 #include "sim/mesh/shapes.h"
@@ -17,9 +16,7 @@ namespace {
 // ka 5.10, 12 % from the fictitious 4.493 and 5.763: there the scheme shows its discretisation error alone.
 constexpr double kRadius = 5.10 / 732.2846;
 
-Wave wave() {
-  return {air(293.15), 40e3};
-}
+Wave wave() { return {air(293.15), 40e3}; }
 
 double weighted_error(const TriangleMesh& mesh, const Eigen::VectorXcd& p, const Eigen::VectorXcd& exact) {
   return std::sqrt(mesh.areas().dot((p - exact).cwiseAbs2()) / mesh.areas().dot(exact.cwiseAbs2()));
@@ -64,7 +61,8 @@ TEST(PaperScheme, ConvergesOnTheSphereAwayFromFictitiousFrequencies) {
 TEST(PaperScheme, PointSourceOnASphere) {
   const TriangleMesh mesh = icosphere(kRadius, 10);
   const Eigen::VectorXcd p = solve(mesh, omni_at(Vector3(0, 0, 0.2)));
-  const Eigen::VectorXcd exact = 4.0 * std::numbers::pi * rigid_sphere_point_source(wave(), kRadius, 0.2, cosines(mesh));
+  const Eigen::VectorXcd exact =
+      4.0 * std::numbers::pi * rigid_sphere_point_source(wave(), kRadius, 0.2, cosines(mesh));
   EXPECT_LT(weighted_error(mesh, p, exact), 0.06);
 }
 
@@ -84,8 +82,8 @@ TEST(PaperScheme, TotalFieldVanishesInsideAndNotOutside) {
     const double leak = values.pressure.cwiseAbs().maxCoeff() / incident;
     EXPECT_LT(leak, 0.75 * previous) << subdivisions;  // at least first order minus what a resonance may cost
     previous = leak;
-    const FieldValues outside =
-        boundary_integral(mesh, array, wave(), 1.5 * kRadius * Points(Vector3::UnitZ()), p, Eigen::MatrixXcd::Ones(1, 1));
+    const FieldValues outside = boundary_integral(mesh, array, wave(), 1.5 * kRadius * Points(Vector3::UnitZ()), p,
+                                                  Eigen::MatrixXcd::Ones(1, 1));
     EXPECT_EQ(outside.inside[0], 0);
     EXPECT_GT(std::abs(outside.pressure(0, 0)), 0.3 * incident);
   }
@@ -160,8 +158,7 @@ TEST(PaperScheme, PermutedFacesAndVerticesGiveThePermutedPressure) {
   const TransducerArray array = omni_at(Vector3(0.01, 0.02, 0.15));
   const Eigen::Index v = mesh.vertex_count();
   const Points vertices = mesh.vertices().rowwise().reverse();
-  const Triangles triangles =
-      (static_cast<int>(v) - 1 - mesh.triangles().array()).matrix().rowwise().reverse();
+  const Triangles triangles = (static_cast<int>(v) - 1 - mesh.triangles().array()).matrix().rowwise().reverse();
   const Eigen::VectorXcd p = solve(mesh, array);
   const Eigen::VectorXcd permuted = solve(TriangleMesh(vertices, triangles), array);
   EXPECT_LT((permuted.reverse() - p).norm(), 1e-12 * p.norm());

@@ -209,6 +209,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
             out = self.folder / f"out{name}"
             process = self.start(self.slow_scene(), out.name)
             self.wait_for(out / "run.h5", process)
+            time.sleep(0.3)  # from the file's appearance to the note that it is there; the next method takes seconds
             process.send_signal(number)
             began = time.monotonic()
             _, said = process.communicate()

@@ -26,7 +26,9 @@ TEST(Directivity, T4010a1PassesThroughItsTable) {
 TEST(Directivity, T4010a1IsANaturalSpline) {
   const Directivity d = Directivity::t4010a1();
   constexpr double kStep = 1e-4;
-  const auto curvature = [&](double theta) { return (d.at(theta + kStep).slope - d.at(theta - kStep).slope) / (2 * kStep); };
+  const auto curvature = [&](double theta) {
+    return (d.at(theta + kStep).slope - d.at(theta - kStep).slope) / (2 * kStep);
+  };
   for (int i = 1; i < 9; ++i) {
     const double node = 10.0 * i * kDegree;
     // Slope and curvature continue across the nodes; the third derivative, below 100 here, may jump.

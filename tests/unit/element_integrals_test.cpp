@@ -18,9 +18,7 @@ Face make_face(const Vector3& a, const Vector3& b, const Vector3& c) {
   return {a, b, c, twice.normalized(), 0.5 * twice.norm()};
 }
 
-Face scalene() {
-  return make_face({0.1e-3, -0.2e-3, 0.3e-3}, {2.9e-3, 0.4e-3, 0.1e-3}, {0.8e-3, 2.2e-3, -0.4e-3});
-}
+Face scalene() { return make_face({0.1e-3, -0.2e-3, 0.3e-3}, {2.9e-3, 0.4e-3, 0.1e-3}, {0.8e-3, 2.2e-3, -0.4e-3}); }
 
 /// Tanh-sinh nodes and weights on 0..1: converges past the near-singular spikes that defeat polynomial rules.
 struct Rule {
@@ -40,8 +38,8 @@ Rule tanh_sinh() {
   return rule;
 }
 
-/// The integral over the face split at the foot of x into three triangles with the foot as common corner, where the spike
-/// sits in a corner of the Duffy square and tanh-sinh resolves it. The foot must lie inside the face.
+/// The integral over the face split at the foot of x into three triangles with the foot as common corner, where the
+/// spike sits in a corner of the Duffy square and tanh-sinh resolves it. The foot must lie inside the face.
 Complex reference_integral(const Face& face, const Vector3& x, const Complex& wavenumber) {
   const Vector3 foot = x - face.normal.dot(x - face.a) * face.normal;
   const Rule rule = tanh_sinh();

@@ -1,10 +1,9 @@
 #include "solvers/linear/hermitian_product.h"
 
-#include <omp.h>
-
 #include <stdexcept>
 
 #include <gtest/gtest.h>
+#include <omp.h>
 
 namespace touchfield {
 namespace {

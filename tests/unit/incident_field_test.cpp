@@ -53,9 +53,9 @@ TEST(IncidentField, DerivativeEqualsCentralDifferences) {
                                     one_transducer(Directivity::t4010a1()), plane_wave(Vector3(0.6, 0, 0.8), 2.0)};
   for (const TransducerArray& array : arrays) {
     const Eigen::MatrixXcd derivative = incident_derivative_matrix(array, wave, x, direction);
-    const Eigen::MatrixXcd difference = (incident_matrix(array, wave, x + kStep * direction) -
-                                         incident_matrix(array, wave, x - kStep * direction)) /
-                                        (2 * kStep);
+    const Eigen::MatrixXcd difference =
+        (incident_matrix(array, wave, x + kStep * direction) - incident_matrix(array, wave, x - kStep * direction)) /
+        (2 * kStep);
     EXPECT_LT((derivative - difference).norm(), 1e-6 * difference.norm());
   }
 }

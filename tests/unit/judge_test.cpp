@@ -34,17 +34,11 @@ TriangleMesh strip() {
   return {vertices, triangles};
 }
 
-Wave wave() {
-  return {air(293.15), 40e3};
-}
+Wave wave() { return {air(293.15), 40e3}; }
 
-TargetBox box_of_8mm() {
-  return {{0, 0, 0}, {8e-3, 4e-3, 2e-3}};
-}
+TargetBox box_of_8mm() { return {{0, 0, 0}, {8e-3, 4e-3, 2e-3}}; }
 
-Target target_on(const TriangleMesh& mesh) {
-  return make_target(mesh, {box_of_8mm()}, TargetProfile::kUniform, 100.0);
-}
+Target target_on(const TriangleMesh& mesh) { return make_target(mesh, {box_of_8mm()}, TargetProfile::kUniform, 100.0); }
 
 TEST(Judge, AScaledCopyOfTheTargetHasNoErrorLeft) {
   const TriangleMesh mesh = strip();
@@ -98,7 +92,8 @@ TEST(Judge, WidthOfAGaussianIsItsFullWidthAtHalfMaximum) {
     p(f) = std::exp(-std::pow(mesh.centroids()(0, f) / (2.0 * sigma), 2));
   }
   // Constant faces of 0.5 mm and bins of 0.25 mm: half a face at most.
-  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target_on(mesh), p), 2.0 * std::sqrt(2.0 * std::log(2.0)) * sigma, 0.25e-3);
+  EXPECT_NEAR(half_maximum_width(mesh, box_of_8mm(), target_on(mesh), p), 2.0 * std::sqrt(2.0 * std::log(2.0)) * sigma,
+              0.25e-3);
 }
 
 TEST(Judge, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
@@ -116,7 +111,8 @@ TEST(Judge, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
   Points vertices(3, 2 * mesh.vertex_count());
   vertices << mesh.vertices(), mesh.vertices().colwise() + Vector3(0, 0, 10e-3);
   Triangles triangles(3, 2 * mesh.face_count());
-  triangles << mesh.triangles(), (mesh.triangles().array() + static_cast<int>(mesh.vertex_count())).matrix().colwise().reverse();
+  triangles << mesh.triangles(),
+      (mesh.triangles().array() + static_cast<int>(mesh.vertex_count())).matrix().colwise().reverse();
   const TriangleMesh both(vertices, triangles);
   Eigen::VectorXcd loud(2 * p.size());
   loud << p, Eigen::VectorXcd::Constant(p.size(), 5.0);
@@ -150,8 +146,8 @@ TEST(RadiationPressure, OfAStandingWaveAlongTheSkin) {
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     const Vector3 x = mesh.centroids().col(f);
     if (std::abs(x.x()) < 18e-3 && std::abs(x.y()) < 4e-3) {  // averaging to border vertices is one-sided
-      // A face of 0.5 mm has its slope at the middle of its x side, h/6 from the centroid: k h/6 = 6 %. Averaging to the
-      // vertices smooths by (k h)^2 / 8 = 2 % more.
+      // A face of 0.5 mm has its slope at the middle of its x side, h/6 from the centroid: k h/6 = 6 %. Averaging to
+      // the vertices smooths by (k h)^2 / 8 = 2 % more.
       EXPECT_NEAR(radiation(f), unit * std::cos(2.0 * w.k() * x.x()), 0.10 * unit) << "x " << x.x();
     }
   }

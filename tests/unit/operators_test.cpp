@@ -54,7 +54,8 @@ TEST(PaperOperator, StoredAndMatrixFreeAgree) {
 }
 
 TEST(PaperOperator, AbsorptionDampsEveryEntry) {
-  // B_ij = -A_j (1 - i kappa r) exp(i kappa r) n_j.(x_i - x_j) / (4 pi r^3) with kappa = k + i alpha, by complex arithmetic.
+  // B_ij = -A_j (1 - i kappa r) exp(i kappa r) n_j.(x_i - x_j) / (4 pi r^3) with kappa = k + i alpha, by complex
+  // arithmetic.
   const TriangleMesh mesh = icosphere(8e-3, 2);
   Medium medium = air(293.15);
   medium.absorption = 20.0;

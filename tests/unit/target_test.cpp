@@ -14,9 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-TriangleMesh ball() {
-  return icosphere(10e-3, 8);
-}
+TriangleMesh ball() { return icosphere(10e-3, 8); }
 
 TEST(Target, HoldsTheFacesWhoseCentroidLiesInTheBox) {
   const TriangleMesh mesh = ball();
