@@ -24,7 +24,7 @@ using ::testing::ThrowsMessage;
 TriangleMesh cube(const Vector3& at = Vector3::Zero()) {
   Points vertices(3, 8);
   for (int i = 0; i < 8; ++i) {
-    vertices.col(i) = at + 0.01 * Vector3(i % 2, i / 2 % 2, i / 4);
+    vertices.col(i) = at + 0.01 * Eigen::Vector3i(i % 2, i / 2 % 2, i / 4).cast<double>();
   }
   Triangles triangles(3, 12);
   triangles << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1,  //
