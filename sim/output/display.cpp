@@ -2,15 +2,37 @@
 
 #include <GL/glx.h>
 #include <X11/Xlib.h>
+#include <chrono>
+#include <cstdlib>
 #include <memory>
+#include <thread>
 
 namespace touchfield {
 
-// VTK ends the program where it finds no display or no usable OpenGL on it, so both are asked for first, in the way VTK
-// is going to.
-bool display_answers() {
-  const std::unique_ptr<Display, int (*)(Display*)> display(XOpenDisplay(nullptr), XCloseDisplay);
-  if (!display || glXQueryExtension(display.get(), nullptr, nullptr) == False) {
+struct DisplayConnection::Implementation {
+  std::unique_ptr<Display, int (*)(Display*)> display{nullptr, XCloseDisplay};
+};
+
+DisplayConnection::DisplayConnection() : implementation_(std::make_unique<Implementation>()) {
+  constexpr int kTries = 20;
+  constexpr std::chrono::milliseconds kPause(100);
+  const char* name = std::getenv("DISPLAY");
+  if (name == nullptr || *name == '\0') {
+    return;
+  }
+  for (int i = 0; i < kTries && !implementation_->display; ++i) {
+    if (i > 0) {
+      std::this_thread::sleep_for(kPause);
+    }
+    implementation_->display.reset(XOpenDisplay(nullptr));
+  }
+}
+
+DisplayConnection::~DisplayConnection() = default;
+
+bool DisplayConnection::can_draw() const {
+  Display* display = implementation_->display.get();
+  if (display == nullptr || glXQueryExtension(display, nullptr, nullptr) == False) {
     return false;
   }
   const int wanted[] = {GLX_DRAWABLE_TYPE,
@@ -28,7 +50,7 @@ bool display_answers() {
                         None};
   int count = 0;
   const std::unique_ptr<GLXFBConfig, int (*)(void*)> configurations(
-      glXChooseFBConfig(display.get(), DefaultScreen(display.get()), wanted, &count), XFree);
+      glXChooseFBConfig(display, DefaultScreen(display), wanted, &count), XFree);
   return configurations && count > 0;
 }
 

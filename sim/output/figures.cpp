@@ -116,11 +116,12 @@ void draw_planes(const Run& run, std::vector<Picture>& pictures) {
 
 }  // namespace
 
-bool can_draw() { return display_answers(); }
+bool can_draw() { return DisplayConnection().can_draw(); }
 
 std::vector<std::string> draw_figures(const std::string& directory, const Run& run) {
   check_run(run);
-  if (!can_draw()) {
+  const DisplayConnection display;  // open until the last picture is drawn
+  if (!display.can_draw()) {
     throw NotBuiltError("pictures need an X display with OpenGL (scripts/with_display, or xvfb-run -a)");
   }
   std::vector<Picture> pictures;

@@ -205,6 +205,13 @@ TEST_F(Figures, ARunWithNothingToDrawGivesNoFile) {
   EXPECT_EQ(directory.entries(), 0U);
 }
 
+// A virtual display starts anew when its last client leaves; asking again at once must find it.
+TEST_F(Figures, TheDisplayAnswersEveryTime) {
+  for (int i = 0; i < 30; ++i) {
+    EXPECT_TRUE(can_draw()) << "time " << i;
+  }
+}
+
 TEST_F(Figures, APlaneWaveFromTheSide) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
