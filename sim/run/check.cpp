@@ -38,11 +38,11 @@ double available_memory() {
   return 0.0;
 }
 
-/// Floating-point operations per second of an LU on all threads: the best of a few of some hundredths of a second,
+/// Floating-point operations per second of an LU on all threads: the better of two of some tenths of a second,
 /// since the first one also wakes the threads.
 double measured_flops() {
-  constexpr Eigen::Index kSize = 900;
-  constexpr int kTrials = 3;
+  constexpr Eigen::Index kSize = 1600;
+  constexpr int kTrials = 2;
   Eigen::MatrixXcd matrix = Eigen::MatrixXcd::Zero(kSize, kSize);
   for (Eigen::Index j = 0; j < kSize; ++j) {
     for (Eigen::Index i = 0; i < kSize; ++i) {
