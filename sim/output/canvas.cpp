@@ -25,6 +25,8 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
+#include "sim/output/vtk_points.h"
+
 namespace touchfield {
 
 namespace {
@@ -36,19 +38,11 @@ std::array<double, 3> fractions(const Colour& colour) {
   return {colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0};
 }
 
-vtkNew<vtkPoints> points_of(const Points& columns) {
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  points->SetNumberOfPoints(columns.cols());
-  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
-    points->SetPoint(i, columns.col(i).data());
-  }
-  return points;
-}
-
 vtkNew<vtkActor> skin(const TriangleMesh& mesh, const std::vector<Colour>& colours) {
   vtkNew<vtkPolyData> data;
-  data->SetPoints(points_of(mesh.vertices()));
+  vtkNew<vtkPoints> points;
+  set_points(points, mesh.vertices());
+  data->SetPoints(points);
   vtkNew<vtkCellArray> faces;
   vtkNew<vtkUnsignedCharArray> values;
   values->SetNumberOfComponents(3);
@@ -72,7 +66,9 @@ vtkNew<vtkActor> skin(const TriangleMesh& mesh, const std::vector<Colour>& colou
 
 vtkNew<vtkActor> lines(const Points& vertices, const Eigen::Matrix2Xi& edges, const Colour& colour) {
   vtkNew<vtkPolyData> data;
-  data->SetPoints(points_of(vertices));
+  vtkNew<vtkPoints> points;
+  set_points(points, vertices);
+  data->SetPoints(points);
   vtkNew<vtkCellArray> cells;
   for (Eigen::Index e = 0; e < edges.cols(); ++e) {
     cells->InsertNextCell({edges(0, e), edges(1, e)});

@@ -21,6 +21,7 @@
 #include "sim/core/errors.h"
 #include "sim/output/atomic_file.h"
 #include "sim/output/run_layout.h"
+#include "sim/output/vtk_points.h"
 
 namespace touchfield {
 
@@ -47,16 +48,6 @@ void add_pressure(vtkFieldData* data, const std::string& method, const Eigen::Ve
   }
 }
 
-vtkNew<vtkPoints> points_of(const Points& columns) {
-  vtkNew<vtkPoints> points;
-  points->SetDataTypeToDouble();
-  points->SetNumberOfPoints(columns.cols());
-  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
-    points->SetPoint(i, columns.col(i).data());
-  }
-  return points;
-}
-
 /// Inline binary with zlib: ParaView 5.11 of Debian 12 cannot open the appended mode that is VTK's default.
 template <class Writer, class Data>
 void write_vtk(const std::string& path, Data* data) {
@@ -77,7 +68,9 @@ void write_surface_vtp(const std::string& path, const Run& run) {
   check_run(run);
   const TriangleMesh& mesh = run.mesh;
   vtkNew<vtkPolyData> surface;
-  surface->SetPoints(points_of(mesh.vertices()));
+  vtkNew<vtkPoints> points;
+  set_points(points, mesh.vertices());
+  surface->SetPoints(points);
   vtkNew<vtkCellArray> faces;
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     faces->InsertNextCell({mesh.triangles()(0, f), mesh.triangles()(1, f), mesh.triangles()(2, f)});
@@ -101,7 +94,9 @@ void write_array_vtp(const std::string& path, const Run& run) {
   check_run(run);
   const TransducerArray& array = run.array;
   vtkNew<vtkPolyData> channels;
-  channels->SetPoints(points_of(array.positions));
+  vtkNew<vtkPoints> points;
+  set_points(points, array.positions);
+  channels->SetPoints(points);
   vtkNew<vtkCellArray> vertices;
   for (vtkIdType n = 0; n < array.size(); ++n) {
     vertices->InsertNextCell({n});
