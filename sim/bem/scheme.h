@@ -1,13 +1,21 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 namespace touchfield {
 
-/// How the boundary integral equation is discretised.
+/// How the boundary integral equation is discretised. All schemes keep one pressure a face and collocate at centroids.
 enum class Scheme {
-  kPaper,  // pressure and grad g constant on each flat face, collocation at centroids
+  kPaper,                 // one point a face, diagonal 1/2
+  kPaperCorrected,        // the same with the diagonal from the static Gauss identity
+  kChief,                 // paper_corrected and points inside the body where the total field vanishes
+  kBurtonMiller,          // pressure and normal derivative combined, integrals done properly
+  kBurtonMillerPolished,  // burton_miller, then two fixed-point steps of paper_corrected
 };
+
+/// Every scheme, the cheapest first.
+const std::vector<Scheme>& all_schemes();
 
 /// The scheme as scenes and results spell it.
 std::string to_string(Scheme scheme);
