@@ -64,6 +64,8 @@ int dispatch(int argc, char** argv) {
   CLI::App* check_app = app.add_subcommand("check", "Say what a scene would build and cost, without running it");
   add_scene(check_app, check.scene, check.overrides);
   check_app->add_flag("--resolved", check.resolved, "Print the scene with every default written out");
+  check_app->add_flag("--accuracy", check.accuracy,
+                      "Measure the discretisation error on this very mesh (solves it some times)");
   add_common(check_app, flags);
 
   std::string run_file;

@@ -1,11 +1,25 @@
+#include <cmath>
+#include <optional>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
+#include "sim/run/accuracy.h"
 #include "sim/run/check.h"
+#include "sim/run/warnings.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {
+
+namespace {
+
+nlohmann::ordered_json finite(double value) {
+  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+}
+
+}  // namespace
 
 int check_command(const CheckCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
@@ -16,20 +30,42 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
   }
   const Model model = build_model(scene);
   const CheckReport report = check_model(scene, model);
+  std::optional<AccuracyReport> accuracy;
+  if (command.accuracy) {
+    require_memory(report);
+    ConsoleProgress progress(flags.quiet || flags.json);
+    accuracy = measure_accuracy(scene, model, progress);
+  }
   if (flags.json) {
-    const nlohmann::ordered_json json = {{"name", scene.name},
-                                         {"faces", report.faces},
-                                         {"channels", report.channels},
-                                         {"target_faces", report.target_faces},
-                                         {"epw_mean", report.epw_mean},
-                                         {"epw_min", report.epw_min},
-                                         {"memory_mib", report.memory_mib},
-                                         {"available_mib", report.available_mib},
-                                         {"seconds", report.seconds},
-                                         {"faults", model.report.faults}};
+    nlohmann::ordered_json json = {{"name", scene.name},
+                                   {"faces", report.faces},
+                                   {"channels", report.channels},
+                                   {"target_faces", report.target_faces},
+                                   {"epw_mean", report.epw_mean},
+                                   {"epw_min", report.epw_min},
+                                   {"scheme", to_string(scene.solve.scheme)},
+                                   {"solver", to_string(report.decision.options.kind)},
+                                   {"precision", precision_name(report.decision.options)},
+                                   {"memory_mib", report.memory_mib},
+                                   {"available_mib", report.available_mib},
+                                   {"seconds", report.seconds},
+                                   {"warnings", model_warnings(model)},
+                                   {"faults", model.report.faults}};
+    if (accuracy) {
+      json["accuracy_l2"] = finite(accuracy->body.rms);
+      json["accuracy_max"] = finite(accuracy->body.worst);
+      json["accuracy_target_l2"] = finite(accuracy->target.rms);
+      json["accuracy_target_max"] = finite(accuracy->target.worst);
+      json["accuracy_split"] = finite(accuracy->split_body);
+      json["accuracy_split_target"] = finite(accuracy->split_target);
+      json["accuracy_seconds"] = accuracy->seconds;
+    }
     fmt::print("{}\n", json.dump(2));
   } else if (!flags.quiet) {
     fmt::print("{}", describe_check(scene, model, report));
+    if (accuracy) {
+      fmt::print("{}", describe_accuracy(*accuracy, model.body.mesh.mean_edge()));
+    }
   }
   require_memory(report);
   return 0;

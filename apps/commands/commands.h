@@ -20,6 +20,7 @@ struct CheckCommand {
   std::string scene;
   std::vector<std::string> overrides;
   bool resolved = false;
+  bool accuracy = false;  // measure the discretisation error on this mesh
 };
 
 struct HandCommand {

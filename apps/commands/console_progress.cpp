@@ -50,7 +50,7 @@ void ConsoleProgress::advance(double fraction) {
   bar_shown_ = true;
 }
 
-void ConsoleProgress::end(double seconds) { say(fmt::format("  {}: {:.2f} s", stage_, seconds)); }
+void ConsoleProgress::end(double seconds) { note(fmt::format("  {}: {:.2f} s", stage_, seconds)); }
 
 void ConsoleProgress::warn(std::string_view message) {
   clear_bar();
@@ -60,7 +60,7 @@ void ConsoleProgress::warn(std::string_view message) {
   }
 }
 
-void ConsoleProgress::say(std::string_view line) {
+void ConsoleProgress::note(std::string_view line) {
   clear_bar();
   if (!quiet_) {
     fmt::print(stderr, "{}\n", line);

@@ -24,10 +24,8 @@ class ConsoleProgress : public Progress {
   void begin(std::string_view what) override;
   void advance(double fraction) override;
   void end(double seconds) override;
+  void note(std::string_view line) override;
   void warn(std::string_view message) override;
-
-  /// A line that is no stage.
-  void say(std::string_view line);
 
  private:
   void clear_bar();

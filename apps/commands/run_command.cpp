@@ -95,14 +95,14 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
   RunDirectory& directory = *open->directory;
   try {
     progress.log_to(directory.file("run.log"));
-    progress.say(fmt::format("touchfield {} ({}): scene {}, {} threads", build_info().version, build_info().revision,
-                             scene.name, threads));
-    progress.say(fmt::format(
+    progress.note(fmt::format("touchfield {} ({}): scene {}, {} threads", build_info().version, build_info().revision,
+                              scene.name, threads));
+    progress.note(fmt::format(
         "  {} faces, {:.2f} edges a wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
         report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,
         report.memory_mib / 1024.0));
     const Run run = run_scene(scene, model, {command.command_line, threads}, directory, progress);
-    progress.say(fmt::format("results in {}", directory.path()));
+    progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
       fmt::print("{}\n", run_json(run, directory.path()).dump(2));
     } else {

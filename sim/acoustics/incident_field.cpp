@@ -47,6 +47,23 @@ Complex channel_derivative(const TransducerArray& array, const Wave& wave, Eigen
   return (array.amplitudes(n) / r) * phase_factor(wave.wavenumber(), r) * (radial_slope + d.slope * theta_slope);
 }
 
+/// sum over channels n of channel(n, j) q_n at every point j.
+template <typename Channel>
+Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, const Eigen::MatrixXcd& drive,
+                        const Channel& channel) {
+  Eigen::MatrixXcd sums(points.cols(), drive.cols());
+  const Eigen::MatrixXcd by_channel = drive.transpose();  // the inner loop reads a contiguous column
+#pragma omp parallel for schedule(static)
+  for (Eigen::Index j = 0; j < points.cols(); ++j) {
+    auto sum = sums.row(j);
+    sum.setZero();
+    for (Eigen::Index n = 0; n < array.size(); ++n) {
+      sum += channel(n, j) * by_channel.col(n).transpose();
+    }
+  }
+  return sums;
+}
+
 }  // namespace
 
 Eigen::MatrixXcd incident_matrix(const TransducerArray& array, const Wave& wave, const Points& points) {
@@ -74,17 +91,15 @@ Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const 
 
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
                                    const Eigen::MatrixXcd& drive) {
-  Eigen::MatrixXcd pressure(points.cols(), drive.cols());
-  const Eigen::MatrixXcd by_channel = drive.transpose();  // the inner loop reads a contiguous column
-#pragma omp parallel for schedule(static)
-  for (Eigen::Index j = 0; j < points.cols(); ++j) {
-    auto sum = pressure.row(j);
-    sum.setZero();
-    for (Eigen::Index n = 0; n < array.size(); ++n) {
-      sum += channel_pressure(array, wave, n, points.col(j)) * by_channel.col(n).transpose();
-    }
-  }
-  return pressure;
+  return summed(array, points, drive,
+                [&](Eigen::Index n, Eigen::Index j) { return channel_pressure(array, wave, n, points.col(j)); });
+}
+
+Eigen::MatrixXcd incident_derivative(const TransducerArray& array, const Wave& wave, const Points& points,
+                                     const Points& directions, const Eigen::MatrixXcd& drive) {
+  return summed(array, points, drive, [&](Eigen::Index n, Eigen::Index j) {
+    return channel_derivative(array, wave, n, points.col(j), directions.col(j));
+  });
 }
 
 }  // namespace touchfield

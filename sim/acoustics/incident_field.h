@@ -25,4 +25,8 @@ Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const 
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
                                    const Eigen::MatrixXcd& drive);
 
+/// Its derivative along a direction at each point, without forming dG/dn: J x S [Pa/m].
+Eigen::MatrixXcd incident_derivative(const TransducerArray& array, const Wave& wave, const Points& points,
+                                     const Points& directions, const Eigen::MatrixXcd& drive);
+
 }  // namespace touchfield

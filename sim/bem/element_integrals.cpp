@@ -1,42 +1,17 @@
 #include "sim/bem/element_integrals.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
 #include <Eigen/Geometry>
 
 #include "sim/bem/kernel.h"
+#include "sim/bem/triangle_rules.h"
 
 namespace touchfield {
 
 namespace {
-
-struct QuadraturePoint {
-  double weight;  // of the triangle's area
-  double u;
-  double v;  // barycentric coordinates of corners b and c
-};
-
-/// Radon's 7-point rule, exact for polynomials of degree 5.
-const std::array<QuadraturePoint, 7>& radon_rule() {
-  static const std::array<QuadraturePoint, 7> rule = [] {
-    const double root = std::sqrt(15.0);
-    const double w1 = (155.0 - root) / 1200.0;
-    const double w2 = (155.0 + root) / 1200.0;
-    const double s1 = (6.0 - root) / 21.0;
-    const double s2 = (6.0 + root) / 21.0;
-    return std::array<QuadraturePoint, 7>{{{9.0 / 40.0, 1.0 / 3.0, 1.0 / 3.0},
-                                           {w1, s1, s1},
-                                           {w1, 1.0 - 2.0 * s1, s1},
-                                           {w1, s1, 1.0 - 2.0 * s1},
-                                           {w2, s2, s2},
-                                           {w2, 1.0 - 2.0 * s2, s2},
-                                           {w2, s2, 1.0 - 2.0 * s2}}};
-  }();
-  return rule;
-}
 
 /// What is integrated and how finely; the same for every piece of a face.
 struct RemainderProblem {
@@ -60,7 +35,7 @@ Complex remainder_integral(const RemainderProblem& problem, const Vector3& a, co
            remainder_integral(problem, ca, bc, c, 0.25 * area) + remainder_integral(problem, ab, bc, ca, 0.25 * area);
   }
   Complex sum = 0;
-  for (const QuadraturePoint& q : radon_rule()) {
+  for (const TrianglePoint& q : radon_rule()) {
     const Vector3 offset = problem.x - (a + q.u * (b - a) + q.v * (c - a));
     sum += q.weight * (double_layer_kernel(offset, problem.normal, problem.wavenumber) -
                        static_double_layer_kernel(offset, problem.normal));

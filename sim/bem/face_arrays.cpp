@@ -47,37 +47,4 @@ void double_layer_weights(const FaceArrays& faces, const Vector3& point, const C
   }
 }
 
-void double_layer_column(const FaceArrays& faces, Eigen::Index j, const Complex& wavenumber, double* re, double* im) {
-  const double* x = faces.x.data();
-  const double* y = faces.y.data();
-  const double* z = faces.z.data();
-  const Vector3 source(faces.x(j), faces.y(j), faces.z(j));
-  const double sx = source.x();
-  const double sy = source.y();
-  const double sz = source.z();
-  const double nx = faces.nx(j);
-  const double ny = faces.ny(j);
-  const double nz = faces.nz(j);
-  const double area = faces.area(j);
-  const double k = wavenumber.real();
-  const double alpha = wavenumber.imag();
-  const Eigen::Index count = faces.size();
-#pragma omp simd
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const double dx = x[i] - sx;
-    const double dy = y[i] - sy;
-    const double dz = z[i] - sz;
-    const double r = std::sqrt(dx * dx + dy * dy + dz * dz);
-    const double along = nx * dx + ny * dy + nz * dz;
-    double_layer_kernel(r, along, k, alpha, area, re[i], im[i]);
-  }
-  if (alpha != 0) {
-    for (Eigen::Index i = 0; i < count; ++i) {
-      const double damping = std::exp(-alpha * (Vector3(x[i], y[i], z[i]) - source).norm());
-      re[i] *= damping;
-      im[i] *= damping;
-    }
-  }
-}
-
 }  // namespace touchfield

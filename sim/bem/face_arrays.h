@@ -1,5 +1,6 @@
 #pragma once
 
+#include "sim/bem/pair_loops.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -13,6 +14,8 @@ struct FaceArrays {
   Eigen::VectorXd area;        // [m2]
 
   Eigen::Index size() const { return area.size(); }
+  PairPoint<double> point(Eigen::Index i) const { return {x(i), y(i), z(i), nx(i), ny(i), nz(i)}; }
+  PairSources<double> sources() const { return {x.data(), y.data(), z.data(), nx.data(), ny.data(), nz.data()}; }
 };
 
 /// One point for each face: A_j dg/dn_j (point, x_j) for the faces first .. first + count - 1.
@@ -20,10 +23,5 @@ struct FaceArrays {
 /// re, im   count values each; not finite where the point is that face's centroid
 void double_layer_weights(const FaceArrays& faces, const Vector3& point, const Complex& wavenumber, Eigen::Index first,
                           Eigen::Index count, double* re, double* im);
-
-/// The other way round: A_j dg/dn_j (x_i, x_j) of one face j at all centroids i.
-///
-/// re, im   size() values each; that of i = j is not finite
-void double_layer_column(const FaceArrays& faces, Eigen::Index j, const Complex& wavenumber, double* re, double* im);
 
 }  // namespace touchfield

@@ -1,64 +1,184 @@
 #include "sim/bem/scattering_system.h"
 
-#include <algorithm>
-#include <stdexcept>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/operators.h"
-#include "sim/core/errors.h"
-#include "solvers/linear/dense_lu.h"
+#include "sim/bem/chief_operator.h"
+#include "sim/bem/static_sums.h"
+#include "sim/mesh/interior_points.h"
 
 namespace touchfield {
 
 namespace {
 
-class DenseLuSolver : public ScatteringSolver {
- public:
-  explicit DenseLuSolver(Eigen::MatrixXcd matrix) : lu_(std::move(matrix)) {}
+constexpr int kPolishingSteps = 2;  // a third lets what resonates grow back
 
-  Eigen::MatrixXcd solve(const Eigen::MatrixXcd& b) const override { return lu_.solve(b); }
-  Eigen::MatrixXcd solve_transpose(const Eigen::MatrixXcd& b) const override { return lu_.solve_transpose(b); }
-  double reciprocal_condition() const override { return lu_.reciprocal_condition(); }
-  std::string description() const override { return "LU, double"; }
+Eigen::VectorXcd burton_miller_diagonal(const TriangleMesh& mesh, const Complex& wavenumber, double gamma) {
+  Eigen::VectorXcd diagonal(mesh.face_count());
+#pragma omp parallel for schedule(static)
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    diagonal(f) = 0.5 - Complex(0, gamma) * self_integrals(face_of(mesh, f), wavenumber).hypersingular;
+  }
+  return diagonal;
+}
 
- private:
-  DenseLu lu_;
-};
+Eigen::MatrixXcd unit_columns(Eigen::Index rows, const std::vector<Eigen::Index>& faces) {
+  Eigen::MatrixXcd unit = Eigen::MatrixXcd::Zero(rows, static_cast<Eigen::Index>(faces.size()));
+  for (std::size_t c = 0; c < faces.size(); ++c) {
+    unit(faces[c], static_cast<Eigen::Index>(c)) = 1.0;
+  }
+  return unit;
+}
 
 }  // namespace
 
-ScatteringSystem::ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme scheme)
-    : mesh_(std::move(mesh)), wave_(wave), scheme_(scheme), reference_(std::make_unique<PaperOperator>(mesh_, wave_)) {}
-
-Eigen::MatrixXcd ScatteringSystem::right_hand_sides(const TransducerArray& array) const {
-  return incident_matrix(array, wave_, mesh_.centroids());
+IncidentField driven(const IncidentField& unit, const Eigen::MatrixXcd& drive) {
+  const auto times = [&](const Eigen::MatrixXcd& g) -> Eigen::MatrixXcd {
+    return g.size() > 0 ? Eigen::MatrixXcd(g * drive) : Eigen::MatrixXcd(g.rows(), drive.cols());
+  };
+  return {times(unit.pressure), times(unit.slope), times(unit.interior)};
 }
 
-Eigen::MatrixXcd ScatteringSystem::matrix() const { return paper_matrix(mesh_, wave_); }
+ScatteringSystem::ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SystemOptions& options)
+    : mesh_(std::move(mesh)), wave_(wave), scheme_(scheme), options_(options) {
+  const bool corrected = scheme != Scheme::kPaper && scheme != Scheme::kBurtonMiller;
+  Eigen::VectorXcd plain = Eigen::VectorXcd::Constant(faces(), 0.5);
+  if (corrected) {
+    plain = gauss_diagonal(mesh_).cast<Complex>();
+  }
+  if (is_burton_miller()) {
+    near_ = std::make_shared<NearCorrections>(mesh_, wave_.wavenumber(), gamma(), Layer::kBurtonMiller, options_.rule);
+    parts_ = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), near_};
+  } else {
+    parts_ = {Layer::kDouble, 0.0, plain, nullptr};
+  }
+  if (scheme == Scheme::kChief) {
+    interior_ = spaced_interior_points(mesh_, options_.chief_spacing * wave_.wavelength(),
+                                       options_.chief_clearance * wave_.wavelength());
+    chief_rows_ = -LayerSum<double>(mesh_, wave_.wavenumber(), 0.0).rows(Layer::kDouble, interior_);
+    // Rows as long as B's, or the square form is badly scaled.
+    chief_scale_ = 0.5 * chief_rows_.rowwise().norm().cwiseInverse();
+    chief_rows_ = chief_scale_.asDiagonal() * chief_rows_;
+  }
+  if (scheme == Scheme::kBurtonMillerPolished) {
+    polisher_ = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(),
+                                                          BoundaryParts{Layer::kDouble, 0.0, plain, nullptr});
+  }
+  exact_ = make_operator<double>();
+}
+
+double ScatteringSystem::gamma() const { return options_.coupling / wave_.k(); }
+
+template <typename Real>
+std::unique_ptr<LinearOperator> ScatteringSystem::make_operator() const {
+  auto b = std::make_unique<BoundaryOperator<Real>>(mesh_, wave_.wavenumber(), parts_);
+  if (scheme_ == Scheme::kChief) {
+    return std::make_unique<ChiefOperator>(std::move(b), chief_rows_);
+  }
+  return b;
+}
+
+std::unique_ptr<LinearOperator> ScatteringSystem::single_operator() const { return make_operator<float>(); }
+
+template <typename Real>
+Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> ScatteringSystem::make_dense() const {
+  const BoundaryOperator<Real> b(mesh_, wave_.wavenumber(), parts_);
+  if (scheme_ != Scheme::kChief) {
+    return b.dense();
+  }
+  Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> matrix(unknowns(), unknowns());
+  const Eigen::Index z = chief_rows_.rows();
+  b.fill_dense(matrix);
+  matrix.bottomLeftCorner(z, faces()) = chief_rows_.cast<std::complex<Real>>();
+  matrix.topRightCorner(faces(), z) = chief_rows_.adjoint().cast<std::complex<Real>>();
+  matrix.bottomRightCorner(z, z).setZero();
+  return matrix;
+}
+
+Eigen::MatrixXcd ScatteringSystem::dense() const { return make_dense<double>(); }
+
+Eigen::MatrixXcf ScatteringSystem::dense_single() const { return make_dense<float>(); }
+
+IncidentField ScatteringSystem::incident(const TransducerArray& array) const {
+  IncidentField field;
+  field.pressure = incident_matrix(array, wave_, mesh_.centroids());
+  field.slope.resize(0, array.size());
+  if (is_burton_miller()) {
+    field.slope = incident_derivative_matrix(array, wave_, mesh_.centroids(), mesh_.normals());
+  }
+  field.interior = incident_matrix(array, wave_, interior_);
+  return field;
+}
+
+IncidentField ScatteringSystem::incident(const TransducerArray& array, const Eigen::MatrixXcd& drive) const {
+  IncidentField field;
+  field.pressure = incident_pressure(array, wave_, mesh_.centroids(), drive);
+  field.slope.resize(0, drive.cols());
+  if (is_burton_miller()) {
+    field.slope = incident_derivative(array, wave_, mesh_.centroids(), mesh_.normals(), drive);
+  }
+  field.interior = incident_pressure(array, wave_, interior_, drive);
+  return field;
+}
+
+Eigen::MatrixXcd ScatteringSystem::right_hand_side(const IncidentField& incident) const {
+  if (is_burton_miller()) {
+    return incident.pressure + Complex(0, gamma()) * incident.slope;
+  }
+  if (scheme_ == Scheme::kChief) {
+    Eigen::MatrixXcd b(unknowns(), incident.pressure.cols());
+    b << incident.pressure, chief_scale_.asDiagonal() * incident.interior;
+    return b;
+  }
+  return incident.pressure;
+}
+
+Eigen::MatrixXcd ScatteringSystem::pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const {
+  Eigen::MatrixXcd p = solution.topRows(faces());
+  if (polisher_) {
+    for (int step = 0; step < kPolishingSteps; ++step) {
+      p += incident.pressure - polisher_->apply(p);
+    }
+  }
+  return p;
+}
+
+Eigen::MatrixXcd ScatteringSystem::transposed_right_hand_side(const std::vector<Eigen::Index>& faces) const {
+  Eigen::MatrixXcd r = unit_columns(unknowns(), faces);
+  if (polisher_) {  // H = (1 - B_c)^2 H_BM + (2 - B_c) G
+    for (int step = 0; step < kPolishingSteps; ++step) {
+      r -= polisher_->apply_transpose(r);
+    }
+  }
+  return r;
+}
+
+Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>& faces, const Eigen::MatrixXcd& x,
+                                                 const IncidentField& unit) const {
+  // b's parts one by one: b itself for N channels would be another M x N matrix.
+  const Eigen::Index m = mesh_.face_count();
+  Eigen::MatrixXcd rows = x.topRows(m).transpose() * unit.pressure;
+  if (is_burton_miller()) {
+    rows += Complex(0, gamma()) * (x.transpose() * unit.slope);
+  }
+  if (scheme_ == Scheme::kChief) {
+    rows += (chief_scale_.asDiagonal() * x.bottomRows(interior_.cols())).transpose() * unit.interior;
+  }
+  if (polisher_) {
+    const Eigen::MatrixXcd e = unit_columns(m, faces);
+    rows += (2.0 * e - polisher_->apply_transpose(e)).transpose() * unit.pressure;
+  }
+  return rows;
+}
 
 Eigen::MatrixXcd ScatteringSystem::columns(const std::vector<Eigen::Index>& faces) const {
-  return paper_columns(mesh_, wave_, faces);
-}
-
-std::unique_ptr<ScatteringSolver> factorise_dense(const ScatteringSystem& system) {
-  try {
-    return std::make_unique<DenseLuSolver>(system.matrix());
-  } catch (const std::domain_error& error) {
-    throw NumericalError(
-        fmt::format("scattering by {} faces, scheme {}: {}", system.size(), to_string(system.scheme()), error.what()));
+  const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh_, wave_.wavenumber(), parts_).columns(faces);
+  if (scheme_ != Scheme::kChief) {
+    return b;
   }
-}
-
-double relative_residual(const ScatteringSystem& system, const Eigen::MatrixXcd& p, const Eigen::MatrixXcd& b) {
-  const Eigen::MatrixXcd residual = system.reference_operator().apply(p) - b;
-  double worst = 0.0;
-  for (Eigen::Index s = 0; s < b.cols(); ++s) {
-    worst = std::max(worst, residual.col(s).norm() / b.col(s).norm());
-  }
-  return worst;
+  Eigen::MatrixXcd columns(unknowns(), b.cols());
+  columns << b, chief_rows_(Eigen::all, faces);
+  return columns;
 }
 
 }  // namespace touchfield

@@ -1,68 +1,104 @@
 #pragma once
 
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
+#include "sim/bem/boundary_operator.h"
 #include "sim/bem/scheme.h"
 #include "sim/mesh/triangle_mesh.h"
-#include "solvers/linear/linear_operator.h"
 
 namespace touchfield {
 
-/// Scattering by a sound-hard body, B p = G q, in one scheme.
+struct SystemOptions {
+  double coupling = 1.0;          // eta = coupling i / k of Burton-Miller, > 0
+  FaceRule rule;                  // of Burton-Miller's integrals
+  double chief_spacing = 0.6;     // of CHIEF's points [wavelengths]: closer ones make the square form singular
+  double chief_clearance = 0.15;  // of CHIEF's points from the skin [wavelengths]
+};
+
+/// The incident field where a scheme asks for it, S columns. Parts a scheme does not need are empty.
+struct IncidentField {
+  Eigen::MatrixXcd pressure;  // M x S, at the centroids [Pa]
+  Eigen::MatrixXcd slope;     // M x S, along the normals [Pa/m]
+  Eigen::MatrixXcd interior;  // Z x S, at CHIEF's points [Pa]
+};
+
+/// The field of drives q, from the one of every channel at unit drive.
+IncidentField driven(const IncidentField& unit, const Eigen::MatrixXcd& drive);
+
+/// Scattering by a sound-hard body, B p = b, in one scheme. With e the incident pressure, e' its slope and e_z its
+/// value at Z points inside the body:
+///
+///   paper                    B = 1/2 - D with one point a face,                                  b = e
+///   paper_corrected          the same with the diagonal of gauss_diagonal(),                     b = e
+///   chief                    [[B, C^H], [C, 0]] [p; lambda], B of paper_corrected,
+///                            C_zj = -A_j dg/dn_j (z, x_j),                                       b = [e; e_z]
+///                            (each row of C and its e_z times a factor that makes the row half as long as 1)
+///   burton_miller            B = 1/2 - D - eta W, integrals by FaceRule, eta = coupling i / k,   b = e + eta e'
+///   burton_miller_polished   the same, then twice p += e - B_c p with B_c of paper_corrected
+///
+/// source   Schenck, J. Acoust. Soc. Am. 44 (1968) 41; Burton & Miller, Proc. R. Soc. A 323 (1971) 201
 class ScatteringSystem {
  public:
-  ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme scheme);
+  /// mesh     closed, normals outwards
+  ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SystemOptions& options = {});
 
   const TriangleMesh& mesh() const { return mesh_; }
   const Wave& wave() const { return wave_; }
   Scheme scheme() const { return scheme_; }
-  Eigen::Index size() const { return mesh_.face_count(); }
+  const SystemOptions& options() const { return options_; }
+  Eigen::Index faces() const { return mesh_.face_count(); }    // M
+  Eigen::Index unknowns() const { return exact_->size(); }     // M, or M + Z of chief
+  const Points& interior_points() const { return interior_; }  // 3 x Z, of chief
+  std::size_t near_pairs() const { return near_ ? near_->pairs() : 0; }
 
-  /// The right-hand side of every channel at unit drive, M x N [Pa].
-  Eigen::MatrixXcd right_hand_sides(const TransducerArray& array) const;
+  /// The incident field of every channel at unit drive, S = N.
+  IncidentField incident(const TransducerArray& array) const;
+  /// The incident field of a driven array, drive N x S, without the field of every channel.
+  IncidentField incident(const TransducerArray& array, const Eigen::MatrixXcd& drive) const;
 
-  /// B, M x M, stored.
-  Eigen::MatrixXcd matrix() const;
+  /// b, unknowns x S.
+  Eigen::MatrixXcd right_hand_side(const IncidentField& incident) const;
+  /// Surface pressures M x S [Pa] from the solutions of B p = b.
+  Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const;
 
-  /// The columns of B of the given faces, M x K.
+  /// Rows of H, p = H q, by transposed solves: first the right-hand sides, unknowns x K, of B^T x = r for the pressures
+  /// of the given faces; then from those x and the unit field the rows, K x N [Pa].
+  Eigen::MatrixXcd transposed_right_hand_side(const std::vector<Eigen::Index>& faces) const;
+  Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const Eigen::MatrixXcd& x,
+                                 const IncidentField& unit) const;
+
+  /// The columns of B of the given faces, unknowns x K.
   Eigen::MatrixXcd columns(const std::vector<Eigen::Index>& faces) const;
 
-  /// B without storing it.
-  const LinearOperator& reference_operator() const { return *reference_; }
+  /// B without storing it, in double: the reference for residuals.
+  const LinearOperator& exact() const { return *exact_; }
+  /// B without storing it, its sums with one point a face in single precision.
+  std::unique_ptr<LinearOperator> single_operator() const;
+  /// B stored.
+  Eigen::MatrixXcd dense() const;
+  Eigen::MatrixXcf dense_single() const;
 
  private:
+  bool is_burton_miller() const { return scheme_ == Scheme::kBurtonMiller || scheme_ == Scheme::kBurtonMillerPolished; }
+  double gamma() const;
+  template <typename Real>
+  std::unique_ptr<LinearOperator> make_operator() const;
+  template <typename Real>
+  Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> make_dense() const;
+
   TriangleMesh mesh_;
   Wave wave_;
   Scheme scheme_;
-  std::unique_ptr<LinearOperator> reference_;
+  SystemOptions options_;
+  BoundaryParts parts_;
+  std::shared_ptr<const NearCorrections> near_;
+  Points interior_;
+  Eigen::VectorXd chief_scale_;  // Z: factors on the rows of C and on e_z
+  Eigen::MatrixXcd chief_rows_;  // C, Z x M, scaled
+  std::unique_ptr<LinearOperator> exact_;
+  std::unique_ptr<LinearOperator> polisher_;  // B of paper_corrected
 };
-
-/// Solves B p = b for many right-hand sides.
-class ScatteringSolver {
- public:
-  ScatteringSolver() = default;
-  ScatteringSolver(const ScatteringSolver&) = delete;
-  ScatteringSolver& operator=(const ScatteringSolver&) = delete;
-  virtual ~ScatteringSolver() = default;
-
-  /// B^-1 b, M x S.
-  virtual Eigen::MatrixXcd solve(const Eigen::MatrixXcd& b) const = 0;
-  /// B^-T b, without conjugation.
-  virtual Eigen::MatrixXcd solve_transpose(const Eigen::MatrixXcd& b) const = 0;
-  /// Estimate of the reciprocal condition number of B in the 1-norm; NaN if this solver has none.
-  virtual double reciprocal_condition() const = 0;
-  /// What it is, e.g. "LU, double".
-  virtual std::string description() const = 0;
-};
-
-/// Dense LU in double precision. Memory: one M x M complex matrix.
-/// throws   NumericalError if B is singular or holds a value that is not finite
-std::unique_ptr<ScatteringSolver> factorise_dense(const ScatteringSystem& system);
-
-/// Largest relative residual over the columns, max_s ||B p_s - b_s|| / ||b_s||, by the reference operator.
-double relative_residual(const ScatteringSystem& system, const Eigen::MatrixXcd& p, const Eigen::MatrixXcd& b);
 
 }  // namespace touchfield

@@ -18,6 +18,8 @@ class Progress {
   virtual void advance(double fraction);
   /// The stage is done after this many seconds.
   virtual void end(double seconds);
+  /// A figure worth a line that is no stage.
+  virtual void note(std::string_view line);
   /// Something the user should know that is no error.
   virtual void warn(std::string_view message);
 };

@@ -8,6 +8,7 @@
 #include "sim/bem/element_integrals.h"
 #include "sim/bem/face_arrays.h"
 #include "sim/bem/kernel.h"
+#include "sim/bem/quadrature.h"
 
 namespace touchfield {
 
@@ -18,9 +19,6 @@ namespace {
 constexpr double kFarDistance = 5.0;
 constexpr Eigen::Index kBlock = 256;  // faces a pass: what a pass reads and writes stays in the first cache
 
-Face face_of(const TriangleMesh& mesh, Eigen::Index f) {
-  return {mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2), mesh.normals().col(f), mesh.areas()(f)};
-}
 
 bool is_far(const TriangleMesh& mesh, Eigen::Index f, const Vector3& offset) {
   return offset.squaredNorm() > kFarDistance * kFarDistance * mesh.areas()(f);

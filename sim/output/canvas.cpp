@@ -117,6 +117,7 @@ void Canvas::text(double x, double y, const std::string& text, const TextStyle& 
   vtkTextProperty* property = actor->GetTextProperty();
   property->SetFontSize(style.size);
   property->SetBold(style.bold);
+  property->SetOrientation(style.angle);
   property->SetColor(fractions(kInk).data());
   property->SetVerticalJustificationToCentered();
   switch (style.align) {
@@ -148,6 +149,24 @@ void Canvas::line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const 
   actor->SetMapper(mapper);
   actor->GetProperty()->SetColor(fractions(colour).data());
   actor->GetProperty()->SetLineWidth(static_cast<float>(width));
+  scene_->overlay->AddActor2D(actor);
+}
+
+void Canvas::polygon(const std::vector<Eigen::Vector2d>& corners, const Colour& colour) {
+  vtkNew<vtkPoints> points;
+  vtkNew<vtkCellArray> cells;
+  cells->InsertNextCell(static_cast<int>(corners.size()));
+  for (const Eigen::Vector2d& corner : corners) {
+    cells->InsertCellPoint(points->InsertNextPoint(corner.x(), corner.y(), 0.0));
+  }
+  vtkNew<vtkPolyData> data;
+  data->SetPoints(points);
+  data->SetPolys(cells);
+  vtkNew<vtkPolyDataMapper2D> mapper;
+  mapper->SetInputData(data);
+  vtkNew<vtkActor2D> actor;
+  actor->SetMapper(mapper);
+  actor->GetProperty()->SetColor(fractions(colour).data());
   scene_->overlay->AddActor2D(actor);
 }
 

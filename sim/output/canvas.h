@@ -17,6 +17,7 @@ struct TextStyle {
   int size = 18;  // [pixels]
   Align align = Align::kLeft;
   bool bold = false;
+  double angle = 0.0;  // counter-clockwise, about its own middle [deg]
 };
 
 /// A white picture that is drawn off screen by VTK. Needs can_draw(). Positions are pixels from the lower left corner.
@@ -30,6 +31,8 @@ class Canvas {
   /// Text with its middle height at y.
   void text(double x, double y, const std::string& text, const TextStyle& style);
   void line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Colour& colour, double width);
+  /// A filled convex polygon.
+  void polygon(const std::vector<Eigen::Vector2d>& corners, const Colour& colour);
   void frame(const PixelBox& box, const Colour& colour, double width);
   /// Fills a box pixel by pixel; colour(i, j) for column i and row j of the box, from its lower left corner.
   void image(const PixelBox& box, const std::function<Colour(int, int)>& colour);

@@ -7,6 +7,8 @@
 #include <memory>
 #include <thread>
 
+#include "sim/core/errors.h"
+
 namespace touchfield {
 
 struct DisplayConnection::Implementation {
@@ -52,6 +54,12 @@ bool DisplayConnection::can_draw() const {
   const std::unique_ptr<GLXFBConfig, int (*)(void*)> configurations(
       glXChooseFBConfig(display, DefaultScreen(display), wanted, &count), XFree);
   return configurations && count > 0;
+}
+
+void DisplayConnection::require() const {
+  if (!can_draw()) {
+    throw NotBuiltError("pictures need an X display with OpenGL (scripts/with_display, or xvfb-run -a)");
+  }
 }
 
 }  // namespace touchfield

@@ -18,6 +18,9 @@ class DisplayConnection {
   /// none, so ask first.
   bool can_draw() const;
 
+  /// throws   NotBuiltError unless can_draw()
+  void require() const;
+
  private:
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;

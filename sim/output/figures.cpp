@@ -7,7 +7,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
 #include "sim/output/atomic_file.h"
 #include "sim/output/display.h"
 #include "sim/output/field_picture.h"
@@ -121,9 +120,7 @@ bool can_draw() { return DisplayConnection().can_draw(); }
 std::vector<std::string> draw_figures(const std::string& directory, const Run& run) {
   check_run(run);
   const DisplayConnection display;  // open until the last picture is drawn
-  if (!display.can_draw()) {
-    throw NotBuiltError("pictures need an X display with OpenGL (scripts/with_display, or xvfb-run -a)");
-  }
+  display.require();
   std::vector<Picture> pictures;
   draw_skin(run, pictures);
   draw_planes(run, pictures);

@@ -20,7 +20,8 @@ struct MethodResult {
   std::string method;  // paper, unscattered, focus, fixed
   std::string scheme;  // of the boundary elements
   PhaseSolution solution;
-  Eigen::VectorXcd pressure;  // M, on the solving mesh [Pa]
+  Eigen::VectorXcd pressure;        // M, on the solving mesh [Pa]
+  Eigen::VectorXcd judge_pressure;  // on the judge's mesh [Pa]; empty: no judge, or `pressure` is the judge's
   Metrics metrics;
   std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
 };
@@ -47,6 +48,28 @@ struct Provenance {
   std::string scene_hash;  // of the resolved scene text
 };
 
+/// One solve of B p = b: what was done, how well, and how long it took.
+struct SolveRecord {
+  std::string stage;  // pressure, judge, alarm, ...
+  std::string scheme;
+  std::string solver;     // "LU", "GMRES, stored" or "GMRES, matrix-free"
+  std::string precision;  // "single", "single refined" or "double"
+  long unknowns = 0;
+  int right_hand_sides = 0;
+  int steps = 0;  // most GMRES steps of a column; 0 of LU
+  int refinements = 0;
+  double residual = kNotComputed;  // worst |b - B p| / |b|, by a product in double
+  bool converged = true;
+  double seconds = 0;
+};
+
+/// The judge's own model, where it is not the solving one.
+struct JudgeModel {
+  std::string scheme;
+  TriangleMesh mesh;             // in the world's frame
+  std::optional<Target> target;  // on this mesh
+};
+
 /// Everything a run computed; grows as the run goes on.
 struct Run {
   std::string name;
@@ -54,10 +77,13 @@ struct Run {
   TriangleMesh mesh;  // in the world's frame
   TransducerArray array;
   std::optional<Target> target;
-  bool judged = false;  // the solving model's own pressures are the judge's
+  std::string judge = "none";             // none, same (the solving mesh), edge, split
+  std::optional<JudgeModel> judge_model;  // there if judge is edge or split
   std::vector<MethodResult> methods;
   std::vector<FieldResult> fields;
+  std::vector<SolveRecord> solves;                      // in the order of the run
   std::vector<std::pair<std::string, double>> seconds;  // stage of the whole run -> seconds
+  double alarm = kNotComputed;                          // |plain - Burton-Miller| / |Burton-Miller| of the pressures
   std::vector<std::string> warnings;
   Provenance provenance;
   bool complete = false;

@@ -191,6 +191,63 @@ FieldResult read_field(const Group& group, const std::string& name) {
   return field;
 }
 
+bool same_bits(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(Complex) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+/// Needs the run's mesh and methods.
+void read_judge(const Group& group, Run& run) {
+  run.judge = group.text_attribute("judge");
+  if (has_judge_model(run.judge)) {
+    run.judge_model = JudgeModel{group.text_attribute("scheme"), read_mesh(group.open("mesh")), std::nullopt};
+    if (group.has("target")) {
+      run.judge_model->target = read_target(group.open("target"), run.judge_model->mesh);
+    }
+  } else if (run.judge != "same") {
+    fail(group, fmt::format("unknown judge '{}'", run.judge));
+  }
+  const TriangleMesh& mesh = run.judge_model ? run.judge_model->mesh : run.mesh;
+  const Group methods = group.open("methods");
+  for (MethodResult& result : run.methods) {
+    if (!methods.has(result.name)) {
+      continue;
+    }
+    auto pressure = read_vector<Eigen::VectorXcd>(methods.open(result.name), "pressure",
+                                                  static_cast<std::uint64_t>(mesh.face_count()));
+    const bool solved = !run.judge_model && same_bits(pressure, result.pressure);
+    if (!solved) {
+      result.judge_pressure = std::move(pressure);
+    }
+  }
+}
+
+std::vector<SolveRecord> read_solves(const Group& group) {
+  const std::uint64_t n = length(group, "unknowns");
+  std::vector<SolveRecord> solves(n);
+  for_each_solve_column([&]<class Value>(const char* name, Value SolveRecord::*member, const char* /*unit*/) {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      std::vector<std::string> texts = group.read_texts(name);
+      if (texts.size() != n) {
+        fail(group, fmt::format("{} has {} texts, must have {}", name, texts.size(), n));
+      }
+      for (std::size_t i = 0; i < n; ++i) {
+        solves[i].*member = std::move(texts[i]);
+      }
+    } else {
+      std::vector<StoredNumber<Value>> numbers(n);
+      group.read(name, {n}, numbers.data());
+      for (std::size_t i = 0; i < n; ++i) {
+        solves[i].*member = static_cast<Value>(numbers[i]);
+        if (!std::is_same_v<Value, double> && static_cast<StoredNumber<Value>>(solves[i].*member) != numbers[i]) {
+          fail(group, fmt::format("{}[{}] = {} is out of range", name, i, numbers[i]));
+        }
+      }
+    }
+  });
+  return solves;
+}
+
 Provenance read_provenance(const Group& group) {
   Provenance provenance;
   for (const ProvenanceField& field : provenance_fields()) {
@@ -230,10 +287,13 @@ Run read_run(const Group& root) {
           .mesh = read_mesh(root.open("mesh")),
           .array = read_array(root.open("array")),
           .target = std::nullopt,
-          .judged = root.has("judge"),
+          .judge = "none",
+          .judge_model = std::nullopt,
           .methods = {},
           .fields = {},
+          .solves = {},
           .seconds = {},
+          .alarm = root.has_attribute("alarm") ? root.number_attribute("alarm") : kNotComputed,
           .warnings = {},
           .provenance = {},
           .complete = root.integer_attribute("complete") != 0};
@@ -245,6 +305,12 @@ Run read_run(const Group& root) {
     for (const std::string& name : methods.names()) {
       run.methods.push_back(read_method(methods.open(name), name, run));
     }
+  }
+  if (root.has("judge")) {
+    read_judge(root.open("judge"), run);
+  }
+  if (root.has("solves")) {
+    run.solves = read_solves(root.open("solves"));
   }
   if (root.has("field")) {
     const Group fields = root.open("field");

@@ -1,4 +1,5 @@
-#include <set>
+#include <algorithm>
+#include <iterator>
 
 #include "sim/output/atomic_file.h"
 #include "sim/output/checksum.h"
@@ -82,20 +83,45 @@ void write_method(const Group& group, const MethodResult& result) {
   }
 }
 
-/// The judge is the solving model: its groups lead to the same data.
+/// What the judge shares with the solving model is a link to the data there.
 void write_judge(const Group& root, const Run& run) {
   const Group judge = root.create("judge");
-  judge.set_attribute("judge", "same");
-  judge.link("mesh", "/mesh");
-  if (run.target) {
-    judge.link("target", "/target");
+  judge.set_attribute("judge", run.judge);
+  if (run.judge_model) {
+    judge.set_attribute("scheme", run.judge_model->scheme);
+    write_mesh(judge.create("mesh"), run.judge_model->mesh);
+    if (run.judge_model->target) {
+      write_target(judge.create("target"), *run.judge_model->target);
+    }
+  } else {
+    judge.link("mesh", "/mesh");
+    if (run.target) {
+      judge.link("target", "/target");
+    }
   }
   const Group methods = judge.create("methods");
   for (const MethodResult& result : run.methods) {
-    if (result.pressure.size() != 0) {
+    const Eigen::VectorXcd& own = result.judge_pressure;
+    if (own.size() != 0) {
+      methods.create(result.name).write("pressure", own.data(), {count(own.size())}, "Pa");
+    } else if (!run.judge_model && result.pressure.size() != 0) {
       methods.create(result.name).link("pressure", "/methods/" + result.name + "/pressure");
     }
   }
+}
+
+void write_solves(const Group& group, const std::vector<SolveRecord>& solves) {
+  for_each_solve_column([&]<class Value>(const char* name, Value SolveRecord::*member, const char* unit) {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      std::vector<std::string> texts;
+      std::ranges::transform(solves, std::back_inserter(texts), member);
+      group.write_texts(name, texts);
+    } else {
+      std::vector<StoredNumber<Value>> numbers;
+      std::ranges::transform(solves, std::back_inserter(numbers), member);
+      group.write(name, numbers.data(), {numbers.size()}, unit);
+    }
+  });
 }
 
 void write_field(const Group& group, const FieldResult& field) {
@@ -122,6 +148,7 @@ void write_run(const Group& root, const Run& run) {
   root.set_attribute("format_version", kRunFormatVersion);
   root.set_attribute("name", run.name);
   root.set_attribute("complete", run.complete ? 1 : 0);
+  root.set_attribute("alarm", run.alarm);
   root.write_text("scene", run.scene);
   write_mesh(root.create("mesh"), run.mesh);
   write_array(root.create("array"), run.array);
@@ -134,8 +161,11 @@ void write_run(const Group& root, const Run& run) {
       write_method(methods.create(result.name), result);
     }
   }
-  if (run.judged) {
+  if (run.judge != "none") {
     write_judge(root, run);
+  }
+  if (!run.solves.empty()) {
+    write_solves(root.create("solves"), run.solves);
   }
   if (!run.fields.empty()) {
     const Group fields = root.create("field");

@@ -66,12 +66,32 @@ void check_array(const TransducerArray& array) {
   require_size("array: channel", array.channel.size(), channels);
 }
 
-void check_target(const Target& target, Eigen::Index faces) {
-  require_size("target: amplitudes", target.amplitudes.size(), target.size());
-  require_size("target: box", static_cast<Eigen::Index>(target.box.size()), target.size());
+void check_target(const std::string& what, const Target& target, Eigen::Index faces) {
+  require_size(what + ": amplitudes", target.amplitudes.size(), target.size());
+  require_size(what + ": box", static_cast<Eigen::Index>(target.box.size()), target.size());
   for (const Eigen::Index face : target.faces) {
     if (face < 0 || face >= faces) {
-      throw InputError(fmt::format("target: face {} must be in 0..{}", face, faces - 1));
+      throw InputError(fmt::format("{}: face {} must be in 0..{}", what, face, faces - 1));
+    }
+  }
+}
+
+void check_judge(const Run& run) {
+  if (run.judge != "none" && run.judge != "same" && !has_judge_model(run.judge)) {
+    throw InputError(fmt::format("judge '{}' must be one of none, same, edge, split", run.judge));
+  }
+  if (has_judge_model(run.judge) != run.judge_model.has_value()) {
+    throw InputError(
+        fmt::format("judge '{}' must {} a model of its own", run.judge, run.judge_model ? "not have" : "have"));
+  }
+  const TriangleMesh& mesh = run.judge_model ? run.judge_model->mesh : run.mesh;
+  if (run.judge_model && run.judge_model->target) {
+    check_target("judge's target", *run.judge_model->target, mesh.face_count());
+  }
+  for (const MethodResult& method : run.methods) {
+    if (method.judge_pressure.size() != 0) {
+      require_size(fmt::format("method {}: judge's pressure", method.name), method.judge_pressure.size(),
+                   run.judge == "none" ? 0 : mesh.face_count());
     }
   }
 }
@@ -140,7 +160,7 @@ void check_field(const FieldResult& field) {
 void check_run(const Run& run) {
   check_array(run.array);
   if (run.target) {
-    check_target(*run.target, run.mesh.face_count());
+    check_target("target", *run.target, run.mesh.face_count());
   }
   require_stages("run", run.seconds);
   std::set<std::string> methods;
@@ -155,6 +175,7 @@ void check_run(const Run& run) {
     require_stages(what, method.seconds);
     require_no_conflict(method);
   }
+  check_judge(run);
   std::set<std::string> fields;
   for (const FieldResult& field : run.fields) {
     require_name("field", field.grid.name, fields);

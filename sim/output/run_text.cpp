@@ -9,57 +9,13 @@
 #include "sim/output/atomic_file.h"
 #include "sim/output/run_file.h"
 #include "sim/output/run_layout.h"
+#include "sim/output/text_table.h"
 
 namespace touchfield {
 
 namespace {
 
-/// A field of a CSV line, quoted only where RFC 4180 asks for it.
-std::string csv_field(std::string_view text) {
-  if (text.find_first_of(",\"\r\n") == std::string_view::npos) {
-    return std::string(text);
-  }
-  std::string quoted = "\"";
-  for (const char c : text) {
-    quoted += c;
-    if (c == '"') {
-      quoted += c;
-    }
-  }
-  return quoted + '"';
-}
-
-std::string csv_line(const std::vector<std::string>& fields) {
-  std::vector<std::string> quoted;
-  std::ranges::transform(fields, std::back_inserter(quoted), csv_field);
-  return fmt::format("{}\n", fmt::join(quoted, ","));
-}
-
-/// A table for a person: the first column to the left, the others to the right, as wide as they need.
-std::string table(const std::vector<std::vector<std::string>>& rows) {
-  std::vector<std::size_t> widths(rows.front().size(), 0);
-  for (const auto& row : rows) {
-    for (std::size_t c = 0; c < row.size(); ++c) {
-      widths[c] = std::max(widths[c], row[c].size());
-    }
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    std::string line = fmt::format("  {:<{}}", row[0], widths[0]);
-    for (std::size_t c = 1; c < row.size(); ++c) {
-      line += fmt::format("  {:>{}}", row[c], widths[c]);
-    }
-    text += line + '\n';
-  }
-  return text;
-}
-
-/// A number as a table shows it; "-" where nothing was computed.
-std::string number(double value, const char* format) {
-  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
-}
-
-std::string percent(double fraction) { return number(100.0 * fraction, "{:.2f} %"); }
+std::string percent(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
 
 std::string methods_table(const Run& run) {
   std::vector<std::vector<std::string>> rows = {{"method", "error", "width [mm]", "wanted [mm]", "leakage",
@@ -67,14 +23,15 @@ std::string methods_table(const Run& run) {
                                                  "seconds", "status"}};
   for (const MethodResult& result : run.methods) {
     const Metrics& metrics = result.metrics;
-    rows.push_back({result.name, percent(metrics.relative_error), number(metrics.width_mm, "{:.2f}"),
-                    number(metrics.width_wanted_mm, "{:.2f}"), percent(metrics.leakage),
-                    number(metrics.mean_inside_pa, "{:.0f}"), number(metrics.peak_pa, "{:.0f}"),
-                    number(1e3 * metrics.force_target_n, "{:.3g}"), number(1e3 * metrics.force_elsewhere_n, "{:.3g}"),
-                    fmt::format("{}", result.solution.iterations), number(metrics.seconds_total, "{:.2f}"),
+    rows.push_back({result.name, percent(metrics.relative_error), table_number(metrics.width_mm, "{:.2f}"),
+                    table_number(metrics.width_wanted_mm, "{:.2f}"), percent(metrics.leakage),
+                    table_number(metrics.mean_inside_pa, "{:.0f}"), table_number(metrics.peak_pa, "{:.0f}"),
+                    table_number(1e3 * metrics.force_target_n, "{:.3g}"),
+                    table_number(1e3 * metrics.force_elsewhere_n, "{:.3g}"),
+                    fmt::format("{}", result.solution.iterations), table_number(metrics.seconds_total, "{:.2f}"),
                     to_string(result.solution.status)});
   }
-  return table(rows);
+  return aligned_table(rows);
 }
 
 std::string array_line(const TransducerArray& array) {
@@ -96,6 +53,30 @@ std::string fields_text(const Run& run) {
                         grid.count[2], methods.empty() ? "no pressure" : fmt::format("{}", fmt::join(methods, ", ")));
   }
   return text;
+}
+
+std::string counted(long n, std::string_view noun) {
+  return fmt::format("{} {}{}", grouped(n), noun, n == 1 ? "" : "s");
+}
+
+std::string judge_line(const Run& run) {
+  if (!run.judge_model) {
+    return run.judge == "none" ? "judge     none\n" : "judge     same: the solving model\n";
+  }
+  const TriangleMesh& mesh = run.judge_model->mesh;
+  return fmt::format("judge     {}: {}, {} faces, mean edge {:.3g} mm\n", run.judge, run.judge_model->scheme,
+                     mesh.face_count(), 1e3 * mesh.mean_edge());
+}
+
+std::string solve_line(const SolveRecord& solve) {
+  std::string how = solve.steps > 0 ? counted(solve.steps, "step") + ", " : "";
+  if (solve.refinements > 0) {
+    how += counted(solve.refinements, "refinement") + ", ";
+  }
+  return fmt::format("solve     {}: {}, {}, {}, {}, {}: {}residual {}, {:.3g} s{}\n", solve.stage, solve.scheme,
+                     solve.solver, solve.precision, counted(solve.unknowns, "unknown"),
+                     counted(solve.right_hand_sides, "right-hand side"), how, table_number(solve.residual, "{:.1e}"),
+                     solve.seconds, solve.converged ? "" : ", NOT CONVERGED");
 }
 
 std::string provenance_text(const Provenance& provenance) {
@@ -123,8 +104,14 @@ std::string describe_run(const Run& run) {
   text += run.target ? fmt::format("target    {} faces, up to {:.6g} Pa\n", run.target->size(),
                                    *std::ranges::max_element(run.target->amplitudes))
                      : "target    none\n";
-  text += run.judged ? "judge     the solving model\n" : "judge     none\n";
+  text += judge_line(run);
   text += fields_text(run);
+  for (const SolveRecord& solve : run.solves) {
+    text += solve_line(solve);
+  }
+  if (!std::isnan(run.alarm)) {
+    text += fmt::format("alarm     plain and Burton-Miller pressures differ by {}\n", percent(run.alarm));
+  }
   for (const auto& [stage, seconds] : run.seconds) {
     text += fmt::format("seconds   {}: {:.3f}\n", stage, seconds);
   }
@@ -145,8 +132,7 @@ void write_metrics_csv(const std::string& path, const Run& run) {
   for (const MethodResult& result : run.methods) {
     std::vector<std::string> line = {result.name, result.method, result.scheme};
     for (const MetricField& field : metric_fields()) {
-      const double value = result.metrics.*field.value;
-      line.push_back(std::isnan(value) ? "nan" : fmt::format("{}", value));  // fmt gives a NaN's sign
+      line.push_back(csv_number(result.metrics.*field.value));
     }
     line.push_back(to_string(result.solution.status));
     text += csv_line(line);

@@ -62,11 +62,9 @@ void write_vtk(const std::string& path, Data* data) {
   write_atomically(path, {writer->GetOutputString()});
 }
 
-}  // namespace
-
-void write_surface_vtp(const std::string& path, const Run& run) {
-  check_run(run);
-  const TriangleMesh& mesh = run.mesh;
+/// The pressures of the methods that have one, on a mesh.
+void write_skin_vtp(const std::string& path, const TriangleMesh& mesh, const std::optional<Target>& target,
+                    const std::vector<MethodResult>& methods, Eigen::VectorXcd MethodResult::*pressure) {
   vtkNew<vtkPolyData> surface;
   vtkNew<vtkPoints> points;
   set_points(points, mesh.vertices());
@@ -76,18 +74,33 @@ void write_surface_vtp(const std::string& path, const Run& run) {
     faces->InsertNextCell({mesh.triangles()(0, f), mesh.triangles()(1, f), mesh.triangles()(2, f)});
   }
   surface->SetPolys(faces);
-  if (run.target) {
+  if (target) {
     Eigen::VectorXd wanted = Eigen::VectorXd::Zero(mesh.face_count());
-    wanted(run.target->faces) = run.target->amplitudes;
+    wanted(target->faces) = target->amplitudes;
     add_array<vtkDoubleArray>(surface->GetCellData(), "target_pa", wanted.size(),
                               [&](Eigen::Index f) { return wanted(f); });
   }
-  for (const MethodResult& result : run.methods) {
-    if (result.pressure.size() != 0) {
-      add_pressure(surface->GetCellData(), result.name, result.pressure, true);
+  for (const MethodResult& result : methods) {
+    if ((result.*pressure).size() != 0) {
+      add_pressure(surface->GetCellData(), result.name, result.*pressure, true);
     }
   }
   write_vtk<vtkXMLPolyDataWriter>(path, surface.GetPointer());
+}
+
+}  // namespace
+
+void write_surface_vtp(const std::string& path, const Run& run) {
+  check_run(run);
+  write_skin_vtp(path, run.mesh, run.target, run.methods, &MethodResult::pressure);
+}
+
+void write_judge_vtp(const std::string& path, const Run& run) {
+  check_run(run);
+  if (!run.judge_model) {
+    throw InputError(fmt::format("{}: the judge '{}' has no model of its own", path, run.judge));
+  }
+  write_skin_vtp(path, run.judge_model->mesh, run.judge_model->target, run.methods, &MethodResult::judge_pressure);
 }
 
 void write_array_vtp(const std::string& path, const Run& run) {

@@ -10,6 +10,11 @@ namespace touchfield {
 /// `NAME_abs_pa`, `NAME_re_pa`, `NAME_im_pa`, `NAME_phase_rad`. Inline binary with zlib, whole or not at all.
 void write_surface_vtp(const std::string& path, const Run& run);
 
+/// judge.vtp: the same of the judge's mesh, its target and its pressures.
+///
+/// throws   InputError if the judge has no model of its own
+void write_judge_vtp(const std::string& path, const Run& run);
+
 /// array.vtp: a vertex a channel with `axis`, `device`, `channel` and, for every method NAME, `NAME_phase_rad` and
 /// `NAME_amplitude`.
 void write_array_vtp(const std::string& path, const Run& run);

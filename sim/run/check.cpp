@@ -1,16 +1,14 @@
 #include "sim/run/check.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <fstream>
-#include <limits>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
-#include "solvers/linear/dense_lu.h"
+#include "sim/run/speed.h"
+#include "sim/run/warnings.h"
 
 namespace touchfield {
 
@@ -22,40 +20,69 @@ constexpr double kComplex = 16.0;  // bytes
 constexpr double kLuFlops = 8.0 / 3.0;
 constexpr double kGramFlops = 4.0;
 constexpr double kCholeskyFlops = 1.0 / 3.0;
-constexpr double kKernelSeconds = 25e-9;  // one kernel on one core, about: sine, cosine, square root
+constexpr double kKernelSeconds = 25e-9;  // one kernel on one core outside the solver: sine, cosine, directivity
+constexpr double kNearPairs = 455;        // a face, of Burton-Miller's near corrections on a uniform mesh
+constexpr double kNearBytes = 30;         // a pair, while they are gathered
+constexpr double kNearPoints = 2500;      // a face
+constexpr double kMillerCost = 1.3;       // of a product with W over one with D alone
+constexpr double kMillerSteps = 25;       // GMRES on a hand
+constexpr double kPlainSteps = 200;
 
-/// Memory that can be had without swapping [MiB].
-double available_memory() {
-  std::ifstream meminfo("/proc/meminfo");
-  std::string name;
-  double kibibytes = 0;
-  std::string unit;
-  while (meminfo >> name >> kibibytes >> unit) {
-    if (name == "MemAvailable:") {
-      return kibibytes / 1024.0;
-    }
+bool is_burton_miller(Scheme scheme) {
+  return scheme == Scheme::kBurtonMiller || scheme == Scheme::kBurtonMillerPolished;
+}
+
+/// What one scattering model takes: its solver and its near pairs.
+struct ModelCost {
+  double bytes = 0;
+  double seconds = 0;
+};
+
+/// product   seconds of a product with D in single precision on this mesh
+ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
+                          double product) {
+  ModelCost cost;
+  const SolverOptions& options = decision.options;
+  cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
+  const bool miller = is_burton_miller(scheme);
+  if (miller) {
+    cost.bytes += kNearBytes * kNearPairs * faces;
+    cost.seconds += 2.5 * product * kNearPoints / faces;
+  }
+  if (scheme == Scheme::kChief) {
+    cost.bytes += kComplex * faces * (unknowns - faces);
+  }
+  const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual
+  if (options.kind == SolverKind::kLu) {
+    const double speed = options.precision == Precision::kSingle ? 1.9 : 1.0;
+    cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured_flops()) + in_double * solves;
+  } else {
+    const double steps = miller ? kMillerSteps : kPlainSteps;
+    const double step = options.precision == Precision::kSingle ? product * (miller ? kMillerCost : 1.0) : in_double;
+    cost.seconds += solves * (steps * step + in_double);
+  }
+  return cost;
+}
+
+/// Faces of the judge's mesh; 0 if it has none of its own.
+double judge_faces(const Scene& scene, const Model& model) {
+  const auto faces = static_cast<double>(model.body.mesh.face_count());
+  switch (scene.judge.kind) {
+    case JudgeSpec::Kind::kEdge:
+      return faces * std::pow(model.body.mesh.mean_edge() / scene.judge.edge, 2);
+    case JudgeSpec::Kind::kSplit:
+      return faces * std::pow(4.0, scene.judge.splits);
+    case JudgeSpec::Kind::kNone:
+    case JudgeSpec::Kind::kSame:
+      break;
   }
   return 0.0;
 }
 
-/// Floating-point operations per second of an LU on all threads: the better of two of some tenths of a second,
-/// since the first one also wakes the threads.
-double measured_flops() {
-  constexpr Eigen::Index kSize = 1600;
-  constexpr int kTrials = 2;
-  Eigen::MatrixXcd matrix = Eigen::MatrixXcd::Zero(kSize, kSize);
-  for (Eigen::Index j = 0; j < kSize; ++j) {
-    for (Eigen::Index i = 0; i < kSize; ++i) {
-      matrix(i, j) = std::polar(1.0, static_cast<double>((i * i + 3 * i * j) % 997));
-    }
-  }
-  double fastest = std::numeric_limits<double>::infinity();
-  for (int trial = 0; trial < kTrials; ++trial) {
-    const auto start = std::chrono::steady_clock::now();
-    const DenseLu lu(matrix);
-    fastest = std::min(fastest, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  return kLuFlops * std::pow(static_cast<double>(kSize), 3) / fastest;
+/// Points a CHIEF system will have, about: one a cube of the spacing in the volume.
+double chief_points(const Model& model) {
+  const double spacing = SystemOptions{}.chief_spacing * model.wave.wavelength();
+  return std::max(0.0, model.report.volume) / std::pow(spacing, 3);
 }
 
 }  // namespace
@@ -86,12 +113,31 @@ CheckReport check_model(const Scene& scene, const Model& model) {
   for (const FieldGrid& grid : model.fields) {
     points += static_cast<double>(grid.size());
   }
+  const Scheme scheme = scene.solve.scheme;
+  const double unknowns = m + (scheme == Scheme::kChief ? chief_points(model) : 0.0);
+  report.available_mib = available_memory() / kMebibyte;
+  report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
+  const auto solves = static_cast<double>(scene.solve.methods.size());
+  const double product = product_seconds(model.body.mesh, model.wave);
+  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, product);
+  // b of every channel: the pressure, and where the slope enters, that and the sum of both.
+  const double fields = optimisers > 0 ? (is_burton_miller(scheme) ? 3.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
-  report.memory_mib = kComplex * (m * m + m * (n + 2.0 * k) + 4.0 * gram) / kMebibyte + 100.0;
-  report.available_mib = available_memory();
-  const double flops = kLuFlops * m * m * m + (optimisers > 0 ? kGramFlops * m * n * n : 0.0) +
-                       4.0 * kCholeskyFlops * iterations * std::pow(k + n, 3);  // Cholesky runs on one thread
-  report.seconds = flops / measured_flops() + kKernelSeconds * (2.0 * m * m + m * n + points * (m + n));
+  double bytes = own.bytes + kComplex * (m * (n * fields + 2.0 * k) + 4.0 * gram);
+  report.seconds = own.seconds + (optimisers > 0 ? kGramFlops * m * n * n / measured_flops() : 0.0) +
+                   4.0 * kCholeskyFlops * iterations * std::pow(k + n, 3) / measured_flops() +
+                   kKernelSeconds * ((fields + 1.0) * m * n + points * (m + n));
+  const double judged = judge_faces(scene, model);
+  if (judged > 0) {
+    const SolverDecision judge =
+        choose_solver({}, scene.judge.scheme, static_cast<Eigen::Index>(judged), available_memory());
+    const double scale = std::pow(judged / m, 2);
+    const ModelCost cost = scattering_cost(judge, scene.judge.scheme, judged, judged, 1.0, scale * product);
+    bytes += cost.bytes + kComplex * judged * 4.0 * solves * 30.0;
+    report.seconds += cost.seconds * (1.0 + 0.3 * (solves - 1.0)) + 2.0 * kKernelSeconds * judged * n;
+  }
+  report.judge_faces = static_cast<Eigen::Index>(judged);
+  report.memory_mib = bytes / kMebibyte + 100.0;
   return report;
 }
 
@@ -126,6 +172,15 @@ std::string describe_check(const Scene& scene, const Model& model, const CheckRe
   }
   for (const FieldGrid& grid : model.fields) {
     text += fmt::format("  field    {}: {} x {} x {} points\n", grid.name, grid.count[0], grid.count[1], grid.count[2]);
+  }
+  text += fmt::format("  scheme   {}, {} in {} precision ({})\n", to_string(scene.solve.scheme),
+                      to_string(report.decision.options.kind), precision_name(report.decision.options),
+                      report.decision.reason);
+  if (report.judge_faces > 0) {
+    text += fmt::format("  judge    {} on about {} faces\n", to_string(scene.judge.scheme), report.judge_faces);
+  }
+  for (const std::string& warning : model_warnings(model)) {
+    text += fmt::format("  warning  {}\n", warning);
   }
   text +=
       fmt::format("  cost     about {:.0f} MiB of memory ({:.0f} MiB free) and {:.0f} s, pictures and files aside\n",

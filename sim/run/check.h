@@ -3,6 +3,7 @@
 #include <string>
 
 #include "sim/run/model.h"
+#include "sim/run/solver_choice.h"
 
 namespace touchfield {
 
@@ -15,7 +16,9 @@ struct CheckReport {
   double epw_min = 0;     // wavelength over the longest edge
   double memory_mib = 0;  // estimate of the run's peak
   double available_mib = 0;
-  double seconds = 0;  // estimate of the run, from this machine's rate on a small factorisation
+  double seconds = 0;            // estimate of the run, from what this machine does now on a small part of it
+  Eigen::Index judge_faces = 0;  // about, of a judge with a mesh of its own
+  SolverDecision decision;       // how B p = b would be solved
 };
 
 CheckReport check_model(const Scene& scene, const Model& model);

@@ -60,9 +60,8 @@ double golden_section(const std::function<double(double)>& f, double low, double
 
 }  // namespace
 
-MethodSolver::MethodSolver(const ScatteringSystem& system, const ScatteringSolver& solver, const TransducerArray& array,
-                           const std::optional<Target>& target)
-    : system_(system), solver_(solver), target_(target), g_(system.right_hand_sides(array)) {}
+MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, const std::optional<Target>& target)
+    : scattering_(scattering), channels_(channels), target_(target) {}
 
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress) {
   switch (method.kind) {
@@ -74,32 +73,48 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
       return direct_solution(-central_row().transpose().cwiseArg());
     case MethodKind::kFixed: {
       if (method.phases.size() == 1) {
-        return direct_solution(Eigen::VectorXd::Constant(g_.cols(), method.phases.front()));
+        return direct_solution(Eigen::VectorXd::Constant(channels_, method.phases.front()));
       }
-      return direct_solution(Eigen::Map<const Eigen::VectorXd>(method.phases.data(), g_.cols()));
+      return direct_solution(Eigen::Map<const Eigen::VectorXd>(method.phases.data(), channels_));
     }
   }
   throw std::logic_error("unknown method");
 }
 
+IncidentProblem MethodSolver::unscattered(const Eigen::VectorXd& amplitudes) {
+  const Eigen::MatrixXcd& g = scattering_.unit_field().pressure;
+  if (gram_free_.size() == 0) {
+    gram_free_ = hermitian_product(g);
+  }
+  return unscattered_problem(target_->faces, g, gram_free_, amplitudes);
+}
+
+IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes) {
+  const ScatteringSystem& system = scattering_.system();
+  const IncidentField& unit = scattering_.unit_field();
+  if (columns_.size() == 0) {
+    columns_ = system.columns(target_->faces);
+  }
+  if (unit.slope.size() == 0 && unit.interior.size() == 0) {  // b is the incident pressure itself
+    if (gram_free_.size() == 0) {
+      gram_free_ = hermitian_product(unit.pressure);
+    }
+    return scattered_problem(columns_, unit.pressure, gram_free_, amplitudes);
+  }
+  if (b_.size() == 0) {
+    b_ = system.right_hand_side(unit);
+    gram_b_ = hermitian_product(b_);
+  }
+  return scattered_problem(columns_, b_, gram_b_, amplitudes);
+}
+
 PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                                   Progress& progress) {
-  if (gram_g_.size() == 0) {
-    gram_g_ = hermitian_product(g_);
-  }
-  const auto build = [&] {
-    if (method.kind == MethodKind::kUnscattered) {
-      return unscattered_problem(target_->faces, g_, gram_g_, amplitudes);
-    }
-    if (columns_.size() == 0) {
-      columns_ = system_.columns(target_->faces);
-    }
-    return scattered_problem(columns_, g_, gram_g_, amplitudes);
-  };
   LevenbergMarquardtOptions options;
   options.iterations = method.iterations;
   try {
-    const IncidentProblem problem = build();
+    const IncidentProblem problem =
+        method.kind == MethodKind::kUnscattered ? unscattered(amplitudes) : scattered(amplitudes);
     return solve_incident(
         problem, start_angles(method.start, problem.gram.rows()), options,
         [&](int iteration, double) { progress.advance(static_cast<double>(iteration) / method.iterations); });
@@ -108,21 +123,18 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
   }
 }
 
-Eigen::VectorXcd MethodSolver::scattered_pressure(const PhaseSolution& solution) const {
-  return solver_.solve(g_ * drive(solution));
-}
-
-Eigen::RowVectorXcd MethodSolver::central_row() const {
-  Eigen::MatrixXcd unit = Eigen::MatrixXcd::Zero(system_.size(), 1);
-  unit(central_face(system_.mesh(), *target_), 0) = 1.0;
-  return solver_.solve_transpose(unit).transpose() * g_;
+const Eigen::RowVectorXcd& MethodSolver::central_row() {
+  if (central_row_.size() == 0) {
+    central_row_ = scattering_.transfer_rows({central_face(scattering_.system().mesh(), *target_)}, "focus");
+  }
+  return central_row_;
 }
 
 double MethodSolver::best_scale(const MethodSpec& method, const Wave& wave, const std::vector<TargetBox>& boxes,
                                 Progress& progress) {
   const auto judged = [&](double scale) {
-    const Eigen::VectorXcd pressure = scattered_pressure(solve(method, scale * target_->amplitudes, progress));
-    return judge(system_.mesh(), wave, boxes, *target_, pressure);
+    const PhaseSolution trial = solve(method, scale * target_->amplitudes, progress);
+    return judge(scattering_.system().mesh(), wave, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
   };
   if (!iterates(method.kind)) {
     return 1.0 / judged(1.0).scale;

@@ -12,6 +12,7 @@
 #include "sim/field/evaluate.h"
 #include "sim/mesh/mesh_io.h"
 #include "sim/mesh/shapes.h"
+#include "sim/mesh/subdivide.h"
 
 namespace touchfield {
 
@@ -87,11 +88,8 @@ Body build_shape(const BodySpec& spec) {
   return std::visit(make, spec.shape);
 }
 
-Body build_body(const BodySpec& spec) {
-  const Body body = build_shape(spec);
-  const Vector3 anchor =
-      spec.place.landmark.empty() ? Vector3::Zero() : position(body.mesh, find_landmark(body, spec.place.landmark));
-  return placed(body, anchor, spec.place.at, spec.place.angles);
+Vector3 anchor_of(const BodySpec& spec, const Body& body) {
+  return spec.place.landmark.empty() ? Vector3::Zero() : position(body.mesh, find_landmark(body, spec.place.landmark));
 }
 
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {
@@ -158,12 +156,43 @@ Target build_target(const Scene& scene, const Model& model) {
   if (!scene.target) {
     throw std::logic_error("the scene has no target");
   }
-  return make_target(model.body.mesh, model.boxes, scene.target->profile, scene.target->pressure.value_or(1.0));
+  return build_target(scene, model, model.body.mesh);
+}
+
+Target build_target(const Scene& scene, const Model& model, const TriangleMesh& mesh) {
+  return make_target(mesh, model.boxes, scene.target->profile, scene.target->pressure.value_or(1.0));
+}
+
+TriangleMesh build_judge_mesh(const Scene& scene, const Model& model) {
+  switch (scene.judge.kind) {
+    case JudgeSpec::Kind::kEdge: {
+      BodySpec spec = scene.body;
+      spec.edge = scene.judge.edge;
+      // The solving mesh's own motion: a landmark of another mesh of the body lies a little elsewhere.
+      TriangleMesh mesh = placed(build_shape(spec), model.anchor, spec.place.at, spec.place.angles).mesh;
+      require_closed_surface(mesh, "judge");
+      return mesh;
+    }
+    case JudgeSpec::Kind::kSplit: {
+      TriangleMesh mesh = model.body.mesh;
+      for (int i = 0; i < scene.judge.splits; ++i) {
+        mesh = split_faces(mesh);
+      }
+      return mesh;
+    }
+    case JudgeSpec::Kind::kNone:
+    case JudgeSpec::Kind::kSame:
+      break;
+  }
+  throw std::logic_error("this judge has no mesh of its own");
 }
 
 Model build_model(const Scene& scene) {
   const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
-  Model model{wave, build_array(scene.array, wave), build_body(scene.body), {}, {}, {}};
+  const Body shape = build_shape(scene.body);
+  const Vector3 anchor = anchor_of(scene.body, shape);
+  const Placement& place = scene.body.place;
+  Model model{wave, build_array(scene.array, wave), placed(shape, anchor, place.at, place.angles), anchor, {}, {}, {}};
   require_closed_surface(model.body.mesh, "body");
   model.report = inspect(model.body.mesh);
   require_clear_array(model.array, model.body.mesh);

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
+#include <map>
+#include <memory>
 
 #include <fmt/format.h>
 
@@ -13,15 +14,17 @@
 #include "sim/output/figures.h"
 #include "sim/output/run_file.h"
 #include "sim/output/vtk_files.h"
+#include "sim/run/alarm.h"
+#include "sim/run/judging.h"
 #include "sim/run/methods.h"
 #include "sim/run/stages.h"
+#include "sim/run/warnings.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {
 
 namespace {
 
-constexpr double kLargestResidual = 1e-8;  // an LU in double stays near 1e-13 unless B is nearly singular
 constexpr double kSmallestReciprocalCondition = 1e-8;
 
 /// FNV-1a, 64 bit: tells scenes apart, guards against nothing.
@@ -55,8 +58,9 @@ Run begin_run(const Scene& scene, const Model& model, const RunOptions& options)
   Provenance provenance{build.version,   build.revision,    build.compiler,       build.flags, machine_description(),
                         options.threads, used_seeds(scene), options.command_line, utc_now(),   "",
                         text_hash(text)};
-  Run run{scene.name, text, model.body.mesh,       model.array, std::nullopt, scene.judge == Judge::kSame, {}, {},
-          {},         {},   std::move(provenance), false};
+  const std::string judge = scene.judge.kind == JudgeSpec::Kind::kSame ? "same" : "none";
+  Run run{scene.name, text, model.body.mesh, model.array, std::nullopt,          judge, std::nullopt, {}, {},
+          {},         {},   kNotComputed,    {},          std::move(provenance), false};
   if (scene.target) {
     run.target = build_target(scene, model);
   }
@@ -70,84 +74,200 @@ void write_tables(const Scene& scene, const Run& run, const RunDirectory& direct
   write_metrics_csv(directory.file("metrics.csv"), run);
 }
 
-std::unique_ptr<ScatteringSolver> factorise(const ScatteringSystem& system, Run& run, Progress& progress) {
-  const double gibibytes = 16.0 * std::pow(static_cast<double>(system.size()), 2) / std::pow(2.0, 30);
-  auto solver = timed(progress, run.seconds, "factorise",
-                      fmt::format("assemble and factorise B, scheme {}: {} unknowns, {:.2f} GiB, LU in double",
-                                  to_string(system.scheme()), system.size(), gibibytes),
-                      [&] { return factorise_dense(system); });
-  const double reciprocal = timed(progress, run.seconds, "condition", "estimate the condition number of B",
-                                  [&] { return solver->reciprocal_condition(); });
-  if (reciprocal < kSmallestReciprocalCondition) {
-    run.warnings.push_back(
-        fmt::format("ill-conditioned: B has a condition number of about {:.1e}; the pressure may keep "
-                    "fewer than eight digits of its own system",
-                    1.0 / reciprocal));
-    progress.warn(run.warnings.back());
-  }
-  return solver;
-}
-
-/// What the solver returned is held against B computed anew.
-void verify(const ScatteringSystem& system, const Eigen::MatrixXcd& incident, Run& run, Progress& progress) {
-  Eigen::MatrixXcd p(system.size(), static_cast<Eigen::Index>(run.methods.size()));
-  Eigen::MatrixXcd b(p.rows(), p.cols());
-  for (std::size_t s = 0; s < run.methods.size(); ++s) {
-    p.col(static_cast<Eigen::Index>(s)) = run.methods[s].pressure;
-    b.col(static_cast<Eigen::Index>(s)) = incident * drive(run.methods[s].solution);
-  }
-  const double residual = timed(progress, run.seconds, "verify", "verify B p = G q on entries computed anew",
-                                [&] { return relative_residual(system, p, b); });
-  if (!(residual <= kLargestResidual)) {
-    throw NumericalError(
-        fmt::format("the solution of B p = G q has a relative residual of {:.1e}, it must be <= {:.0e}", residual,
-                    kLargestResidual));
+void warn(const std::vector<std::string>& warnings, Run& run, Progress& progress) {
+  for (const std::string& warning : warnings) {
+    run.warnings.push_back(warning);
+    progress.warn(warning);
   }
 }
 
-MethodResult solve_method(const MethodSpec& method, MethodSolver& solver, const Model& model, const Run& run,
+/// The models that a scene's methods work on, one a scheme, made when first asked for.
+class Models {
+ public:
+  Models(const Scene& scene, const Model& model, Run& run, Progress& progress)
+      : scene_(scene), model_(model), run_(run), progress_(progress) {}
+
+  MethodSolver& of(Scheme scheme) {
+    auto& entry = entries_[scheme];
+    if (!entry) {
+      entry = std::make_unique<Entry>(make(scheme), model_.array.size(), run_.target);
+    }
+    return entry->methods;
+  }
+
+ private:
+  struct Entry {
+    Entry(std::unique_ptr<SkinScattering> made, Eigen::Index channels, const std::optional<Target>& target)
+        : scattering(std::move(made)), methods(*scattering, channels, target) {}
+    std::unique_ptr<SkinScattering> scattering;
+    MethodSolver methods;
+  };
+
+  std::unique_ptr<SkinScattering> make(Scheme scheme) {
+    const std::string name = to_string(scheme);
+    auto made = timed(progress_, run_.seconds, "set_up_" + name,
+                      fmt::format("set up scheme {} on {} faces", name, run_.mesh.face_count()), [&] {
+                        return std::make_unique<SkinScattering>(run_.mesh, model_.wave, scheme, scene_.solve.solver,
+                                                                model_.array, run_.solves, progress_);
+                      });
+    progress_.note(describe_decision(*made));
+    return made;
+  }
+
+  const Scene& scene_;
+  const Model& model_;
+  Run& run_;
+  Progress& progress_;
+  std::map<Scheme, std::unique_ptr<Entry>> entries_;
+};
+
+void note_solve(const Run& run, Progress& progress) {
+  const SolveRecord& solve = run.solves.back();
+  progress.note(fmt::format("    {}: {} step{}, {} refinement{}, residual {:.1e}{}", solve.stage, solve.steps,
+                            solve.steps == 1 ? "" : "s", solve.refinements, solve.refinements == 1 ? "" : "s",
+                            solve.residual, solve.converged ? "" : ", NOT CONVERGED"));
+}
+
+Metrics judged(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
+               const Eigen::VectorXcd& pressure) {
+  return target ? judge(mesh, model.wave, model.boxes, *target, pressure)
+                : judge_without_target(mesh, model.wave, pressure);
+}
+
+/// A judge's metrics take the place of what was there; what the method itself knows stays.
+void set_metrics(MethodResult& result, Metrics metrics) {
+  if (!result.solution.cost_history.empty()) {
+    metrics.cost = result.solution.cost_history.back();
+  }
+  metrics.iterations = result.solution.iterations;
+  metrics.seconds_solve = result.seconds.front().second;
+  metrics.seconds_total = 0.0;
+  for (const auto& [stage, seconds] : result.seconds) {
+    metrics.seconds_total += seconds;
+  }
+  result.metrics = metrics;
+}
+
+void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
+  if (!pressure.allFinite()) {
+    throw NumericalError(fmt::format("{}: the scattered pressure is not finite", what));
+  }
+}
+
+MethodResult solve_method(const MethodSpec& method, const Scene& scene, Models& models, const Model& model, Run& run,
                           Progress& progress) {
   const Eigen::VectorXd amplitudes = run.target ? run.target->amplitudes : Eigen::VectorXd();
+  MethodSolver& solver = models.of(method.scheme);
   MethodResult result;
   result.name = method.name;
   result.method = to_string(method.kind);
   result.scheme = scheme_of(method);
   result.solution = timed(progress, result.seconds, "solve", fmt::format("solve {}", method.name),
                           [&] { return solver.solve(method, amplitudes, progress); });
+  const Eigen::MatrixXcd drives = drive(result.solution);
   result.pressure = timed(progress, result.seconds, "pressure", fmt::format("scattered pressure of {}", method.name),
-                          [&] { return solver.scattered_pressure(result.solution); });
-  if (!result.pressure.allFinite()) {
-    throw NumericalError(fmt::format("method {}: the scattered pressure is not finite", method.name));
+                          [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });
+  note_solve(run, progress);
+  require_finite("method " + method.name, result.pressure);
+  if (scene.judge.kind == JudgeSpec::Kind::kSame && method.scheme != scene.solve.scheme) {
+    SkinScattering& own = models.of(scene.solve.scheme).scattering();
+    result.judge_pressure = timed(progress, result.seconds, "judge", fmt::format("judge {}", method.name),
+                                  [&] { return own.pressure(drives, "judge of " + method.name); });
+    note_solve(run, progress);
+    require_finite("judge of " + method.name, result.judge_pressure);
   }
-  const auto evaluate = [&] {
-    return run.target ? judge(run.mesh, model.wave, model.boxes, *run.target, result.pressure)
-                      : judge_without_target(run.mesh, model.wave, result.pressure);
-  };
-  result.metrics = timed(progress, result.seconds, "judge", fmt::format("judge {}", method.name), evaluate);
-  if (!result.solution.cost_history.empty()) {
-    result.metrics.cost = result.solution.cost_history.back();
-  }
-  result.metrics.iterations = result.solution.iterations;
-  result.metrics.seconds_solve = result.seconds.front().second;
-  result.metrics.seconds_total = 0.0;
-  for (const auto& [stage, seconds] : result.seconds) {
-    result.metrics.seconds_total += seconds;
+  const bool elsewhere = result.judge_pressure.size() > 0;
+  set_metrics(result, judged(run.mesh, model, run.target, elsewhere ? result.judge_pressure : result.pressure));
+  if (elsewhere) {
+    result.metrics.judge_difference = relative_difference(run.mesh.areas(), result.pressure, result.judge_pressure);
   }
   return result;
 }
 
-FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& run) {
-  const auto count = static_cast<Eigen::Index>(run.methods.size());
-  Eigen::MatrixXcd surface(run.mesh.face_count(), count);
-  Eigen::MatrixXcd drives(run.array.size(), count);
-  for (Eigen::Index s = 0; s < count; ++s) {
-    surface.col(s) = run.methods[static_cast<std::size_t>(s)].pressure;
-    drives.col(s) = drive(run.methods[static_cast<std::size_t>(s)].solution);
+Eigen::MatrixXcd drives_of(const Run& run) {
+  Eigen::MatrixXcd drives(run.array.size(), static_cast<Eigen::Index>(run.methods.size()));
+  for (std::size_t s = 0; s < run.methods.size(); ++s) {
+    drives.col(static_cast<Eigen::Index>(s)) = drive(run.methods[s].solution);
   }
-  FieldValues values = evaluate_field(run.mesh, run.array, model.wave, grid.points(), surface, drives);
+  return drives;
+}
+
+Eigen::MatrixXcd pressures_of(const Run& run) {
+  Eigen::MatrixXcd pressures(run.mesh.face_count(), static_cast<Eigen::Index>(run.methods.size()));
+  for (std::size_t s = 0; s < run.methods.size(); ++s) {
+    pressures.col(static_cast<Eigen::Index>(s)) = run.methods[s].pressure;
+  }
+  return pressures;
+}
+
+/// Every method on the judge's own mesh, all of them at once.
+void judge_elsewhere(const Scene& scene, const Model& model, Run& run, Progress& progress) {
+  const bool split = scene.judge.kind == JudgeSpec::Kind::kSplit;
+  TriangleMesh mesh =
+      timed(progress, run.seconds, "judge_mesh", "mesh of the judge", [&] { return build_judge_mesh(scene, model); });
+  JudgeModel judge_model{to_string(scene.judge.scheme), mesh, std::nullopt};
+  if (scene.target) {
+    judge_model.target = build_target(scene, model, mesh);
+    if (!scene.target->pressure) {  // the scale that was found for the solving mesh
+      judge_model.target->amplitudes *= run.target->amplitudes.maxCoeff() / judge_model.target->amplitudes.maxCoeff();
+    }
+  }
+  SolverSpec spec = scene.solve.solver;
+  spec.solver = SolverChoice::kAuto;
+  spec.precision = PrecisionChoice::kAuto;
+  auto scattering = timed(progress, run.seconds, "judge_set_up",
+                          fmt::format("set up the judge: {} on {} faces", judge_model.scheme, mesh.face_count()), [&] {
+                            return std::make_unique<SkinScattering>(mesh, model.wave, scene.judge.scheme, spec,
+                                                                    model.array, run.solves, progress);
+                          });
+  progress.note(describe_decision(*scattering));
+  const Eigen::MatrixXcd pressures =
+      timed(progress, run.seconds, "judge", fmt::format("judge {} methods", run.methods.size()),
+            [&] { return scattering->pressure(drives_of(run), "judge"); });
+  note_solve(run, progress);
+  require_finite("judge", pressures);
+  const JudgeComparison comparison(run.mesh, mesh, split ? scene.judge.splits : 0);
+  const Eigen::VectorXd differences = comparison.differences(pressures_of(run), pressures);
+  for (std::size_t s = 0; s < run.methods.size(); ++s) {
+    const auto column = static_cast<Eigen::Index>(s);
+    run.methods[s].judge_pressure = pressures.col(column);
+    set_metrics(run.methods[s], judged(mesh, model, judge_model.target, pressures.col(column)));
+    run.methods[s].metrics.judge_difference = differences(column);
+  }
+  run.judge = split ? "split" : "edge";
+  run.judge_model = std::move(judge_model);
+}
+
+void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progress) {
+  const double reciprocal = timed(progress, run.seconds, "condition", "estimate the condition number of B",
+                                  [&] { return solver.scattering().reciprocal_condition(); });
+  if (reciprocal < kSmallestReciprocalCondition) {
+    warn({fmt::format("ill_conditioned: B has a condition number of about {:.1e}; the pressure may keep fewer than "
+                      "eight digits of its own system",
+                      1.0 / reciprocal)},
+         run, progress);
+  }
+}
+
+void raise_alarm(const Scene& scene, const Model& model, Models& models, Run& run, Progress& progress) {
+  const MethodSpec& first = scene.solve.methods.front();
+  double spent = 0.0;
+  for (const SolveRecord& solve : run.solves) {
+    spent += solve.seconds;
+  }
+  run.alarm = timed(progress, run.seconds, "alarm", "compare plain and Burton-Miller pressures", [&] {
+    return fictitious_alarm(models.of(first.scheme).scattering(), scene.solve.solver, model.array,
+                            drive(run.methods.front().solution), run.methods.front().pressure, spent, run.solves,
+                            progress);
+  });
+}
+
+FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& run) {
+  FieldValues values =
+      evaluate_field(run.mesh, run.array, model.wave, grid.points(), pressures_of(run), drives_of(run));
   FieldResult field{grid, std::move(values.inside), {}};
-  for (Eigen::Index s = 0; s < count; ++s) {
-    field.pressure.emplace_back(run.methods[static_cast<std::size_t>(s)].name, values.pressure.col(s));
+  for (std::size_t s = 0; s < run.methods.size(); ++s) {
+    field.pressure.emplace_back(run.methods[s].name, values.pressure.col(static_cast<Eigen::Index>(s)));
   }
   return field;
 }
@@ -156,6 +276,9 @@ void write_vtk(const Scene& scene, const Run& run, const RunDirectory& directory
   if (scene.write.vtp) {
     write_surface_vtp(directory.file("surface.vtp"), run);
     write_array_vtp(directory.file("array.vtp"), run);
+    if (run.judge_model) {
+      write_judge_vtp(directory.file("judge.vtp"), run);
+    }
   }
   if (scene.write.vti) {
     for (const FieldResult& field : run.fields) {
@@ -184,24 +307,27 @@ Run run_scene(const Scene& scene, const Model& model, const RunOptions& options,
   }
   directory.plan(names);
 
-  const ScatteringSystem system(model.body.mesh, model.wave, scene.solve.scheme);
-  const auto solver = factorise(system, run, progress);
-  MethodSolver methods =
-      timed(progress, run.seconds, "incident",
-            fmt::format("incident pressure of {} channels on {} faces", model.array.size(), system.size()),
-            [&] { return MethodSolver(system, *solver, model.array, run.target); });
+  warn(model_warnings(model), run, progress);
+  Models models(scene, model, run, progress);
   if (scene.target && !scene.target->pressure) {
     const MethodSpec& first = scene.solve.methods.front();
-    const auto find_scale = [&] { return methods.best_scale(first, model.wave, model.boxes, progress); };
+    const auto find_scale = [&] {
+      return models.of(first.scheme).best_scale(first, model.wave, model.boxes, progress);
+    };
     run.target->amplitudes *= timed(progress, run.seconds, "scale",
                                     fmt::format("find the target's best pressure for {}", first.name), find_scale);
   }
   for (const MethodSpec& method : scene.solve.methods) {
-    run.methods.push_back(solve_method(method, methods, model, run, progress));
+    run.methods.push_back(solve_method(method, scene, models, model, run, progress));
     write_tables(scene, run, directory);
     directory.finished(method.name);
   }
-  verify(system, methods.incident(), run, progress);
+  warn_of_conditioning(models.of(scene.solve.methods.front().scheme), run, progress);
+  raise_alarm(scene, model, models, run, progress);
+  if (scene.judge.kind == JudgeSpec::Kind::kEdge || scene.judge.kind == JudgeSpec::Kind::kSplit) {
+    judge_elsewhere(scene, model, run, progress);
+  }
+  warn(result_warnings(run, scene.solve.methods.front().scheme), run, progress);
   for (const FieldGrid& grid : model.fields) {
     run.fields.push_back(timed(progress, run.seconds, "field_" + grid.name,
                                fmt::format("field {}: {} points", grid.name, grid.size()),

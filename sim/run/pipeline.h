@@ -19,7 +19,8 @@ struct RunOptions {
 /// model       of this scene
 /// directory   where the files land
 /// returns     the finished run
-/// throws      NumericalError if the system cannot be solved to a relative residual of 1e-8, IoError on a failed write
+/// throws      NumericalError if a matrix is singular or a pressure not finite, IoError on a failed write; a solve that
+///             misses its tolerance is a warning of the run
 Run run_scene(const Scene& scene, const Model& model, const RunOptions& options, RunDirectory& directory,
               Progress& progress);
 

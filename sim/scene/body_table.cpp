@@ -141,16 +141,10 @@ Codec<Placement> place_codec() {
       .codec();
 }
 
-// The generator's own bounds; other shapes take any edge.
-const Range kHandEdge = between(0.4, 8);
-
 bool check_body(const Input& in, const BodySpec& body, bool good) {
   if (!good) return true;
   if (std::holds_alternative<HandShape>(body.shape)) {
-    const Input edge = in.at(*in.node().find("edge_mm"));
-    const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
-    if (rule) edge.must_be(*rule + " for a hand");
-    return !rule;
+    return check_hand_edge(in.at(*in.node().find("edge_mm")));
   }
   const auto* mesh = std::get_if<MeshShape>(&body.shape);
   if (!mesh || body.place.landmark.empty() || mesh->landmarks.contains(body.place.landmark)) return true;
@@ -165,6 +159,12 @@ bool check_body(const Input& in, const BodySpec& body, bool good) {
 }
 
 }  // namespace
+
+bool check_hand_edge(const Input& edge) {
+  const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
+  if (rule) edge.must_be(*rule + " for a hand");
+  return !rule;
+}
 
 Codec<BodySpec> body_codec() {
   return Map<BodySpec>()

@@ -111,23 +111,54 @@ struct StartSpec {
   unsigned seed = 0;
 };
 
+inline constexpr Scheme kDefaultScheme = Scheme::kPaper;
+
 struct MethodSpec {
   MethodKind kind = MethodKind::kPaper;
   std::string name;  // `as`, or the method's own name
-  Scheme scheme = Scheme::kPaper;
+  Scheme scheme = kDefaultScheme;
   int iterations = 30;  // of an iterative method
   StartSpec start;
   std::vector<double> phases;  // of `fixed`: one for all, or one a channel [rad]
 };
 
-struct SolveSpec {
-  std::vector<MethodSpec> methods;  // defaults of `solve` filled in
-  Scheme scheme = Scheme::kPaper;
-  int iterations = 30;
-  StartSpec start;
+enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree };  // gmres: with a stored matrix
+enum class PrecisionChoice { kAuto, kDouble, kSingle };
+enum class AlarmChoice { kAuto, kAlways, kNever };
+
+/// How the equations of the boundary elements, B p = b, are set up and solved.
+struct SolverSpec {
+  SolverChoice solver = SolverChoice::kAuto;
+  PrecisionChoice precision = PrecisionChoice::kAuto;
+  double tolerance = 1e-5;                 // |b - B p| / |b| of an iterative solution
+  bool refine = true;                      // single precision: until the residual computed in double is that small
+  int max_steps = 400;                     // of GMRES
+  AlarmChoice alarm = AlarmChoice::kAuto;  // whether the plain and the Burton-Miller pressures are compared
+  double coupling = 1.0;                   // of Burton-Miller: eta = coupling i/k
+  double split_ratio = 1.4;                // near faces are split while distance < split_ratio sqrt(area of the piece)
 };
 
-enum class Judge { kNone, kSame };
+struct SolveSpec {
+  std::vector<MethodSpec> methods;  // defaults of `solve` filled in
+  Scheme scheme = kDefaultScheme;
+  int iterations = 30;
+  StartSpec start;
+  SolverSpec solver;
+};
+
+/// The model whose pressures a result is judged by.
+struct JudgeSpec {
+  enum class Kind {
+    kNone,
+    kSame,   // the model that was solved
+    kEdge,   // the same body meshed anew
+    kSplit,  // the same mesh with every face in four
+  };
+  Kind kind = Kind::kSame;
+  Scheme scheme = Scheme::kBurtonMillerPolished;  // of kEdge and kSplit
+  double edge = 0;                                // of kEdge [m]
+  int splits = 1;                                 // of kSplit: how often
+};
 
 struct FieldSpec {
   std::string name;
@@ -153,7 +184,7 @@ struct Scene {
   BodySpec body;
   std::optional<TargetSpec> target;
   SolveSpec solve;
-  Judge judge = Judge::kSame;
+  JudgeSpec judge;
   std::vector<FieldSpec> fields;
   WriteSpec write;
 };

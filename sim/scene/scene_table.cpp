@@ -175,12 +175,16 @@ Codec<Scene> make_scene_codec() {
       .maybe("target", &Scene::target, target_codec(), "",
              "Where on the skin to press. Every method but fixed needs one.")
       .required("solve", &Scene::solve, solve_codec(), "", "How the phases are found.")
-      .key("judge", &Scene::judge, choice<Judge>({{"same", Judge::kSame}, {"none", Judge::kNone}}),
-           "What computes the pressures that a result is judged by: the model that was solved, or nothing.")
+      .key("judge", &Scene::judge, judge_codec(),
+           "What computes the pressures that a result is judged by: the model that was solved, a model of its own, or "
+           "nothing.")
       .key("field", &Scene::fields, fields_codec(), "Planes and boxes of points in the air to compute the pressure at.")
       .key("write", &Scene::write, write_codec(),
            "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png).")
-      .check([](const Input& in, Scene&, bool /*good*/) { return check_targets(in); })
+      .check([](const Input& in, Scene& scene, bool /*good*/) {
+        const bool good_targets = check_targets(in);
+        return check_judge(in, scene) && good_targets;
+      })
       .codec();
 }
 

@@ -20,7 +20,18 @@ const Codec<Scene>& scene_codec();
 Codec<ArraySpec> array_codec();
 Codec<BodySpec> body_codec();
 Codec<SolveSpec> solve_codec();
+Codec<JudgeSpec> judge_codec();
+/// The schemes of the boundary elements.
+Codec<Scheme> scheme_codec();
 Codec<std::vector<FieldSpec>> fields_codec();
+
+/// The hand generator's own bounds of an edge [mm]; other shapes take any.
+inline const Range kHandEdge = between(0.4, 8);
+
+/// Reports and returns false if the edge length read from here does not do for a hand.
+bool check_hand_edge(const Input& edge);
+/// Reports and returns false if the judge cannot have the body of this scene, read from `in`.
+bool check_judge(const Input& in, const Scene& scene);
 
 /// Names of the methods as scenes and results spell them.
 const std::vector<std::pair<std::string, MethodKind>>& method_names();

@@ -293,10 +293,20 @@ Codec<std::string> file() {
 }
 
 Codec<std::string> word(std::vector<std::string> words) {
-  const TypeInfo type{.kind = Kind::kWord, .words = words};
-  return tested_text(type, [words = std::move(words)](const std::string& value) {
-    return std::find(words.begin(), words.end(), value) != words.end();
-  });
+  const TypeInfo type{.kind = Kind::kWord, .words = std::move(words)};
+  return {type,
+          [type](const Input& in, std::string& out) {
+            const auto& node = in.node();
+            const bool is_text = node.kind == Node::Kind::kScalar;
+            if (is_text && std::find(type.words.begin(), type.words.end(), node.text) != type.words.end()) {
+              out = node.text;
+              return true;
+            }
+            const std::string nearest = is_text ? nearest_word(type.words, node.text) : "";
+            in.must_be(phrase(type) + (nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
+            return false;
+          },
+          [](const std::string& value) { return scalar(value); }};
 }
 
 Codec<Vector3> vector3(Unit unit, const Range& range) {

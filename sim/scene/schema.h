@@ -270,6 +270,17 @@ class Map {
         });
   }
 
+  /// The keys of another table, kept in a part of S.
+  template <class Part>
+  Map& part(Part S::*member, const Map<Part>& table) {
+    for (std::size_t i = 0; i < table.info_.keys.size(); ++i) {
+      add(
+          table.info_.keys[i], [member, read = table.reads_[i]](const Input& in, S& s) { return read(in, s.*member); },
+          [member, write = table.writes_[i]](const S& s) { return write(s.*member); });
+    }
+    return *this;
+  }
+
   Map& add(KeyInfo info, Read read, Write write) {
     info_.keys.push_back(std::move(info));
     reads_.push_back(std::move(read));
@@ -334,6 +345,9 @@ class Map {
   }
 
  private:
+  template <class>
+  friend class Map;
+
   MapInfo info_;
   std::vector<Read> reads_;
   std::vector<Write> writes_;

@@ -5,7 +5,6 @@
 namespace touchfield::schema {
 namespace {
 
-Codec<Scheme> scheme_codec() { return choice<Scheme>({{to_string(Scheme::kPaper), Scheme::kPaper}}); }
 Codec<int> iterations_codec() { return integer(between(1, 100000)); }
 
 Codec<StartSpec> make_start_codec() {
@@ -173,10 +172,45 @@ struct SolveForm {
   Scheme scheme = SolveSpec{}.scheme;
   int iterations = SolveSpec{}.iterations;
   StartSpec start = SolveSpec{}.start;
+  SolverSpec solver;
 };
 
+Map<SolverSpec> solver_keys() {
+  return Map<SolverSpec>()
+      .key(
+          "solver", &SolverSpec::solver,
+          choice<SolverChoice>({{"auto", SolverChoice::kAuto},
+                                {"lu", SolverChoice::kLu},
+                                {"gmres", SolverChoice::kGmres},
+                                {"matrix_free", SolverChoice::kMatrixFree}}),
+          "How the equations are solved: dense LU, GMRES on a stored matrix, GMRES on entries made anew in every step, "
+          "or whichever of them suits the size.")
+      .key("precision", &SolverSpec::precision,
+           choice<PrecisionChoice>({{"auto", PrecisionChoice::kAuto},
+                                    {"double", PrecisionChoice::kDouble},
+                                    {"single", PrecisionChoice::kSingle}}),
+           "Numbers the matrix is computed and solved in.")
+      .key("tolerance", &SolverSpec::tolerance, number(kPlain, between(1e-13, 0.1)),
+           "Residual of a solution relative to its right-hand side, at most.")
+      .key("refine", &SolverSpec::refine, flag(),
+           "Whether a solution in single precision is refined until its residual, computed in double, meets the "
+           "tolerance.")
+      .key("max_steps", &SolverSpec::max_steps, integer(between(1, 10000)), "Steps of GMRES, at most.")
+      .key("alarm", &SolverSpec::alarm,
+           choice<AlarmChoice>(
+               {{"auto", AlarmChoice::kAuto}, {"always", AlarmChoice::kAlways}, {"never", AlarmChoice::kNever}}),
+           "When the pressure is solved for both with and without the Burton-Miller terms and a large difference is "
+           "warned of; auto: where both are cheap.")
+      .key("coupling", &SolverSpec::coupling, number(kPlain, between(0.01, 10)),
+           "Weight of the derivative equation of Burton-Miller, in units of i/k.")
+      .key("split_ratio", &SolverSpec::split_ratio, number(kPlain, between(0.5, 4)),
+           "A face is split in four, and its pieces again, while a piece is nearer to the point than this many times "
+           "the root of its area.");
+}
+
 std::optional<SolveSpec> to_solve(const Input& /*in*/, const SolveForm& form) {
-  SolveSpec solve{.methods = {}, .scheme = form.scheme, .iterations = form.iterations, .start = form.start};
+  SolveSpec solve{
+      .methods = {}, .scheme = form.scheme, .iterations = form.iterations, .start = form.start, .solver = form.solver};
   for (const auto& method : form.methods) {
     solve.methods.push_back({.kind = method.kind,
                              .name = name_of(method),
@@ -189,7 +223,11 @@ std::optional<SolveSpec> to_solve(const Input& /*in*/, const SolveForm& form) {
 }
 
 SolveForm to_form(const SolveSpec& solve) {
-  SolveForm form{.methods = {}, .scheme = solve.scheme, .iterations = solve.iterations, .start = solve.start};
+  SolveForm form{.methods = {},
+                 .scheme = solve.scheme,
+                 .iterations = solve.iterations,
+                 .start = solve.start,
+                 .solver = solve.solver};
   for (const auto& method : solve.methods) {
     form.methods.push_back({.kind = method.kind,
                             .as = method.name,
@@ -203,6 +241,12 @@ SolveForm to_form(const SolveSpec& solve) {
 
 }  // namespace
 
+Codec<Scheme> scheme_codec() {
+  std::vector<std::pair<std::string, Scheme>> names;
+  for (const Scheme scheme : all_schemes()) names.emplace_back(to_string(scheme), scheme);
+  return choice<Scheme>(std::move(names));
+}
+
 Codec<SolveSpec> solve_codec() {
   return kept_as<SolveSpec, SolveForm>(
       Map<SolveForm>()
@@ -210,9 +254,13 @@ Codec<SolveSpec> solve_codec() {
                     list_of<MethodForm>(method_codec(), 1, TypeInfo::kNoLimit,
                                         {.name = name_of, .advice = "; another name is given with as"}),
                     "[paper, unscattered, focus]", "The methods to compare, each a name or {name: {options}}.")
-          .key("scheme", &SolveForm::scheme, scheme_codec(), "How the boundary elements model the scattering.")
+          .key("scheme", &SolveForm::scheme, scheme_codec(),
+               "How the boundary elements model the scattering: as published (paper); with a better diagonal "
+               "(paper_corrected); with points inside the body too (chief); with the pressure's derivative too "
+               "(burton_miller); the same and two steps of paper_corrected (burton_miller_polished).")
           .key("iterations", &SolveForm::iterations, iterations_codec(), "Iterations of an iterative method.")
           .key("start", &SolveForm::start, start_codec(), "Phases an iterative method starts from.")
+          .part(&SolveForm::solver, solver_keys())
           .codec(),
       to_solve, [](const SolveSpec& solve) { return to_form(solve); });
 }

@@ -11,6 +11,13 @@ constexpr std::array kUnits = {"_percent", "_kg_m3", "_g_cm3", "_mm_s", "_pa_m",
                                "_rad",     "_m_s",   "_hz",    "_pa",   "_db",   "_mm",  "_cm",  "_um",  "_km",
                                "_in",      "_ms",    "_m",     "_c",    "_k",    "_f",   "_s"};
 
+constexpr std::size_t kLongestTried = 64;  // no known word is near a longer one
+
+// How many letters may differ.
+std::size_t allowed_distance(std::string_view a, std::string_view b) {
+  return std::max<std::size_t>(1, std::min(a.size(), b.size()) / 3);
+}
+
 std::string folded(std::string_view key) {
   std::string result(key);
   for (char& c : result) {
@@ -44,8 +51,22 @@ std::string_view without_unit(std::string_view key) {
   return key;
 }
 
+std::string nearest_word(const std::vector<std::string>& words, std::string_view text) {
+  if (text.size() > kLongestTried) return {};
+  const std::string typed = folded(text);
+  std::string best;
+  std::size_t best_distance = TypeInfo::kNoLimit;
+  for (const auto& word : words) {
+    const std::size_t distance = edit_distance(word, typed);
+    if (distance <= allowed_distance(word, typed) && distance < best_distance) {
+      best = word;
+      best_distance = distance;
+    }
+  }
+  return best;
+}
+
 std::string nearest_key(const MapInfo& map, std::string_view unknown) {
-  constexpr std::size_t kLongestTried = 64;  // no key is near a longer one
   if (unknown.size() > kLongestTried) return {};
   const std::string key = folded(unknown);
   std::string best;
@@ -54,8 +75,7 @@ std::string nearest_key(const MapInfo& map, std::string_view unknown) {
     // A wrong unit is many letters away but the commonest slip.
     const bool same_quantity = without_unit(known.name) == without_unit(key);
     const std::size_t distance = same_quantity ? 0 : edit_distance(known.name, key);
-    const std::size_t allowed = std::max<std::size_t>(1, std::min(known.name.size(), key.size()) / 3);
-    if (distance <= allowed && distance < best_distance) {
+    if (distance <= allowed_distance(known.name, key) && distance < best_distance) {
       best = known.name;
       best_distance = distance;
     }

@@ -15,6 +15,9 @@ std::size_t edit_distance(std::string_view a, std::string_view b);
 /// A key without the unit it ends in: radius_cm -> radius, source_pa_m -> source.
 std::string_view without_unit(std::string_view key);
 
+/// The one of `words` that differs from `text` in the fewest letters; empty if none is near.
+std::string nearest_word(const std::vector<std::string>& words, std::string_view text);
+
 /// The known key that an unknown one was probably meant to be, as it is written from this map: a key of the map that
 /// differs in its unit or in a few letters, or a key of a map one level below ("box.size_mm"). Empty if none is near.
 std::string nearest_key(const MapInfo& map, std::string_view unknown);

@@ -16,6 +16,7 @@ Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned
 
 // Backward stable: residuals of a few hundred roundings of a well-conditioned 60 x 60 system.
 constexpr double kRounding = 1e-12;
+constexpr float kSingleRounding = 1e-4F;
 
 TEST(DenseLu, SolvesBlocksOfRightHandSides) {
   const Eigen::MatrixXcd a = random_matrix(60, 60, 1) + 4.0 * Eigen::MatrixXcd::Identity(60, 60);
@@ -56,6 +57,46 @@ TEST(DenseLu, RefusesWhatHasNoSolution) {
   EXPECT_THROW(DenseLu{nan}, std::domain_error);
   EXPECT_THROW(DenseLu{Eigen::MatrixXcd::Zero(3, 4)}, std::invalid_argument);
   EXPECT_THROW(DenseLu{Eigen::MatrixXcd::Identity(3, 3)}.solve(Eigen::MatrixXcd::Zero(4, 1)), std::invalid_argument);
+}
+
+TEST(DenseLu, SingleSolvesToSinglePrecision) {
+  const Eigen::MatrixXcf a =
+      (random_matrix(60, 60, 7) + 4.0 * Eigen::MatrixXcd::Identity(60, 60)).cast<std::complex<float>>();
+  const Eigen::MatrixXcf b = random_matrix(60, 5, 8).cast<std::complex<float>>();
+  const DenseLuSingle lu(a);
+  EXPECT_LT((a * lu.solve(b) - b).norm(), kSingleRounding * b.norm());
+  EXPECT_LT((a.transpose() * lu.solve_transpose(b) - b).norm(), kSingleRounding * b.norm());
+}
+
+TEST(DenseLu, SingleEstimatesTheConditionOfTheDoubleMatrix) {
+  const Eigen::MatrixXcd a = random_matrix(40, 40, 9) + 4.0 * Eigen::MatrixXcd::Identity(40, 40);
+  const double expected = DenseLu(a).reciprocal_condition();
+  EXPECT_NEAR(DenseLuSingle(a.cast<std::complex<float>>()).reciprocal_condition(), expected, 1e-3 * expected);
+}
+
+TEST(DenseLu, SingleRefusesWhatIsNotFinite) {
+  Eigen::MatrixXcf singular = Eigen::MatrixXcf::Identity(5, 5);
+  singular(2, 2) = 0.0F;
+  EXPECT_THROW(DenseLuSingle{singular}, std::domain_error);
+  for (const float value : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    Eigen::MatrixXcf a = Eigen::MatrixXcf::Identity(5, 5);
+    a(3, 1) = std::complex<float>(0.0F, value);
+    EXPECT_THROW(DenseLuSingle{a}, std::domain_error);
+  }
+}
+
+// The values add up to 6e38, beyond what a float holds; none of them is.
+TEST(DenseLu, LargeFiniteValuesAreNotTakenForInfinite) {
+  Eigen::MatrixXcf a = Eigen::MatrixXcf::Zero(2, 2);
+  a(0, 0) = 3e38F;
+  a(1, 1) = 3e38F;
+  const Eigen::MatrixXcf x = DenseLuSingle(a).solve(3e38F * Eigen::MatrixXcf::Ones(2, 1));
+  EXPECT_LT((x - Eigen::MatrixXcf::Ones(2, 1)).norm(), kSingleRounding);
+}
+
+TEST(DenseLu, NoUnknowns) {
+  EXPECT_EQ(DenseLu(Eigen::MatrixXcd(0, 0)).solve(Eigen::MatrixXcd(0, 3)).cols(), 3);
+  EXPECT_EQ(DenseLu(Eigen::MatrixXcd(0, 0)).reciprocal_condition(), 1.0);
 }
 
 TEST(DenseLu, OneUnknown) {

@@ -1,60 +1,29 @@
 #include "sim/output/figures.h"
 
-#include <cstdlib>
-#include <optional>
 #include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPNGReader.h>
 
 #include "sim/core/errors.h"
-#include "sim/output/colour_map.h"
 #include "sim/output/field_picture.h"
 #include "sim/output/picture_parts.h"
 #include "sim/output/skin_picture.h"
 #include "tests/unit/output_support.h"
+#include "tests/unit/picture_support.h"
 
 namespace touchfield {
 namespace {
 
 using support::bare_run;
+using support::expect_colour;
 using support::full_run;
+using support::OtherDisplay;
+using support::Picture;
 using support::RunData;
 using support::sheet;
 using support::TemporaryDirectory;
 using ::testing::HasSubstr;
-
-// A pixel in the middle of a face that is seen head-on has the face's own colour up to rounding in the graphics card.
-constexpr int kColourTolerance = 3;
-
-class Picture {
- public:
-  explicit Picture(const std::string& path) {
-    reader_->SetFileName(path.c_str());
-    reader_->Update();
-  }
-  int width() const { return reader_->GetOutput()->GetDimensions()[0]; }
-  int height() const { return reader_->GetOutput()->GetDimensions()[1]; }
-  Colour at(int x, int y) const {
-    const auto* p = static_cast<const unsigned char*>(reader_->GetOutput()->GetScalarPointer(x, y, 0));
-    return {p[0], p[1], p[2]};
-  }
-  Colour at(const Eigen::Vector2d& pixel) const {
-    return at(static_cast<int>(std::floor(pixel.x())), static_cast<int>(std::floor(pixel.y())));
-  }
-
- private:
-  vtkNew<vtkPNGReader> reader_;
-};
-
-void expect_colour(const Colour& found, const Colour& expected) {
-  for (std::size_t c = 0; c < found.size(); ++c) {
-    EXPECT_NEAR(found[c], expected[c], kColourTolerance) << "channel " << c;
-  }
-}
 
 std::set<std::string> names_in(const std::string& directory) {
   std::set<std::string> names;
@@ -235,29 +204,6 @@ TEST_F(Figures, AMissingDirectoryIsAnIoError) {
   }
 }
 
-/// Another value of DISPLAY while it lives.
-class OtherDisplay {
- public:
-  explicit OtherDisplay(const char* value) {
-    if (const char* before = std::getenv("DISPLAY")) {
-      before_ = before;
-    }
-    setenv("DISPLAY", value, 1);
-  }
-  OtherDisplay(const OtherDisplay&) = delete;
-  OtherDisplay& operator=(const OtherDisplay&) = delete;
-  ~OtherDisplay() {
-    if (before_) {
-      setenv("DISPLAY", before_->c_str(), 1);
-    } else {
-      unsetenv("DISPLAY");
-    }
-  }
-
- private:
-  std::optional<std::string> before_;
-};
-
 TEST(FiguresWithoutDisplay, AreRefusedAndTheProgramGoesOn) {
   const TemporaryDirectory directory;
   for (const char* display : {"", ":98765"}) {
@@ -296,6 +242,24 @@ TEST(PictureParts, RoundNumbers) {
   EXPECT_DOUBLE_EQ(tick_step(3000.0, 8), 500.0);  // six pieces; steps of 200 would be fifteen
   EXPECT_DOUBLE_EQ(tick_step(0.24, 10), 0.05);
   EXPECT_DOUBLE_EQ(tick_step(1.0, 1), 1.0);
+}
+
+TEST(PictureParts, LogarithmicTicksHoldTheValues) {
+  const auto values = [](double low, double high) {
+    std::vector<double> found;
+    for (const LogTick& tick : log_ticks(low, high)) {
+      found.push_back(tick.value);
+      EXPECT_EQ(tick.decade, std::abs(std::remainder(std::log10(tick.value), 1.0)) < 1e-9) << tick.value;
+    }
+    return found;
+  };
+  using ::testing::DoubleEq;
+  using ::testing::ElementsAre;
+  EXPECT_THAT(values(0.03, 1.5), ElementsAre(DoubleEq(0.02), DoubleEq(0.05), DoubleEq(0.1), DoubleEq(0.2),
+                                             DoubleEq(0.5), DoubleEq(1.0), DoubleEq(2.0)));
+  EXPECT_THAT(values(2.0, 10.0), ElementsAre(DoubleEq(2.0), DoubleEq(5.0), DoubleEq(10.0)));
+  EXPECT_THAT(values(7.0, 7.5), ElementsAre(DoubleEq(5.0), DoubleEq(10.0)));
+  EXPECT_THAT(values(1000.0, 1000.0), ElementsAre(DoubleEq(1000.0), DoubleEq(2000.0)));
 }
 
 TEST(PictureParts, QuantileIgnoresWhatIsNotFinite) {

@@ -118,27 +118,61 @@ inline Run bare_run(const TriangleMesh& mesh) {
           .mesh = mesh,
           .array = make_array(grid_layout(3, 2, 0.01), Directivity::t4010a1(), 0.5, 4.0),
           .target = std::nullopt,
-          .judged = false,
+          .judge = "none",
+          .judge_model = std::nullopt,
           .methods = {},
           .fields = {},
+          .solves = {},
           .seconds = {},
+          .alarm = kNotComputed,
           .warnings = {},
           .provenance = {},
           .complete = false};
 }
 
-/// A run with something in every place: a target, two methods, a plane and a cube.
+/// A run with something in every place: a target, a judge with its own mesh, two methods, a plane and a cube.
 inline Run full_run() {
   Run run = bare_run(sheet(6, 4, 0.01));
   run.name = "width \xc3\xbc 5mm";
   run.scene = "name: width\nfrequency_khz: 40\n# \xc3\xa9\n";
   run.target = Target{.faces = {3, 4, 10}, .amplitudes = Eigen::Vector3d(1000, 2000, 1e-3), .box = {0, 0, 1}};
-  run.judged = true;
+  run.judge = "edge";
+  run.judge_model =
+      JudgeModel{.scheme = "burton_miller_polished",
+                 .mesh = sheet(8, 5, 0.0075),
+                 .target = Target{
+                     .faces = {5, 6, 17, 18}, .amplitudes = Eigen::Vector4d(1e-3, 7, 1000, 2000), .box = {0, 0, 0, 1}}};
   run.methods.push_back(made_up_method("surface", run, 0.25));
   run.methods.push_back(made_up_method("paper-2", run, 7.5));  // not in alphabetical order: the run's order must stay
   run.methods[1].pressure(2) = {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
   run.methods[1].solution.cost_history.clear();
   run.methods[1].solution.status = PhaseStatus::kDirect;
+  run.methods[0].judge_pressure = made_up_pressure(run.judge_model->mesh.face_count(), 3.5);
+  run.methods[1].judge_pressure = made_up_pressure(run.judge_model->mesh.face_count(), 4.5);
+  run.methods[1].judge_pressure(7) = std::numeric_limits<double>::quiet_NaN();
+  run.solves = {{.stage = "pressure",
+                 .scheme = "burton_miller_polished",
+                 .solver = "GMRES, matrix-free",
+                 .precision = "single refined",
+                 .unknowns = 10'842,
+                 .right_hand_sides = 3,
+                 .steps = 14,
+                 .refinements = 2,
+                 .residual = 3.1e-6,
+                 .converged = true,
+                 .seconds = 1.25},
+                {.stage = "judge",
+                 .scheme = "chief",
+                 .solver = "LU",
+                 .precision = "double",
+                 .unknowns = 80,
+                 .right_hand_sides = 1,
+                 .steps = 0,
+                 .refinements = 0,
+                 .residual = kNotComputed,
+                 .converged = false,
+                 .seconds = 1.0 / 3.0}};
+  run.alarm = 0.0125;
   for (const auto& [name, count] : {std::pair{"side", std::array{5, 1, 4}}, std::pair{"cube", std::array{3, 4, 2}}}) {
     FieldResult field;
     field.grid = {name, Vector3(-0.01, 0.02, 0.19), Vector3(1e-3, 2e-3, 3e-3), count};
@@ -163,6 +197,16 @@ inline Run full_run() {
                     .end = "2026-01-01T00:00:09Z",
                     .scene_hash = "abc"};
   run.complete = true;
+  return run;
+}
+
+/// The same judged by the solving model, its second method by another scheme than its own.
+inline Run self_judged_run() {
+  Run run = full_run();
+  run.judge = "same";
+  run.judge_model.reset();
+  run.methods[0].judge_pressure.resize(0);
+  run.methods[1].judge_pressure = made_up_pressure(run.mesh.face_count(), 4.5);
   return run;
 }
 

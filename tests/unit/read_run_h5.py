@@ -30,9 +30,10 @@ def check_same(found, expected):
 
 def check(run):
     assert run.attrs["format"] == "touchfield-run"
-    assert run.attrs["format_version"] == 1
+    assert run.attrs["format_version"] == 2
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
+    assert run.attrs["alarm"] == 0.0125
     assert run["scene"].asstr()[()] == "name: width\nfrequency_khz: 40\n# \u00e9\n"
 
     def has_unit(name, item):
@@ -77,9 +78,16 @@ def check(run):
     assert "cost" not in other and other.attrs["status"] == "direct"
     assert np.isnan(other["pressure"][2].real) and np.isposinf(other["pressure"][2].imag)
 
-    assert run["judge"].attrs["judge"] == "same"
-    assert run["judge/mesh"] == run["mesh"] and run["judge/target"] == run["target"]
-    assert run["judge/methods/surface/pressure"] == surface["pressure"]
+    solves = run["solves"]
+    assert list(solves["stage"].asstr()) == ["pressure", "judge"]
+    assert list(solves["scheme"].asstr()) == ["burton_miller_polished", "chief"]
+    assert list(solves["solver"].asstr()) == ["GMRES, matrix-free", "LU"]
+    assert list(solves["precision"].asstr()) == ["single refined", "double"]
+    for name, values in {"unknowns": [10842, 80], "right_hand_sides": [3, 1], "steps": [14, 0], "refinements": [2, 0],
+                         "converged": [1, 0]}.items():
+        assert solves[name].dtype == np.int64 and list(solves[name]) == values, name
+    assert solves["residual"][0] == 3.1e-6 and np.isnan(solves["residual"][1])
+    assert list(solves["seconds"]) == [1.25, 1 / 3] and solves["seconds"].attrs["unit"] == "s"
 
     side, cube = run["field/side"], run["field/cube"]
     assert list(side["count"]) == [5, 1, 4] and side["inside"].shape == (4, 1, 5)
@@ -95,11 +103,38 @@ def check(run):
     assert provenance["start"] == "2026-01-01T00:00:00Z" and provenance["scene_hash"] == "abc"
 
 
+def check_own_judge(run):
+    judge = run["judge"]
+    assert judge.attrs["judge"] == "edge" and judge.attrs["scheme"] == "burton_miller_polished"
+    assert judge["mesh/vertices"].shape == (54, 3) and judge["mesh/triangles"].shape == (80, 3)
+    np.testing.assert_allclose(judge["mesh/area"][:], 0.5 * 0.0075**2)
+    assert list(judge["target/face"]) == [5, 6, 17, 18]
+    assert list(judge["target/amplitude"]) == [1e-3, 7, 1000, 2000]
+    assert list(judge["target/box"]) == [0, 0, 0, 1]
+    check_same(judge["methods/surface/pressure"][:], made_up(80, 3.5))
+    other = judge["methods/paper-2/pressure"][:]
+    assert np.isnan(other[7])
+    check_same(np.delete(other, 7), np.delete(made_up(80, 4.5), 7))
+
+
+def check_same_judge(run):
+    judge = run["judge"]
+    assert judge.attrs["judge"] == "same" and "scheme" not in judge.attrs
+    assert judge["mesh"] == run["mesh"] and judge["target"] == run["target"]
+    assert judge["methods/surface/pressure"] == run["methods/surface/pressure"]
+    check_same(judge["methods/paper-2/pressure"][:], made_up(48, 4.5))
+
+
 with tempfile.TemporaryDirectory() as directory:
     path = os.path.join(directory, "run.h5")
-    subprocess.run([sys.argv[1], path], check=True)
+    self_judged = os.path.join(directory, "self_judged.h5")
+    subprocess.run([sys.argv[1], path, self_judged], check=True)
     with h5py.File(path, "r") as file:
         check(file)
+        check_own_judge(file)
+    with h5py.File(self_judged, "r") as file:
+        check(file)
+        check_same_judge(file)
     with open(path, "rb") as file:
         content = file.read()
     assert content[-26:] == b"touchfield-crc32 %08x\n" % zlib.crc32(content[:-26])

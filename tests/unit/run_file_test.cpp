@@ -3,8 +3,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
-#include <random>
-#include <sstream>
 #include <sys/resource.h>
 #include <sys/stat.h>
 
@@ -12,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
-#include "sim/output/checksum.h"
 #include "sim/output/hdf5_file.h"
+#include "tests/unit/error_support.h"
 #include "tests/unit/output_support.h"
 
 namespace touchfield {
@@ -21,6 +19,7 @@ namespace {
 
 using support::bare_run;
 using support::full_run;
+using support::message_of;
 using support::read_bytes;
 using support::RunData;
 using support::sheet;
@@ -28,7 +27,6 @@ using support::TemporaryDirectory;
 using support::write_bytes;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 /// Equal to the last bit, NaN included.
 template <class A, class B>
@@ -52,6 +50,7 @@ void expect_same(const MethodResult& a, const MethodResult& b) {
   expect_same_bits(a.solution.phases, b.solution.phases);
   expect_same_bits(a.solution.amplitudes, b.solution.amplitudes);
   expect_same_bits(a.pressure, b.pressure);
+  expect_same_bits(a.judge_pressure, b.judge_pressure);
   for (const MetricField& field : metric_fields()) {
     SCOPED_TRACE(field.name);
     expect_same_bits(a.metrics.*field.value, b.metrics.*field.value);
@@ -85,17 +84,44 @@ void expect_same(const Provenance& a, const Provenance& b) {
   EXPECT_EQ(a.scene_hash, b.scene_hash);
 }
 
+void expect_same(const TriangleMesh& a, const TriangleMesh& b) {
+  expect_same_bits(a.vertices(), b.vertices());
+  expect_same_bits(a.triangles(), b.triangles());
+  expect_same_bits(a.areas(), b.areas());
+}
+
+void expect_same(const std::optional<Target>& a, const std::optional<Target>& b) {
+  ASSERT_EQ(a.has_value(), b.has_value());
+  if (a) {
+    EXPECT_EQ(a->faces, b->faces);
+    EXPECT_EQ(a->box, b->box);
+    expect_same_bits(a->amplitudes, b->amplitudes);
+  }
+}
+
+void expect_same(const SolveRecord& a, const SolveRecord& b) {
+  EXPECT_EQ(a.stage, b.stage);
+  EXPECT_EQ(a.scheme, b.scheme);
+  EXPECT_EQ(a.solver, b.solver);
+  EXPECT_EQ(a.precision, b.precision);
+  EXPECT_EQ(a.unknowns, b.unknowns);
+  EXPECT_EQ(a.right_hand_sides, b.right_hand_sides);
+  EXPECT_EQ(a.steps, b.steps);
+  EXPECT_EQ(a.refinements, b.refinements);
+  expect_same_bits(a.residual, b.residual);
+  EXPECT_EQ(a.converged, b.converged);
+  expect_same_bits(a.seconds, b.seconds);
+}
+
 void expect_same(const Run& a, const Run& b) {
   EXPECT_EQ(a.name, b.name);
   EXPECT_EQ(a.scene, b.scene);
-  EXPECT_EQ(a.judged, b.judged);
+  EXPECT_EQ(a.judge, b.judge);
   EXPECT_EQ(a.complete, b.complete);
   EXPECT_EQ(a.seconds, b.seconds);
   EXPECT_EQ(a.warnings, b.warnings);
   expect_same(a.provenance, b.provenance);
-  expect_same_bits(a.mesh.vertices(), b.mesh.vertices());
-  expect_same_bits(a.mesh.triangles(), b.mesh.triangles());
-  expect_same_bits(a.mesh.areas(), b.mesh.areas());
+  expect_same(a.mesh, b.mesh);
   EXPECT_EQ(a.array.kind, b.array.kind);
   EXPECT_EQ(a.array.directivity.kind(), b.array.directivity.kind());
   expect_same_bits(a.array.positions, b.array.positions);
@@ -103,11 +129,17 @@ void expect_same(const Run& a, const Run& b) {
   expect_same_bits(a.array.amplitudes, b.array.amplitudes);
   expect_same_bits(a.array.device, b.array.device);
   expect_same_bits(a.array.channel, b.array.channel);
-  ASSERT_EQ(a.target.has_value(), b.target.has_value());
-  if (a.target) {
-    EXPECT_EQ(a.target->faces, b.target->faces);
-    EXPECT_EQ(a.target->box, b.target->box);
-    expect_same_bits(a.target->amplitudes, b.target->amplitudes);
+  expect_same(a.target, b.target);
+  ASSERT_EQ(a.judge_model.has_value(), b.judge_model.has_value());
+  if (a.judge_model) {
+    EXPECT_EQ(a.judge_model->scheme, b.judge_model->scheme);
+    expect_same(a.judge_model->mesh, b.judge_model->mesh);
+    expect_same(a.judge_model->target, b.judge_model->target);
+  }
+  expect_same_bits(a.alarm, b.alarm);
+  ASSERT_EQ(a.solves.size(), b.solves.size());
+  for (std::size_t i = 0; i < a.solves.size(); ++i) {
+    expect_same(a.solves[i], b.solves[i]);
   }
   ASSERT_EQ(a.methods.size(), b.methods.size());
   for (std::size_t i = 0; i < a.methods.size(); ++i) {
@@ -117,20 +149,6 @@ void expect_same(const Run& a, const Run& b) {
   for (std::size_t i = 0; i < a.fields.size(); ++i) {
     expect_same(a.fields[i], b.fields[i]);
   }
-}
-
-template <class Error, class Action>
-std::string message_of(const Action& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    return error.what();
-  } catch (const std::exception& error) {
-    ADD_FAILURE() << "another error: " << error.what();
-    return {};
-  }
-  ADD_FAILURE() << "no error";
-  return {};
 }
 
 TEST(RunFile, ReadsBackWhatWasWritten) {
@@ -149,7 +167,7 @@ TEST(RunFile, ARunOfNothingButAMeshAndAnArray) {
   write_run_file(path, run);
   expect_same(run, read_run_file(path));
   const hdf5::InputFile file(path);
-  for (const char* absent : {"target", "methods", "judge", "field", "seconds", "warnings"}) {
+  for (const char* absent : {"target", "methods", "judge", "solves", "field", "seconds", "warnings"}) {
     EXPECT_FALSE(file.root().has(absent)) << absent;
   }
 }
@@ -161,7 +179,20 @@ TEST(RunFile, APlaneWaveAndAMethodWithoutPressure) {
   run.array = plane_wave(Vector3::UnitZ(), 1.5);
   run.methods.push_back(support::made_up_method("fixed", run, 0.5));
   run.methods[0].pressure.resize(0);
-  run.judged = true;
+  run.judge = "same";
+  write_run_file(path, run);
+  expect_same(run, read_run_file(path));
+}
+
+TEST(RunFile, AJudgeWithFacesInFourOfARunWithoutTarget) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("run.h5");
+  RunData run = bare_run(sheet(1, 1, 0.01));
+  run.judge = "split";
+  run.judge_model = JudgeModel{.scheme = "chief", .mesh = sheet(2, 2, 0.005), .target = std::nullopt};
+  run.methods.push_back(support::made_up_method("judged", run, 0.5));
+  run.methods.push_back(support::made_up_method("not_yet", run, 1.5));
+  run.methods[0].judge_pressure = support::made_up_pressure(8, 2.5);
   write_run_file(path, run);
   expect_same(run, read_run_file(path));
 }
@@ -197,11 +228,12 @@ TEST(RunFile, AnOlderFileIsReplaced) {
   expect_same(full_run(), read_run_file(path));
 }
 
-TEST(RunFile, TheJudgesGroupsLeadToTheSolvingModel) {
+TEST(RunFile, TheGroupsOfAJudgeThatIsTheSolvingModelLeadToIt) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("run.h5");
-  const RunData run = full_run();
+  const RunData run = support::self_judged_run();
   write_run_file(path, run);
+  expect_same(run, read_run_file(path));
   const hdf5::InputFile file(path);
   const hdf5::Group judge = file.root().open("judge");
   EXPECT_EQ(judge.text_attribute("judge"), "same");
@@ -210,6 +242,8 @@ TEST(RunFile, TheJudgesGroupsLeadToTheSolvingModel) {
   Eigen::VectorXcd pressure(48);
   judge.open("methods").open("surface").read("pressure", {48}, pressure.data());
   EXPECT_EQ(pressure, run.methods[0].pressure);
+  judge.open("methods").open("paper-2").read("pressure", {48}, pressure.data());
+  EXPECT_EQ(pressure, run.methods[1].judge_pressure);
 }
 
 TEST(RunFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
@@ -231,122 +265,20 @@ TEST(RunFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
   EXPECT_THAT(refused([](RunData& run) { run.target->box.pop_back(); }), HasSubstr("box"));
   EXPECT_THAT(refused([](RunData& run) { run.fields[0].inside.pop_back(); }), HasSubstr("inside"));
   EXPECT_THAT(refused([](RunData& run) { run.fields[1].pressure[0].first = "other"; }), HasSubstr("other"));
+  EXPECT_THAT(refused([](RunData& run) { run.judge = "nobody"; }), HasSubstr("nobody"));
+  EXPECT_THAT(refused([](RunData& run) { run.judge = "same"; }), HasSubstr("must not have a model"));
+  EXPECT_THAT(refused([](RunData& run) { run.judge_model.reset(); }), HasSubstr("must have a model"));
+  EXPECT_THAT(refused([](RunData& run) { run.judge_model->target->faces[3] = 80; }),
+              AllOf(HasSubstr("judge's target"), HasSubstr("80")));
+  EXPECT_THAT(refused([](RunData& run) { run.methods[1].judge_pressure.conservativeResize(48); }),
+              AllOf(HasSubstr("paper-2"), HasSubstr("judge's pressure"), HasSubstr("80")));
+  EXPECT_THAT(refused([](RunData& run) {
+                run.judge = "none";
+                run.judge_model.reset();
+              }),
+              HasSubstr("judge's pressure"));
   EXPECT_THAT(refused([](RunData& run) { run.array.device.conservativeResize(2); }), HasSubstr("device"));
   EXPECT_EQ(directory.entries(), 0U);
-}
-
-TEST(RunFile, FilesThatAreNoRunsAreInputErrors) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("x.h5");
-  const auto read = [&] { read_run_file(path); };
-  EXPECT_THAT(message_of<InputError>(read), AllOf(HasSubstr(path), HasSubstr("No such file")));
-  EXPECT_THAT(message_of<InputError>([&] { read_run_file(directory.path()); }), HasSubstr("is no file"));
-  write_bytes(path, "");
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no HDF5 file"));
-  write_bytes(path, std::string(5000, 'x'));
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no HDF5 file"));
-  const auto write_other = [&](auto&& fill) {
-    const hdf5::MemoryFile file(path);
-    fill(file.root());
-    const std::string bytes = file.bytes();
-    write_bytes(path, bytes + checksum_line(bytes));
-  };
-  write_other([](const hdf5::Group& root) { root.set_attribute("title", "something else"); });
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no touchfield run"));
-  write_other([](const hdf5::Group& root) {
-    root.set_attribute("format", "touchfield-run");
-    root.set_attribute("format_version", kRunFormatVersion + 1);
-  });
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("newer"));
-}
-
-TEST(RunFile, AFileThatIsCutIsNeverRead) {
-  const TemporaryDirectory directory;
-  const std::string whole = directory.file("whole.h5");
-  const std::string cut = directory.file("cut.h5");
-  write_run_file(whole, full_run());
-  const std::string bytes = read_bytes(whole);
-  const std::size_t step = bytes.size() / 300 + 1;
-  for (std::size_t size = 0; size < bytes.size(); size += size + 100 < bytes.size() ? step : 1) {
-    write_bytes(cut, bytes.substr(0, size));
-    EXPECT_THROW(read_run_file(cut), Error) << size << " of " << bytes.size();
-  }
-  write_bytes(cut, bytes + "more");
-  EXPECT_THROW(read_run_file(cut), Error);
-}
-
-TEST(RunFile, AChangedByteIsNeverRead) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("run.h5");
-  write_run_file(path, full_run());
-  const std::string bytes = read_bytes(path);
-  std::mt19937 random(1);
-  for (int trial = 0; trial < 500; ++trial) {
-    std::string damaged = bytes;
-    const std::size_t at = random() % bytes.size();
-    damaged[at] = static_cast<char>(static_cast<unsigned char>(damaged[at]) ^ (1U << (random() % 8)));
-    write_bytes(path, damaged);
-    EXPECT_THROW(read_run_file(path), Error) << "byte " << at;
-  }
-}
-
-// Without the line HDF5 would have to be trusted with whatever the file holds.
-TEST(RunFile, AFileWithoutItsChecksumLineIsRefused) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("run.h5");
-  write_run_file(path, full_run());
-  const std::string bytes = read_bytes(path);
-  write_bytes(path, bytes.substr(0, bytes.size() - kChecksumLength));
-  EXPECT_THAT(message_of<InputError>([&] { read_run_file(path); }), AllOf(HasSubstr(path), HasSubstr("checksum line")));
-}
-
-TEST(Checksum, IsTheCrc32OfEverythingBeforeTheLine) {
-  // The check value of the CRC-32 catalogue, for the digits 1 to 9.
-  EXPECT_EQ(checksum_line("123456789"), "touchfield-crc32 cbf43926\n");
-  EXPECT_EQ(checksum_line("").size(), kChecksumLength);
-}
-
-// Sizes and indices that only a forged file has: the checksum fits, the parts do not.
-TEST(RunFile, SizesThatContradictEachOtherAreErrors) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("run.h5");
-  const auto forge = [&](auto&& fill) {
-    const hdf5::MemoryFile file(path);
-    {
-      const hdf5::Group root = file.root();
-      root.set_attribute("format", "touchfield-run");
-      root.set_attribute("format_version", 1);
-      root.set_attribute("name", "forged");
-      root.set_attribute("complete", 1);
-      root.write_text("scene", "");
-      fill(root);
-    }
-    const std::string bytes = file.bytes();
-    write_bytes(path, bytes + checksum_line(bytes));
-    return message_of<IoError>([&] { read_run_file(path); });
-  };
-  const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  EXPECT_THAT(forge([](const hdf5::Group&) {}), HasSubstr("no group mesh"));
-  EXPECT_THAT(forge([&](const hdf5::Group& root) {
-                const hdf5::Group mesh = root.create("mesh");
-                mesh.write("vertices", corners.data(), {9}, "m");
-                root.create("array");
-              }),
-              AllOf(HasSubstr("/mesh"), HasSubstr("vertices must be [n, 3]")));
-  const std::array<int, 3> wrong_index = {0, 1, 7};
-  EXPECT_THAT(forge([&](const hdf5::Group& root) {
-                const hdf5::Group mesh = root.create("mesh");
-                mesh.write("vertices", corners.data(), {3, 3}, "m");
-                mesh.write("triangles", wrong_index.data(), {1, 3}, "1");
-                root.create("array");
-              }),
-              HasSubstr("/mesh"));
-  EXPECT_THAT(forge([&](const hdf5::Group& root) {
-                const hdf5::Group mesh = root.create("mesh");
-                mesh.write("vertices", wrong_index.data(), {1, 3}, "m");
-                root.create("array");
-              }),
-              HasSubstr("does not hold floats"));
 }
 
 TEST(RunFile, AFailureNamesThePathAndTheReasonAndLeavesNothing) {
@@ -409,70 +341,6 @@ TEST(RunFile, LargeDatasetsAreCompressedAndReadBack) {
   const auto raw = static_cast<std::size_t>(run.mesh.face_count()) * sizeof(Complex);
   EXPECT_LT(read_bytes(path).size(), raw + 22'681 * 24 + 44'800 * 20);  // less than the numbers alone
   expect_same(run, read_run_file(path));
-}
-
-TEST(Hdf5File, ASizeThatTheFileDoesNotHoldIsRefused) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("x.h5");
-  const hdf5::MemoryFile file(path);
-  const std::vector<double> zeros(1 << 16, 0.0);  // chunked; zeros pack at about 1,000 to 1
-  file.root().write("zeros", zeros.data(), {zeros.size()}, "1");
-  write_bytes(path, file.bytes());
-  const hdf5::InputFile input(path);
-  EXPECT_EQ(input.root().shape("zeros"), (hdf5::Shape{zeros.size()}));
-  std::vector<double> out(3);
-  EXPECT_THAT(message_of<IoError>([&] { input.root().read("zeros", {3}, out.data()); }),
-              AllOf(HasSubstr("zeros"), HasSubstr("[65536]"), HasSubstr("[3]")));
-}
-
-TEST(Hdf5File, ErrorsNameThePlaceAndTheLibrarysReason) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("x.h5");
-  const hdf5::MemoryFile file(path);
-  ::testing::internal::CaptureStderr();
-  EXPECT_THAT(message_of<IoError>([&] { file.root().open("nothing"); }),
-              AllOf(HasSubstr(path + ": /nothing"), HasSubstr("doesn't exist")));
-  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
-}
-
-TEST(Describe, SaysWhatThereIs) {
-  const std::string text = describe_run(full_run());
-  for (const char* part :
-       {"complete", "48 faces", "35 vertices", "24 cm2", "6 transducers", "t4010a1", "3 faces", "2000 Pa", "surface",
-        "paper-2", "35.00 %", "5.25", "stalled", "direct", "side: 5 x 1 x 4", "0123456789ab", "coarse mesh"}) {
-    EXPECT_THAT(text, HasSubstr(part));
-  }
-  EXPECT_THAT(text, Not(HasSubstr("NOT COMPLETE")));
-  EXPECT_THAT(text, Not(HasSubstr("nan")));
-}
-
-TEST(Describe, ARunWithoutTargetOrMethods) {
-  const std::string text = describe_run(bare_run(sheet(1, 1, 0.01)));
-  EXPECT_THAT(text, AllOf(HasSubstr("NOT COMPLETE"), HasSubstr("target    none"), HasSubstr("no method has finished")));
-}
-
-TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
-  const TemporaryDirectory directory;
-  const std::string path = directory.file("metrics.csv");
-  RunData run = full_run();
-  run.methods[0].scheme = "chief, 3 \"points\"";
-  run.methods[1].metrics.relative_error = -kNotComputed;
-  write_metrics_csv(path, run);
-  std::istringstream lines(read_bytes(path));
-  std::string header;
-  std::string first;
-  std::string second;
-  std::string rest;
-  ASSERT_TRUE(std::getline(lines, header) && std::getline(lines, first) && std::getline(lines, second));
-  EXPECT_FALSE(std::getline(lines, rest));
-  std::string expected = "name,method,scheme";
-  for (const MetricField& field : metric_fields()) {
-    expected += std::string(",") + field.name;
-  }
-  EXPECT_EQ(header, expected + ",status");
-  EXPECT_THAT(first, AllOf(::testing::StartsWith("surface,paper,\"chief, 3 \"\"points\"\"\",0.35,nan,"),
-                           ::testing::EndsWith(",stalled")));
-  EXPECT_THAT(second, ::testing::StartsWith("paper-2,paper,chief,nan,nan,"));
 }
 
 TEST(RunFile, ARunOfTheUsualSizeTakesLittleTime) {

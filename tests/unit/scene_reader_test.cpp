@@ -162,7 +162,12 @@ TEST(SceneReader, FillsInTheDefaults) {
   ASSERT_EQ(scene.solve.methods.size(), 1U);
   EXPECT_EQ(scene.solve.methods[0].name, "fixed");
   EXPECT_THAT(scene.solve.methods[0].phases, ElementsAre(0.0));
-  EXPECT_EQ(scene.judge, Judge::kSame);
+  EXPECT_EQ(scene.solve.scheme, SolveSpec{}.scheme);
+  EXPECT_EQ(scene.solve.solver.solver, SolverChoice::kAuto);
+  EXPECT_EQ(scene.solve.solver.precision, PrecisionChoice::kAuto);
+  EXPECT_EQ(scene.solve.solver.tolerance, 1e-5);
+  EXPECT_TRUE(scene.solve.solver.refine);
+  EXPECT_EQ(scene.judge.kind, JudgeSpec::Kind::kSame);
   EXPECT_THAT(scene.fields, IsEmpty());
   EXPECT_TRUE(scene.write.h5 && scene.write.vtp && scene.write.vti && scene.write.png);
 }
@@ -231,6 +236,43 @@ TEST(SceneReader, MethodsTakeTheDefaultsOfSolveWhereverTheyStand) {
   EXPECT_EQ(scene.solve.methods[2].kind, MethodKind::kUnscattered);
   EXPECT_EQ(scene.solve.methods[2].iterations, 7);
   EXPECT_EQ(scene.target->pressure, 3000.0);
+}
+
+TEST(SceneReader, ReadsHowTheEquationsAreSolved) {
+  const Scene scene = scene_from(
+      kSmallScene, {"solve.solver=matrix_free", "solve.precision=single", "solve.tolerance=1e-7", "solve.refine=false",
+                    "solve.max_steps=60", "solve.alarm=never", "solve.coupling=0.5", "solve.split_ratio=2"});
+  EXPECT_EQ(scene.solve.solver.solver, SolverChoice::kMatrixFree);
+  EXPECT_EQ(scene.solve.solver.precision, PrecisionChoice::kSingle);
+  EXPECT_EQ(scene.solve.solver.tolerance, 1e-7);
+  EXPECT_FALSE(scene.solve.solver.refine);
+  EXPECT_EQ(scene.solve.solver.max_steps, 60);
+  EXPECT_EQ(scene.solve.solver.alarm, AlarmChoice::kNever);
+  EXPECT_EQ(scene.solve.solver.coupling, 0.5);
+  EXPECT_EQ(scene.solve.solver.split_ratio, 2.0);
+}
+
+TEST(SceneReader, EverySchemeIsKnownByItsName) {
+  for (const Scheme scheme : all_schemes()) {
+    const Scene scene = scene_from(kSmallScene, {"solve.scheme=" + to_string(scheme)});
+    EXPECT_EQ(scene.solve.scheme, scheme);
+    EXPECT_EQ(scene.solve.methods[0].scheme, scheme);
+  }
+}
+
+TEST(SceneReader, AJudgeMayHaveAModelOfItsOwn) {
+  const Scene none = scene_from(kSmallScene, {"judge=none"});
+  EXPECT_EQ(none.judge.kind, JudgeSpec::Kind::kNone);
+  const Scene edge = scene_from(kSmallScene, {"judge={edge_mm: 0.7}"});
+  EXPECT_EQ(edge.judge.kind, JudgeSpec::Kind::kEdge);
+  EXPECT_EQ(edge.judge.edge, 0.7e-3);
+  EXPECT_EQ(edge.judge.scheme, Scheme::kBurtonMillerPolished);
+  const Scene split = scene_from(kSmallScene, {"judge={scheme: chief, split: 2}"});
+  EXPECT_EQ(split.judge.kind, JudgeSpec::Kind::kSplit);
+  EXPECT_EQ(split.judge.splits, 2);
+  EXPECT_EQ(split.judge.scheme, Scheme::kChief);
+  const Scene of_file = scene_from(kSmallScene, {"body={mesh: {file: hand.stl}}", "judge={split: 1}"});
+  EXPECT_EQ(of_file.judge.kind, JudgeSpec::Kind::kSplit);
 }
 
 TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {

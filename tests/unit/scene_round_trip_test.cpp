@@ -44,6 +44,13 @@ bool operator==(const MethodSpec& a, const MethodSpec& b) {
   const bool same_options = !iterative || (a.iterations == b.iterations && a.start == b.start);
   return a.kind == b.kind && a.name == b.name && a.scheme == b.scheme && same_options && a.phases == b.phases;
 }
+bool operator==(const SolverSpec& a, const SolverSpec& b) {
+  return a.solver == b.solver && a.precision == b.precision && a.tolerance == b.tolerance && a.refine == b.refine &&
+         a.max_steps == b.max_steps && a.alarm == b.alarm && a.coupling == b.coupling && a.split_ratio == b.split_ratio;
+}
+bool operator==(const JudgeSpec& a, const JudgeSpec& b) {
+  return a.kind == b.kind && a.scheme == b.scheme && a.edge == b.edge && a.splits == b.splits;
+}
 bool operator==(const FieldSpec& a, const FieldSpec& b) {
   return a.name == b.name && a.plane == b.plane && a.centre == b.centre && a.size == b.size && a.spacing == b.spacing;
 }
@@ -83,7 +90,8 @@ void expect_same(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.solve.scheme, b.solve.scheme);
   EXPECT_EQ(a.solve.iterations, b.solve.iterations);
   EXPECT_TRUE(a.solve.start == b.solve.start);
-  EXPECT_EQ(a.judge, b.judge);
+  EXPECT_TRUE(a.solve.solver == b.solve.solver);
+  EXPECT_TRUE(a.judge == b.judge);
   EXPECT_TRUE(a.fields == b.fields);
   EXPECT_EQ(a.write.h5, b.write.h5);
   EXPECT_EQ(a.write.vtp, b.write.vtp);
@@ -143,7 +151,15 @@ const std::vector<Variant> kVariants = {
      {"field=[{name: a, plane: xy, through_mm: [0.1, 0, 0], size_mm: [0.3, 0.7], spacing_mm: 0.1}, {name: b, "
       "plane: yz, through_mm: [1, 2, 3], size_mm: [3, 7]}, {name: c, centre_mm: [1, 2, 3], size_mm: [3, 7, "
       "0.9]}]"}},
-    {"judge", {"judge=none"}},
+    {"schemes", {"solve={methods: [{fixed: {phases_rad: 0, scheme: chief}}], scheme: burton_miller}"}},
+    {"solver",
+     {"solve={methods: [{fixed: {phases_rad: 0}}], solver: lu, precision: double, tolerance: 1e-13, refine: false, "
+      "max_steps: 7, alarm: always, coupling: 0.3, split_ratio: 1.1}"}},
+    {"gmres", {"solve.solver=gmres", "solve.precision=single", "solve.alarm=never"}},
+    {"matrix_free", {"solve.solver=matrix_free"}},
+    {"no_judge", {"judge=none"}},
+    {"judge_with_its_own_edge", {"judge={scheme: paper_corrected, edge_mm: 0.7}"}},
+    {"judge_with_split_faces", {"judge={split: 2}"}},
     {"write", {"write=[png, h5]"}},
     {"large_and_small", {"array.at_mm=[1e9, -1e-30, 123456789.01234567]", "array.source_pa_m=1e-300"}},
 };

@@ -118,6 +118,33 @@ TEST(SurfaceVtp, WithoutTargetAndMethodsIsTheMeshAlone) {
   EXPECT_EQ(reader->GetOutput()->GetCellData()->GetNumberOfArrays(), 0);
 }
 
+TEST(JudgeVtp, HoldsTheJudgesMeshTargetAndPressures) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("judge.vtp");
+  RunData run = full_run();
+  run.methods.push_back(support::made_up_method("not_judged", run, 1.5));
+  write_judge_vtp(path, run);
+  expect_inline_binary(path);
+  const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
+  vtkPolyData* surface = reader->GetOutput();
+  expect_points(surface, run.judge_model->mesh.vertices());
+  ASSERT_EQ(surface->GetNumberOfCells(), 80);
+  vtkCellData* data = surface->GetCellData();
+  expect_values(data, "target_pa", 80, [](Eigen::Index f) {
+    return f == 5 ? 1e-3 : f == 6 ? 7.0 : f == 17 ? 1000.0 : f == 18 ? 2000.0 : 0.0;
+  });
+  for (const std::size_t method : {0U, 1U}) {
+    expect_pressure(data, run.methods[method].name, run.methods[method].judge_pressure);
+  }
+  EXPECT_EQ(data->GetNumberOfArrays(), 1 + 2 * 4);
+}
+
+TEST(JudgeVtp, IsRefusedWhereTheJudgeHasNoModelOfItsOwn) {
+  const TemporaryDirectory directory;
+  EXPECT_THROW(write_judge_vtp(directory.file("judge.vtp"), support::self_judged_run()), InputError);
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
 TEST(ArrayVtp, IsAVertexAChannel) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("array.vtp");
@@ -176,8 +203,8 @@ TEST(VtkFiles, AFailureIsAnIoErrorThatNamesThePath) {
   const RunData run = full_run();
   const std::string path = directory.file("missing/x.vtp");
   for (const auto& write : std::initializer_list<std::function<void()>>{
-           [&] { write_surface_vtp(path, run); }, [&] { write_array_vtp(path, run); },
-           [&] { write_field_vti(path, run.fields[0]); }}) {
+           [&] { write_surface_vtp(path, run); }, [&] { write_judge_vtp(path, run); },
+           [&] { write_array_vtp(path, run); }, [&] { write_field_vti(path, run.fields[0]); }}) {
     try {
       write();
       ADD_FAILURE() << "no error";

@@ -1,0 +1,57 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/bem/pair_loops.h"
+#include "sim/core/types.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// Sums over the faces of a mesh with one point a face, computed anew each time: nothing is stored but the points.
+///
+///   y_i = sum over j != i of A_j K(x_i, x_j) x_j,   K one of Layer's kernels, x the centroids
+///
+/// Real       precision of the kernels; sums run over 256 faces in it and further in double
+/// accuracy   of the sum, relative: 1e-6 in float, 1e-14 in double, for bodies up to 100 wavelengths across
+template <typename Real>
+class LayerSum {
+ public:
+  /// wavenumber   k + i alpha [1/m]
+  /// gamma        eta = i gamma [m]; of the layers that have it
+  LayerSum(const TriangleMesh& mesh, const Complex& wavenumber, double gamma);
+
+  Eigen::Index size() const { return static_cast<Eigen::Index>(weight_.size()); }
+
+  /// M x S to M x S; [m] for the single layer, no unit otherwise.
+  Eigen::MatrixXcd apply(Layer layer, const Eigen::MatrixXcd& x) const;
+
+  /// The first `rows` values of apply alone, for measuring what a product takes.
+  Eigen::MatrixXcd apply_head(Layer layer, const Eigen::MatrixXcd& x, Eigen::Index rows) const;
+
+  /// The transpose, without conjugation, of kDouble or kBurtonMiller.
+  Eigen::MatrixXcd apply_transpose(Layer layer, const Eigen::MatrixXcd& x) const;
+
+  /// Column j of kDouble or kBurtonMiller, A_j K(x_i, x_j) for all i; 0 at i = j.
+  void column(Layer layer, Eigen::Index j, Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1>& values) const;
+
+  /// A_j K(z, x_j) for points that are no centroids [m], with kDouble or kSingle: J x M.
+  Eigen::MatrixXcd rows(Layer layer, const Points& points) const;
+
+ private:
+  void fill(Layer layer, const PairPoint<Real>& at, Eigen::Index first, Eigen::Index count, Real* re, Real* im) const;
+  PairPoint<Real> point(Eigen::Index i) const;
+  Eigen::MatrixXcd sums(Layer layer, const Eigen::MatrixXcd& weighted, Eigen::Index rows) const;
+  Eigen::VectorXd weights() const;
+
+  Vector3 origin_;
+  double scale_;  // half wavelengths a metre
+  PairConstants<Real> constants_;
+  std::vector<Real> x_, y_, z_, nx_, ny_, nz_;
+  std::vector<double> weight_;  // A / 4 pi in half wavelengths
+};
+
+extern template class LayerSum<float>;
+extern template class LayerSum<double>;
+
+}  // namespace touchfield

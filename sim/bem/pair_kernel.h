@@ -1,0 +1,125 @@
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <type_traits>
+
+#include "sim/bem/pair_loops.h"
+
+namespace touchfield {
+
+/// sin(pi f) and cos(pi f) without a call or a branch, so that loops over it become SIMD code.
+///
+/// f          |f| <= 1/2
+/// accuracy   absolute error below 1.5e-8 (float), 1e-16 (double), plus rounding
+/// method     polynomials in f^2, interpolated at Chebyshev nodes in exact arithmetic
+template <typename Real>
+inline void half_cycle_sincos(Real f, Real& sine, Real& cosine) {
+  const Real t = f * f;
+  Real s;
+  Real c;
+  if constexpr (std::is_same_v<Real, float>) {
+    s = 3.14159264007720F +
+        t * (-5.16771007667F + t * (2.55007738653F + t * (-0.598290411283F + t * 0.0776559122760F)));
+    c = 0.999999999779F +
+        t * (-4.93480213693F +
+             t * (4.05870915476F + t * (-1.33521194939F + t * (0.234937068595F - t * 0.0243959320976F))));
+  } else {
+    s = 3.141592653589793116 +
+        t * (-5.167712780049969368 +
+             t * (2.55016403987730067 +
+                  t * (-0.5992645293189446942 +
+                       t * (0.08214588657310289976 +
+                            t * (-0.007370430505916943618 +
+                                 t * (0.0004662998161898393901 +
+                                      t * (-2.190349707462601811e-05 + t * 7.697826768224190906e-07)))))));
+    c = 1.0 + t * (-4.934802200544678996 +
+                   t * (4.058712126416767596 +
+                        t * (-1.33526276885455486 +
+                             t * (0.2353306303579950076 +
+                                  t * (-0.02580689137659296362 +
+                                       t * (0.001929574187281234881 +
+                                            t * (-0.0001046374168175213834 +
+                                                 t * (4.300724172734847013e-06 + t * -1.3435212950953201e-07))))))));
+  }
+  sine = f * s;
+  cosine = c;
+}
+
+/// value times (-1)^n.
+template <typename Real>
+inline Real alternate(Real value, Real n) {
+  if constexpr (std::is_same_v<Real, float>) {
+    const auto sign = static_cast<std::uint32_t>(static_cast<std::int32_t>(n)) << 31U;
+    return std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) ^ sign);
+  } else {
+    const auto sign = static_cast<std::uint64_t>(static_cast<std::int64_t>(n)) << 63U;
+    return std::bit_cast<double>(std::bit_cast<std::uint64_t>(value) ^ sign);
+  }
+}
+
+/// One pair: kernel times 4 pi, in units of half wavelengths,
+///
+///   S = e/r   D = E (n.d)/r^3   D' = -E (m.d)/r^3   W = (E m.n - F (m.d)(n.d)/r^2)/r^3
+///   e = exp(i kappa r), E = (1 - i kappa r) e, F = (3 - 3 i kappa r - (kappa r)^2) e, d = x - y
+///
+/// r2, reciprocal   r^2 and 1/r (finite); the kernel is 0 where r^2 is 0
+template <Layer kLayer, bool kDamped, typename Real>
+inline void pair_kernel(const PairConstants<Real>& constants, Real r2, Real reciprocal, Real dx, Real dy, Real dz,
+                        Real mx, Real my, Real mz, Real nx, Real ny, Real nz, Real& re, Real& im) {
+  constexpr Real kPi = std::numbers::pi_v<Real>;
+  const Real u = r2 * reciprocal;
+  const Real whole = std::rint(u);
+  Real s;
+  Real c;
+  half_cycle_sincos(u - whole, s, c);
+  const Real inverse = alternate(r2 > Real(0) ? reciprocal : Real(0), whole);  // the sign of both sine and cosine
+  Real near = 1;                                                               // 1 + alpha r
+  if constexpr (kDamped) {
+    const Real decay = constants.damping * u;
+    const Real factor = std::exp(-decay);
+    s *= factor;
+    c *= factor;
+    near = Real(1) + decay;
+  }
+  const Real rho = kPi * u;
+  const Real er = near * c + rho * s;
+  const Real ei = near * s - rho * c;
+  const Real b = inverse * (reciprocal * reciprocal);
+  if constexpr (kLayer == Layer::kSingle) {
+    re = inverse * c;
+    im = inverse * s;
+  } else if constexpr (kLayer == Layer::kDouble) {
+    const Real nd = b * (nx * dx + ny * dy + nz * dz);
+    re = er * nd;
+    im = ei * nd;
+  } else if constexpr (kLayer == Layer::kAdjoint) {
+    const Real md = -b * (mx * dx + my * dy + mz * dz);
+    re = er * md;
+    im = ei * md;
+  } else if constexpr (kLayer == Layer::kSingleAdjoint) {
+    const Real md = constants.gamma * b * (mx * dx + my * dy + mz * dz);
+    re = inverse * c + ei * md;
+    im = inverse * s - er * md;
+  } else {
+    const Real nd = nx * dx + ny * dy + nz * dz;
+    const Real md = mx * dx + my * dy + mz * dz;
+    const Real mn = constants.gamma * b * (mx * nx + my * ny + mz * nz);
+    const Real q = constants.gamma * b * (reciprocal * reciprocal) * nd * md;
+    // F = 3 E - (rho^2 - alpha^2 r^2 + 2 i rho alpha r) e
+    Real fr = 3 * er - rho * rho * c;
+    Real fi = 3 * ei - rho * rho * s;
+    if constexpr (kDamped) {
+      const Real decay = near - Real(1);
+      fr += decay * decay * c + 2 * rho * decay * s;
+      fi += decay * decay * s - 2 * rho * decay * c;
+    }
+    const Real first = kLayer == Layer::kBurtonMiller ? b * nd : -b * md;
+    re = er * first - ei * mn + fi * q;
+    im = ei * first + er * mn - fr * q;
+  }
+}
+
+}  // namespace touchfield

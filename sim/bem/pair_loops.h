@@ -1,0 +1,50 @@
+#pragma once
+
+namespace touchfield {
+
+/// What a pair of points adds to a sum over faces. Lengths are in half wavelengths, so that k r = pi u.
+enum class Layer {
+  kSingle,         // S   g
+  kDouble,         // D   dg/dn_y, n the normal at the source y
+  kAdjoint,        // D'  dg/dn_x, m the normal at the point x
+  kBurtonMiller,   // D + i gamma W, W = d2g/dn_x dn_y
+  kAdjointMiller,  // D' + i gamma W, the transpose of the above
+  kSingleAdjoint,  // S + i gamma D'
+};
+
+/// Wavenumber, damping and coupling in the same units.
+template <typename Real>
+struct PairConstants {
+  Real damping = 0;  // alpha / k times pi: damping of the amplitude a half wavelength
+  Real gamma = 0;    // coupling times k / pi: eta = i gamma
+};
+
+/// A point with its unit normal; the normal is not read by kSingle and kDouble.
+template <typename Real>
+struct PairPoint {
+  Real x, y, z, nx, ny, nz;
+};
+
+/// Points as one array a quantity.
+template <typename Real>
+struct PairSources {
+  const Real *x, *y, *z, *nx, *ny, *nz;
+};
+
+/// The kernel times 4 pi between one point and `count` sources, in units of half wavelengths; 0 where they coincide.
+///
+/// Real       float: 3e-7 (1 + k r) relative; double: 1e-15 (1 + k r)
+/// re, im     `count` values each
+template <typename Real>
+void pair_values(Layer layer, const PairConstants<Real>& constants, const PairPoint<Real>& point,
+                 const PairSources<Real>& sources, int count, Real* re, Real* im);
+
+/// sum of weight_j n_j.(x - y_j) / r^3 over the sources, the static double layer; sources at x itself add 0.
+double static_sum(const PairPoint<double>& point, const PairSources<double>& sources, const double* weight, int count);
+
+/// Which sources lie nearer to the point than reach_j: writes their numbers, ascending, to `near` (room for all) and
+/// returns how many.
+int near_sources(const PairPoint<double>& point, const PairSources<double>& sources, const double* reach_squared,
+                 int count, int* near);
+
+}  // namespace touchfield

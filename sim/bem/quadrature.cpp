@@ -1,0 +1,141 @@
+#include "sim/bem/quadrature.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Geometry>
+
+#include "sim/bem/triangle_rules.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr int kDeepest = 12;  // halvings of a face: a point a 4000th of an edge off it
+
+/// Gauss-Legendre, 16 points on -1..1: positive nodes and their weights.
+constexpr std::array<double, 8> kNode = {0.0950125098376374402, 0.2816035507792589132, 0.4580167776572273863,
+                                         0.6178762444026437484, 0.7554044083550030339, 0.8656312023878317439,
+                                         0.9445750230732325761, 0.9894009349916499326};
+constexpr std::array<double, 8> kWeight = {0.1894506104550684963, 0.1826034150449235889, 0.1691565193950025382,
+                                           0.1495959888165767321, 0.1246289712555338721, 0.0951585116824927848,
+                                           0.0622535239386478929, 0.0271524594117540949};
+
+}  // namespace
+
+FaceQuadrature::FaceQuadrature(const Complex& wavenumber, double gamma, const FaceRule& rule)
+    : scale_(wavenumber.real() / std::numbers::pi), rule_(rule) {
+  constants_.damping = std::numbers::pi * wavenumber.imag() / wavenumber.real();
+  constants_.gamma = gamma * scale_;
+}
+
+void FaceQuadrature::begin(const Vector3& x, const Vector3& m) {
+  x_ = x;
+  m_ = m;
+  for (auto* values : {&px_, &py_, &pz_, &nx_, &ny_, &nz_, &weight_}) {
+    values->clear();
+  }
+  ends_.clear();
+}
+
+void FaceQuadrature::add_point(const Vector3& y, const Vector3& n, double weight) {
+  const Vector3 offset = scale_ * (y - x_);  // seen from x: what is near keeps all its digits
+  px_.push_back(offset.x());
+  py_.push_back(offset.y());
+  pz_.push_back(offset.z());
+  nx_.push_back(n.x());
+  ny_.push_back(n.y());
+  nz_.push_back(n.z());
+  weight_.push_back(weight * scale_ * scale_ / (4.0 * std::numbers::pi));
+}
+
+void FaceQuadrature::add_piece(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& n, double area,
+                               int depth) {
+  const double distance2 = (x_ - (a + b + c) / 3.0).squaredNorm();
+  if (distance2 < rule_.split_ratio * rule_.split_ratio * area && depth < kDeepest) {
+    const Vector3 ab = 0.5 * (a + b);
+    const Vector3 bc = 0.5 * (b + c);
+    const Vector3 ca = 0.5 * (c + a);
+    add_piece(a, ab, ca, n, 0.25 * area, depth + 1);
+    add_piece(ab, b, bc, n, 0.25 * area, depth + 1);
+    add_piece(ca, bc, c, n, 0.25 * area, depth + 1);
+    add_piece(ab, bc, ca, n, 0.25 * area, depth + 1);
+    return;
+  }
+  for (const TrianglePoint& q : radon_rule()) {
+    add_point(a + q.u * (b - a) + q.v * (c - a), n, q.weight * area);
+  }
+}
+
+void FaceQuadrature::add(const Face& face) {
+  const Vector3 centroid = (face.a + face.b + face.c) / 3.0;
+  const double size = std::sqrt(face.area);
+  const double distance = (x_ - centroid).norm();
+  if (distance < rule_.seven_below * size) {
+    add_piece(face.a, face.b, face.c, face.normal, face.area, 0);
+  } else if (distance < rule_.three_below * size) {
+    for (const TrianglePoint& q : strang_rule()) {
+      add_point(face.a + q.u * (face.b - face.a) + q.v * (face.c - face.a), face.normal, q.weight * face.area);
+    }
+  } else {
+    add_point(centroid, face.normal, face.area);
+  }
+  ends_.push_back(weight_.size());
+}
+
+const std::vector<Complex>& FaceQuadrature::integrals(Layer layer) {
+  re_.resize(weight_.size());
+  im_.resize(weight_.size());
+  const PairPoint<double> origin{0.0, 0.0, 0.0, m_.x(), m_.y(), m_.z()};
+  pair_values(layer, constants_, origin, {px_.data(), py_.data(), pz_.data(), nx_.data(), ny_.data(), nz_.data()},
+              static_cast<int>(weight_.size()), re_.data(), im_.data());
+  const double unit = layer == Layer::kSingle || layer == Layer::kSingleAdjoint ? 1.0 / scale_ : 1.0;
+  values_.resize(ends_.size());
+  std::size_t q = 0;
+  for (std::size_t f = 0; f < ends_.size(); ++f) {
+    double re = 0.0;
+    double im = 0.0;
+    for (; q < ends_[f]; ++q) {
+      re += weight_[q] * re_[q];
+      im += weight_[q] * im_[q];
+    }
+    values_[f] = unit * Complex(re, im);
+  }
+  return values_;
+}
+
+SelfIntegrals self_integrals(const Face& face, const Complex& wavenumber) {
+  const Vector3 centre = (face.a + face.b + face.c) / 3.0;
+  const std::array<Vector3, 3> corners = {face.a - centre, face.b - centre, face.c - centre};
+  const Complex ik = Complex(0, 1) * wavenumber;
+  Complex waves = 0;   // loop of exp(ikR) dt
+  Complex finite = 0;  // loop of (ik - exp(ikR)/R) dt
+  for (std::size_t e = 0; e < 3; ++e) {
+    const Vector3& a = corners[e];
+    const Vector3& b = corners[(e + 1) % 3];
+    const Vector3 along = (b - a).normalized();
+    const double h = (a - along.dot(a) * along).norm();
+    // t from the foot of the perpendicular: R = h / cos t
+    const double from = std::atan2(along.dot(a), h);
+    const double to = std::atan2(along.dot(b), h);
+    const double middle = 0.5 * (from + to);
+    const double half = 0.5 * (to - from);
+    for (std::size_t q = 0; q < kNode.size(); ++q) {
+      for (const double side : {-1.0, 1.0}) {
+        const double radius = h / std::cos(middle + side * half * kNode[q]);
+        const Complex wave = std::exp(ik * radius);
+        waves += half * kWeight[q] * wave;
+        finite += half * kWeight[q] * (ik - wave / radius);
+      }
+    }
+  }
+  return {Complex(0, 0.5) / wavenumber * (1.0 - waves / (2.0 * std::numbers::pi)), finite / (4.0 * std::numbers::pi)};
+}
+
+Face face_of(const TriangleMesh& mesh, Eigen::Index f) {
+  return {mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2), mesh.normals().col(f), mesh.areas()(f)};
+}
+
+}  // namespace touchfield

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/bem/element_integrals.h"
+#include "sim/bem/pair_loops.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// How finely a face is integrated, by its distance from the point in units of the square root of its area.
+struct FaceRule {
+  double split_ratio = 1.4;   // a piece nearer than this times its own size is split in four; pieces have 7 points
+  double seven_below = 4.0;   // whole faces: 7 points below this distance,
+  double three_below = 12.0;  // 3 points below this one, one point beyond
+};
+
+/// Integrals of Layer's kernels over flat faces seen from one point. Holds the points of all faces that were added, so
+/// that the kernels are evaluated together; keep one a thread.
+class FaceQuadrature {
+ public:
+  /// wavenumber   k + i alpha [1/m];  gamma: eta = i gamma [m]
+  FaceQuadrature(const Complex& wavenumber, double gamma, const FaceRule& rule);
+
+  /// Starts anew at x [m] with unit normal m there.
+  void begin(const Vector3& x, const Vector3& m);
+  void add(const Face& face);
+
+  /// int K(x, y) dS_y of each face since begin(), in that order; [m] for the single layer, no unit otherwise.
+  ///
+  /// accuracy   docs/accuracy.md; about 1e-3 relative at a twentieth of an edge, 1e-4 at one edge
+  const std::vector<Complex>& integrals(Layer layer);
+
+ private:
+  void add_piece(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& n, double area, int depth);
+  void add_point(const Vector3& y, const Vector3& n, double weight);
+
+  double scale_;  // half wavelengths a metre
+  PairConstants<double> constants_;
+  FaceRule rule_;
+  Vector3 x_ = Vector3::Zero();
+  Vector3 m_ = Vector3::UnitZ();
+  std::vector<double> px_, py_, pz_, nx_, ny_, nz_, weight_, re_, im_;
+  std::vector<std::size_t> ends_;
+  std::vector<Complex> values_;
+};
+
+/// The integrals of a face over itself at its centroid, in closed form round its edges; those of D and D' are 0.
+struct SelfIntegrals {
+  Complex single;         // S [m]
+  Complex hypersingular;  // W, its finite part [1/m]
+};
+
+/// accuracy   1e-9 relative for faces up to half a wavelength with angles above 5 degrees, 1e-5 at 1 degree
+SelfIntegrals self_integrals(const Face& face, const Complex& wavenumber);
+
+/// Face f of a mesh with its geometry.
+Face face_of(const TriangleMesh& mesh, Eigen::Index f);
+
+}  // namespace touchfield

@@ -1,0 +1,193 @@
+#include "sim/bem/scattering_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/dense_operator.h"
+#include "solvers/linear/gmres.h"
+#include "solvers/linear/refinement.h"
+
+namespace touchfield {
+
+namespace {
+
+// What GMRES is asked for inside a refinement: products in single precision are good to about 1e-6, and a correction
+// need only win a few digits.
+constexpr double kSingleLimit = 3e-6;
+constexpr double kCorrection = 1e-3;
+constexpr int kMaxRounds = 8;
+
+/// B^-1 or B^-T in the solver's own precision, without a check of what it reached.
+class Inverse {
+ public:
+  Inverse() = default;
+  Inverse(const Inverse&) = delete;
+  Inverse& operator=(const Inverse&) = delete;
+  virtual ~Inverse() = default;
+
+  /// tolerance   what an iterative inverse is to reach
+  /// steps       raised by the steps taken
+  virtual Eigen::MatrixXcd apply(bool transposed, const Eigen::MatrixXcd& b, double tolerance, int& steps,
+                                 const ScatteringSolver::Report& report) const = 0;
+  virtual double reciprocal_condition() const { return std::numeric_limits<double>::quiet_NaN(); }
+};
+
+template <typename Real>
+class LuInverse : public Inverse {
+ public:
+  explicit LuInverse(Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> matrix)
+      : lu_(std::move(matrix)) {}
+
+  Eigen::MatrixXcd apply(bool transposed, const Eigen::MatrixXcd& b, double /*tolerance*/, int& /*steps*/,
+                         const ScatteringSolver::Report& /*report*/) const override {
+    const auto solve = [&](auto right) { return transposed ? lu_.solve_transpose(right) : lu_.solve(right); };
+    if constexpr (std::is_same_v<Real, double>) {
+      return solve(b);
+    } else {
+      return solve(Eigen::MatrixXcf(b.cast<std::complex<float>>())).template cast<Complex>();
+    }
+  }
+  double reciprocal_condition() const override { return static_cast<double>(lu_.reciprocal_condition()); }
+
+ private:
+  BasicDenseLu<Real> lu_;
+};
+
+class GmresInverse : public Inverse {
+ public:
+  GmresInverse(std::shared_ptr<const LinearOperator> b, const SolverOptions& options)
+      : operator_(std::move(b)), options_(options) {}
+
+  Eigen::MatrixXcd apply(bool transposed, const Eigen::MatrixXcd& b, double tolerance, int& steps,
+                         const ScatteringSolver::Report& report) const override {
+    GmresOptions options;
+    options.tolerance = tolerance;
+    options.max_steps = std::max(0, options_.max_steps - steps);
+    options.restart = options_.restart;
+    const auto product = [&](const Eigen::MatrixXcd& x) {
+      return transposed ? operator_->apply_transpose(x) : operator_->apply(x);
+    };
+    GmresResult result = gmres(product, b, options, report);
+    steps += *std::max_element(result.steps.begin(), result.steps.end());
+    return std::move(result.x);
+  }
+
+ private:
+  std::shared_ptr<const LinearOperator> operator_;
+  SolverOptions options_;
+};
+
+class RefinedSolver : public ScatteringSolver {
+ public:
+  RefinedSolver(const ScatteringSystem& system, std::unique_ptr<Inverse> inverse, const SolverOptions& options)
+      : system_(system), inverse_(std::move(inverse)), options_(options) {}
+
+  Solved solve(const Eigen::MatrixXcd& b, const Report& report) const override { return run(false, b, report); }
+  Solved solve_transpose(const Eigen::MatrixXcd& b, const Report& report) const override {
+    return run(true, b, report);
+  }
+  double reciprocal_condition() const override { return inverse_->reciprocal_condition(); }
+  const SolverOptions& options() const override { return options_; }
+
+ private:
+  Solved run(bool transposed, const Eigen::MatrixXcd& b, const Report& report) const {
+    if (b.cols() == 0) {
+      return {b, {0, 0, 0.0, true}};
+    }
+    int steps = 0;
+    bool first = true;
+    const double floor = options_.precision == Precision::kSingle ? kSingleLimit : 0.0;
+    const auto inverse = [&](const Eigen::MatrixXcd& r) {
+      // The residual by the solver's own products differs from the exact one: aim a little below.
+      const double tolerance = std::max(first ? 0.7 * options_.tolerance : kCorrection, floor);
+      first = false;
+      return inverse_->apply(transposed, r, tolerance, steps, report);
+    };
+    const auto exact = [&](const Eigen::MatrixXcd& x) {
+      return transposed ? system_.exact().apply_transpose(x) : system_.exact().apply(x);
+    };
+    try {
+      RefinementResult result =
+          touchfield::refine(exact, inverse, b, {options_.tolerance, options_.refine ? kMaxRounds : 0});
+      const double worst = *std::max_element(result.residuals.begin(), result.residuals.end());
+      return {std::move(result.x), {steps, result.rounds, worst, result.converged}};
+    } catch (const std::domain_error& error) {
+      throw NumericalError(fmt::format("scattering by {} faces, scheme {}, {} in {} precision: {}", system_.faces(),
+                                       to_string(system_.scheme()), to_string(options_.kind),
+                                       to_string(options_.precision), error.what()));
+    }
+  }
+
+  const ScatteringSystem& system_;
+  std::unique_ptr<Inverse> inverse_;
+  SolverOptions options_;
+};
+
+std::unique_ptr<Inverse> make_inverse(const ScatteringSystem& system, const SolverOptions& options) {
+  const bool single = options.precision == Precision::kSingle;
+  switch (options.kind) {
+    case SolverKind::kLu:
+      if (single) {
+        return std::make_unique<LuInverse<float>>(system.dense_single());
+      }
+      return std::make_unique<LuInverse<double>>(system.dense());
+    case SolverKind::kGmres:
+      if (single) {
+        return std::make_unique<GmresInverse>(std::make_shared<DenseOperator<float>>(system.dense_single()), options);
+      }
+      return std::make_unique<GmresInverse>(std::make_shared<DenseOperator<double>>(system.dense()), options);
+    case SolverKind::kMatrixFree:
+      if (single) {
+        return std::make_unique<GmresInverse>(system.single_operator(), options);
+      }
+      // The system's own operator, which outlives the solver.
+      return std::make_unique<GmresInverse>(
+          std::shared_ptr<const LinearOperator>(std::shared_ptr<const LinearOperator>(), &system.exact()), options);
+  }
+  throw std::logic_error("unknown solver");
+}
+
+}  // namespace
+
+std::string to_string(SolverKind kind) {
+  switch (kind) {
+    case SolverKind::kLu:
+      return "LU";
+    case SolverKind::kGmres:
+      return "GMRES, stored";
+    case SolverKind::kMatrixFree:
+      return "GMRES, matrix-free";
+  }
+  return {};
+}
+
+std::string to_string(Precision precision) { return precision == Precision::kSingle ? "single" : "double"; }
+
+std::unique_ptr<ScatteringSolver> make_solver(const ScatteringSystem& system, const SolverOptions& options) {
+  try {
+    return std::make_unique<RefinedSolver>(system, make_inverse(system, options), options);
+  } catch (const std::domain_error& error) {
+    throw NumericalError(
+        fmt::format("scattering by {} faces, scheme {}: {}", system.faces(), to_string(system.scheme()), error.what()));
+  }
+}
+
+double solver_memory(Eigen::Index unknowns, const SolverOptions& options, Eigen::Index right_hand_sides) {
+  const auto n = static_cast<double>(unknowns);
+  const double entry = options.precision == Precision::kSingle ? 8.0 : 16.0;
+  const double matrix = options.kind == SolverKind::kMatrixFree ? 0.0 : entry * n * n;
+  const double krylov = options.kind == SolverKind::kLu
+                            ? 0.0
+                            : 16.0 * n * static_cast<double>(right_hand_sides) *
+                                  static_cast<double>(std::min(options.restart, options.max_steps));
+  return matrix + krylov + 6.0 * 16.0 * n * static_cast<double>(right_hand_sides);
+}
+
+}  // namespace touchfield

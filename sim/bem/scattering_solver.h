@@ -1,0 +1,73 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "sim/bem/scattering_system.h"
+
+namespace touchfield {
+
+enum class SolverKind {
+  kLu,          // the matrix stored and factorised
+  kGmres,       // the matrix stored, GMRES
+  kMatrixFree,  // every entry computed anew in every step, GMRES
+};
+
+enum class Precision { kSingle, kDouble };
+
+/// LU; GMRES, stored; GMRES, matrix-free.
+std::string to_string(SolverKind kind);
+/// single; double.
+std::string to_string(Precision precision);
+
+struct SolverOptions {
+  SolverKind kind = SolverKind::kMatrixFree;
+  Precision precision = Precision::kSingle;
+  bool refine = true;       // go on until the residual by products in double meets the tolerance
+  double tolerance = 1e-5;  // relative residual ||B p - b|| / ||b|| of every column
+  int max_steps = 400;      // of GMRES, a column
+  int restart = 100;        // steps after which GMRES starts anew, bounding its memory
+};
+
+struct SolveReport {
+  int steps = 0;           // most GMRES steps of a column, all refinements together; 0 of LU
+  int refinements = 0;     // corrections after the first solution
+  double residual = 0;     // worst relative residual of a column, by a product in double
+  bool converged = false;  // residual <= tolerance
+};
+
+struct Solved {
+  Eigen::MatrixXcd x;  // unknowns x S
+  SolveReport report;
+};
+
+/// Solves B p = b for many right-hand sides at once.
+class ScatteringSolver {
+ public:
+  /// step, worst residual of the columns so far
+  using Report = std::function<void(int, double)>;
+
+  ScatteringSolver() = default;
+  ScatteringSolver(const ScatteringSolver&) = delete;
+  ScatteringSolver& operator=(const ScatteringSolver&) = delete;
+  virtual ~ScatteringSolver() = default;
+
+  /// B^-1 b, unknowns x S. Not reaching the tolerance is said in the report.
+  /// throws   NumericalError if a value is not finite
+  virtual Solved solve(const Eigen::MatrixXcd& b, const Report& report = {}) const = 0;
+  /// B^-T b, without conjugation.
+  virtual Solved solve_transpose(const Eigen::MatrixXcd& b, const Report& report = {}) const = 0;
+  /// Estimate of the reciprocal condition number of B in the 1-norm; NaN where none is made.
+  virtual double reciprocal_condition() const = 0;
+  virtual const SolverOptions& options() const = 0;
+};
+
+/// system   outlives the solver
+/// throws   NumericalError if B is singular or holds a value that is not finite
+std::unique_ptr<ScatteringSolver> make_solver(const ScatteringSystem& system, const SolverOptions& options);
+
+/// Memory that a solver holds beside its system, for S right-hand sides at once [bytes].
+double solver_memory(Eigen::Index unknowns, const SolverOptions& options, Eigen::Index right_hand_sides);
+
+}  // namespace touchfield

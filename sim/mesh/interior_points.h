@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// Distance from each point to the nearest point of the skin [m], inside or outside, exact.
+///
+/// points   3 x N [m]
+Eigen::VectorXd depths(const TriangleMesh& mesh, const Points& points);
+
+/// Points inside a closed surface, spread evenly but on no lattice and no plane of symmetry: darts thrown in a fixed
+/// random order, at most eight a cube of side `spacing`, each kept if it has the clearance and is no nearer than
+/// 0.8 spacings to one kept before. The same mesh gives the same points; they move with the mesh but are others in
+/// place when it turns.
+///
+/// mesh        closed, outward normals; any genus and number of pieces
+/// spacing     [m], > 0
+/// clearance   least distance to the skin [m], >= 0
+/// returns     3 x N [m]. In the bulk one point a spacing^3 within 10 %, a few more where the part that has the
+///             clearance is thin. Wherever a ball of radius 0.87 spacings has the clearance, a point is nearer than
+///             1.67 spacings to its centre. 3 x 0 if no dart has the clearance
+/// throws      InputError on a value out of range, or more than 20 million darts
+Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double clearance);
+
+/// Places for point sources inside a closed surface whose fields, known outside, show how accurate a solution is. The
+/// first half (rounded up) lie in the part of the body within `reach` of `target`, among the deeper half of the places
+/// there; the others are spread over the whole body. Both are as far apart as a greedy choice finds them. None is
+/// nearer to the skin than 1.5 local edges (sides of the equilateral triangle with the area of the nearest face); where
+/// the part within reach has too few such places, the whole body gives more. Off axes and planes of symmetry.
+///
+/// mesh     closed, outward normals
+/// target   [m], on the skin
+/// reach    [m], > 0
+/// count    > 0
+/// seed     the same mesh and seed give the same points
+/// returns  3 x count [m]
+/// throws   InputError on a value out of range, or if the body is nowhere deeper than 1.5 local edges at 0.95 of the
+///          way to its middle; the message names the depth and the edge where it comes closest
+Points interior_sources(const TriangleMesh& mesh, const Vector3& target, double reach, int count, std::uint64_t seed);
+
+}  // namespace touchfield

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/field/metrics.h"
+
+namespace touchfield {
+
+/// One way to solve a scene, and what it costs and gives. A number that was not computed is NaN.
+struct StudyRung {
+  std::string scheme;
+  double edge_mm = kNotComputed;  // mean edge length of the mesh
+  long faces = 0;
+  std::string precision;
+  std::string solver;
+  double seconds = kNotComputed;
+  double peak_mib = kNotComputed;         // largest memory [MiB]
+  double error_reference = kNotComputed;  // relative, against the reference solution
+  double error_interior = kNotComputed;   // relative, by the field inside the body, which must vanish
+  double pattern_error = kNotComputed;    // relative, after the best scale
+  bool pareto = false;                    // no rung is both as fast and as exact, and better in one: mark_pareto
+  std::string status = "ok";              // or why it has no numbers
+};
+
+/// Sets `pareto` of every rung: true if no other has at most its error_reference in at most its seconds, one of the two
+/// smaller. A rung without both numbers is never marked.
+void mark_pareto(std::vector<StudyRung>& rungs);
+
+/// The rung of the least error_reference among those that take at most `budget` seconds; the fastest of equals.
+std::optional<std::size_t> pick_within_seconds(const std::vector<StudyRung>& rungs, double budget);
+
+/// The fastest rung among those with an error_reference of at most `error`; the most exact of equals.
+std::optional<std::size_t> pick_within_error(const std::vector<StudyRung>& rungs, double error);
+
+/// study.csv: a header line and a line a rung: scheme, edge_mm, faces, precision, solver, seconds, peak_mib,
+/// error_reference, error_interior, pattern_error, pareto (1 or 0), status. Whole or not at all.
+///
+/// throws   IoError naming the path and the system's reason
+void write_study_csv(const std::string& path, const std::vector<StudyRung>& rungs);
+
+/// The rungs as a table for a person, by scheme, the cheapest first, then by edge; * before those marked `pareto`.
+std::string study_table(const std::vector<StudyRung>& rungs);
+
+/// A PNG of 1200 x 900 pixels: error_reference [%] against seconds, both logarithmic, a marker a scheme, the rungs
+/// marked `pareto` outlined and joined by a line, the picked one in a ring. Rungs whose seconds or error are not > 0
+/// are left out and counted below.
+///
+/// path     where it lands, whole or not at all
+/// title    in bold above
+/// picked   number of a rung
+/// throws   NotBuiltError if can_draw() is false; IoError if it cannot be written
+void draw_study(const std::string& path, const std::string& title, const std::vector<StudyRung>& rungs,
+                std::optional<std::size_t> picked);
+
+}  // namespace touchfield

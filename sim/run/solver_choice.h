@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+
+#include "sim/bem/scattering_solver.h"
+#include "sim/scene/scene.h"
+
+namespace touchfield {
+
+/// A scene's solver with what it leaves open decided by scheme, size and memory, and why.
+struct SolverDecision {
+  SolverOptions options;
+  std::string reason;  // e.g. "chosen: few GMRES steps, no matrix to store"
+};
+
+/// Rules for `auto`, in docs/user-guide.md:
+///   burton_miller(_polished)   GMRES, matrix-free, in single precision
+///   chief                      LU
+///   paper, paper_corrected     LU while the matrix fits half of the free memory, else GMRES, matrix-free
+/// LU is in double up to 3,000 unknowns, beyond that in single; single precision is refined unless the scene says no.
+///
+/// available   memory that may be used [bytes]
+SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available);
+
+/// How a solve's precision is called: single, single refined, double.
+std::string precision_name(const SolverOptions& options);
+
+/// Memory that can be had without swapping [bytes]; 0 if the system does not say.
+double available_memory();
+
+}  // namespace touchfield

@@ -1,0 +1,49 @@
+#include "sim/run/speed.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include "sim/bem/layer_sum.h"
+#include "solvers/linear/dense_lu.h"
+
+namespace touchfield {
+
+namespace {
+
+template <typename Work>
+double seconds_of(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+}  // namespace
+
+double product_seconds(const TriangleMesh& mesh, const Wave& wave) {
+  const Eigen::Index rows = std::min<Eigen::Index>(mesh.face_count(), 1024);
+  const LayerSum<float> sum(mesh, wave.wavenumber(), 0.0);
+  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Ones(mesh.face_count(), 1);
+  sum.apply_head(Layer::kDouble, x, std::min<Eigen::Index>(rows, 16));  // wakes the threads
+  const double seconds = seconds_of([&] { sum.apply_head(Layer::kDouble, x, rows); });
+  return seconds * static_cast<double>(mesh.face_count()) / static_cast<double>(rows);
+}
+
+double measured_flops() {
+  constexpr Eigen::Index kSize = 1600;
+  constexpr int kTrials = 2;  // the first one also wakes the threads
+  Eigen::MatrixXcd matrix = Eigen::MatrixXcd::Zero(kSize, kSize);
+  for (Eigen::Index j = 0; j < kSize; ++j) {
+    for (Eigen::Index i = 0; i < kSize; ++i) {
+      matrix(i, j) = std::polar(1.0, static_cast<double>((i * i + 3 * i * j) % 997));
+    }
+  }
+  double fastest = std::numeric_limits<double>::infinity();
+  for (int trial = 0; trial < kTrials; ++trial) {
+    fastest = std::min(fastest, seconds_of([&] { const DenseLu lu(matrix); }));
+  }
+  return 8.0 / 3.0 * std::pow(static_cast<double>(kSize), 3) / fastest;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "solvers/linear/product.h"
+
+namespace touchfield {
+
+struct GmresOptions {
+  double tolerance = 1e-6;  ///< relative residual ||b - A x|| / ||b|| a column is to reach, > 0
+  int max_steps = 300;      ///< a column, >= 0
+  int restart = 60;         ///< steps after which a column's space is built anew, >= 1
+};
+
+struct GmresResult {
+  Eigen::MatrixXcd x;             ///< n x S
+  std::vector<int> steps;         ///< of each column: products that enlarged its space
+  std::vector<double> residuals;  ///< of each column: ||b - A x|| / ||b|| with a product of the returned x
+  int products = 0;               ///< block products in all
+  int columns = 0;                ///< columns multiplied in all
+  bool converged = false;         ///< every column has reached the tolerance
+};
+
+/// Solves A X = B by restarted GMRES, all columns at once: x = 0 at first, then in every cycle
+///
+///   x <- x + V y,   y = argmin || r - A V y ||,   span V = { r, A r, .., A^(k-1) r },   r = b - A x.
+///
+/// Each column has a space of its own; one block product serves a step of all of them, and a column leaves the block
+/// when its estimated residual is in tolerance. The true residuals are formed at the end of each cycle, with one block
+/// product more; a column whose true residual is above the tolerance goes on. Given up, with converged = false, is a
+/// column that has spent its steps or whose true residual a cycle has lessened by under 0.1 % (a singular matrix, a
+/// stagnating restart, a tolerance below the rounding of the product); its better iterate is returned. A zero column
+/// is solved by zero in no step.
+///
+/// apply     A X; an n x n matrix, which need not be stored
+/// b         n x S, finite
+/// report    called after each block step with the number of block steps done and the worst estimated residual
+/// accuracy  the true residual of a converged column is at most the tolerance. Each column is worked on by one thread
+///           in a fixed order: results depend on the number of threads only as far as apply does.
+/// memory    restart x n x S complex numbers
+/// throws    std::domain_error if b or a product holds a value that is not finite,
+///           std::invalid_argument for options out of range or a product of another shape
+/// source    Saad, Schultz, SIAM J. Sci. Stat. Comput. 7 (1986) 856; orthogonalised by classical Gram-Schmidt twice:
+///           Giraud, Langou, Rozloznik, van den Eshof, Numer. Math. 101 (2005) 87
+GmresResult gmres(const Product& apply, const Eigen::MatrixXcd& b, const GmresOptions& options,
+                  const std::function<void(int step, double worst_residual)>& report = {});
+
+}  // namespace touchfield

@@ -1,0 +1,165 @@
+// Fictitious frequencies: where the inside of the body would resonate, the plain integral equation has no unique answer.
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "sim/bem/rigid_sphere.h"
+#include "sim/mesh/hand.h"
+#include "sim/mesh/shapes.h"
+#include "tests/hard/hard_meshes.h"
+#include "tests/hard/hard_support.h"
+
+namespace touchfield {
+namespace {
+
+using std::numbers::pi;
+
+class HardResonance : public HardCase {};
+
+TEST_P(HardResonance, SpheresAtAndNearFictitiousFrequencies) {
+  const Wave wave = wave_at(40e3);
+  const double epw = sized(5.5, 7.0);
+  for (const double ka : {pi, 4.493409457909064, 3 * pi}) {
+    // Edge in radii 2 pi / (ka epw); an icosphere has 20 f^2 faces on 4 pi.
+    const double edge = 2 * pi / (ka * epw);
+    const int subdivisions = static_cast<int>(std::round(std::sqrt(4 * pi / (20 * std::sqrt(3.0) / 4)) / edge));
+    std::vector<double> offsets = {0.0, 0.001, 0.005, 0.01, 0.02};
+    if (GetParam() == Size::kFull) {
+      offsets.insert(offsets.begin(), {-0.02, -0.01, -0.005, -0.001});
+    }
+    Errors worst;
+    for (const double offset : offsets) {
+      const double radius = ka * (1 + offset) / wave.k();
+      const TriangleMesh mesh = icosphere(radius, subdivisions);
+      const Eigen::VectorXd cosines = mesh.centroids().row(2).transpose().cwiseQuotient(
+          mesh.centroids().colwise().norm().transpose());
+      const Eigen::VectorXcd exact = rigid_sphere_plane_wave(wave, radius, cosines);
+      const Errors found = errors(mesh.areas(), answers(mesh, wave, plane_wave(Vector3::UnitZ(), 1.0)), exact);
+      print_errors(fmt::format("ka {:.4f} {:+.1f} %, {} faces", ka, 100 * offset, mesh.face_count()), found);
+      for (const auto& [scheme, value] : found) {
+        worst[scheme] = std::max(worst[scheme], value);
+      }
+    }
+  }
+}
+
+/// Root mean square of |p| on a spot, over a sweep in frequency: what a resonance does to it.
+struct Sweep {
+  std::vector<double> amplitudes;
+
+  double mean() const { return Eigen::Map<const Eigen::VectorXd>(amplitudes.data(), count()).mean(); }
+  /// Largest change between neighbours and largest less smallest, over the mean.
+  double jump() const {
+    double most = 0;
+    for (std::size_t i = 1; i < amplitudes.size(); ++i) {
+      most = std::max(most, std::abs(amplitudes[i] - amplitudes[i - 1]));
+    }
+    return most / mean();
+  }
+  double spread() const {
+    const auto [least, most] = std::minmax_element(amplitudes.begin(), amplitudes.end());
+    return (*most - *least) / mean();
+  }
+
+ private:
+  Eigen::Index count() const { return static_cast<Eigen::Index>(amplitudes.size()); }
+};
+
+void print_sweep(const std::string& what, const Sweep& sweep) {
+  fmt::print("{}: mean {:.4f}, largest jump {:.3f} %, spread {:.3f} %\n", what, sweep.mean(), 100 * sweep.jump(),
+             100 * sweep.spread());
+  std::fflush(stdout);
+}
+
+/// Faces within 5 mm of a point, facing as the nearest one does.
+Eigen::VectorXd pad_about(const TriangleMesh& mesh, const Landmark& landmark) {
+  const Vector3 middle = position(mesh, landmark);
+  const Vector3 normal = mesh.normals().col(landmark.face);
+  return area_where(mesh, [&](const Vector3& x, const Vector3& n) {
+    return (x - middle).norm() < 5e-3 && n.dot(normal) > 0.5;
+  });
+}
+
+Sweep swept(const Body& body, const std::string& landmark, Scheme scheme, const std::vector<double>& frequencies,
+            const SolverOptions& options) {
+  const Landmark& pad = find_landmark(body, landmark);
+  const Eigen::VectorXd weights = pad_about(body.mesh, pad);
+  const TransducerArray source =
+      omni_at(position(body.mesh, pad) + 0.2 * Vector3(body.mesh.normals().col(pad.face)) + Vector3(0.01, 0.02, 0));
+  Sweep sweep;
+  for (const double frequency : frequencies) {
+    const Answer at = answer(body.mesh, wave_at(frequency), source, scheme, options);
+    sweep.amplitudes.push_back(mean_amplitude(weights, at.pressure));
+    fmt::print("  {} {:.1f} Hz: {:.6f} ({} steps)\n", to_string(scheme), frequency, sweep.amplitudes.back(), at.report.steps);
+    std::fflush(stdout);
+  }
+  return sweep;
+}
+
+/// `count` frequencies `step` apart about a middle one [Hz].
+std::vector<double> frequencies(double middle, double step, int count) {
+  std::vector<double> all;
+  for (int i = 0; i < count; ++i) {
+    all.push_back(middle + step * (i - 0.5 * (count - 1)));
+  }
+  return all;
+}
+
+/// Where the matrix of `paper` is worst conditioned, on a grid of 100 Hz about 40 kHz: next to a fictitious frequency.
+double worst_conditioned(const TriangleMesh& mesh, double& condition) {
+  double least = 1;
+  double found = 0;
+  for (const double frequency : frequencies(40e3, 100, 41)) {
+    const ScatteringSystem system(mesh, wave_at(frequency), Scheme::kPaper);
+    const double reciprocal = make_solver(system, usual_solver(Scheme::kPaper, mesh.face_count()))->reciprocal_condition();
+    if (reciprocal < least) {
+      least = reciprocal;
+      found = frequency;
+    }
+  }
+  condition = 1 / least;
+  return found;
+}
+
+TEST_P(HardResonance, FingerSweepAcrossAFictitiousFrequency) {
+  const Body body = capsule(5e-3, 10e-3, sized(1.5e-3, 1.1e-3));
+  double condition = 0;
+  const double middle = worst_conditioned(body.mesh, condition);
+  fmt::print("capsule 10 x 20 mm, {} faces: paper worst at {:.0f} Hz, condition {:.0f}\n", body.mesh.face_count(), middle,
+             condition);
+  std::map<Scheme, Sweep> sweeps;
+  for (const Scheme scheme : all_schemes()) {
+    sweeps[scheme] = swept(body, "top", scheme, frequencies(middle, sized(10.0, 1.0), sized(11, 101)),
+                           usual_solver(scheme, body.mesh.face_count()));
+    print_sweep(fmt::format("capsule sweep, {}", to_string(scheme)), sweeps[scheme]);
+  }
+}
+
+TEST_P(HardResonance, HandSweep) {
+  if (GetParam() == Size::kSmall) {
+    GTEST_SKIP() << "a hand takes minutes";
+  }
+  HandOptions options;
+  options.edge = 3.5e-3;
+  const Body body = hand(options);
+  const SolverOptions plain = usual_solver(Scheme::kPaper, body.mesh.face_count());
+  const auto measure = [&](Scheme scheme, double step, int count, const SolverOptions& solver) {
+    print_sweep(fmt::format("hand index_up, {} faces, {} x {:.0f} Hz, {}", body.mesh.face_count(), count, step,
+                            to_string(scheme)),
+                swept(body, "index_pad", scheme, frequencies(40e3, step, count), solver));
+  };
+  measure(Scheme::kPaper, 10, 11, plain);
+  measure(Scheme::kBurtonMillerPolished, 10, 11, SolverOptions{});
+  measure(Scheme::kPaper, 1, 11, plain);
+  measure(Scheme::kBurtonMillerPolished, 1, 101, SolverOptions{});
+}
+
+INSTANTIATE_TEST_SUITE_P(Small, HardResonance, testing::Values(Size::kSmall), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Full, HardResonance, testing::Values(Size::kFull), testing::PrintToStringParamName());
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <map>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+#include <gtest/gtest.h>
+
+#include "sim/acoustics/transducer_array.h"
+#include "sim/bem/scattering_solver.h"
+#include "sim/bem/scattering_system.h"
+#include "sim/bem/scheme.h"
+
+namespace touchfield {
+
+/// How large a case is: small ones run with every test, full ones under the label `long` and into docs/stability.md.
+enum class Size { kSmall, kFull };
+
+inline void PrintTo(Size size, std::ostream* out) { *out << (size == Size::kSmall ? "small" : "full"); }
+
+/// Cases that run in both sizes. Each prints its figures, a line each.
+class HardCase : public testing::TestWithParam<Size> {
+ protected:
+  template <typename Value>
+  static Value sized(Value small, Value full) {
+    return GetParam() == Size::kSmall ? small : full;
+  }
+};
+
+/// Air at 20 C.
+Wave wave_at(double frequency);
+
+/// Sources exp(ikr)/r at the given places.
+TransducerArray omni_at(const Points& positions);
+
+/// What one scheme says of one problem.
+struct Answer {
+  Eigen::VectorXcd pressure;  // M
+  SolveReport report;
+  double rcond = 0;  // of LU
+};
+using Answers = std::map<Scheme, Answer>;
+
+/// Burton-Miller by matrix-free GMRES in single precision, refined; the others by LU, refined, but GMRES for paper and
+/// paper_corrected on more than 5,000 faces.
+SolverOptions usual_solver(Scheme scheme, Eigen::Index faces);
+
+/// The surface pressure with every channel driven by 1.
+Answer answer(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array, Scheme scheme,
+              const SolverOptions& options);
+Answers answers(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
+                const std::vector<Scheme>& schemes = all_schemes());
+
+/// The pressure at the mesh's centroids by the polished scheme on the mesh with every face split in four, `times` over.
+Eigen::VectorXcd split_reference(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
+                                 int times = 1);
+
+/// Weights (areas) of the faces whose centroid and normal are as asked; 0 elsewhere.
+template <typename Predicate>
+Eigen::VectorXd area_where(const TriangleMesh& mesh, const Predicate& is_in) {
+  Eigen::VectorXd weights = mesh.areas();
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    if (!is_in(Vector3(mesh.centroids().col(f)), Vector3(mesh.normals().col(f)))) {
+      weights(f) = 0;
+    }
+  }
+  return weights;
+}
+
+/// sqrt(w . |p - exact|^2 / w . |exact|^2)
+double error(const Eigen::VectorXd& weights, const Eigen::VectorXcd& p, const Eigen::VectorXcd& exact);
+/// The same of absolute values.
+double amplitude_error(const Eigen::VectorXd& weights, const Eigen::VectorXcd& p, const Eigen::VectorXcd& exact);
+/// sqrt(w . |p|^2 / sum w)
+double mean_amplitude(const Eigen::VectorXd& weights, const Eigen::VectorXcd& p);
+
+using Errors = std::map<Scheme, double>;
+Errors errors(const Eigen::VectorXd& weights, const Answers& answers, const Eigen::VectorXcd& exact);
+
+/// One line: what, then each scheme's figure in percent.
+void print_errors(const std::string& what, const Errors& errors);
+/// One line: what, then each scheme's GMRES steps (0: LU).
+void print_steps(const std::string& what, const Answers& answers);
+
+}  // namespace touchfield

@@ -1,0 +1,131 @@
+// Waves that a mesh is too coarse for, shadows, sources next to the skin, and other frequencies.
+
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "sim/bem/rigid_sphere.h"
+#include "sim/core/units.h"
+#include "sim/mesh/hand.h"
+#include "sim/mesh/shapes.h"
+#include "tests/hard/hard_meshes.h"
+#include "tests/hard/hard_support.h"
+
+namespace touchfield {
+namespace {
+
+class HardWave : public HardCase {};
+
+/// Faces that see skin in front of them nearer than `reach`, through the air.
+Eigen::VectorXd area_in_cavities(const TriangleMesh& mesh, double reach) {
+  Eigen::VectorXd weights = mesh.areas();
+  for (Eigen::Index i = 0; i < mesh.face_count(); ++i) {
+    const Eigen::Matrix3Xd lines = mesh.centroids().colwise() - mesh.centroids().col(i);
+    const Eigen::ArrayXd distances = lines.colwise().norm().transpose();
+    const Eigen::ArrayXd leaving = (mesh.normals().col(i).transpose() * lines).transpose();
+    const Eigen::ArrayXd arriving = -mesh.normals().cwiseProduct(lines).colwise().sum().transpose();
+    if (!((distances < reach) && (leaving > 0.5 * distances) && (arriving > 0.5 * distances)).any()) {
+      weights(i) = 0;
+    }
+  }
+  return weights;
+}
+
+/// Errors against the split mesh over the whole body and in the shadow of a source.
+void measure_body(const std::string& what, const TriangleMesh& mesh, const Wave& wave, const Vector3& source) {
+  const TransducerArray array = omni_at(source);
+  const Eigen::VectorXcd reference = split_reference(mesh, wave, array);
+  const Answers found = answers(mesh, wave, array);
+  print_errors(fmt::format("{}, {} faces, {:.1f} edges a wavelength", what, mesh.face_count(),
+                           edges_per_wavelength(mesh, wave.wavelength())),
+               errors(mesh.areas(), found, reference));
+  const Eigen::VectorXd dark = area_where(
+      mesh, [&](const Vector3& x, const Vector3& n) { return n.dot((x - source).normalized()) > 0.7; });
+  const double quiet = mean_amplitude(dark, reference) / mean_amplitude(mesh.areas(), reference);
+  Errors local;
+  Errors of_mean;
+  for (const auto& [scheme, answer] : found) {
+    local[scheme] = amplitude_error(dark, answer.pressure, reference);
+    of_mean[scheme] = local[scheme] * quiet;
+  }
+  print_errors(fmt::format("  shadow, mean |p| {:.2f} of the body's, error of |p| there", quiet), local);
+  print_errors("  the same relative to the body's mean", of_mean);
+  const Eigen::VectorXd narrow = area_in_cavities(mesh, 10e-3);
+  if (narrow.sum() > 0) {
+    print_errors(fmt::format("  where skin faces skin within 10 mm, {:.0f} % of the area, mean |p| {:.2f} of the body's",
+                             100 * narrow.sum() / mesh.total_area(),
+                             mean_amplitude(narrow, reference) / mean_amplitude(mesh.areas(), reference)),
+                 errors(narrow, found, reference));
+  }
+  print_steps("  in all", found);
+}
+
+TEST_P(HardWave, CoarseMeshesAndShadow) {
+  const Wave wave = wave_at(40e3);
+  const Vector3 below(0.03, 0.02, -0.2);
+  for (const double epw : sized(std::vector<double>{2.5, 5.0}, std::vector<double>{2.0, 2.5, 3.5, 5.0, 7.0})) {
+    measure_body("finger", finger(wave.wavelength() / epw), wave, below);
+  }
+}
+
+TEST_P(HardWave, HandCoarseShadowAndCavities) {
+  if (GetParam() == Size::kSmall) {
+    GTEST_SKIP() << "a hand takes minutes";
+  }
+  const Wave wave = wave_at(40e3);
+  HandOptions options;  // index_up: three fingers and the thumb curled into the palm
+  options.edge = wave.wavelength() / 2.5;
+  const TriangleMesh mesh = hand(options).mesh;
+  measure_body("hand index_up", mesh, wave, mesh.centroids().rowwise().mean() + Vector3(0.03, 0.02, -0.2));
+}
+
+TEST_P(HardWave, SourceNearTheSkin) {
+  const Wave wave = wave_at(40e3);
+  const double radius = 8e-3;
+  for (const double epw : sized(std::vector<double>{3, 5}, std::vector<double>{3, 5, 7, 10})) {
+    const TriangleMesh mesh = sphere(radius, wave.wavelength() / epw).mesh;
+    const double distance = radius + 5e-3;
+    const Eigen::VectorXd cosines =
+        mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose());
+    const Eigen::VectorXcd exact =
+        4 * std::numbers::pi * rigid_sphere_point_source(wave, radius, distance, cosines);
+    print_errors(fmt::format("sphere of 8 mm, source 5 mm off = {:.1f} edges, {} faces, {:.1f} edges a wavelength",
+                             5e-3 / mesh.mean_edge(), mesh.face_count(), edges_per_wavelength(mesh, wave.wavelength())),
+                 errors(mesh.areas(), answers(mesh, wave, omni_at(Vector3(0, 0, distance))), exact));
+  }
+  const TriangleMesh mesh = finger(sized(2.5e-3, 1.72e-3));
+  for (const double edges : {4.0, 2.0, 1.0, 0.5}) {
+    const TransducerArray source = omni_at(Vector3(0, 1e-3, 8e-3 + edges * mesh.mean_edge()));
+    const Eigen::VectorXcd reference = split_reference(mesh, wave, source, sized(1, 2));
+    print_errors(fmt::format("finger, {} faces, source {:.1f} edges off", mesh.face_count(), edges),
+                 errors(mesh.areas(), answers(mesh, wave, source), reference));
+  }
+}
+
+TEST_P(HardWave, OtherFrequencies) {
+  for (const double frequency : {20e3, 40e3, 70e3}) {
+    const Wave wave = wave_at(frequency);
+    const double radius = 8e-3;
+    for (const double epw : sized(std::vector<double>{5}, std::vector<double>{3, 5, 8})) {
+      const TriangleMesh mesh = sphere(radius, wave.wavelength() / epw).mesh;
+      const Eigen::VectorXd cosines =
+          mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose());
+      print_errors(fmt::format("{:.0f} kHz, sphere of 8 mm, ka {:.2f}, {} faces, {:.1f} edges a wavelength",
+                               frequency / 1e3, wave.k() * radius, mesh.face_count(),
+                               edges_per_wavelength(mesh, wave.wavelength())),
+                   errors(mesh.areas(), answers(mesh, wave, plane_wave(Vector3::UnitZ(), 1.0)),
+                          rigid_sphere_plane_wave(wave, radius, cosines)));
+    }
+    const double epw = sized(frequency > 50e3 ? 3.0 : 5.0, 5.0);
+    const Vector3 below(0.03, 0.02, -0.2);
+    measure_body(fmt::format("{:.0f} kHz, finger", frequency / 1e3), finger(wave.wavelength() / epw), wave, below);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Small, HardWave, testing::Values(Size::kSmall), testing::PrintToStringParamName());
+INSTANTIATE_TEST_SUITE_P(Full, HardWave, testing::Values(Size::kFull), testing::PrintToStringParamName());
+
+}  // namespace
+}  // namespace touchfield

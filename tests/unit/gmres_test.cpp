@@ -1,0 +1,365 @@
+#include "solvers/linear/gmres.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstdlib>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include <Eigen/QR>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <omp.h>
+#include <unsupported/Eigen/IterativeSolvers>
+
+#include "solvers/linear/dense_lu.h"
+
+namespace touchfield {
+namespace {
+
+using testing::Each;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::Le;
+using testing::Lt;
+
+Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
+  std::srand(seed);  // Eigen's Random draws from rand()
+  return Eigen::MatrixXcd::Random(rows, columns);
+}
+
+/// Eigenvalues spread over a disc of the given radius around 1.
+Eigen::MatrixXcd near_identity(Eigen::Index n, double radius, unsigned seed) {
+  // The entries have mean square 2/3, so the random part has the spectral radius sqrt(2 n / 3).
+  return Eigen::MatrixXcd::Identity(n, n) +
+         radius / std::sqrt(2.0 * static_cast<double>(n) / 3.0) * random_matrix(n, n, seed);
+}
+
+Product product_with(const Eigen::MatrixXcd& a) {
+  return [&a](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd { return a * x; };
+}
+
+double worst_residual(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& x, const Eigen::MatrixXcd& b) {
+  return ((a * x - b).colwise().norm().array() / b.colwise().norm().array()).maxCoeff();
+}
+
+TEST(Gmres, MeetsTheToleranceAndAgreesWithLu) {
+  const Eigen::MatrixXcd a = near_identity(120, 0.7, 1);
+  const Eigen::MatrixXcd b = random_matrix(120, 4, 2);
+  for (const double tolerance : {1e-3, 1e-6, 1e-12}) {
+    const GmresResult result = gmres(product_with(a), b, {.tolerance = tolerance});
+    EXPECT_TRUE(result.converged);
+    EXPECT_THAT(result.residuals, Each(Le(tolerance)));
+    // The residual of the result is the reported one; the error is at most ||A^-1|| times larger.
+    EXPECT_NEAR(worst_residual(a, result.x, b), *std::ranges::max_element(result.residuals), 1e-14);
+    const Eigen::MatrixXcd exact = DenseLu(a).solve(b);
+    const double inverse_norm = DenseLu(a).solve(Eigen::MatrixXcd::Identity(120, 120)).norm();
+    EXPECT_LE((result.x - exact).norm(), inverse_norm * tolerance * b.norm());
+  }
+}
+
+// The definition, by an orthonormal basis of the space and a dense QR factorisation of its image.
+TEST(Gmres, MinimisesTheResidualOverTheSpace) {
+  constexpr int kSteps = 25;
+  const Eigen::MatrixXcd a = near_identity(100, 0.9, 3);
+  const Eigen::VectorXcd b = random_matrix(100, 1, 4);
+  Eigen::MatrixXcd basis(100, kSteps);
+  basis.col(0) = b.normalized();
+  for (int k = 1; k < kSteps; ++k) {
+    Eigen::MatrixXcd powers(100, k + 1);
+    powers << basis.leftCols(k), a * basis.col(k - 1);
+    const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(powers);
+    basis.leftCols(k + 1) = qr.householderQ() * Eigen::MatrixXcd::Identity(100, k + 1);
+  }
+  const Eigen::MatrixXcd image = a * basis;
+  const Eigen::VectorXcd expected = basis * image.householderQr().solve(b);
+  const GmresResult result = gmres(product_with(a), b, {.tolerance = 1e-14, .max_steps = kSteps});
+  EXPECT_FALSE(result.converged);
+  EXPECT_THAT(result.steps, ElementsAre(kSteps));
+  EXPECT_GT(result.residuals[0], 1e-6);  // far from a solution, where every method would agree
+  EXPECT_LT((result.x - expected).norm(), 1e-12 * expected.norm());
+}
+
+Eigen::VectorXcd eigen_gmres(const Eigen::MatrixXcd& a, const Eigen::VectorXcd& b, int steps) {
+  Eigen::GMRES<Eigen::MatrixXcd, Eigen::IdentityPreconditioner> solver(a);
+  solver.set_restart(steps + 1);
+  solver.setMaxIterations(steps);
+  solver.setTolerance(1e-14);
+  return solver.solve(b);
+}
+
+// Eigen 3.4 reflects complex vectors so that its iterates are not quite the minimisers before it has converged: real
+// ones must agree after as many steps, complex ones in the end.
+TEST(Gmres, AgreesWithEigens) {
+  constexpr int kSteps = 25;
+  const Eigen::MatrixXcd a = near_identity(100, 0.9, 3);
+  const Eigen::MatrixXcd b = random_matrix(100, 1, 4);
+  const Eigen::MatrixXcd real_a = a.real().cast<std::complex<double>>();
+  const Eigen::MatrixXcd real_b = b.real().cast<std::complex<double>>();
+  const GmresResult early = gmres(product_with(real_a), real_b, {.tolerance = 1e-14, .max_steps = kSteps});
+  const Eigen::VectorXcd expected = eigen_gmres(real_a, real_b, kSteps);
+  EXPECT_GT(early.residuals[0], 1e-6);
+  EXPECT_LT((early.x - expected).norm(), 1e-12 * expected.norm());
+
+  const GmresResult late = gmres(product_with(a), b, {.tolerance = 1e-13, .restart = 100});
+  const Eigen::VectorXcd solution = eigen_gmres(a, b, 100);
+  EXPECT_TRUE(late.converged);
+  EXPECT_LT((late.x - solution).norm(), 1e-11 * solution.norm());
+}
+
+TEST(Gmres, BlockEqualsColumnByColumn) {
+  const Eigen::MatrixXcd a = near_identity(80, 0.8, 5);
+  Eigen::MatrixXcd b = random_matrix(80, 5, 6);
+  b.col(1) *= 1e6;  // the residual is relative to each column
+  b.col(3) *= 1e-6;
+  b.col(2) = a * Eigen::MatrixXcd::Ones(80, 1);
+  const GmresOptions options{.tolerance = 1e-9, .restart = 12};
+  const GmresResult block = gmres(product_with(a), b, options);
+  int columns = 0;
+  for (Eigen::Index s = 0; s < b.cols(); ++s) {
+    const GmresResult single = gmres(product_with(a), b.col(s), options);
+    EXPECT_EQ(block.steps[static_cast<std::size_t>(s)], single.steps[0]);
+    EXPECT_LT((block.x.col(s) - single.x).norm(), 1e-12 * single.x.norm());
+    columns += single.columns;
+  }
+  EXPECT_EQ(block.columns, columns);  // no column is multiplied after it has converged
+}
+
+TEST(Gmres, RestartSmallerThanNeededStillConverges) {
+  const Eigen::MatrixXcd a = near_identity(100, 0.6, 7);
+  const Eigen::MatrixXcd b = random_matrix(100, 2, 8);
+  const GmresResult full = gmres(product_with(a), b, {.tolerance = 1e-10});
+  const GmresResult restarted = gmres(product_with(a), b, {.tolerance = 1e-10, .restart = 5});
+  ASSERT_GT(full.steps[0], 5);
+  EXPECT_TRUE(restarted.converged);
+  EXPECT_GE(restarted.steps[0], full.steps[0]);
+  EXPECT_LE(worst_residual(a, restarted.x, b), 1e-10);
+}
+
+TEST(Gmres, TakesAsManyStepsAsDistinctEigenvalues) {
+  constexpr Eigen::Index kSize = 60;
+  const Eigen::MatrixXcd q = near_identity(kSize, 0.5, 9);
+  for (const int distinct : {1, 2, 5}) {
+    Eigen::VectorXcd eigenvalues(kSize);
+    for (Eigen::Index i = 0; i < kSize; ++i) {
+      eigenvalues(i) = std::polar(1.0 + static_cast<double>(i % distinct), static_cast<double>(i % distinct));
+    }
+    const Eigen::MatrixXcd a =
+        q * eigenvalues.asDiagonal() * DenseLu(q).solve(Eigen::MatrixXcd::Identity(kSize, kSize));
+    const GmresResult result = gmres(product_with(a), random_matrix(kSize, 3, 10), {.tolerance = 1e-11});
+    EXPECT_TRUE(result.converged);
+    EXPECT_THAT(result.steps, Each(distinct));
+    EXPECT_EQ(result.products, distinct + 1);  // the last one for the true residuals
+  }
+}
+
+TEST(Gmres, ConvergedColumnsLeaveTheBlock) {
+  Eigen::VectorXcd eigenvalues = Eigen::VectorXcd::Ones(30);
+  eigenvalues.head(3) << 2.0, 3.0, 4.0;
+  const Eigen::MatrixXcd a = eigenvalues.asDiagonal();
+  Eigen::MatrixXcd b = Eigen::MatrixXcd::Ones(30, 2);
+  b.col(0).head(3).setZero();  // an eigenvector: one step, where the other column takes four
+  std::vector<Eigen::Index> widths;
+  const Product counting = [&](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd {
+    widths.push_back(x.cols());
+    return a * x;
+  };
+  const GmresResult result = gmres(counting, b, {.tolerance = 1e-12});
+  EXPECT_TRUE(result.converged);
+  EXPECT_THAT(result.steps, ElementsAre(1, 4));
+  EXPECT_THAT(widths, ElementsAre(2, 1, 1, 1, 2));
+  EXPECT_EQ(result.products, 5);
+  EXPECT_EQ(result.columns, 7);
+}
+
+TEST(Gmres, SolvesWithATransposedProduct) {
+  const Eigen::MatrixXcd a = near_identity(70, 0.7, 11);
+  const Eigen::MatrixXcd b = random_matrix(70, 2, 12);
+  const Product transposed = [&a](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd { return a.transpose() * x; };
+  const GmresResult result = gmres(transposed, b, {.tolerance = 1e-11});
+  EXPECT_TRUE(result.converged);
+  EXPECT_LE(worst_residual(a.transpose(), result.x, b), 1e-11);
+  EXPECT_GT(worst_residual(a, result.x, b), 1e-2);
+}
+
+TEST(Gmres, ZeroColumnIsSolvedByZeroInNoStep) {
+  const Eigen::MatrixXcd a = near_identity(20, 0.5, 13);
+  Eigen::MatrixXcd b = random_matrix(20, 3, 14);
+  b.col(1).setZero();
+  const GmresResult result = gmres(product_with(a), b, {});
+  EXPECT_TRUE(result.converged);
+  EXPECT_EQ(result.x.col(1).norm(), 0.0);
+  EXPECT_EQ(result.steps[1], 0);
+  EXPECT_EQ(result.residuals[1], 0.0);
+  EXPECT_LE(worst_residual(a, result.x(Eigen::all, {0, 2}), b(Eigen::all, {0, 2})), 1e-6);
+
+  const GmresResult nothing = gmres(product_with(a), Eigen::MatrixXcd::Zero(20, 2), {});
+  EXPECT_TRUE(nothing.converged);
+  EXPECT_EQ(nothing.products, 0);
+  EXPECT_TRUE(gmres(product_with(a), Eigen::MatrixXcd(20, 0), {}).converged);
+}
+
+TEST(Gmres, OneUnknown) {
+  const Eigen::MatrixXcd a = Eigen::MatrixXcd::Constant(1, 1, std::complex<double>(0.0, 2.0));
+  const GmresResult result = gmres(product_with(a), Eigen::MatrixXcd::Ones(1, 1), {.tolerance = 1e-14});
+  EXPECT_TRUE(result.converged);
+  EXPECT_THAT(result.steps, ElementsAre(1));
+  EXPECT_LT(std::abs(result.x(0, 0) - std::complex<double>(0.0, -0.5)), 1e-15);
+}
+
+// The residual of a cyclic shift stays 1 until the space is the whole one: no restart below n ever moves.
+TEST(Gmres, StagnationIsAStatus) {
+  constexpr Eigen::Index kSize = 20;
+  const Product shift = [](const Eigen::MatrixXcd& x) {
+    Eigen::MatrixXcd y(x.rows(), x.cols());
+    y.bottomRows(x.rows() - 1) = x.topRows(x.rows() - 1);
+    y.row(0) = x.row(x.rows() - 1);
+    return y;
+  };
+  const Eigen::MatrixXcd b = Eigen::MatrixXcd::Identity(kSize, 1);
+  const GmresResult stagnated = gmres(shift, b, {.restart = 5});
+  EXPECT_FALSE(stagnated.converged);
+  EXPECT_THAT(stagnated.steps, ElementsAre(5));
+  EXPECT_EQ(stagnated.residuals[0], 1.0);
+  const GmresResult full = gmres(shift, b, {.restart = 60});
+  EXPECT_TRUE(full.converged);
+  EXPECT_THAT(full.steps, ElementsAre(kSize));
+}
+
+// diag(0, 1, 1, ..) with b = 1: the first entry of the residual stays 1, the others vanish.
+TEST(Gmres, SingularMatrixGivesTheLeastResidual) {
+  constexpr Eigen::Index kSize = 9;
+  Eigen::MatrixXcd a = Eigen::MatrixXcd::Identity(kSize, kSize);
+  a(0, 0) = 0.0;
+  const GmresResult result = gmres(product_with(a), Eigen::MatrixXcd::Ones(kSize, 1), {});
+  EXPECT_FALSE(result.converged);
+  EXPECT_NEAR(result.residuals[0], 1.0 / 3.0, 1e-14);
+  EXPECT_TRUE(result.x.allFinite());
+  EXPECT_LT(result.steps[0], 10);
+
+  const GmresResult none = gmres(product_with(Eigen::MatrixXcd::Zero(4, 4)), Eigen::MatrixXcd::Ones(4, 1), {});
+  EXPECT_FALSE(none.converged);
+  EXPECT_EQ(none.x.norm(), 0.0);
+  EXPECT_EQ(none.residuals[0], 1.0);
+}
+
+// The first products are off by 1e-4, so the estimate, not the truth, is in tolerance after the first cycle.
+TEST(Gmres, GoesOnWhereTheEstimateWasTooGood) {
+  const Eigen::MatrixXcd a = near_identity(60, 0.5, 15);
+  const Eigen::MatrixXcd off = a + 1e-4 * near_identity(60, 0.5, 16);
+  const Eigen::MatrixXcd b = random_matrix(60, 2, 17);
+  const int estimated = gmres(product_with(off), b, {.tolerance = 1e-9}).steps[0];
+  int calls = 0;
+  const Product improving = [&](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd {
+    return (++calls <= estimated ? off : a) * x;
+  };
+  const GmresResult result = gmres(improving, b, {.tolerance = 1e-9});
+  EXPECT_TRUE(result.converged);
+  EXPECT_GT(result.steps[0], estimated);
+  EXPECT_LE(worst_residual(a, result.x, b), 1e-9);
+}
+
+TEST(Gmres, ToleranceBelowRoundingEndsWithTheBestThereIs) {
+  const Eigen::MatrixXcd a = near_identity(60, 0.5, 18);
+  const GmresResult result = gmres(product_with(a), random_matrix(60, 2, 19), {.tolerance = 1e-18, .max_steps = 1000});
+  EXPECT_FALSE(result.converged);
+  EXPECT_THAT(result.residuals, Each(Lt(1e-14)));
+  EXPECT_THAT(result.steps, Each(Lt(1000)));
+}
+
+TEST(Gmres, StopsAtTheMostSteps) {
+  const Eigen::MatrixXcd a = near_identity(60, 0.9, 20);
+  const Eigen::MatrixXcd b = random_matrix(60, 2, 21);
+  const GmresResult result = gmres(product_with(a), b, {.tolerance = 1e-12, .max_steps = 7, .restart = 3});
+  EXPECT_FALSE(result.converged);
+  EXPECT_THAT(result.steps, ElementsAre(7, 7));
+  EXPECT_NEAR(worst_residual(a, result.x, b), *std::ranges::max_element(result.residuals), 1e-14);
+  const GmresResult none = gmres(product_with(a), b, {.max_steps = 0});
+  EXPECT_FALSE(none.converged);
+  EXPECT_EQ(none.products, 0);
+  EXPECT_THAT(none.residuals, ElementsAre(1.0, 1.0));
+}
+
+TEST(Gmres, ReportsEveryStep) {
+  const Eigen::MatrixXcd a = near_identity(60, 0.6, 22);
+  std::vector<int> steps;
+  std::vector<double> worst;
+  const GmresResult result =
+      gmres(product_with(a), random_matrix(60, 3, 23), {.tolerance = 1e-8}, [&](int step, double residual) {
+        steps.push_back(step);
+        worst.push_back(residual);
+      });
+  const int most = *std::ranges::max_element(result.steps);
+  ASSERT_EQ(steps.size(), static_cast<std::size_t>(most));
+  EXPECT_EQ(steps.front(), 1);
+  EXPECT_EQ(steps.back(), most);
+  EXPECT_TRUE(std::ranges::is_sorted(worst, std::ranges::greater_equal{}));
+  EXPECT_LE(worst.back(), 1e-8);
+}
+
+TEST(Gmres, ColumnsOfAnyScale) {
+  const Eigen::MatrixXcd a = near_identity(30, 0.5, 24);
+  Eigen::MatrixXcd b = random_matrix(30, 3, 25);
+  const GmresResult plain = gmres(product_with(a), b, {});
+  b.col(0) *= 1e-200;  // its squares underflow
+  b.col(2) *= 1e200;
+  const GmresResult scaled = gmres(product_with(a), b, {});
+  EXPECT_TRUE(scaled.converged);
+  EXPECT_EQ(scaled.steps, plain.steps);
+  EXPECT_LT((scaled.x.col(0) * 1e200 - plain.x.col(0)).norm(), 1e-13 * plain.x.col(0).norm());
+  EXPECT_LT((scaled.x.col(2) * 1e-200 - plain.x.col(2)).norm(), 1e-13 * plain.x.col(2).norm());
+}
+
+TEST(Gmres, SameForEveryNumberOfThreads) {
+  const Eigen::MatrixXcd a = near_identity(200, 0.7, 28);
+  const Eigen::MatrixXcd b = random_matrix(200, 5, 29);
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const GmresResult one = gmres(product_with(a), b, {.restart = 10});
+  omp_set_num_threads(3);
+  const GmresResult three = gmres(product_with(a), b, {.restart = 10});
+  omp_set_num_threads(threads);
+  EXPECT_EQ(one.x, three.x);  // Eigen's product in one thread, so to the last bit
+}
+
+TEST(Gmres, NamesWhatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const Eigen::MatrixXcd a = near_identity(20, 0.5, 26);
+  Eigen::MatrixXcd b = random_matrix(20, 2, 27);
+  int calls = 0;
+  const Product failing = [&](const Eigen::MatrixXcd& x) {
+    Eigen::MatrixXcd y = a * x;
+    if (++calls == 3) {
+      y(5, 1) = std::complex<double>(0.0, nan);
+    }
+    return y;
+  };
+  try {
+    gmres(failing, b, {});
+    FAIL() << "a product that is not finite passed";
+  } catch (const std::domain_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("product 3"));
+  }
+  b(3, 1) = std::numeric_limits<double>::infinity();
+  try {
+    gmres(product_with(a), b, {});
+    FAIL() << "a right-hand side that is not finite passed";
+  } catch (const std::domain_error& error) {
+    EXPECT_THAT(error.what(), HasSubstr("right-hand side 1"));
+  }
+}
+
+TEST(Gmres, RefusesBadArguments) {
+  const Eigen::MatrixXcd a = Eigen::MatrixXcd::Identity(3, 3);
+  const Eigen::MatrixXcd b = Eigen::MatrixXcd::Ones(3, 1);
+  EXPECT_THROW(gmres(product_with(a), b, {.tolerance = 0.0}), std::invalid_argument);
+  EXPECT_THROW(gmres(product_with(a), b, {.max_steps = -1}), std::invalid_argument);
+  EXPECT_THROW(gmres(product_with(a), b, {.restart = 0}), std::invalid_argument);
+  const Product short_one = [](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd { return x.topRows(2); };
+  EXPECT_THROW(gmres(short_one, b, {}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace touchfield
