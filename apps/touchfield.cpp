@@ -42,6 +42,14 @@ std::string version_line() {
                      build.build_type, build.flags);
 }
 
+std::map<std::string, touchfield::Scheme> named_schemes() {
+  std::map<std::string, touchfield::Scheme> names;
+  for (const touchfield::Scheme scheme : touchfield::all_schemes()) {
+    names[touchfield::to_string(scheme)] = scheme;
+  }
+  return names;
+}
+
 /// What the command line asks for, run after it has been parsed as a whole.
 int dispatch(int argc, char** argv) {
   CLI::App app(
@@ -67,6 +75,39 @@ int dispatch(int argc, char** argv) {
   check_app->add_flag("--accuracy", check.accuracy,
                       "Measure the discretisation error on this very mesh (solves it some times)");
   add_common(check_app, flags);
+
+  touchfield::StudyCommand study;
+  std::vector<double> edges_mm;
+  CLI::App* study_app = app.add_subcommand("study", "Solve a scene in every way there is: speed against error");
+  add_scene(study_app, study.scene, study.overrides);
+  study_app->add_option("-o,--output", study.output,
+                        "Output directory; default: results/runs/NAME_study-NNNN, the next free number");
+  study_app->add_flag("--force", study.force, "Replace what the output directory holds");
+  auto* budget = study_app->add_option("--budget", study.budget, "Pick the most accurate way within so many seconds")
+                     ->check(CLI::PositiveNumber);
+  study_app->add_option("--error", study.error, "Pick the cheapest way within so many percent")
+      ->check(CLI::PositiveNumber)
+      ->excludes(budget);
+  study_app->add_option("--edges-mm", edges_mm, "Edge lengths [mm]; default: 1.4, 1 and 0.7 times the scene's")
+      ->check(CLI::PositiveNumber)
+      ->delimiter(',');
+  study_app->add_option("--schemes", study.options.schemes, "Schemes; default: all")
+      ->transform(CLI::CheckedTransformer(named_schemes()))
+      ->delimiter(',');
+  study_app->add_option("--solvers", study.options.solvers, "lu, gmres, matrix_free; default: all")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, touchfield::SolverKind>{{"lu", touchfield::SolverKind::kLu},
+                                                        {"gmres", touchfield::SolverKind::kGmres},
+                                                        {"matrix_free", touchfield::SolverKind::kMatrixFree}}))
+      ->delimiter(',');
+  study_app->add_option("--precisions", study.options.precisions, "double, single; default: both")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, touchfield::Precision>{
+          {"double", touchfield::Precision::kDouble}, {"single", touchfield::Precision::kSingle}}))
+      ->delimiter(',');
+  study_app->add_option("--rung-seconds", study.options.rung_seconds, "Skip ways expected to take longer")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  add_common(study_app, flags);
 
   std::string run_file;
   CLI::App* info_app = app.add_subcommand("info", "Describe a run.h5");
@@ -103,7 +144,7 @@ int dispatch(int argc, char** argv) {
   const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), is_named)) {
     throw touchfield::InputError(
-        fmt::format("unknown command '{}'; there are run, check, info, hand and schema", argv[1]));
+        fmt::format("unknown command '{}'; there are run, check, study, info, hand and schema", argv[1]));
   }
   try {
     app.parse(argc, argv);
@@ -116,6 +157,12 @@ int dispatch(int argc, char** argv) {
   }
   if (check_app->parsed()) {
     return touchfield::check_command(check, flags);
+  }
+  if (study_app->parsed()) {
+    for (const double edge : edges_mm) {
+      study.options.edges.push_back(edge * touchfield::kMillimetre);
+    }
+    return touchfield::study_command(study, flags);
   }
   if (info_app->parsed()) {
     return touchfield::info_command(run_file, flags);

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/commands/command_line.h"
 #include "sim/mesh/hand.h"
+#include "sim/run/study.h"
 
 namespace touchfield {
 
@@ -23,6 +25,16 @@ struct CheckCommand {
   bool accuracy = false;  // measure the discretisation error on this mesh
 };
 
+struct StudyCommand {
+  std::string scene;
+  std::string output;  // empty: results/runs/NAME_study-NNNN
+  std::vector<std::string> overrides;
+  bool force = false;
+  StudyOptions options;
+  std::optional<double> budget;  // [s]
+  std::optional<double> error;   // [%]
+};
+
 struct HandCommand {
   std::string output;
   HandOptions options;
@@ -32,6 +44,7 @@ struct HandCommand {
 /// Each command prints its results on standard output and returns the exit code; errors are thrown.
 int run_command(const RunCommand& command, const CommonFlags& flags);
 int check_command(const CheckCommand& command, const CommonFlags& flags);
+int study_command(const StudyCommand& command, const CommonFlags& flags);
 int info_command(const std::string& path, const CommonFlags& flags);
 int hand_command(const HandCommand& command, const CommonFlags& flags);
 int schema_command(const std::string& format);

@@ -58,6 +58,17 @@ double solid_angle(const Face& face, const Vector3& x) {
   return -2.0 * std::atan2(triple, denominator);
 }
 
+Vector3 solid_angle_gradient(const Face& face, const Vector3& x) {
+  const auto edge = [&](const Vector3& from, const Vector3& to) -> Vector3 {
+    const Vector3 a = from - x;
+    const Vector3 b = to - x;
+    const double la = a.norm();
+    const double lb = b.norm();
+    return (la + lb) / (la * lb * (la * lb + a.dot(b))) * a.cross(b);
+  };
+  return -(edge(face.a, face.b) + edge(face.b, face.c) + edge(face.c, face.a));
+}
+
 Complex double_layer_integral(const Face& face, const Vector3& x, const Complex& wavenumber) {
   // Below this the remainder of a piece, about k^2 area / (8 pi), no longer matters whatever its shape.
   constexpr double kSmallestPerWavelength = 1e-3;

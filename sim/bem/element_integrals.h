@@ -19,6 +19,11 @@ struct Face {
 /// source   van Oosterom & Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125
 double solid_angle(const Face& face, const Vector3& x);
 
+/// Gradient of the solid angle in x [sr/m], by the loop round the triangle's edges; exact, infinite on an edge.
+///
+///   grad Omega = loop (x - y) x dy / |x - y|^3
+Vector3 solid_angle_gradient(const Face& face, const Vector3& x);
+
 /// Integral of the double-layer kernel over a flat triangle, at any point off the triangle:
 ///
 ///   int dg/dn_y (x, y) dS_y = solid_angle / (4 pi) + int (dg/dn_y - dg0/dn_y) dS_y

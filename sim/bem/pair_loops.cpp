@@ -3,6 +3,7 @@
 #include "sim/bem/pair_loops.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "sim/bem/pair_kernel.h"
 #include "sim/bem/reciprocal_root.h"
@@ -79,6 +80,26 @@ template void pair_values<float>(Layer, const PairConstants<float>&, const PairP
                                  int, float*, float*);
 template void pair_values<double>(Layer, const PairConstants<double>&, const PairPoint<double>&,
                                   const PairSources<double>&, int, double*, double*);
+
+void static_values(Layer layer, double gamma, const PairPoint<double>& point, const PairSources<double>& sources,
+                   int count, double* re, double* im) {
+  const PairPoint<double> p = point;
+  const bool adjoint = layer == Layer::kAdjoint || layer == Layer::kAdjointMiller;
+  const double g = layer == Layer::kBurtonMiller || layer == Layer::kAdjointMiller ? gamma : 0.0;
+#pragma omp simd
+  for (int j = 0; j < count; ++j) {
+    const double dx = p.x - sources.x[j];
+    const double dy = p.y - sources.y[j];
+    const double dz = p.z - sources.z[j];
+    const double inverse = 1.0 / std::sqrt(dx * dx + dy * dy + dz * dz + 1e-20);
+    const double b = inverse * inverse * inverse;
+    const double nd = sources.nx[j] * dx + sources.ny[j] * dy + sources.nz[j] * dz;
+    const double md = p.nx * dx + p.ny * dy + p.nz * dz;
+    const double mn = p.nx * sources.nx[j] + p.ny * sources.ny[j] + p.nz * sources.nz[j];
+    re[j] = adjoint ? -b * md : b * nd;
+    im[j] = g * b * (mn - 3.0 * nd * md * inverse * inverse);
+  }
+}
 
 double static_sum(const PairPoint<double>& point, const PairSources<double>& sources, const double* weight, int total) {
   const PairPoint<double> p = point;

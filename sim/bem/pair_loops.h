@@ -39,6 +39,10 @@ template <typename Real>
 void pair_values(Layer layer, const PairConstants<Real>& constants, const PairPoint<Real>& point,
                  const PairSources<Real>& sources, int count, Real* re, Real* im);
 
+/// The kernel of kDouble, kAdjoint, kBurtonMiller or kAdjointMiller at k = 0, in the same units.
+void static_values(Layer layer, double gamma, const PairPoint<double>& point, const PairSources<double>& sources,
+                   int count, double* re, double* im);
+
 /// sum of weight_j n_j.(x - y_j) / r^3 over the sources, the static double layer; sources at x itself add 0.
 double static_sum(const PairPoint<double>& point, const PairSources<double>& sources, const double* weight, int count);
 

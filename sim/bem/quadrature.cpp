@@ -38,6 +38,8 @@ void FaceQuadrature::begin(const Vector3& x, const Vector3& m) {
     values->clear();
   }
   ends_.clear();
+  close_.clear();
+  close_index_.clear();
 }
 
 void FaceQuadrature::add_point(const Vector3& y, const Vector3& n, double weight) {
@@ -74,6 +76,8 @@ void FaceQuadrature::add(const Face& face) {
   const double size = std::sqrt(face.area);
   const double distance = (x_ - centroid).norm();
   if (distance < rule_.seven_below * size) {
+    close_.push_back(face);
+    close_index_.push_back(ends_.size());
     add_piece(face.a, face.b, face.c, face.normal, face.area, 0);
   } else if (distance < rule_.three_below * size) {
     for (const TrianglePoint& q : strang_rule()) {
@@ -103,7 +107,37 @@ const std::vector<Complex>& FaceQuadrature::integrals(Layer layer) {
     }
     values_[f] = unit * Complex(re, im);
   }
+  if (layer != Layer::kSingle && layer != Layer::kSingleAdjoint) {
+    make_static_exact(layer);
+  }
   return values_;
+}
+
+void FaceQuadrature::make_static_exact(Layer layer) {
+  const PairPoint<double> origin{0.0, 0.0, 0.0, m_.x(), m_.y(), m_.z()};
+  const bool adjoint = layer == Layer::kAdjoint || layer == Layer::kAdjointMiller;
+  const bool miller = layer == Layer::kBurtonMiller || layer == Layer::kAdjointMiller;
+  const double gamma = miller ? constants_.gamma / scale_ : 0.0;  // [m]
+  for (std::size_t c = 0; c < close_.size(); ++c) {
+    const Face& face = close_[c];
+    const std::size_t f = close_index_[c];
+    const std::size_t begin = f == 0 ? 0 : ends_[f - 1];
+    const std::size_t count = ends_[f] - begin;
+    static_values(layer, constants_.gamma, origin,
+                  {px_.data() + begin, py_.data() + begin, pz_.data() + begin, nx_.data() + begin, ny_.data() + begin,
+                   nz_.data() + begin},
+                  static_cast<int>(count), re_.data() + begin, im_.data() + begin);
+    double re = 0.0;
+    double im = 0.0;
+    for (std::size_t q = begin; q < ends_[f]; ++q) {
+      re += weight_[q] * re_[q];
+      im += weight_[q] * im_[q];
+    }
+    // D0 = Omega / 4 pi, W0 = m . grad D0; the adjoint's static part int dg0/dn_x dS is no such loop and stays.
+    const double hypersingular = miller ? m_.dot(solid_angle_gradient(face, x_)) / (4.0 * std::numbers::pi) : 0.0;
+    const double plain = adjoint ? re : solid_angle(face, x_) / (4.0 * std::numbers::pi);
+    values_[f] += Complex(plain - re, gamma * hypersingular - im);
+  }
 }
 
 SelfIntegrals self_integrals(const Face& face, const Complex& wavenumber) {
@@ -117,21 +151,23 @@ SelfIntegrals self_integrals(const Face& face, const Complex& wavenumber) {
     const Vector3& b = corners[(e + 1) % 3];
     const Vector3 along = (b - a).normalized();
     const double h = (a - along.dot(a) * along).norm();
-    // t from the foot of the perpendicular: R = h / cos t
-    const double from = std::atan2(along.dot(a), h);
-    const double to = std::atan2(along.dot(b), h);
+    const double from = std::asinh(along.dot(a) / h);
+    const double to = std::asinh(along.dot(b) / h);
     const double middle = 0.5 * (from + to);
     const double half = 0.5 * (to - from);
     for (std::size_t q = 0; q < kNode.size(); ++q) {
       for (const double side : {-1.0, 1.0}) {
-        const double radius = h / std::cos(middle + side * half * kNode[q]);
-        const Complex wave = std::exp(ik * radius);
-        waves += half * kWeight[q] * wave;
-        finite += half * kWeight[q] * (ik - wave / radius);
+        const double lengthening = std::cosh(middle + side * half * kNode[q]);
+        const double radius = h * lengthening;
+        const Complex rest = std::exp(ik * radius) - 1.0;
+        const double weight = half * kWeight[q] / lengthening;
+        waves += weight * rest;
+        finite -= weight * (rest - ik * radius) / radius;
       }
     }
+    finite -= (std::tanh(to) - std::tanh(from)) / h;
   }
-  return {Complex(0, 0.5) / wavenumber * (1.0 - waves / (2.0 * std::numbers::pi)), finite / (4.0 * std::numbers::pi)};
+  return {Complex(0, -0.5) / wavenumber * (waves / (2.0 * std::numbers::pi)), finite / (4.0 * std::numbers::pi)};
 }
 
 Face face_of(const TriangleMesh& mesh, Eigen::Index f) {

@@ -11,11 +11,13 @@ namespace touchfield {
 /// How finely a face is integrated, by its distance from the point in units of the square root of its area.
 struct FaceRule {
   double split_ratio = 1.4;   // a piece nearer than this times its own size is split in four; pieces have 7 points
-  double seven_below = 4.0;   // whole faces: 7 points below this distance,
-  double three_below = 12.0;  // 3 points below this one, one point beyond
+  double seven_below = 3.0;   // whole faces: 7 points below this distance,
+  double three_below = 8.0;  // 3 points below this one, one point beyond
 };
 
-/// Integrals of Layer's kernels over flat faces seen from one point. Holds the points of all faces that were added, so
+/// Integrals of Layer's kernels over flat faces seen from one point. On faces nearer than seven_below the static part
+/// of D and W, which is what is most singular, is taken in closed form (solid angle and its gradient); points integrate
+/// the rest. Holds the points of all faces that were added, so
 /// that the kernels are evaluated together; keep one a thread.
 class FaceQuadrature {
  public:
@@ -34,6 +36,7 @@ class FaceQuadrature {
  private:
   void add_piece(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& n, double area, int depth);
   void add_point(const Vector3& y, const Vector3& n, double weight);
+  void make_static_exact(Layer layer);
 
   double scale_;  // half wavelengths a metre
   PairConstants<double> constants_;
@@ -42,6 +45,8 @@ class FaceQuadrature {
   Vector3 m_ = Vector3::UnitZ();
   std::vector<double> px_, py_, pz_, nx_, ny_, nz_, weight_, re_, im_;
   std::vector<std::size_t> ends_;
+  std::vector<Face> close_;               // faces whose static part is taken in closed form
+  std::vector<std::size_t> close_index_;  // and their numbers
   std::vector<Complex> values_;
 };
 

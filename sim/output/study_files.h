@@ -19,7 +19,7 @@ struct StudyRung {
   double seconds = kNotComputed;
   double peak_mib = kNotComputed;         // largest memory [MiB]
   double error_reference = kNotComputed;  // relative, against the reference solution
-  double error_interior = kNotComputed;   // relative, by the field inside the body, which must vanish
+  double error_interior = kNotComputed;   // relative, rms of the interior-source indicator
   double pattern_error = kNotComputed;    // relative, after the best scale
   bool pareto = false;                    // no rung is both as fast and as exact, and better in one: mark_pareto
   std::string status = "ok";              // or why it has no numbers

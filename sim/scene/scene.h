@@ -130,7 +130,7 @@ enum class AlarmChoice { kAuto, kAlways, kNever };
 struct SolverSpec {
   SolverChoice solver = SolverChoice::kAuto;
   PrecisionChoice precision = PrecisionChoice::kAuto;
-  double tolerance = 1e-5;                 // |b - B p| / |b| of an iterative solution
+  double tolerance = 1e-4;                 // |b - B p| / |b| of an iterative solution
   bool refine = true;                      // single precision: until the residual computed in double is that small
   int max_steps = 400;                     // of GMRES
   AlarmChoice alarm = AlarmChoice::kAuto;  // whether the plain and the Burton-Miller pressures are compared

@@ -49,9 +49,9 @@ class Scattering : public ::testing::TestWithParam<Reach> {
 // chief's points are others when the body turns, so that its pressure moves by its discretisation error; the polishing
 // steps are products in single precision.
 INSTANTIATE_TEST_SUITE_P(Sphere, Scattering,
-                         ::testing::Values(Reach{Scheme::kPaper, 0.028, 0.011, 0.006, 0.001, 0.0005, 1e-10, 1e-12},
-                                           Reach{Scheme::kChief, 0.003, 0.005, 0.003, 0.0025, 0.0006, 0.006, 1e-12},
-                                           Reach{Scheme::kBurtonMillerPolished, 0.005, 0.002, 0.002, 0.0006, 0.0005,
+                         ::testing::Values(Reach{Scheme::kPaper, 0.028, 0.031, 0.006, 0.001, 0.0005, 1e-10, 1e-12},
+                                           Reach{Scheme::kChief, 0.003, 0.006, 0.003, 0.0025, 0.0006, 0.006, 1e-12},
+                                           Reach{Scheme::kBurtonMillerPolished, 0.005, 0.0065, 0.002, 0.0006, 0.0005,
                                                  1e-6, 1e-6}),
                          [](const auto& info) { return to_string(info.param.scheme); });
 

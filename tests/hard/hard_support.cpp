@@ -17,15 +17,10 @@ TransducerArray omni_at(const Points& positions) {
                     Directivity::omni(), 1.0, 1.0);
 }
 
-SolverOptions usual_solver(Scheme scheme, Eigen::Index faces) {
-  constexpr Eigen::Index kMostForLu = 5000;
+SolverOptions usual_solver(Scheme scheme) {
   SolverOptions options;
-  if (scheme == Scheme::kChief) {
+  if (scheme != Scheme::kBurtonMiller && scheme != Scheme::kBurtonMillerPolished) {
     options.kind = SolverKind::kLu;
-  } else if (scheme == Scheme::kPaper || scheme == Scheme::kPaperCorrected) {
-    options.kind = faces > kMostForLu ? SolverKind::kMatrixFree : SolverKind::kLu;
-    options.tolerance = 1e-4;  // far below their error; each digit of a hand takes a hundred steps
-    options.max_steps = 800;
   }
   return options;
 }
@@ -43,7 +38,7 @@ Answers answers(const TriangleMesh& mesh, const Wave& wave, const TransducerArra
                 const std::vector<Scheme>& schemes) {
   Answers all;
   for (const Scheme scheme : schemes) {
-    all[scheme] = answer(mesh, wave, array, scheme, usual_solver(scheme, mesh.face_count()));
+    all[scheme] = answer(mesh, wave, array, scheme, usual_solver(scheme));
   }
   return all;
 }

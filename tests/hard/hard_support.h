@@ -43,9 +43,9 @@ struct Answer {
 };
 using Answers = std::map<Scheme, Answer>;
 
-/// Burton-Miller by matrix-free GMRES in single precision, refined; the others by LU, refined, but GMRES for paper and
-/// paper_corrected on more than 5,000 faces.
-SolverOptions usual_solver(Scheme scheme, Eigen::Index faces);
+/// Burton-Miller by matrix-free GMRES in single precision, refined; the others, for which a hand needs hundreds of
+/// steps, by LU, refined.
+SolverOptions usual_solver(Scheme scheme);
 
 /// The surface pressure with every channel driven by 1.
 Answer answer(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array, Scheme scheme,

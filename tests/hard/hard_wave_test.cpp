@@ -1,7 +1,10 @@
 // Waves that a mesh is too coarse for, shadows, sources next to the skin, and other frequencies.
 
 #include <cmath>
+#include <map>
 #include <numbers>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -17,6 +20,7 @@ namespace touchfield {
 namespace {
 
 class HardWave : public HardCase {};
+class HardWaveOfAHand : public HardCase {};  // minutes, so full only
 
 /// Faces that see skin in front of them nearer than `reach`, through the air.
 Eigen::VectorXd area_in_cavities(const TriangleMesh& mesh, double reach) {
@@ -33,16 +37,21 @@ Eigen::VectorXd area_in_cavities(const TriangleMesh& mesh, double reach) {
   return weights;
 }
 
+struct BodyFigures {
+  Errors in_all;
+  Errors in_shadow;  // of |p|, relative to its mean there
+};
+
 /// Errors against the split mesh over the whole body and in the shadow of a source.
-void measure_body(const std::string& what, const TriangleMesh& mesh, const Wave& wave, const Vector3& source) {
+BodyFigures measure_body(const std::string& what, const TriangleMesh& mesh, const Wave& wave, const Vector3& source) {
   const TransducerArray array = omni_at(source);
   const Eigen::VectorXcd reference = split_reference(mesh, wave, array);
   const Answers found = answers(mesh, wave, array);
   print_errors(fmt::format("{}, {} faces, {:.1f} edges a wavelength", what, mesh.face_count(),
                            edges_per_wavelength(mesh, wave.wavelength())),
                errors(mesh.areas(), found, reference));
-  const Eigen::VectorXd dark = area_where(
-      mesh, [&](const Vector3& x, const Vector3& n) { return n.dot((x - source).normalized()) > 0.7; });
+  const Eigen::VectorXd dark =
+      area_where(mesh, [&](const Vector3& x, const Vector3& n) { return n.dot((x - source).normalized()) > 0.7; });
   const double quiet = mean_amplitude(dark, reference) / mean_amplitude(mesh.areas(), reference);
   Errors local;
   Errors of_mean;
@@ -54,31 +63,51 @@ void measure_body(const std::string& what, const TriangleMesh& mesh, const Wave&
   print_errors("  the same relative to the body's mean", of_mean);
   const Eigen::VectorXd narrow = area_in_cavities(mesh, 10e-3);
   if (narrow.sum() > 0) {
-    print_errors(fmt::format("  where skin faces skin within 10 mm, {:.0f} % of the area, mean |p| {:.2f} of the body's",
-                             100 * narrow.sum() / mesh.total_area(),
-                             mean_amplitude(narrow, reference) / mean_amplitude(mesh.areas(), reference)),
-                 errors(narrow, found, reference));
+    print_errors(
+        fmt::format("  where skin faces skin within 10 mm, {:.0f} % of the area, mean |p| {:.2f} of the body's",
+                    100 * narrow.sum() / mesh.total_area(),
+                    mean_amplitude(narrow, reference) / mean_amplitude(mesh.areas(), reference)),
+        errors(narrow, found, reference));
   }
   print_steps("  in all", found);
+  return {errors(mesh.areas(), found, reference), local};
 }
 
 TEST_P(HardWave, CoarseMeshesAndShadow) {
   const Wave wave = wave_at(40e3);
   const Vector3 below(0.03, 0.02, -0.2);
   for (const double epw : sized(std::vector<double>{2.5, 5.0}, std::vector<double>{2.0, 2.5, 3.5, 5.0, 7.0})) {
-    measure_body("finger", finger(wave.wavelength() / epw), wave, below);
+    const BodyFigures found = measure_body("finger", finger(wave.wavelength() / epw), wave, below);
+    const auto all = [&](Scheme scheme) { return found.in_all.at(scheme); };
+    const auto shadow = [&](Scheme scheme) { return found.in_shadow.at(scheme); };
+    // From 5 edges a wavelength on polished is within 1 %, in the shadow too; the program warns of coarse_mesh below.
+    if (epw >= 5) {
+      EXPECT_LT(all(Scheme::kBurtonMillerPolished), 0.012);
+      EXPECT_LT(shadow(Scheme::kBurtonMillerPolished), 0.015);
+      EXPECT_LT(all(Scheme::kBurtonMiller), 0.03);
+      EXPECT_LT(all(Scheme::kChief), 0.015);
+    } else if (epw > 2.2) {
+      EXPECT_LT(all(Scheme::kBurtonMillerPolished), 0.06);
+      EXPECT_GT(all(Scheme::kBurtonMillerPolished), 0.012);
+    }
+    // paper's share of a mode fills the quiet side: its shadow is twice as wrong as its body.
+    EXPECT_GT(shadow(Scheme::kPaper), 1.5 * all(Scheme::kPaper));
+    EXPECT_GT(shadow(Scheme::kPaper), 3 * shadow(Scheme::kBurtonMillerPolished));
   }
 }
 
-TEST_P(HardWave, HandCoarseShadowAndCavities) {
-  if (GetParam() == Size::kSmall) {
-    GTEST_SKIP() << "a hand takes minutes";
-  }
+TEST_P(HardWaveOfAHand, CoarseShadowAndCavities) {
   const Wave wave = wave_at(40e3);
   HandOptions options;  // index_up: three fingers and the thumb curled into the palm
   options.edge = wave.wavelength() / 2.5;
   const TriangleMesh mesh = hand(options).mesh;
-  measure_body("hand index_up", mesh, wave, mesh.centroids().rowwise().mean() + Vector3(0.03, 0.02, -0.2));
+  const Vector3 below = mesh.centroids().rowwise().mean() + Vector3(0.03, 0.02, -0.2);
+  const BodyFigures found = measure_body("hand index_up", mesh, wave, below);
+  EXPECT_LT(found.in_all.at(Scheme::kBurtonMillerPolished), 0.1);
+  EXPECT_LT(found.in_shadow.at(Scheme::kBurtonMillerPolished), 0.2);
+  // Many modes at once: plain schemes say nothing of the shadow.
+  EXPECT_GT(found.in_all.at(Scheme::kPaper), 0.15);
+  EXPECT_GT(found.in_shadow.at(Scheme::kPaper), 0.5);
 }
 
 TEST_P(HardWave, SourceNearTheSkin) {
@@ -89,43 +118,62 @@ TEST_P(HardWave, SourceNearTheSkin) {
     const double distance = radius + 5e-3;
     const Eigen::VectorXd cosines =
         mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose());
-    const Eigen::VectorXcd exact =
-        4 * std::numbers::pi * rigid_sphere_point_source(wave, radius, distance, cosines);
+    const Eigen::VectorXcd exact = 4 * std::numbers::pi * rigid_sphere_point_source(wave, radius, distance, cosines);
     print_errors(fmt::format("sphere of 8 mm, source 5 mm off = {:.1f} edges, {} faces, {:.1f} edges a wavelength",
                              5e-3 / mesh.mean_edge(), mesh.face_count(), edges_per_wavelength(mesh, wave.wavelength())),
                  errors(mesh.areas(), answers(mesh, wave, omni_at(Vector3(0, 0, distance))), exact));
+    const Answer polished = answer(mesh, wave, omni_at(Vector3(0, 0, distance)), Scheme::kBurtonMillerPolished, {});
+    // As of a far source: nothing is lost at 1.6 edges.
+    EXPECT_LT(error(mesh.areas(), polished.pressure, exact), epw < 4 ? 0.05 : 0.012);
   }
   const TriangleMesh mesh = finger(sized(2.5e-3, 1.72e-3));
+  std::map<double, Errors> at;
   for (const double edges : {4.0, 2.0, 1.0, 0.5}) {
     const TransducerArray source = omni_at(Vector3(0, 1e-3, 8e-3 + edges * mesh.mean_edge()));
     const Eigen::VectorXcd reference = split_reference(mesh, wave, source, sized(1, 2));
-    print_errors(fmt::format("finger, {} faces, source {:.1f} edges off", mesh.face_count(), edges),
-                 errors(mesh.areas(), answers(mesh, wave, source), reference));
+    at[edges] = errors(mesh.areas(), answers(mesh, wave, source), reference);
+    print_errors(fmt::format("finger, {} faces, source {:.1f} edges off", mesh.face_count(), edges), at[edges]);
   }
+  // Down to two edges the distance does not show. At half an edge the normal derivative, sampled once a face, does; the
+  // program warns of a near_source below two.
+  const auto polished = [&](double edges) { return at[edges].at(Scheme::kBurtonMillerPolished); };
+  EXPECT_NEAR(polished(2.0), polished(4.0), 0.3 * polished(4.0));
+  EXPECT_GT(at[0.5].at(Scheme::kBurtonMiller), 1.3 * at[4.0].at(Scheme::kBurtonMiller));
+  EXPECT_LT(polished(0.5), 0.06);
 }
 
 TEST_P(HardWave, OtherFrequencies) {
-  for (const double frequency : {20e3, 40e3, 70e3}) {
+  for (const double frequency : {20e3, 70e3}) {
     const Wave wave = wave_at(frequency);
     const double radius = 8e-3;
     for (const double epw : sized(std::vector<double>{5}, std::vector<double>{3, 5, 8})) {
       const TriangleMesh mesh = sphere(radius, wave.wavelength() / epw).mesh;
       const Eigen::VectorXd cosines =
           mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose());
-      print_errors(fmt::format("{:.0f} kHz, sphere of 8 mm, ka {:.2f}, {} faces, {:.1f} edges a wavelength",
-                               frequency / 1e3, wave.k() * radius, mesh.face_count(),
-                               edges_per_wavelength(mesh, wave.wavelength())),
-                   errors(mesh.areas(), answers(mesh, wave, plane_wave(Vector3::UnitZ(), 1.0)),
-                          rigid_sphere_plane_wave(wave, radius, cosines)));
+      const Errors found = errors(mesh.areas(), answers(mesh, wave, plane_wave(Vector3::UnitZ(), 1.0)),
+                                  rigid_sphere_plane_wave(wave, radius, cosines));
+      print_errors(
+          fmt::format("{:.0f} kHz, sphere of 8 mm, ka {:.2f}, {} faces, {:.1f} edges a wavelength", frequency / 1e3,
+                      wave.k() * radius, mesh.face_count(), edges_per_wavelength(mesh, wave.wavelength())),
+          found);
+      // As at 40 kHz on as many edges a wavelength; on a small body a little worse, its curvature counts too.
+      if (epw >= 5) {
+        EXPECT_LT(found.at(Scheme::kBurtonMillerPolished), 0.025);
+        EXPECT_LT(found.at(Scheme::kBurtonMiller), 0.045);
+      }
     }
     const double epw = sized(frequency > 50e3 ? 3.0 : 5.0, 5.0);
     const Vector3 below(0.03, 0.02, -0.2);
-    measure_body(fmt::format("{:.0f} kHz, finger", frequency / 1e3), finger(wave.wavelength() / epw), wave, below);
+    const BodyFigures found =
+        measure_body(fmt::format("{:.0f} kHz, finger", frequency / 1e3), finger(wave.wavelength() / epw), wave, below);
+    EXPECT_LT(found.in_all.at(Scheme::kBurtonMillerPolished), epw < 4 ? 0.03 : 0.02);
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Small, HardWave, testing::Values(Size::kSmall), testing::PrintToStringParamName());
 INSTANTIATE_TEST_SUITE_P(Full, HardWave, testing::Values(Size::kFull), testing::PrintToStringParamName());
+
+INSTANTIATE_TEST_SUITE_P(Full, HardWaveOfAHand, testing::Values(Size::kFull), testing::PrintToStringParamName());
 
 }  // namespace
 }  // namespace touchfield

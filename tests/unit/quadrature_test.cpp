@@ -70,8 +70,8 @@ void expect_errors(const Face& face, const Vector3& x, const Vector3& m, const B
 }
 
 // What the default rule reaches: of the order of 1e-4 for S, D and D', ten times that for W, whose kernel falls off
-// faster. Pieces of 1.4 times their distance have 7 points whatever the distance, so that the error hardly depends on
-// it: a face at half an edge is split, one at an edge is not.
+// faster. It hardly depends on the distance below one edge: pieces are split until their distance is 1.4 of their size,
+// and each has 7 points.
 TEST(Quadrature, CoplanarNeighbours) {
   const Face face = equilateral();
   for (const Vector3& x : {Vector3(kEdge / 2, -kHeight / 3, 0),     // shares the first edge

@@ -1,0 +1,118 @@
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
+#include "sim/core/errors.h"
+#include "sim/output/figures.h"
+#include "sim/output/run_file.h"
+#include "sim/output/study_files.h"
+#include "sim/run/run_directory.h"
+#include "sim/run/study.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+/// What to write into a scene to get a rung.
+std::string settings_of(const StudyRung& rung) {
+  const char* solver = rung.solver == to_string(SolverKind::kLu)      ? "lu"
+                       : rung.solver == to_string(SolverKind::kGmres) ? "gmres"
+                                                                      : "matrix_free";
+  return fmt::format("solve: {{scheme: {}, solver: {}, precision: {}}}, body.edge_mm: {:.2f}", rung.scheme, solver,
+                     rung.precision == "double" ? "double" : "single", rung.edge_mm);
+}
+
+std::optional<std::size_t> pick(const StudyCommand& command, const std::vector<StudyRung>& rungs) {
+  if (command.budget) {
+    return pick_within_seconds(rungs, *command.budget);
+  }
+  return command.error ? pick_within_error(rungs, *command.error / 100.0) : std::nullopt;
+}
+
+std::string describe_pick(const StudyCommand& command, const std::vector<StudyRung>& rungs,
+                          const std::optional<std::size_t>& picked) {
+  if (!command.budget && !command.error) {
+    return "";
+  }
+  const std::string rule =
+      command.budget ? fmt::format("at most {} s", *command.budget) : fmt::format("at most {} %", *command.error);
+  if (!picked) {
+    return fmt::format("no rung fits {}\n", rule);
+  }
+  const StudyRung& rung = rungs[*picked];
+  return fmt::format("{} within {}: {:.2f} % in {:.2f} s, {:.0f} MiB\n  {}\n",
+                     command.budget ? "most accurate" : "cheapest", rule, 100.0 * rung.error_reference, rung.seconds,
+                     rung.peak_mib, settings_of(rung));
+}
+
+nlohmann::ordered_json rung_json(const StudyRung& rung) {
+  const auto finite = [](double value) {
+    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
+  };
+  return {{"scheme", rung.scheme},
+          {"edge_mm", rung.edge_mm},
+          {"faces", rung.faces},
+          {"precision", rung.precision},
+          {"solver", rung.solver},
+          {"seconds", finite(rung.seconds)},
+          {"peak_mib", finite(rung.peak_mib)},
+          {"error_reference", finite(rung.error_reference)},
+          {"error_interior", finite(rung.error_interior)},
+          {"pattern_error", finite(rung.pattern_error)},
+          {"pareto", rung.pareto},
+          {"status", rung.status}};
+}
+
+void draw(const std::string& path, const std::string& name, const std::vector<StudyRung>& rungs,
+          const std::optional<std::size_t>& picked, Progress& progress) {
+  if (!can_draw()) {
+    progress.warn("no display answers, so no plot is drawn; scripts/with_display or xvfb-run -a gives one");
+    return;
+  }
+  draw_study(path, name + ": error against time", rungs, picked);
+}
+
+}  // namespace
+
+int study_command(const StudyCommand& command, const CommonFlags& flags) {
+  apply_threads(flags);
+  ConsoleProgress progress(flags.quiet || flags.json);
+  const Scene scene = read_scene(command.scene, command.overrides);
+  build_model(scene);  // what is wrong with the scene is found before the directory exists
+  RunDirectory directory = command.output.empty() ? RunDirectory::next_free("results/runs", scene.name + "_study")
+                                                  : RunDirectory::at(command.output, command.force);
+  try {
+    progress.log_to(directory.file("study.log"));
+    const auto keep = [&](const Study& so_far) { write_study_csv(directory.file("study.csv"), so_far.rungs); };
+    const Study study = run_study(scene, command.options, progress, keep);
+    const auto picked = pick(command, study.rungs);
+    const std::string report =
+        fmt::format("reference: {}, {} faces, edge {:.2f} mm, {:.1f} s\n{}{}", study.reference.scheme,
+                    study.reference.faces, 1e3 * study.reference.edge, study.reference.seconds,
+                    study_table(study.rungs), describe_pick(command, study.rungs, picked));
+    write_text_file(directory.file("study.txt"), report);
+    draw(directory.file("study.png"), scene.name, study.rungs, picked, progress);
+    progress.note(fmt::format("results in {}", directory.path()));
+    if (flags.json) {
+      nlohmann::ordered_json rungs = nlohmann::ordered_json::array();
+      for (const StudyRung& rung : study.rungs) {
+        rungs.push_back(rung_json(rung));
+      }
+      nlohmann::ordered_json json = {{"name", scene.name}, {"directory", directory.path()}, {"rungs", rungs}};
+      json["picked"] = picked ? rung_json(study.rungs[*picked]) : nlohmann::ordered_json(nullptr);
+      fmt::print("{}\n", json.dump(2));
+    } else {
+      fmt::print("{}", report);
+    }
+    return (command.budget || command.error) && !picked ? 1 : 0;
+  } catch (const std::exception& error) {
+    directory.fail(error.what());
+    throw;
+  }
+}
+
+}  // namespace touchfield

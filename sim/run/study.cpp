@@ -1,0 +1,275 @@
+#include "sim/run/study.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/field/judge.h"
+#include "sim/mesh/subdivide.h"
+#include "sim/run/accuracy.h"
+#include "sim/run/cost.h"
+#include "sim/run/judging.h"
+#include "sim/run/methods.h"
+#include "sim/run/peak_memory.h"
+#include "sim/run/speed.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kReferenceEdge = 0.6;  // of the finest rung's
+constexpr double kMemoryShare = 0.9;    // of the free memory that a rung may be expected to take
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+bool from_file(const Scene& scene) { return std::holds_alternative<MeshShape>(scene.body.shape); }
+
+Scene with_edge(Scene scene, double edge) {
+  if (!from_file(scene)) {
+    scene.body.edge = edge;
+  }
+  return scene;
+}
+
+/// The finest converged solution: what every rung is held against.
+class Reference {
+ public:
+  Reference(const Scene& scene, const Model& finest, double finest_edge, Progress& progress)
+      : model_(finest),
+        scattering_(mesh_of(scene, finest, finest_edge), finest.wave, Scheme::kBurtonMillerPolished, SolverSpec{},
+                    finest.array, records_, progress) {
+    focus_ = scattering_.pressure(free_focus(finest), "reference");
+    if (scene.target) {
+      target_ = build_target(scene, finest, mesh());
+    }
+  }
+
+  const TriangleMesh& mesh() const { return scattering_.system().mesh(); }
+
+  /// The focused pressure at another mesh's centroids.
+  Eigen::VectorXcd focus_at(const TriangleMesh& other) const {
+    return JudgeComparison(other, mesh(), 0).at_centroids(focus_);
+  }
+
+  double pattern_error(const PhaseSolution& solution) {
+    if (!target_) {
+      return kNotComputed;
+    }
+    const Eigen::VectorXcd p = scattering_.pressure(drive(solution), "reference");
+    return judge(mesh(), model_.wave, model_.boxes, *target_, p).relative_error;
+  }
+
+ private:
+  static TriangleMesh mesh_of(const Scene& scene, const Model& finest, double finest_edge) {
+    Scene judged = scene;
+    judged.judge.kind = from_file(scene) ? JudgeSpec::Kind::kSplit : JudgeSpec::Kind::kEdge;
+    judged.judge.edge = kReferenceEdge * finest_edge;
+    judged.judge.splits = 1;
+    return build_judge_mesh(judged, finest);
+  }
+
+  const Model& model_;
+  std::vector<SolveRecord> records_;
+  SkinScattering scattering_;
+  Eigen::VectorXcd focus_;
+  std::optional<Target> target_;
+};
+
+/// What rungs of one scheme and one mesh share: it does not depend on how B p = b is solved.
+struct Shared {
+  double interior = kNotComputed;
+  double pattern = kNotComputed;
+};
+
+SolverSpec spec_of(const Scene& scene, SolverKind solver, Precision precision) {
+  SolverSpec spec = scene.solve.solver;
+  spec.solver = solver == SolverKind::kLu      ? SolverChoice::kLu
+                : solver == SolverKind::kGmres ? SolverChoice::kGmres
+                                               : SolverChoice::kMatrixFree;
+  spec.precision = precision == Precision::kSingle ? PrecisionChoice::kSingle : PrecisionChoice::kDouble;
+  return spec;
+}
+
+/// Why a rung is not worth starting; empty if it is.
+std::string reason_to_skip(const Scene& scene, const Model& model, Scheme scheme, const SolverSpec& spec,
+                           double limit) {
+  const auto faces = static_cast<double>(model.body.mesh.face_count());
+  const double unknowns = faces + (scheme == Scheme::kChief ? chief_points(model) : 0.0);
+  const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
+  const ModelCost cost =
+      scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(scene.solve.methods.size()),
+                      product_seconds(model.body.mesh, model.wave));
+  if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
+    return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
+  }
+  if (cost.seconds > limit) {
+    return fmt::format("skipped: expected to take {:.0f} s", cost.seconds);
+  }
+  return "";
+}
+
+class Ladder {
+ public:
+  Ladder(const Scene& scene, const StudyOptions& options, Progress& progress)
+      : scene_(scene), options_(options), progress_(progress) {
+    for (const double edge : edges()) {
+      models_.push_back(build_model(with_edge(scene_, edge)));
+    }
+    const auto start = Clock::now();
+    progress_.begin("reference solution");
+    reference_ = std::make_unique<Reference>(scene_, models_.back(), edges().back(), progress_);
+    progress_.end(seconds_since(start));
+    study_.reference = {to_string(Scheme::kBurtonMillerPolished), reference_->mesh().face_count(),
+                        reference_->mesh().mean_edge(), seconds_since(start)};
+    if (scene_.target && !scene_.target->pressure) {
+      find_pressure();
+    }
+  }
+
+  Study climb(const std::function<void(const Study&)>& on_rung) {
+    for (const Model& model : models_) {
+      const Eigen::VectorXcd expected = reference_->focus_at(model.body.mesh);
+      for (const Scheme scheme : listed(options_.schemes, all_schemes())) {
+        Shared shared;
+        for (const SolverKind solver :
+             listed(options_.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree})) {
+          for (const Precision precision : listed(options_.precisions, {Precision::kDouble, Precision::kSingle})) {
+            if (scheme == Scheme::kChief && solver != SolverKind::kLu) {
+              continue;
+            }
+            study_.rungs.push_back(rung(model, scheme, spec_of(scene_, solver, precision), expected, shared));
+            mark_pareto(study_.rungs);
+            on_rung(study_);
+          }
+        }
+      }
+    }
+    return study_;
+  }
+
+ private:
+  template <typename Value>
+  static std::vector<Value> listed(const std::vector<Value>& asked, const std::vector<Value>& all) {
+    return asked.empty() ? all : asked;
+  }
+
+  /// The coarsest first.
+  std::vector<double> edges() const {
+    if (from_file(scene_)) {
+      return {0.0};
+    }
+    std::vector<double> edges = options_.edges;
+    if (edges.empty()) {
+      edges = {1.4 * scene_.body.edge.value(), scene_.body.edge.value(), 0.7 * scene_.body.edge.value()};
+    }
+    std::sort(edges.begin(), edges.end(), std::greater<>());
+    return edges;
+  }
+
+  /// A scene that asks for the best pressure gets one for all rungs, found on the coarsest mesh.
+  void find_pressure() {
+    const Model& model = models_.front();
+    std::optional<Target> target = build_target(scene_, model);
+    std::vector<SolveRecord> records;
+    SkinScattering scattering(model.body.mesh, model.wave, Scheme::kBurtonMillerPolished, SolverSpec{}, model.array,
+                              records, progress_);
+    MethodSolver methods(scattering, model.array.size(), target);
+    scene_.target->pressure = methods.best_scale(scene_.solve.methods.front(), model.wave, model.boxes, progress_);
+  }
+
+  StudyRung rung(const Model& model, Scheme scheme, const SolverSpec& spec, const Eigen::VectorXcd& expected,
+                 Shared& shared) {
+    StudyRung rung;
+    rung.scheme = to_string(scheme);
+    rung.edge_mm = model.body.mesh.mean_edge() / kMillimetre;
+    rung.faces = model.body.mesh.face_count();
+    rung.precision =
+        spec.precision == PrecisionChoice::kSingle ? (spec.refine ? "single refined" : "single") : "double";
+    rung.solver = to_string(spec.solver == SolverChoice::kLu      ? SolverKind::kLu
+                            : spec.solver == SolverChoice::kGmres ? SolverKind::kGmres
+                                                                  : SolverKind::kMatrixFree);
+    rung.status = reason_to_skip(scene_, model, scheme, spec, options_.rung_seconds);
+    if (!rung.status.empty()) {
+      return rung;
+    }
+    const auto start = Clock::now();
+    progress_.begin(fmt::format("{}, {} faces, {}, {}", rung.scheme, rung.faces, rung.solver, rung.precision));
+    try {
+      climb_rung(model, scheme, spec, expected, shared, rung);
+    } catch (const NumericalError& error) {
+      rung.status = fmt::format("failed: {}", error.what());
+    }
+    progress_.end(seconds_since(start));
+    return rung;
+  }
+
+  void climb_rung(const Model& model, Scheme scheme, const SolverSpec& spec, const Eigen::VectorXcd& expected,
+                  Shared& shared, StudyRung& rung) {
+    rung.status = "ok";
+    const std::optional<Target> target = scene_.target ? std::optional(build_target(scene_, model)) : std::nullopt;
+    const Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
+    std::vector<SolveRecord> records;
+    reset_peak_memory();
+    const auto start = Clock::now();
+    SkinScattering scattering(model.body.mesh, model.wave, scheme, spec, model.array, records, progress_);
+    MethodSolver methods(scattering, model.array.size(), target);
+    std::optional<PhaseSolution> first;
+    for (const MethodSpec& method : scene_.solve.methods) {
+      const PhaseSolution solution = methods.solve(method, amplitudes, progress_);
+      scattering.pressure(drive(solution), "study");
+      first = first ? first : std::optional(solution);
+    }
+    rung.seconds = seconds_since(start);
+    rung.peak_mib = peak_memory_mib();
+    const Eigen::VectorXcd focus = scattering.pressure(free_focus(model), "study");
+    rung.error_reference = relative_difference(model.body.mesh.areas(), focus, expected);
+    if (std::any_of(records.begin(), records.end(), [](const SolveRecord& solve) { return !solve.converged; })) {
+      rung.status = fmt::format("not converged in {} steps", spec.max_steps);
+    }
+    if (std::isnan(shared.pattern)) {
+      shared.pattern = reference_->pattern_error(*first);
+    }
+    if (std::isnan(shared.interior)) {
+      shared.interior = indicator(scheme, model);
+    }
+    rung.pattern_error = shared.pattern;
+    rung.error_interior = shared.interior;
+  }
+
+  double indicator(Scheme scheme, const Model& model) {
+    Scene scene = scene_;
+    scene.solve.scheme = scheme;
+    scene.solve.solver.solver = SolverChoice::kAuto;
+    scene.solve.solver.precision = PrecisionChoice::kAuto;
+    try {
+      return interior_indicator(scene, model, progress_).body.rms;
+    } catch (const InputError& error) {  // no room for sources in a thin body or a coarse mesh
+      progress_.warn(error.what());
+      return kNotComputed;
+    }
+  }
+
+  Scene scene_;
+  StudyOptions options_;
+  Progress& progress_;
+  std::vector<Model> models_;
+  std::unique_ptr<Reference> reference_;
+  Study study_;
+};
+
+}  // namespace
+
+Study run_study(const Scene& scene, const StudyOptions& options, Progress& progress,
+                const std::function<void(const Study&)>& on_rung) {
+  return Ladder(scene, options, progress).climb(on_rung);
+}
+
+}  // namespace touchfield
