@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
+
+#include <omp.h>
 
 namespace touchfield {
 
@@ -21,6 +24,12 @@ Layer transposed(Layer layer) {
       return Layer::kAdjointMiller;
     default:
       throw std::invalid_argument("LayerSum: this layer's transpose is not made");
+  }
+}
+
+void require_rows(const Eigen::MatrixXcd& x, Eigen::Index rows) {
+  if (x.rows() != rows) {
+    throw std::invalid_argument("LayerSum: the block has another number of rows than the mesh has faces");
   }
 }
 
@@ -92,7 +101,7 @@ Eigen::VectorXd LayerSum<Real>::weights() const {
 }
 
 template <typename Real>
-Eigen::MatrixXcd LayerSum<Real>::sums(Layer layer, const Eigen::MatrixXcd& weighted, Eigen::Index rows) const {
+Eigen::MatrixXcd LayerSum<Real>::sums_by_rows(Layer layer, const Eigen::MatrixXcd& weighted, Eigen::Index rows) const {
   using Values = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   const Values re = weighted.real().template cast<Real>();
   const Values im = weighted.imag().template cast<Real>();
@@ -129,16 +138,91 @@ Eigen::MatrixXcd LayerSum<Real>::sums(Layer layer, const Eigen::MatrixXcd& weigh
 }
 
 template <typename Real>
+Eigen::MatrixXcd LayerSum<Real>::sums_by_pairs(Layer layer, bool transposed, const Eigen::MatrixXcd& weighted) const {
+  using Values = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+  using Rows = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+  const Values re = weighted.real().template cast<Real>();
+  const Values im = weighted.imag().template cast<Real>();
+  const Rows point_re = re;  // the values of one point side by side
+  const Rows point_im = im;
+  const Eigen::Index columns = weighted.cols();
+  const Eigen::Index blocks = (size() + kBlock - 1) / kBlock;
+  const Eigen::Index pairs = blocks * (blocks + 1) / 2;
+  const auto stride = static_cast<int>(kBlock);
+  std::vector<Eigen::MatrixXcd> partial(static_cast<std::size_t>(omp_get_max_threads()));
+#pragma omp parallel
+  {
+    Eigen::MatrixXcd& y = partial[static_cast<std::size_t>(omp_get_thread_num())];
+    y = Eigen::MatrixXcd::Zero(size(), columns);
+    std::vector<Real> value_re(static_cast<std::size_t>(kBlock * columns));
+    std::vector<Real> value_im(value_re.size());
+    std::vector<Real> sum_re(value_re.size());
+    std::vector<Real> sum_im(value_re.size());
+    std::vector<Real> own_re(static_cast<std::size_t>(columns));
+    std::vector<Real> own_im(own_re.size());
+#pragma omp for schedule(static, 1)
+    for (Eigen::Index pair = 0; pair < pairs; ++pair) {
+      // Block row a holds a + 1 pairs.
+      auto a = static_cast<Eigen::Index>((std::sqrt(8.0 * static_cast<double>(pair) + 1.0) - 1.0) / 2.0);
+      a -= a * (a + 1) / 2 > pair ? 1 : 0;
+      a += (a + 1) * (a + 2) / 2 <= pair ? 1 : 0;
+      const Eigen::Index b = pair - a * (a + 1) / 2;
+      const Eigen::Index from = b * kBlock;
+      const Eigen::Index in_block = std::min(kBlock, size() - from);
+      for (Eigen::Index s = 0; s < columns; ++s) {
+        std::copy_n(re.col(s).data() + from, in_block, value_re.data() + s * kBlock);
+        std::copy_n(im.col(s).data() + from, in_block, value_im.data() + s * kBlock);
+      }
+      std::fill(sum_re.begin(), sum_re.end(), Real(0));
+      std::fill(sum_im.begin(), sum_im.end(), Real(0));
+      const Eigen::Index last = std::min(size(), (a + 1) * kBlock);
+      for (Eigen::Index i = a * kBlock; i < last; ++i) {
+        // Within a block each pair once: the sources before the point.
+        const Eigen::Index count = a == b ? i - from : in_block;
+        if (count == 0) {
+          continue;
+        }
+        const PairSources<Real> sources{x_.data() + from,  y_.data() + from,  z_.data() + from,
+                                        nx_.data() + from, ny_.data() + from, nz_.data() + from};
+        add_mutual_sums<Real>(
+            layer, transposed, constants_, point(i), sources, static_cast<int>(count),
+            {value_re.data(), value_im.data(), point_re.row(i).data(), point_im.row(i).data(), sum_re.data(),
+             sum_im.data(), own_re.data(), own_im.data(), stride, static_cast<int>(columns)});
+        for (Eigen::Index s = 0; s < columns; ++s) {
+          const auto at = static_cast<std::size_t>(s);
+          y(i, s) += Complex(static_cast<double>(own_re[at]), static_cast<double>(own_im[at]));
+        }
+      }
+      for (Eigen::Index s = 0; s < columns; ++s) {
+        for (Eigen::Index j = 0; j < in_block; ++j) {
+          const auto at = static_cast<std::size_t>(s * kBlock + j);
+          y(from + j, s) += Complex(static_cast<double>(sum_re[at]), static_cast<double>(sum_im[at]));
+        }
+      }
+    }
+  }
+  Eigen::MatrixXcd y = Eigen::MatrixXcd::Zero(size(), columns);
+  for (const Eigen::MatrixXcd& part : partial) {
+    if (part.size() > 0) {
+      y += part;
+    }
+  }
+  return y;
+}
+
+template <typename Real>
 Eigen::MatrixXcd LayerSum<Real>::apply(Layer layer, const Eigen::MatrixXcd& x) const {
+  require_rows(x, size());
+  if (layer == Layer::kDouble || layer == Layer::kBurtonMiller) {
+    return sums_by_pairs(layer, false, weights().asDiagonal() * x);
+  }
   return apply_head(layer, x, size());
 }
 
 template <typename Real>
 Eigen::MatrixXcd LayerSum<Real>::apply_head(Layer layer, const Eigen::MatrixXcd& x, Eigen::Index rows) const {
-  if (x.rows() != size() || rows > size()) {
-    throw std::invalid_argument("LayerSum: the block has another number of rows than the mesh has faces");
-  }
-  Eigen::MatrixXcd y = sums(layer, weights().asDiagonal() * x, rows);
+  require_rows(x, size());
+  Eigen::MatrixXcd y = sums_by_rows(layer, weights().asDiagonal() * x, std::min(rows, size()));
   if (layer == Layer::kSingle || layer == Layer::kSingleAdjoint) {
     y /= scale_;
   }
@@ -147,10 +231,11 @@ Eigen::MatrixXcd LayerSum<Real>::apply_head(Layer layer, const Eigen::MatrixXcd&
 
 template <typename Real>
 Eigen::MatrixXcd LayerSum<Real>::apply_transpose(Layer layer, const Eigen::MatrixXcd& x) const {
-  if (x.rows() != size()) {
-    throw std::invalid_argument("LayerSum: the block has another number of rows than the mesh has faces");
+  require_rows(x, size());
+  if (layer != Layer::kDouble && layer != Layer::kBurtonMiller) {
+    throw std::invalid_argument("LayerSum: this layer's transpose is not made");
   }
-  return weights().asDiagonal() * sums(transposed(layer), x, size());
+  return weights().asDiagonal() * sums_by_pairs(layer, true, x);
 }
 
 template <typename Real>

@@ -26,7 +26,8 @@ class LayerSum {
   /// M x S to M x S; [m] for the single layer, no unit otherwise.
   Eigen::MatrixXcd apply(Layer layer, const Eigen::MatrixXcd& x) const;
 
-  /// The first `rows` values of apply alone, for measuring what a product takes.
+  /// The first `rows` values of apply, row by row: the reference for apply, which takes both directions of a pair at
+  /// once where it can.
   Eigen::MatrixXcd apply_head(Layer layer, const Eigen::MatrixXcd& x, Eigen::Index rows) const;
 
   /// The transpose, without conjugation, of kDouble or kBurtonMiller.
@@ -41,7 +42,8 @@ class LayerSum {
  private:
   void fill(Layer layer, const PairPoint<Real>& at, Eigen::Index first, Eigen::Index count, Real* re, Real* im) const;
   PairPoint<Real> point(Eigen::Index i) const;
-  Eigen::MatrixXcd sums(Layer layer, const Eigen::MatrixXcd& weighted, Eigen::Index rows) const;
+  Eigen::MatrixXcd sums_by_rows(Layer layer, const Eigen::MatrixXcd& weighted, Eigen::Index rows) const;
+  Eigen::MatrixXcd sums_by_pairs(Layer layer, bool transposed, const Eigen::MatrixXcd& weighted) const;
   Eigen::VectorXd weights() const;
 
   Vector3 origin_;

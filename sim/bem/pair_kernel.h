@@ -60,6 +60,56 @@ inline Real alternate(Real value, Real n) {
   }
 }
 
+/// What the kernels of a pair share: e, E and 1/r^3 (the last with the sign of e's sine and cosine taken out of them).
+template <typename Real>
+struct PairWave {
+  Real c, s;        // of e, before the sign
+  Real er, ei;      // of E, likewise
+  Real rho;         // k r
+  Real near;        // 1 + alpha r
+  Real inverse, b;  // 1/r and 1/r^3 with that sign; 0 where r is
+};
+
+template <bool kDamped, typename Real>
+inline PairWave<Real> pair_wave(const PairConstants<Real>& constants, Real r2, Real reciprocal) {
+  PairWave<Real> wave;
+  const Real u = r2 * reciprocal;
+  const Real whole = std::rint(u);
+  half_cycle_sincos(u - whole, wave.s, wave.c);
+  wave.inverse = alternate(r2 > Real(0) ? reciprocal : Real(0), whole);
+  wave.near = 1;
+  if constexpr (kDamped) {
+    const Real decay = constants.damping * u;
+    const Real factor = std::exp(-decay);
+    wave.s *= factor;
+    wave.c *= factor;
+    wave.near = Real(1) + decay;
+  }
+  wave.rho = std::numbers::pi_v<Real> * u;
+  wave.er = wave.near * wave.c + wave.rho * wave.s;
+  wave.ei = wave.near * wave.s - wave.rho * wave.c;
+  wave.b = wave.inverse * (reciprocal * reciprocal);
+  return wave;
+}
+
+/// i gamma W.
+template <bool kDamped, typename Real>
+inline void hypersingular_part(const PairConstants<Real>& constants, const PairWave<Real>& wave, Real reciprocal,
+                               Real nd, Real md, Real normals, Real& re, Real& im) {
+  const Real mn = constants.gamma * wave.b * normals;
+  const Real q = constants.gamma * wave.b * (reciprocal * reciprocal) * nd * md;
+  // F = 3 E - (rho^2 - alpha^2 r^2 + 2 i rho alpha r) e
+  Real fr = 3 * wave.er - wave.rho * wave.rho * wave.c;
+  Real fi = 3 * wave.ei - wave.rho * wave.rho * wave.s;
+  if constexpr (kDamped) {
+    const Real decay = wave.near - Real(1);
+    fr += decay * decay * wave.c + 2 * wave.rho * decay * wave.s;
+    fi += decay * decay * wave.s - 2 * wave.rho * decay * wave.c;
+  }
+  re = fi * q - wave.ei * mn;
+  im = wave.er * mn - fr * q;
+}
+
 /// One pair: kernel times 4 pi, in units of half wavelengths,
 ///
 ///   S = e/r   D = E (n.d)/r^3   D' = -E (m.d)/r^3   W = (E m.n - F (m.d)(n.d)/r^2)/r^3
@@ -69,57 +119,50 @@ inline Real alternate(Real value, Real n) {
 template <Layer kLayer, bool kDamped, typename Real>
 inline void pair_kernel(const PairConstants<Real>& constants, Real r2, Real reciprocal, Real dx, Real dy, Real dz,
                         Real mx, Real my, Real mz, Real nx, Real ny, Real nz, Real& re, Real& im) {
-  constexpr Real kPi = std::numbers::pi_v<Real>;
-  const Real u = r2 * reciprocal;
-  const Real whole = std::rint(u);
-  Real s;
-  Real c;
-  half_cycle_sincos(u - whole, s, c);
-  const Real inverse = alternate(r2 > Real(0) ? reciprocal : Real(0), whole);  // the sign of both sine and cosine
-  Real near = 1;                                                               // 1 + alpha r
-  if constexpr (kDamped) {
-    const Real decay = constants.damping * u;
-    const Real factor = std::exp(-decay);
-    s *= factor;
-    c *= factor;
-    near = Real(1) + decay;
-  }
-  const Real rho = kPi * u;
-  const Real er = near * c + rho * s;
-  const Real ei = near * s - rho * c;
-  const Real b = inverse * (reciprocal * reciprocal);
+  const PairWave<Real> wave = pair_wave<kDamped>(constants, r2, reciprocal);
+  const Real nd = nx * dx + ny * dy + nz * dz;
+  const Real md = mx * dx + my * dy + mz * dz;
   if constexpr (kLayer == Layer::kSingle) {
-    re = inverse * c;
-    im = inverse * s;
-  } else if constexpr (kLayer == Layer::kDouble) {
-    const Real nd = b * (nx * dx + ny * dy + nz * dz);
-    re = er * nd;
-    im = ei * nd;
-  } else if constexpr (kLayer == Layer::kAdjoint) {
-    const Real md = -b * (mx * dx + my * dy + mz * dz);
-    re = er * md;
-    im = ei * md;
+    re = wave.inverse * wave.c;
+    im = wave.inverse * wave.s;
   } else if constexpr (kLayer == Layer::kSingleAdjoint) {
-    const Real md = constants.gamma * b * (mx * dx + my * dy + mz * dz);
-    re = inverse * c + ei * md;
-    im = inverse * s - er * md;
+    const Real along = constants.gamma * wave.b * md;
+    re = wave.inverse * wave.c + wave.ei * along;
+    im = wave.inverse * wave.s - wave.er * along;
   } else {
-    const Real nd = nx * dx + ny * dy + nz * dz;
-    const Real md = mx * dx + my * dy + mz * dz;
-    const Real mn = constants.gamma * b * (mx * nx + my * ny + mz * nz);
-    const Real q = constants.gamma * b * (reciprocal * reciprocal) * nd * md;
-    // F = 3 E - (rho^2 - alpha^2 r^2 + 2 i rho alpha r) e
-    Real fr = 3 * er - rho * rho * c;
-    Real fi = 3 * ei - rho * rho * s;
-    if constexpr (kDamped) {
-      const Real decay = near - Real(1);
-      fr += decay * decay * c + 2 * rho * decay * s;
-      fi += decay * decay * s - 2 * rho * decay * c;
+    const Real along = kLayer == Layer::kDouble || kLayer == Layer::kBurtonMiller ? wave.b * nd : -wave.b * md;
+    re = wave.er * along;
+    im = wave.ei * along;
+    if constexpr (kLayer == Layer::kBurtonMiller || kLayer == Layer::kAdjointMiller) {
+      Real w_re;
+      Real w_im;
+      hypersingular_part<kDamped>(constants, wave, reciprocal, nd, md, mx * nx + my * ny + mz * nz, w_re, w_im);
+      re += w_re;
+      im += w_im;
     }
-    const Real first = kLayer == Layer::kBurtonMiller ? b * nd : -b * md;
-    re = er * first - ei * mn + fi * q;
-    im = ei * first + er * mn - fr * q;
   }
+}
+
+/// One pair seen from both its points: K(x, y) of kDouble or kBurtonMiller and K(y, x), in the same units. They share
+/// all but one product each.
+template <bool kMiller, bool kDamped, typename Real>
+inline void mutual_kernel(const PairConstants<Real>& constants, Real r2, Real reciprocal, Real dx, Real dy, Real dz,
+                          Real mx, Real my, Real mz, Real nx, Real ny, Real nz, Real& to_re, Real& to_im, Real& from_re,
+                          Real& from_im) {
+  const PairWave<Real> wave = pair_wave<kDamped>(constants, r2, reciprocal);
+  const Real nd = nx * dx + ny * dy + nz * dz;
+  const Real md = mx * dx + my * dy + mz * dz;
+  const Real to = wave.b * nd;
+  const Real from = -wave.b * md;
+  Real w_re = 0;
+  Real w_im = 0;
+  if constexpr (kMiller) {
+    hypersingular_part<kDamped>(constants, wave, reciprocal, nd, md, mx * nx + my * ny + mz * nz, w_re, w_im);
+  }
+  to_re = wave.er * to + w_re;
+  to_im = wave.ei * to + w_im;
+  from_re = wave.er * from + w_re;
+  from_im = wave.ei * from + w_im;
 }
 
 }  // namespace touchfield

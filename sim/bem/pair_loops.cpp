@@ -12,7 +12,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr int kBlock = 256;  // sources a pass: distances stay in the first cache
+constexpr int kBlock = kPairBlock;  // sources a pass: distances stay in the first cache
 
 template <Layer kLayer, bool kDamped, typename Real>
 void fill(const PairConstants<Real>& given, const PairPoint<Real>& at, const PairSources<Real>& sources, int total,
@@ -55,6 +55,61 @@ void fill(const PairConstants<Real>& constants, const PairPoint<Real>& at, const
   }
 }
 
+template <bool kMiller, bool kDamped, typename Real>
+void add_mutual(bool transposed, const PairConstants<Real>& given, const PairPoint<Real>& at,
+                const PairSources<Real>& sources, int count, const MutualSums<Real>& sums) {
+  const PairConstants<Real> constants = given;
+  const PairPoint<Real> p = at;
+  const Real* x = sources.x;
+  const Real* y = sources.y;
+  const Real* z = sources.z;
+  const Real* nx = sources.nx;
+  const Real* ny = sources.ny;
+  const Real* nz = sources.nz;
+  alignas(64) Real r2[kBlock];
+  alignas(64) Real reciprocal[kBlock];
+  alignas(64) Real k_re[kBlock];
+  alignas(64) Real k_im[kBlock];
+  alignas(64) Real t_re[kBlock];
+  alignas(64) Real t_im[kBlock];
+#pragma omp simd
+  for (int j = 0; j < count; ++j) {
+    const Real dx = p.x - x[j];
+    const Real dy = p.y - y[j];
+    const Real dz = p.z - z[j];
+    r2[j] = dx * dx + dy * dy + dz * dz;
+  }
+  reciprocal_roots(r2, count, reciprocal);
+  Real* to_re = transposed ? t_re : k_re;
+  Real* to_im = transposed ? t_im : k_im;
+  Real* from_re = transposed ? k_re : t_re;
+  Real* from_im = transposed ? k_im : t_im;
+#pragma omp simd
+  for (int j = 0; j < count; ++j) {
+    mutual_kernel<kMiller, kDamped>(constants, r2[j], reciprocal[j], p.x - x[j], p.y - y[j], p.z - z[j], p.nx, p.ny,
+                                    p.nz, nx[j], ny[j], nz[j], to_re[j], to_im[j], from_re[j], from_im[j]);
+  }
+  for (int s = 0; s < sums.right_hand_sides; ++s) {
+    const Real* v_re = sums.source_re + s * sums.stride;
+    const Real* v_im = sums.source_im + s * sums.stride;
+    Real* out_re = sums.source_sum_re + s * sums.stride;
+    Real* out_im = sums.source_sum_im + s * sums.stride;
+    const Real p_re = sums.point_re[s];
+    const Real p_im = sums.point_im[s];
+    Real sum_re = 0;
+    Real sum_im = 0;
+#pragma omp simd reduction(+ : sum_re, sum_im)
+    for (int j = 0; j < count; ++j) {
+      sum_re += k_re[j] * v_re[j] - k_im[j] * v_im[j];
+      sum_im += k_re[j] * v_im[j] + k_im[j] * v_re[j];
+      out_re[j] += t_re[j] * p_re - t_im[j] * p_im;
+      out_im[j] += t_re[j] * p_im + t_im[j] * p_re;
+    }
+    sums.point_sum_re[s] = sum_re;
+    sums.point_sum_im[s] = sum_im;
+  }
+}
+
 }  // namespace
 
 template <typename Real>
@@ -80,6 +135,24 @@ template void pair_values<float>(Layer, const PairConstants<float>&, const PairP
                                  int, float*, float*);
 template void pair_values<double>(Layer, const PairConstants<double>&, const PairPoint<double>&,
                                   const PairSources<double>&, int, double*, double*);
+
+template <typename Real>
+void add_mutual_sums(Layer layer, bool transposed, const PairConstants<Real>& constants, const PairPoint<Real>& point,
+                     const PairSources<Real>& sources, int count, const MutualSums<Real>& sums) {
+  const bool damped = constants.damping != Real(0);
+  if (layer == Layer::kBurtonMiller) {
+    damped ? add_mutual<true, true>(transposed, constants, point, sources, count, sums)
+           : add_mutual<true, false>(transposed, constants, point, sources, count, sums);
+  } else {
+    damped ? add_mutual<false, true>(transposed, constants, point, sources, count, sums)
+           : add_mutual<false, false>(transposed, constants, point, sources, count, sums);
+  }
+}
+
+template void add_mutual_sums<float>(Layer, bool, const PairConstants<float>&, const PairPoint<float>&,
+                                     const PairSources<float>&, int, const MutualSums<float>&);
+template void add_mutual_sums<double>(Layer, bool, const PairConstants<double>&, const PairPoint<double>&,
+                                      const PairSources<double>&, int, const MutualSums<double>&);
 
 void static_values(Layer layer, double gamma, const PairPoint<double>& point, const PairSources<double>& sources,
                    int count, double* re, double* im) {

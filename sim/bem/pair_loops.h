@@ -39,6 +39,29 @@ template <typename Real>
 void pair_values(Layer layer, const PairConstants<Real>& constants, const PairPoint<Real>& point,
                  const PairSources<Real>& sources, int count, Real* re, Real* im);
 
+/// Sums over pairs in both directions at once, for S right-hand sides: with K of kDouble or kBurtonMiller (transposed:
+/// K(x, y) and K(y, x) change places)
+///
+///   point_sum_s  = sum over j of K(point, source_j) source_value_js
+///   source_sum_js += K(source_j, point) point_value_s
+///
+/// Values and sums of the sources are kept a column a right-hand side, `stride` apart; count <= kPairBlock.
+inline constexpr int kPairBlock = 256;
+
+template <typename Real>
+struct MutualSums {
+  const Real *source_re, *source_im;  // values of the sources
+  const Real *point_re, *point_im;    // S values of the point
+  Real *source_sum_re, *source_sum_im;
+  Real *point_sum_re, *point_sum_im;  // S sums
+  int stride;
+  int right_hand_sides;
+};
+
+template <typename Real>
+void add_mutual_sums(Layer layer, bool transposed, const PairConstants<Real>& constants, const PairPoint<Real>& point,
+                     const PairSources<Real>& sources, int count, const MutualSums<Real>& sums);
+
 /// The kernel of kDouble, kAdjoint, kBurtonMiller or kAdjointMiller at k = 0, in the same units.
 void static_values(Layer layer, double gamma, const PairPoint<double>& point, const PairSources<double>& sources,
                    int count, double* re, double* im);

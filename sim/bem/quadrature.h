@@ -10,8 +10,8 @@ namespace touchfield {
 
 /// How finely a face is integrated, by its distance from the point in units of the square root of its area.
 struct FaceRule {
-  double split_ratio = 1.4;   // a piece nearer than this times its own size is split in four; pieces have 7 points
-  double seven_below = 3.0;   // whole faces: 7 points below this distance,
+  double split_ratio = 1.4;  // a piece nearer than this times its own size is split in four; pieces have 7 points
+  double seven_below = 3.0;  // whole faces: 7 points below this distance,
   double three_below = 8.0;  // 3 points below this one, one point beyond
 };
 
