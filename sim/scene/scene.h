@@ -111,7 +111,7 @@ struct StartSpec {
   unsigned seed = 0;
 };
 
-inline constexpr Scheme kDefaultScheme = Scheme::kPaper;
+inline constexpr Scheme kDefaultScheme = Scheme::kBurtonMillerPolished;
 
 struct MethodSpec {
   MethodKind kind = MethodKind::kPaper;
