@@ -11,12 +11,12 @@ namespace touchfield {
 /// What in a model makes its results less than trustworthy, each as "name: what, with the figure". docs/stability.md
 /// says what was measured on such cases.
 ///
-///   coarse_mesh     fewer than 5 edges a wavelength
+///   coarse_mesh     fewer than 3 edges a wavelength
 ///   slivers         an angle below 10 degrees
 ///   size_jump       faces that share an edge differ more than 3 times in size
 ///   narrow_gap      two parts of the skin look at each other through less than one edge of air
-///   thin_body       the same through the body
-///   near_source     a transducer nearer to the skin than two local edges
+///   thin_body       the same through less than two edges of the body
+///   near_source     a transducer nearer to the skin than a local edge
 std::vector<std::string> model_warnings(const Model& model);
 
 /// The same for what a run found, in its present state.

@@ -54,7 +54,7 @@ class BadInput(CommandTest):
         self.refused("run", scene, "-o", "out", says="scene.yaml:9:31: target.box.size_mm[0] = -8 must be > 0")
 
     def test_all_problems_at_once(self):
-        text = FINGER.replace("edge_mm: 3", "edge_mm: three").replace("iterations: 8", "iterations: -1")
+        text = FINGER.replace("edge_mm: 2.6", "edge_mm: three").replace("iterations: 8", "iterations: -1")
         self.refused("run", self.scene(text), "-o", "out", says=["body.edge_mm", "solve.iterations"])
 
     def test_mesh_with_a_hole(self):
@@ -111,7 +111,7 @@ class BadInput(CommandTest):
         self.refused("run", scene, "-o", "out", says="already holds a run")
 
     def test_body_too_large_for_the_memory(self):
-        scene = self.scene(FINGER.replace("edge_mm: 3", "edge_mm: 0.06"))
+        scene = self.scene(FINGER.replace("edge_mm: 2.6", "edge_mm: 0.06"))
         self.refused("run", scene, "-o", "out", says=["GiB", "body.edge_mm"])
 
     def test_fixed_phases_that_do_not_fit(self):

@@ -170,14 +170,13 @@ TEST_P(HardResonanceOfAHand, Sweep) {
     return sweep;
   };
   const Sweep polished = measure(Scheme::kBurtonMillerPolished, 1, 101);
-  const Sweep paper = measure(Scheme::kPaper, 10, 11);
-  const Sweep paper_close = measure(Scheme::kPaper, 1, 6);
+  const Sweep paper = measure(Scheme::kPaper, 1, 101);
   // The hand is 22 wavelengths long: its pressure may turn over some tenths of a per cent as k changes by 0.25 %.
   EXPECT_LT(polished.spread(), 0.01);
   EXPECT_LT(polished.jump(), 2e-4);
   // Its inside has a mode every few hertz.
   EXPECT_GT(paper.spread(), 10 * polished.spread());
-  EXPECT_GT(paper_close.jump(), 5 * polished.jump());
+  EXPECT_GT(paper.jump(), 5 * polished.jump());
 }
 
 INSTANTIATE_TEST_SUITE_P(Small, HardResonance, testing::Values(Size::kSmall), testing::PrintToStringParamName());

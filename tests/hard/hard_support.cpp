@@ -19,6 +19,7 @@ TransducerArray omni_at(const Points& positions) {
 
 SolverOptions usual_solver(Scheme scheme) {
   SolverOptions options;
+  options.tolerance = 1e-6;  // what is measured here is the discretisation alone
   if (scheme != Scheme::kBurtonMiller && scheme != Scheme::kBurtonMillerPolished) {
     options.kind = SolverKind::kLu;
   }
@@ -48,7 +49,8 @@ Eigen::VectorXcd split_reference(const TriangleMesh& mesh, const Wave& wave, con
   for (int i = 0; i < times; ++i) {
     fine = split_faces(fine);
   }
-  Eigen::VectorXcd p = answer(fine, wave, array, Scheme::kBurtonMillerPolished, SolverOptions{}).pressure;
+  Eigen::VectorXcd p =
+      answer(fine, wave, array, Scheme::kBurtonMillerPolished, usual_solver(Scheme::kBurtonMillerPolished)).pressure;
   for (int i = 0; i < times; ++i) {
     p = Eigen::VectorXcd(p(Eigen::seqN(3, p.size() / 4, 4)));  // the middle face has its parent's centroid
   }

@@ -165,7 +165,7 @@ TEST(SceneReader, FillsInTheDefaults) {
   EXPECT_EQ(scene.solve.scheme, SolveSpec{}.scheme);
   EXPECT_EQ(scene.solve.solver.solver, SolverChoice::kAuto);
   EXPECT_EQ(scene.solve.solver.precision, PrecisionChoice::kAuto);
-  EXPECT_EQ(scene.solve.solver.tolerance, 1e-5);
+  EXPECT_EQ(scene.solve.solver.tolerance, 1e-4);
   EXPECT_TRUE(scene.solve.solver.refine);
   EXPECT_EQ(scene.judge.kind, JudgeSpec::Kind::kSame);
   EXPECT_THAT(scene.fields, IsEmpty());

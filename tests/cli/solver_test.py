@@ -1,0 +1,120 @@
+"""How B p = b is solved, through the command line: every solver and precision comes to the same pressure."""
+
+import math
+import unittest
+
+import numpy
+
+from support import FINGER, CommandTest, open_run, relative_l2, warning_names
+
+SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[{fixed: {phases_rad: 0}}]").replace(
+    "write: [h5, vtp, vti]", "  alarm: never\njudge: none\nwrite: [h5]")
+CALLED = {"lu": "LU", "gmres": "GMRES, stored", "matrix_free": "GMRES, matrix-free"}
+
+
+class Solver(CommandTest):
+    def solve(self, **options):
+        """The pressure, the areas, and /solves as a map of columns."""
+        scene = self.write("scene.yaml", SCENE)
+        sets = [argument for key, value in options.items() for argument in ("--set", f"solve.{key}={value}")]
+        self.last = self.run_ok("run", scene, "-o", "out", "--force", "--quiet", *sets)
+        with open_run(self.folder / "out") as run:
+            columns = {name: column.asstr()[:] if column.dtype == object else column[:]
+                       for name, column in run["solves"].items()}
+            self.alarm = run.attrs["alarm"]
+            return run["methods/fixed/pressure"][:], run["mesh/area"][:], columns
+
+    def test_all_come_to_the_same(self):
+        for scheme in ["paper_corrected", "burton_miller", "burton_miller_polished"]:
+            expected, area, _ = self.solve(scheme=scheme, solver="lu", precision="double", tolerance=1e-12)
+            for tolerance in [1e-3, 1e-6]:
+                for solver, called in CALLED.items():
+                    for precision in ["double", "single"]:
+                        p, _, solves = self.solve(scheme=scheme, solver=solver, precision=precision, tolerance=tolerance)
+                        self.assertEqual(list(solves["solver"]), [called])
+                        self.assertEqual(list(solves["precision"]), ["double" if precision == "double" else "single refined"])
+                        self.assertEqual(list(solves["converged"]), [1])
+                        self.assertLessEqual(solves["residual"][0], tolerance)
+                        self.assertEqual(solves["steps"][0] == 0, solver == "lu")
+                        # B is well conditioned here: an error is little larger than its residual.
+                        self.assertLess(relative_l2(area, p, expected), 5 * tolerance, f"{scheme}, {solver}, {precision}")
+
+    def test_chief_is_solved_by_lu_in_both_precisions(self):
+        expected, area, _ = self.solve(scheme="chief", precision="double", tolerance=1e-12)
+        p, _, solves = self.solve(scheme="chief", precision="single", tolerance=1e-6)
+        self.assertEqual(list(solves["solver"]), ["LU"])
+        self.assertGreater(solves["unknowns"][0], len(area))  # the interior points
+        self.assertLess(relative_l2(area, p, expected), 5e-5)
+
+    def test_refinement_reaches_what_single_precision_cannot(self):
+        for solver in CALLED:
+            _, _, plain = self.solve(solver=solver, precision="single", tolerance=1e-10, refine="false", max_steps=60)
+            _, _, refined = self.solve(solver=solver, precision="single", tolerance=1e-10)
+            print(f"{solver}: residual {plain['residual'][0]:.1e}, refined {refined['residual'][0]:.1e}"
+                  f" by {refined['refinements'][0]}")
+            self.assertGreater(plain["residual"][0], 1e-8)
+            self.assertEqual((plain["refinements"][0], plain["converged"][0], plain["precision"][0]), (0, 0, "single"))
+            self.assertLessEqual(refined["residual"][0], 1e-10)
+            self.assertGreaterEqual(refined["refinements"][0], 1)
+            self.assertEqual(refined["converged"][0], 1)
+
+    def test_too_few_steps_are_a_warning(self):
+        _, _, solves = self.solve(max_steps=2)
+        self.assertEqual((solves["steps"][0], solves["converged"][0]), (2, 0))
+        self.assertGreater(solves["residual"][0], 1e-4)
+        self.assertEqual(warning_names(self.last.stderr), ["not_converged"])
+        with open_run(self.folder / "out") as run:
+            self.assertEqual(run.attrs["complete"], 1)
+
+    def test_alarm(self):
+        _, _, solves = self.solve(alarm="never")
+        self.assertTrue(math.isnan(self.alarm))
+        self.assertNotIn("alarm", solves["stage"])
+        alarms = {}
+        for scheme, other in [("paper_corrected", "burton_miller"), ("chief", "burton_miller"),
+                              ("burton_miller", "paper_corrected")]:
+            _, _, solves = self.solve(scheme=scheme, alarm="always")
+            self.assertEqual(list(solves["scheme"][solves["stage"] == "alarm"]), [other])
+            alarms[scheme] = self.alarm
+        print(alarms)
+        # The same two pressures, solved to 1e-3 and 1e-4.
+        self.assertAlmostEqual(alarms["paper_corrected"], alarms["burton_miller"], delta=5e-3)
+        for alarm in alarms.values():
+            self.assertTrue(0 < alarm < 0.1)
+
+    def test_what_auto_chooses_for_a_small_body(self):
+        for scheme, chosen in [("paper", ("LU", "double")), ("paper_corrected", ("LU", "double")), ("chief", ("LU", "double")),
+                               ("burton_miller", ("GMRES, matrix-free", "single refined")),
+                               ("burton_miller_polished", ("GMRES, matrix-free", "single refined"))]:
+            _, _, solves = self.solve(scheme=scheme)
+            self.assertEqual((solves["solver"][0], solves["precision"][0]), chosen, scheme)
+
+    def test_coupling_and_split_ratio_matter_little(self):
+        expected, area, _ = self.solve()
+        for option, value, most in [("coupling", 0.5, 0.05), ("split_ratio", 2.8, 0.01)]:
+            p, _, _ = self.solve(**{option: value})
+            difference = relative_l2(area, p, expected)
+            print(f"{option} {value}: {100 * difference:.3f} %")
+            self.assertTrue(0 < difference < most, difference)
+
+    def test_every_solve_is_recorded(self):
+        self.write("scene.yaml", FINGER)
+        self.run_ok("run", "scene.yaml", "-o", "out", "--set", "judge={split: 1}", "--set", "solve.alarm=always")
+        with open_run(self.folder / "out") as run:
+            solves = run["solves"]
+            self.assertEqual(set(solves), {"stage", "scheme", "solver", "precision", "unknowns", "right_hand_sides", "steps",
+                                           "refinements", "residual", "converged", "seconds"})
+            stages = list(solves["stage"].asstr()[:])
+            self.assertEqual(len({column.shape for column in solves.values()}), 1)
+            for stage in ["pressure of paper", "pressure of fixed", "alarm", "judge"]:
+                self.assertIn(stage, stages)
+            judge = stages.index("judge")
+            faces = len(run["mesh/area"])
+            self.assertEqual(solves["unknowns"][judge], 4 * faces)
+            self.assertEqual(solves["right_hand_sides"][judge], 4)
+            self.assertTrue(numpy.all(solves["seconds"][:] >= 0))
+            self.assertTrue(numpy.all(solves["residual"][:] < 2e-3))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,108 @@
+"""The named warnings: each for a body that deserves it, none for a good one."""
+
+import json
+import math
+import unittest
+
+import numpy
+
+from meshes import icosphere, together, write_ply
+from sphere_series import K
+from support import FINGER, CommandTest, open_run, warning_names
+
+MESH = """\
+name: mesh
+array: {plane_wave: {direction: [0, 0, 1]}}
+body: {mesh: {file: skin.ply}}
+solve: {methods: [{fixed: {phases_rad: 0}}], alarm: never}
+judge: none
+write: [h5]
+"""
+BOX = MESH.replace("{mesh: {file: skin.ply}}", "{box: {size_mm: [16, 16, 2]}, edge_mm: 1.6}")
+
+
+def cut(vertices, triangles, weights):
+    """Every face in three about a point of its own, the weights those of its corners."""
+    middle = len(vertices) + numpy.arange(len(triangles))
+    points = numpy.einsum("fcx,c->fx", vertices[triangles], weights)
+    a, b, c = triangles.T
+    children = [numpy.stack(child, axis=1) for child in [[a, b, middle], [b, c, middle], [c, a, middle]]]
+    return numpy.concatenate([vertices, points]), numpy.concatenate(children)
+
+
+class Warnings(CommandTest):
+    def warned(self, text, *sets, mesh=None):
+        """The names that a run says, keeps and prints, which are the same."""
+        if mesh is not None:
+            write_ply(self.folder / "skin.ply", *mesh)
+        scene = self.write("scene.yaml", text)
+        arguments = [argument for setting in sets for argument in ("--set", setting)]
+        done = self.run_ok("run", scene, "-o", "out", "--force", "--json", *arguments)
+        names = warning_names(done.stderr)
+        with open_run(self.folder / "out") as run:
+            kept = list(run["warnings"].asstr()[:]) if "warnings" in run else []
+        self.assertEqual([text.split(":")[0] for text in kept], names)
+        self.assertEqual(json.loads(done.stdout)["warnings"], kept)
+        for text in kept:
+            self.assertIn(f"touchfield: warning: {text}\n", done.stderr)
+            self.assertRegex(text, r"^[a-z_]+: .*\d")
+        return names
+
+    def test_a_good_finger(self):
+        self.assertEqual(self.warned(FINGER, "solve.alarm=always"), [])
+
+    def test_a_good_mesh_from_a_file(self):
+        self.assertEqual(self.warned(MESH, mesh=icosphere(2, 5.1 / K * 1e3)), [])
+
+    def test_check_says_those_of_the_model(self):
+        scene = self.write("scene.yaml", FINGER)
+        self.assertEqual(json.loads(self.run_ok("check", scene, "--json").stdout)["warnings"], [])
+        coarse = ["check", scene, "--set", "body.edge_mm=4"]
+        said = json.loads(self.run_ok(*coarse, "--json").stdout)["warnings"]
+        self.assertTrue(len(said) == 1 and said[0].startswith("coarse_mesh: "), said)
+        self.assertIn(said[0], self.run_ok(*coarse).stdout)
+
+    def test_coarse_mesh(self):
+        self.assertEqual(self.warned(FINGER, "body.edge_mm=4"), ["coarse_mesh"])
+
+    def test_slivers(self):
+        self.assertIn("slivers", self.warned(MESH, mesh=cut(*icosphere(2, 6), [0.49, 0.49, 0.02])))
+
+    def test_size_jump(self):
+        # Areas of 0.9 and 0.05 side by side: edges of 4.2 to 1.
+        self.assertIn("size_jump", self.warned(MESH, mesh=cut(*icosphere(2, 6), [0.05, 0.05, 0.9])))
+
+    def test_thin_body(self):
+        self.assertEqual(self.warned(BOX), ["thin_body"])
+        self.assertEqual(self.warned(BOX, "body.box.size_mm=[16, 16, 8]"), [])
+
+    def test_narrow_gap(self):
+        # 320 faces each: edges of 1.2 mm.
+        vertices, triangles = icosphere(2, 8)
+        wide = vertices[:, 0].max() - vertices[:, 0].min()
+        for gap, names in [(0.5, ["narrow_gap"]), (4, [])]:
+            pair = together((vertices, triangles), (vertices + [wide + gap, 0, 0], triangles))
+            self.assertEqual(self.warned(MESH, mesh=pair), names, f"{gap} mm")
+
+    def test_near_source(self):
+        near = ["array.at_mm=[5.08, 5.08, 0]", "solve.alarm=never"]
+        self.assertIn("near_source", self.warned(FINGER, *near, "body.place.at_mm=[0, 0, 1.3]"))
+        self.assertNotIn("near_source", self.warned(FINGER, *near, "body.place.at_mm=[0, 0, 4]"))
+
+    def test_fictitious_frequency(self):
+        for ka, names in [(math.pi, ["fictitious_frequency"]), (3.6, [])]:
+            mesh = icosphere(2, ka / K * 1e3)
+            self.assertEqual(self.warned(MESH, "solve.scheme=paper", "solve.alarm=always", mesh=mesh), names)
+            self.assertEqual(self.warned(MESH, "solve.alarm=always", mesh=mesh), [])
+
+    def test_deep_shadow(self):
+        fixed = "solve.methods=[{fixed: {phases_rad: 0}}]"
+        self.assertEqual(self.warned(FINGER, fixed, "target.box.at=top"), ["deep_shadow"])
+        self.assertEqual(self.warned(FINGER, fixed), [])
+
+    def test_not_converged(self):
+        self.assertEqual(self.warned(MESH, "solve.max_steps=2", mesh=icosphere(2, 8)), ["not_converged"])
+
+
+if __name__ == "__main__":
+    unittest.main()
