@@ -101,6 +101,12 @@ const std::vector<HandPose>& hand_pose_table() {
       {"index_up",
        thumb(25, 40, 23, 67, 43),
        {finger(0, 0, 0, 0, 0), finger(0, 1, 84, 98, 66), finger(0, 5, 84, 98, 66), finger(0, 10, 82, 96, 66)}},
+      {"grasp",
+       thumb(20, 55, 10, 15, 15),
+       {finger(2, 0, 50, 35, 20), finger(0, 0, 50, 38, 20), finger(-3, 0, 50, 38, 20), finger(-8, 0, 48, 38, 20)}},
+      {"fist",
+       thumb(25, 40, 23, 67, 43),
+       {finger(0, 0, 84, 98, 66), finger(0, 1, 84, 98, 66), finger(0, 5, 84, 98, 66), finger(0, 10, 82, 96, 66)}},
   };
   return kPoses;
 }

@@ -1,0 +1,139 @@
+"""touchfield study: the ladder, what it picks, what it refuses."""
+
+import csv
+import json
+import math
+import unittest
+
+from support import FINGER, CommandTest
+
+SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[paper]")
+COLUMNS = ["scheme", "edge_mm", "faces", "precision", "solver", "seconds", "peak_mib", "error_reference", "error_interior",
+           "pattern_error", "pareto", "status"]
+NUMBERS = ["seconds", "peak_mib", "error_reference", "error_interior", "pattern_error"]
+ONE_RUNG = ["--edges-mm", "3.6", "--schemes", "burton_miller", "--solvers", "lu", "--precisions", "double"]
+
+
+class Study(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.scene = self.write("scene.yaml", SCENE)
+
+    def rungs(self, out):
+        with open(self.folder / out / "study.csv", newline="") as file:
+            rows = list(csv.DictReader(file))
+        for row in rows:
+            self.assertEqual(list(row), COLUMNS)
+        return rows
+
+    def test_ladder_of_two_edges_and_two_schemes(self):
+        done = self.run_ok("study", self.scene, "-o", "out", "--edges-mm", "2.6,4", "--schemes",
+                           "paper,burton_miller_polished", "--error", "5")
+        rungs = self.rungs("out")
+        self.assertEqual({(row["scheme"], row["faces"], row["solver"], row["precision"]) for row in rungs},
+                         {(scheme, faces, solver, precision) for scheme in ["paper", "burton_miller_polished"]
+                          for faces in {row["faces"] for row in rungs}
+                          for solver in ["LU", "GMRES, stored", "GMRES, matrix-free"]
+                          for precision in ["double", "single refined"]})
+        self.assertEqual(len(rungs), 24)
+        edges = sorted({float(row["edge_mm"]) for row in rungs})
+        self.assertEqual(len(edges), 2)
+        for edge, asked in zip(edges, [2.6, 4]):
+            self.assertAlmostEqual(edge, asked, delta=0.1 * asked)
+        errors = {}
+        for row in rungs:
+            self.assertEqual(row["status"], "ok")
+            for column in NUMBERS:
+                self.assertGreater(float(row[column]), 0, column)
+            errors.setdefault((row["scheme"], float(row["edge_mm"])), []).append(float(row["error_reference"]))
+        for same in errors.values():  # how the equations are solved leaves the scheme's error
+            self.assertLess(max(same) - min(same), 5e-4)
+        for scheme in ["paper", "burton_miller_polished"]:
+            self.assertLess(errors[scheme, edges[0]][0], errors[scheme, edges[1]][0])
+        self.assertLess(errors["burton_miller_polished", edges[0]][0], errors["paper", edges[0]][0])
+        self.check_pareto(rungs)
+        # The pick: the fastest of those within 5 %.
+        within = [row for row in rungs if float(row["error_reference"]) <= 0.05]
+        best = min(within, key=lambda row: float(row["seconds"]))
+        said = done.stdout.splitlines()
+        self.assertEqual(said[-2].split(":")[0], "cheapest within at most 5 %")
+        self.assertIn(f"{100 * float(best['error_reference']):.2f} % in {float(best['seconds']):.2f} s", said[-2])
+        self.assertIn(f"scheme: {best['scheme']}", said[-1])
+        self.assertTrue(said[0].startswith("reference: burton_miller_polished, "))
+        self.assertEqual((self.folder / "out/study.txt").read_text(), done.stdout)
+
+    def check_pareto(self, rungs):
+        numbers = [(float(row["seconds"]), float(row["error_reference"])) for row in rungs]
+        for row, mine in zip(rungs, numbers):
+            beaten = any(other != mine and other[0] <= mine[0] and other[1] <= mine[1] for other in numbers)
+            self.assertEqual(row["pareto"], "0" if beaten else "1")
+
+    def test_within_a_budget(self):
+        ladder = ["--edges-mm", "4,2.6", "--schemes", "burton_miller", "--solvers", "gmres", "--precisions", "single"]
+        printed = json.loads(self.run_ok("study", self.scene, "-o", "out", *ladder, "--budget", "100", "--json").stdout)
+        self.assertEqual([rung["status"] for rung in printed["rungs"]], ["ok", "ok"])
+        self.assertEqual(list(printed["rungs"][0]), COLUMNS)
+        self.assertEqual(printed["picked"], min(printed["rungs"], key=lambda rung: rung["error_reference"]))
+
+    def test_nothing_fits(self):
+        for wish in [["--budget", "1e-9"], ["--error", "1e-9"]]:
+            done = self.touchfield("study", self.scene, "-o", "out" + wish[0], *ONE_RUNG, *wish)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn("no rung fits at most 1e-09", done.stdout)
+            self.assertEqual(len(self.rungs("out" + wish[0])), 1)
+        done = self.touchfield("study", self.scene, "-o", "json", *ONE_RUNG, "--error", "1e-9", "--json")
+        self.assertEqual(done.returncode, 1)
+        self.assertIsNone(json.loads(done.stdout)["picked"])
+
+    def test_what_would_take_too_long_is_skipped(self):
+        done = self.run_ok("study", self.scene, "-o", "out", *ONE_RUNG, "--rung-seconds", "1e-7")
+        row, = self.rungs("out")
+        self.assertTrue(row["status"].startswith("skipped: expected to take"), row["status"])
+        self.assertIn("skipped", done.stdout)
+        self.assertEqual(row["pareto"], "0")
+        self.assertGreater(int(row["faces"]), 0)
+        for column in NUMBERS:
+            self.assertTrue(math.isnan(float(row[column])), column)
+        done = self.touchfield("study", self.scene, "-o", "none", *ONE_RUNG, "--rung-seconds", "1e-7", "--error", "50")
+        self.assertEqual(done.returncode, 1)
+
+    def test_a_rung_that_does_not_converge_says_so(self):
+        self.run_ok("study", self.scene, "-o", "out", "--edges-mm", "3.6", "--schemes", "burton_miller", "--solvers",
+                    "gmres", "--precisions", "double", "--set", "solve.max_steps=2")
+        row, = self.rungs("out")
+        self.assertEqual(row["status"], "not converged in 2 steps")
+
+    def test_chief_by_lu_alone(self):
+        self.run_ok("study", self.scene, "-o", "out", "--edges-mm", "3.6", "--schemes", "chief")
+        self.assertEqual([row["solver"] for row in self.rungs("out")], ["LU", "LU"])
+
+    def test_an_existing_study_is_kept_without_force(self):
+        self.run_ok("study", self.scene, "-o", "out", *ONE_RUNG)
+        before = (self.folder / "out/study.csv").read_bytes()
+        for command in [["study", self.scene, *ONE_RUNG], ["run", self.scene]]:
+            done = self.touchfield(*command, "-o", "out")
+            self.assertEqual(done.returncode, 2, f"{command[0]} into a study's directory")
+            self.assertIn("--force", done.stderr)
+        self.assertEqual((self.folder / "out/study.csv").read_bytes(), before)
+        self.write("out/mine.txt", "not of a study")
+        self.run_ok("study", self.scene, "-o", "out", "--force", *ONE_RUNG)
+        self.assertTrue((self.folder / "out/mine.txt").exists())
+
+    def test_without_an_output_the_next_free_number(self):
+        self.run_ok("study", self.scene, *ONE_RUNG)
+        self.run_ok("study", self.scene, *ONE_RUNG)
+        studies = sorted(path.name for path in (self.folder / "results/runs").iterdir())
+        self.assertEqual(studies, ["finger_study-0001", "finger_study-0002"])
+
+    def test_bad_input_leaves_nothing(self):
+        before = self.entries()
+        for arguments in [["--schemes", "nonsense"], ["--edges-mm", "-3"], ["--budget", "1", "--error", "1"],
+                          ["--rung-seconds", "0"], ["--set", "solve.scheme=nonsense"]]:
+            done = self.touchfield("study", self.scene, "-o", "out", *arguments)
+            self.assertEqual(done.returncode, 2, arguments)
+            self.assertIn(arguments[0].replace("--set", "solve.scheme"), done.stderr)
+            self.assertEqual(self.entries(), before)
+
+
+if __name__ == "__main__":
+    unittest.main()
