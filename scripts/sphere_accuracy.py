@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Error of each solved sphere against the exact series: radius, edges a wavelength, complex p, |p|.
+"""Error of solved spheres against the exact series, for every scheme: relative L2 of the complex pressure, in per cent.
 
 usage: scripts/sphere_accuracy.py [PROGRAM]     (default: build/release/apps/touchfield)
 """
@@ -20,32 +20,37 @@ import numpy  # noqa: E402
 from sphere_series import K, plane_wave  # noqa: E402
 from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
 
+SCHEMES = ["paper", "paper_corrected", "chief", "burton_miller", "burton_miller_polished"]
 SCENE = """\
 name: sphere
 array: {{plane_wave: {{direction: [0, 0, 1]}}}}
 body: {{sphere: {{radius_mm: {radius!r}}}, edge_mm: {edge!r}}}
-solve: {{methods: [{{fixed: {{phases_rad: 0}}}}]}}
+solve: {{methods: [{methods}], alarm: never}}
+judge: none
 write: [h5]
 """
 
 
 def measure(ka, edges_a_wavelength):
+    """Number of faces, and the error of each scheme."""
     wavelength = 2 * math.pi / K * 1e3
     radius = ka / K * 1e3
+    methods = ", ".join(f"{{fixed: {{as: {scheme}, scheme: {scheme}, phases_rad: 0}}}}" for scheme in SCHEMES)
     with tempfile.TemporaryDirectory() as folder:
         scene = pathlib.Path(folder) / "scene.yaml"
-        scene.write_text(SCENE.format(radius=radius, edge=wavelength / edges_a_wavelength))
+        scene.write_text(SCENE.format(radius=radius, edge=wavelength / edges_a_wavelength, methods=methods))
         subprocess.run([PROGRAM, "run", str(scene), "-o", folder + "/out", "--quiet"], check=True,
-                       stdout=subprocess.DEVNULL)
+                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         with open_run(folder + "/out") as run:
             centroid, area = faces(run)
-            p = run["methods/fixed/pressure"][:]
+            pressures = [run[f"methods/{scheme}/pressure"][:] for scheme in SCHEMES]
     exact = plane_wave(radius * 1e-3, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
-    return len(area), relative_l2(area, p, exact), relative_l2(area, abs(p), abs(exact))
+    return len(area), [relative_l2(area, p, exact) for p in pressures]
 
 
-print("| ka | edges a wavelength | faces | complex p | abs(p) |\n|---|---|---|---|---|")
+print("| ka | edges a wavelength | faces | " + " | ".join(SCHEMES) + " |\n" + "|---" * (3 + len(SCHEMES)) + "|")
 for ka in [5.10, 5.858277, math.pi, 4.493409, 9.424778]:
     for edges in [3, 4, 6, 10] if ka < 7 else [3, 4, 6]:
-        count, error, magnitude = measure(ka, edges)
-        print(f"| {ka:.4f} | {edges} | {count} | {100 * error:.1f} % | {100 * magnitude:.1f} % |", flush=True)
+        count, errors = measure(ka, edges)
+        figures = " | ".join(f"{100 * error:.2f} %" for error in errors)
+        print(f"| {ka:.4f} | {edges} | {count} | {figures} |", flush=True)

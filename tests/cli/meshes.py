@@ -1,4 +1,4 @@
-"""Closed meshes that tests write to files: vertices [V, 3] and triangles [M, 3], counter-clockwise seen from outside."""
+"""Closed meshes that tests write to files: vertices [V, 3], triangles [M, 3] counter-clockwise seen from outside."""
 
 import itertools
 
@@ -10,11 +10,11 @@ def volume(vertices, triangles):
 
 
 def split(vertices, triangles):
-    """Every face in four by the middles of its edges, face f into 4f to 4f + 2 at its corners and 4f + 3 in its middle."""
+    """Every face in four by the middles of its edges: face f's corners become 4f to 4f + 2, its middle 4f + 3."""
     corner = [triangles[:, c] for c in range(3)]
     edges = numpy.sort(numpy.stack([numpy.stack([corner[c], corner[(c + 1) % 3]], axis=1) for c in range(3)]), axis=2)
     ends, number = numpy.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
-    middle = (len(vertices) + number.reshape(3, -1))
+    middle = len(vertices) + number.reshape(3, -1)
     children = [[corner[0], middle[0], middle[2]], [middle[0], corner[1], middle[1]],
                 [middle[2], middle[1], corner[2]], [middle[0], middle[1], middle[2]]]
     return (numpy.concatenate([vertices, vertices[ends].mean(axis=1)]),

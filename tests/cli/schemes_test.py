@@ -6,7 +6,7 @@ import unittest
 from meshes import write_stl
 from sphere_runs import SphereRuns
 
-# Where the inside of a sphere resonates: zeros of the spherical Bessel functions j_0, j_1 and of j_0 again.
+# Where the inside of a sphere resonates: zeros of the spherical Bessel functions j_0, j_1 and j_0.
 FICTITIOUS = [(math.pi, 2), (4.493409, 2), (3 * math.pi, 3)]
 SAFE = ["chief", "burton_miller", "burton_miller_polished"]
 

@@ -33,5 +33,6 @@ class SphereRuns(CommandTest):
             self.assertTrue(numpy.all(run["solves/converged"][:] == 1))
             steps = int(run["solves/steps"][:].max())
         print(f"{len(area)} faces, ka {ka:.4f}: "
-              + ", ".join(f"{name} {100 * error:.2f} %" for name, error in found.items()) + f"; {steps} steps", flush=True)
+              + ", ".join(f"{name} {100 * error:.2f} %" for name, error in found.items()) + f"; {steps} steps",
+              flush=True)
         return found, steps

@@ -28,7 +28,7 @@ def surface_factor(h, n, ka):
 
 
 def terms(ka):
-    """How many terms: beyond ka they fall off faster than any power, so that 35 more leave less than 1e-12 up to ka 30."""
+    """Beyond ka the terms fall off faster than any power: 35 more leave less than 1e-12 up to ka 30."""
     return int(ka) + 35
 
 

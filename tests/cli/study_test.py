@@ -8,8 +8,8 @@ import unittest
 from support import FINGER, CommandTest
 
 SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[paper]")
-COLUMNS = ["scheme", "edge_mm", "faces", "precision", "solver", "seconds", "peak_mib", "error_reference", "error_interior",
-           "pattern_error", "pareto", "status"]
+COLUMNS = ["scheme", "edge_mm", "faces", "precision", "solver", "seconds", "peak_mib", "error_reference",
+           "error_interior", "pattern_error", "pareto", "status"]
 NUMBERS = ["seconds", "peak_mib", "error_reference", "error_interior", "pattern_error"]
 ONE_RUNG = ["--edges-mm", "3.6", "--schemes", "burton_miller", "--solvers", "lu", "--precisions", "double"]
 
