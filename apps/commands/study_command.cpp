@@ -18,12 +18,13 @@ namespace touchfield {
 namespace {
 
 /// What to write into a scene to get a rung.
-std::string settings_of(const StudyRung& rung) {
+std::string settings_of(const StudyRung& rung, bool has_edge) {
   const char* solver = rung.solver == to_string(SolverKind::kLu)      ? "lu"
                        : rung.solver == to_string(SolverKind::kGmres) ? "gmres"
                                                                       : "matrix_free";
-  return fmt::format("solve: {{scheme: {}, solver: {}, precision: {}}}, body.edge_mm: {:.2f}", rung.scheme, solver,
-                     rung.precision == "double" ? "double" : "single", rung.edge_mm);
+  return fmt::format("--set solve.scheme={} --set solve.solver={} --set solve.precision={}{}", rung.scheme, solver,
+                     rung.precision == "double" ? "double" : "single",
+                     has_edge ? fmt::format(" --set body.edge_mm={:.4g}", rung.edge_mm) : "");
 }
 
 std::optional<std::size_t> pick(const StudyCommand& command, const std::vector<StudyRung>& rungs) {
@@ -34,7 +35,7 @@ std::optional<std::size_t> pick(const StudyCommand& command, const std::vector<S
 }
 
 std::string describe_pick(const StudyCommand& command, const std::vector<StudyRung>& rungs,
-                          const std::optional<std::size_t>& picked) {
+                          const std::optional<std::size_t>& picked, bool has_edge) {
   if (!command.budget && !command.error) {
     return "";
   }
@@ -46,7 +47,7 @@ std::string describe_pick(const StudyCommand& command, const std::vector<StudyRu
   const StudyRung& rung = rungs[*picked];
   return fmt::format("{} within {}: {:.2f} % in {:.2f} s, {:.0f} MiB\n  {}\n",
                      command.budget ? "most accurate" : "cheapest", rule, 100.0 * rung.error_reference, rung.seconds,
-                     rung.peak_mib, settings_of(rung));
+                     rung.peak_mib, settings_of(rung, has_edge));
 }
 
 nlohmann::ordered_json rung_json(const StudyRung& rung) {
@@ -93,7 +94,7 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
     const std::string report =
         fmt::format("reference: {}, {} faces, edge {:.2f} mm, {:.1f} s\n{}{}", study.reference.scheme,
                     study.reference.faces, 1e3 * study.reference.edge, study.reference.seconds,
-                    study_table(study.rungs), describe_pick(command, study.rungs, picked));
+                    study_table(study.rungs), describe_pick(command, study.rungs, picked, scene.body.edge.has_value()));
     write_text_file(directory.file("study.txt"), report);
     draw(directory.file("study.png"), scene.name, study.rungs, picked, progress);
     progress.note(fmt::format("results in {}", directory.path()));

@@ -12,7 +12,7 @@ namespace touchfield {
 /// One way to solve a scene, and what it costs and gives. A number that was not computed is NaN.
 struct StudyRung {
   std::string scheme;
-  double edge_mm = kNotComputed;  // mean edge length of the mesh
+  double edge_mm = kNotComputed;  // body.edge_mm; of a mesh from a file its mean edge
   long faces = 0;
   std::string precision;
   std::string solver;

@@ -20,10 +20,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Every name a run writes; what is none of these is never touched.
+/// Every name a run or a study writes; what is none of these is never touched.
 bool belongs_to_a_run(const fs::path& file) {
   static const std::vector<std::string> names = {"run.h5",    "metrics.csv", "surface.vtp", "judge.vtp",
-                                                 "array.vtp", "run.log",     "failed.json", "target.png"};
+                                                 "array.vtp", "run.log",     "failed.json", "target.png",
+                                                 "study.csv", "study.txt",   "study.png",   "study.log"};
   const std::string name = file.filename().string();
   const std::string ending = file.extension().string();
   return std::find(names.begin(), names.end(), name) != names.end() || ending == ".vti" ||
@@ -33,7 +34,8 @@ bool belongs_to_a_run(const fs::path& file) {
 
 bool holds_a_run(const fs::path& directory) {
   return fs::exists(directory / "run.h5") || fs::exists(directory / "failed.json") ||
-         fs::exists(directory / "metrics.csv") || fs::exists(directory / "run.log");
+         fs::exists(directory / "metrics.csv") || fs::exists(directory / "run.log") ||
+         fs::exists(directory / "study.csv") || fs::exists(directory / "study.log");
 }
 
 void clear_run(const fs::path& directory) {

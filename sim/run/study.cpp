@@ -111,7 +111,7 @@ std::string reason_to_skip(const Scene& scene, const Model& model, Scheme scheme
     return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
   }
   if (cost.seconds > limit) {
-    return fmt::format("skipped: expected to take {:.0f} s", cost.seconds);
+    return fmt::format("skipped: expected to take {:.2g} s", cost.seconds);
   }
   return "";
 }
@@ -120,6 +120,7 @@ class Ladder {
  public:
   Ladder(const Scene& scene, const StudyOptions& options, Progress& progress)
       : scene_(scene), options_(options), progress_(progress) {
+    require_rungs();
     for (const double edge : edges()) {
       models_.push_back(build_model(with_edge(scene_, edge)));
     }
@@ -135,7 +136,10 @@ class Ladder {
   }
 
   Study climb(const std::function<void(const Study&)>& on_rung) {
-    for (const Model& model : models_) {
+    const std::vector<double> all_edges = edges();
+    for (std::size_t m = 0; m < models_.size(); ++m) {
+      const Model& model = models_[m];
+      const double edge = from_file(scene_) ? model.body.mesh.mean_edge() : all_edges[m];
       const Eigen::VectorXcd expected = reference_->focus_at(model.body.mesh);
       for (const Scheme scheme : listed(options_.schemes, all_schemes())) {
         Shared shared;
@@ -145,7 +149,7 @@ class Ladder {
             if (scheme == Scheme::kChief && solver != SolverKind::kLu) {
               continue;
             }
-            study_.rungs.push_back(rung(model, scheme, spec_of(scene_, solver, precision), expected, shared));
+            study_.rungs.push_back(rung(model, edge, scheme, spec_of(scene_, solver, precision), expected, shared));
             mark_pareto(study_.rungs);
             on_rung(study_);
           }
@@ -159,6 +163,19 @@ class Ladder {
   template <typename Value>
   static std::vector<Value> listed(const std::vector<Value>& asked, const std::vector<Value>& all) {
     return asked.empty() ? all : asked;
+  }
+
+  void require_rungs() const {
+    if (from_file(scene_) && !options_.edges.empty()) {
+      throw InputError("study: a body from a mesh file has its own edges; leave --edges-mm out");
+    }
+    const auto& schemes = options_.schemes;
+    const auto& solvers = options_.solvers;
+    const bool chief_alone = schemes.size() == 1 && schemes.front() == Scheme::kChief;
+    if (chief_alone && !solvers.empty() &&
+        std::find(solvers.begin(), solvers.end(), SolverKind::kLu) == solvers.end()) {
+      throw InputError("study: chief is solved by lu alone, which --solvers leaves out");
+    }
   }
 
   /// The coarsest first.
@@ -185,11 +202,11 @@ class Ladder {
     scene_.target->pressure = methods.best_scale(scene_.solve.methods.front(), model.wave, model.boxes, progress_);
   }
 
-  StudyRung rung(const Model& model, Scheme scheme, const SolverSpec& spec, const Eigen::VectorXcd& expected,
-                 Shared& shared) {
+  StudyRung rung(const Model& model, double edge, Scheme scheme, const SolverSpec& spec,
+                 const Eigen::VectorXcd& expected, Shared& shared) {
     StudyRung rung;
     rung.scheme = to_string(scheme);
-    rung.edge_mm = model.body.mesh.mean_edge() / kMillimetre;
+    rung.edge_mm = edge / kMillimetre;
     rung.faces = model.body.mesh.face_count();
     rung.precision =
         spec.precision == PrecisionChoice::kSingle ? (spec.refine ? "single refined" : "single") : "double";
