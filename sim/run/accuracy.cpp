@@ -171,7 +171,7 @@ std::string describe_accuracy(const AccuracyReport& report, double edge) {
                       edge_for_error(edge, error, 0.05) / kMillimetre, edge_for_error(edge, error, 0.02) / kMillimetre,
                       edge_for_error(edge, error, 0.01) / kMillimetre,
                       split ? "twice the difference to the split mesh (first order)"
-                            : "the indicator (first order), which is the larger of the two estimates");
+                            : "the indicator (first order)");
   return text;
 }
 

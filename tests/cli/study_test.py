@@ -58,7 +58,7 @@ class Study(CommandTest):
         said = done.stdout.splitlines()
         self.assertEqual(said[-2].split(":")[0], "cheapest within at most 5 %")
         self.assertIn(f"{100 * float(best['error_reference']):.2f} % in {float(best['seconds']):.2f} s", said[-2])
-        self.assertIn(f"scheme: {best['scheme']}", said[-1])
+        self.assertIn(f"solve.scheme={best['scheme']}", said[-1])
         self.assertTrue(said[0].startswith("reference: burton_miller_polished, "))
         self.assertEqual((self.folder / "out/study.txt").read_text(), done.stdout)
 

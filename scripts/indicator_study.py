@@ -1,0 +1,75 @@
+#!/usr/bin/env python3
+"""How the accuracy indicator relates to the error in scattering: scheme, mesh, indicator, split mesh, error.
+
+The error is that of the pressure in a plane wave: against the exact series on spheres, against polished on the mesh
+with every face split in four (twice on the capsule) elsewhere.
+
+usage: scripts/indicator_study.py [PROGRAM]     (default: build/release/apps/touchfield)
+"""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
+os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
+sys.path.insert(0, str(ROOT / "tests/cli"))
+
+import numpy  # noqa: E402
+from sphere_series import K, plane_wave  # noqa: E402
+from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
+
+SCENE = """\
+name: body
+array: {{plane_wave: {{direction: [0, 0, 1]}}}}
+body: {{{body}, edge_mm: {edge}}}
+solve: {{methods: [{{fixed: {{phases_rad: 0}}}}], alarm: never}}
+judge: {judge}
+write: [h5]
+"""
+
+
+def sphere(ka, edge):
+    return f"sphere ka {ka:g}", f"sphere: {{radius_mm: {1e3 * ka / K!r}}}", edge, 0, ka / K
+
+
+BODIES = [
+    sphere(6, 2.2), sphere(6, 1.3), sphere(13, 2.2), sphere(13, 1.34), sphere(3.14159265, 1.3),
+    ("capsule", "capsule: {radius_mm: 8, length_mm: 20}", 2.5, 2, None),
+    ("capsule", "capsule: {radius_mm: 8, length_mm: 20}", 1.7, 2, None),
+    ("hand", "hand: {breadth_mm: 55, length_mm: 125}", 2.8, 1, None),
+    ("hand", "hand: {breadth_mm: 55, length_mm: 125}", 1.72, 1, None),
+]
+
+
+def measure(body, edge, splits, radius, scheme, folder):
+    scene = pathlib.Path(folder) / "scene.yaml"
+    judge = f"{{scheme: burton_miller_polished, split: {splits}}}" if splits else "none"
+    scene.write_text(SCENE.format(body=body, edge=edge, judge=judge))
+    chosen = ["--set", f"solve.scheme={scheme}"]
+    report = json.loads(subprocess.run([PROGRAM, "check", str(scene), "--accuracy", "--json", *chosen], check=True,
+                                       capture_output=True, text=True).stdout)
+    subprocess.run([PROGRAM, "run", str(scene), "-o", folder + "/out", "--force", "--quiet", *chosen], check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with open_run(folder + "/out") as run:
+        if radius is None:
+            return report, float(run["methods/fixed"].attrs["judge_difference"])
+        centroid, area = faces(run)
+        exact = plane_wave(radius, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
+        return report, relative_l2(area, run["methods/fixed/pressure"][:], exact)
+
+
+print("| body | edges a wavelength | faces | scheme | indicator, rms | worst | split mesh | error |")
+print("|---|---|---|---|---|---|---|---|")
+for name, body, edge, splits, radius in BODIES:
+    for scheme in ["paper_corrected", "burton_miller", "burton_miller_polished"]:
+        with tempfile.TemporaryDirectory() as folder:
+            report, error = measure(body, edge, splits, radius, scheme, folder)
+        split = report["accuracy_split"]
+        print(f"| {name} | {report['epw_mean']:.1f} | {report['faces']:,} | {scheme} | "
+              f"{100 * report['accuracy_l2']:.2f} % | {100 * report['accuracy_max']:.2f} % | "
+              f"{'-' if split is None else format(100 * split, '.2f') + ' %'} | {100 * error:.2f} % |", flush=True)
