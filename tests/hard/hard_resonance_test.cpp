@@ -12,6 +12,7 @@
 #include "sim/bem/rigid_sphere.h"
 #include "sim/mesh/hand.h"
 #include "sim/mesh/shapes.h"
+#include "solvers/linear/gmres.h"
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 
@@ -110,6 +111,29 @@ Sweep swept(const Body& body, const std::string& landmark, Scheme scheme, const 
   return sweep;
 }
 
+/// The same for a plain scheme on a body too large for an LU a frequency: GMRES on B at each frequency, with the LU of
+/// the first one as preconditioner.
+Sweep swept_from_one_lu(const Body& body, const std::string& landmark, Scheme scheme,
+                        const std::vector<double>& frequencies) {
+  const Landmark& pad = find_landmark(body, landmark);
+  const Eigen::VectorXd weights = pad_about(body.mesh, pad);
+  const TransducerArray source =
+      omni_at(position(body.mesh, pad) + 0.2 * Vector3(body.mesh.normals().col(pad.face)) + Vector3(0.01, 0.02, 0));
+  const ScatteringSystem first(body.mesh, wave_at(frequencies.front()), scheme);
+  // Its residual is not asked for: one correction is all that is taken.
+  const auto lu = make_solver(first, {.kind = SolverKind::kLu, .refine = false});
+  Sweep sweep;
+  for (const double frequency : frequencies) {
+    const ScatteringSystem system(body.mesh, wave_at(frequency), scheme);
+    const IncidentField incident = system.incident(source, Eigen::MatrixXcd::Ones(1, 1));
+    const auto preconditioned = [&](const Eigen::MatrixXcd& x) { return lu->solve(system.exact().apply(x)).x; };
+    const GmresResult found = gmres(preconditioned, lu->solve(system.right_hand_side(incident)).x, {.tolerance = 1e-6});
+    EXPECT_TRUE(found.converged) << frequency;
+    sweep.amplitudes.push_back(mean_amplitude(weights, system.pressure(found.x, incident)));
+  }
+  return sweep;
+}
+
 /// `count` frequencies `step` apart about a middle one [Hz].
 std::vector<double> frequencies(double middle, double step, int count) {
   std::vector<double> all;
@@ -162,15 +186,12 @@ TEST_P(HardResonanceOfAHand, Sweep) {
   HandOptions options;
   options.edge = 3.5e-3;
   const Body body = hand(options);
-  const auto measure = [&](Scheme scheme, double step, int count) {
-    const Sweep sweep = swept(body, "index_pad", scheme, frequencies(40e3, step, count), usual_solver(scheme));
-    print_sweep(fmt::format("hand index_up, {} faces, {} x {:.0f} Hz, {}", body.mesh.face_count(), count, step,
-                            to_string(scheme)),
-                sweep);
-    return sweep;
-  };
-  const Sweep polished = measure(Scheme::kBurtonMillerPolished, 1, 101);
-  const Sweep paper = measure(Scheme::kPaper, 1, 101);
+  const std::vector<double> all = frequencies(40e3, 1, 101);
+  const Sweep paper = swept_from_one_lu(body, "index_pad", Scheme::kPaper, all);
+  print_sweep(fmt::format("hand index_up, {} faces, 101 x 1 Hz, paper", body.mesh.face_count()), paper);
+  const Scheme scheme = Scheme::kBurtonMillerPolished;
+  const Sweep polished = swept(body, "index_pad", scheme, all, usual_solver(scheme));
+  print_sweep(fmt::format("hand index_up, {} faces, 101 x 1 Hz, polished", body.mesh.face_count()), polished);
   // The hand is 22 wavelengths long: its pressure may turn over some tenths of a per cent as k changes by 0.25 %.
   EXPECT_LT(polished.spread(), 0.01);
   EXPECT_LT(polished.jump(), 2e-4);
