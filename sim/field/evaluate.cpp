@@ -19,7 +19,6 @@ namespace {
 constexpr double kFarDistance = 5.0;
 constexpr Eigen::Index kBlock = 256;  // faces a pass: what a pass reads and writes stays in the first cache
 
-
 bool is_far(const TriangleMesh& mesh, Eigen::Index f, const Vector3& offset) {
   return offset.squaredNorm() > kFarDistance * kFarDistance * mesh.areas()(f);
 }

@@ -170,8 +170,7 @@ std::string describe_accuracy(const AccuracyReport& report, double edge) {
   text += fmt::format("           edge for 5 / 2 / 1 %: {:.2f} / {:.2f} / {:.2f} mm, by {}\n",
                       edge_for_error(edge, error, 0.05) / kMillimetre, edge_for_error(edge, error, 0.02) / kMillimetre,
                       edge_for_error(edge, error, 0.01) / kMillimetre,
-                      split ? "twice the difference to the split mesh (first order)"
-                            : "the indicator (first order)");
+                      split ? "twice the difference to the split mesh (first order)" : "the indicator (first order)");
   return text;
 }
 
