@@ -1,4 +1,3 @@
-#include <cmath>
 #include <optional>
 
 #include <fmt/format.h>
@@ -6,20 +5,13 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
+#include "apps/commands/run_json.h"
 #include "sim/run/accuracy.h"
 #include "sim/run/check.h"
 #include "sim/run/warnings.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {
-
-namespace {
-
-nlohmann::ordered_json finite(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
-}  // namespace
 
 int check_command(const CheckCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
@@ -52,12 +44,12 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
                                    {"warnings", model_warnings(model)},
                                    {"faults", model.report.faults}};
     if (accuracy) {
-      json["accuracy_l2"] = finite(accuracy->body.rms);
-      json["accuracy_max"] = finite(accuracy->body.worst);
-      json["accuracy_target_l2"] = finite(accuracy->target.rms);
-      json["accuracy_target_max"] = finite(accuracy->target.worst);
-      json["accuracy_split"] = finite(accuracy->split_body);
-      json["accuracy_split_target"] = finite(accuracy->split_target);
+      json["accuracy_l2"] = number_or_null(accuracy->body.rms);
+      json["accuracy_max"] = number_or_null(accuracy->body.worst);
+      json["accuracy_target_l2"] = number_or_null(accuracy->target.rms);
+      json["accuracy_target_max"] = number_or_null(accuracy->target.worst);
+      json["accuracy_split"] = number_or_null(accuracy->split_body);
+      json["accuracy_split_target"] = number_or_null(accuracy->split_target);
       json["accuracy_seconds"] = accuracy->seconds;
     }
     fmt::print("{}\n", json.dump(2));

@@ -1,10 +1,9 @@
-#include <cmath>
-
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
+#include "apps/commands/run_json.h"
 #include "sim/core/errors.h"
 #include "sim/output/figures.h"
 #include "sim/output/run_file.h"
@@ -51,19 +50,16 @@ std::string describe_pick(const StudyCommand& command, const std::vector<StudyRu
 }
 
 nlohmann::ordered_json rung_json(const StudyRung& rung) {
-  const auto finite = [](double value) {
-    return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-  };
   return {{"scheme", rung.scheme},
           {"edge_mm", rung.edge_mm},
           {"faces", rung.faces},
           {"precision", rung.precision},
           {"solver", rung.solver},
-          {"seconds", finite(rung.seconds)},
-          {"peak_mib", finite(rung.peak_mib)},
-          {"error_reference", finite(rung.error_reference)},
-          {"error_interior", finite(rung.error_interior)},
-          {"pattern_error", finite(rung.pattern_error)},
+          {"seconds", number_or_null(rung.seconds)},
+          {"peak_mib", number_or_null(rung.peak_mib)},
+          {"error_reference", number_or_null(rung.error_reference)},
+          {"error_interior", number_or_null(rung.error_interior)},
+          {"pattern_error", number_or_null(rung.pattern_error)},
           {"pareto", rung.pareto},
           {"status", rung.status}};
 }

@@ -1,9 +1,7 @@
 #include "sim/bem/near_corrections.h"
 
 #include <algorithm>
-#include <numbers>
-
-#include <omp.h>
+#include <iterator>
 
 #include "sim/bem/face_arrays.h"
 
@@ -11,15 +9,14 @@ namespace touchfield {
 
 namespace {
 
-/// The rule with one point on every face, for the same pairs.
-std::vector<Complex> one_point_values(Layer layer, const Complex& wavenumber, double gamma, const TriangleMesh& mesh,
-                                      const Vector3& x, const Vector3& m, const std::vector<int>& faces) {
-  FaceQuadrature quadrature(wavenumber, gamma, {0.0, 0.0, 0.0});
+constexpr FaceRule kOnePoint = {0.0, 0.0, 0.0};
+
+void add_faces(const TriangleMesh& mesh, const std::vector<int>& faces, const Vector3& x, const Vector3& m,
+               FaceQuadrature& quadrature) {
   quadrature.begin(x, m);
   for (const int f : faces) {
     quadrature.add(face_of(mesh, f));
   }
-  return quadrature.integrals(layer);
 }
 
 }  // namespace
@@ -36,6 +33,7 @@ NearCorrections::NearCorrections(const TriangleMesh& mesh, const Complex& wavenu
 #pragma omp parallel
   {
     FaceQuadrature quadrature(wavenumber, gamma, rule);
+    FaceQuadrature one_point(wavenumber, gamma, kOnePoint);
     std::vector<int> near(static_cast<std::size_t>(count));
     std::vector<int> others;
 #pragma omp for schedule(dynamic, 64)
@@ -45,13 +43,11 @@ NearCorrections::NearCorrections(const TriangleMesh& mesh, const Complex& wavenu
       std::copy_if(near.begin(), near.begin() + found, std::back_inserter(others), [i](int j) { return j != i; });
       const Vector3 x = mesh.centroids().col(i);
       const Vector3 m = mesh.normals().col(i);
-      quadrature.begin(x, m);
-      for (const int j : others) {
-        quadrature.add(face_of(mesh, j));
-      }
+      add_faces(mesh, others, x, m, quadrature);
+      add_faces(mesh, others, x, m, one_point);
       const auto row = static_cast<std::size_t>(i);
       values[row] = quadrature.integrals(layer);
-      const std::vector<Complex> one = one_point_values(layer, wavenumber, gamma, mesh, x, m, others);
+      const std::vector<Complex>& one = one_point.integrals(layer);
       for (std::size_t q = 0; q < one.size(); ++q) {
         values[row][q] -= one[q];
       }

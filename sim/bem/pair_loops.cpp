@@ -14,6 +14,20 @@ namespace {
 
 constexpr int kBlock = kPairBlock;  // sources a pass: distances stay in the first cache
 
+/// Squared distances of `count` sources from a point, and their reciprocal roots.
+template <typename Real>
+inline void distances(const PairPoint<Real>& p, const Real* x, const Real* y, const Real* z, int count, Real* r2,
+                      Real* reciprocal) {
+#pragma omp simd
+  for (int j = 0; j < count; ++j) {
+    const Real dx = p.x - x[j];
+    const Real dy = p.y - y[j];
+    const Real dz = p.z - z[j];
+    r2[j] = dx * dx + dy * dy + dz * dz;
+  }
+  reciprocal_roots(r2, count, reciprocal);
+}
+
 template <Layer kLayer, bool kDamped, typename Real>
 void fill(const PairConstants<Real>& given, const PairPoint<Real>& at, const PairSources<Real>& sources, int total,
           Real* re, Real* im) {
@@ -29,14 +43,7 @@ void fill(const PairConstants<Real>& given, const PairPoint<Real>& at, const Pai
     const Real* nx = sources.nx + first;
     const Real* ny = sources.ny + first;
     const Real* nz = sources.nz + first;
-#pragma omp simd
-    for (int j = 0; j < count; ++j) {
-      const Real dx = p.x - x[j];
-      const Real dy = p.y - y[j];
-      const Real dz = p.z - z[j];
-      r2[j] = dx * dx + dy * dy + dz * dz;
-    }
-    reciprocal_roots(r2, count, reciprocal);
+    distances(p, x, y, z, count, r2, reciprocal);
 #pragma omp simd
     for (int j = 0; j < count; ++j) {
       pair_kernel<kLayer, kDamped>(constants, r2[j], reciprocal[j], p.x - x[j], p.y - y[j], p.z - z[j], p.nx, p.ny,
@@ -72,14 +79,7 @@ void add_mutual(bool transposed, const PairConstants<Real>& given, const PairPoi
   alignas(64) Real k_im[kBlock];
   alignas(64) Real t_re[kBlock];
   alignas(64) Real t_im[kBlock];
-#pragma omp simd
-  for (int j = 0; j < count; ++j) {
-    const Real dx = p.x - x[j];
-    const Real dy = p.y - y[j];
-    const Real dz = p.z - z[j];
-    r2[j] = dx * dx + dy * dy + dz * dz;
-  }
-  reciprocal_roots(r2, count, reciprocal);
+  distances(p, x, y, z, count, r2, reciprocal);
   Real* to_re = transposed ? t_re : k_re;
   Real* to_im = transposed ? t_im : k_im;
   Real* from_re = transposed ? k_re : t_re;
@@ -188,14 +188,7 @@ double static_sum(const PairPoint<double>& point, const PairSources<double>& sou
     const double* ny = sources.ny + first;
     const double* nz = sources.nz + first;
     const double* w = weight + first;
-#pragma omp simd
-    for (int j = 0; j < count; ++j) {
-      const double dx = p.x - x[j];
-      const double dy = p.y - y[j];
-      const double dz = p.z - z[j];
-      r2[j] = dx * dx + dy * dy + dz * dz;
-    }
-    reciprocal_roots(r2, count, reciprocal);
+    distances(p, x, y, z, count, r2, reciprocal);
     double block = 0.0;
 #pragma omp simd reduction(+ : block)
     for (int j = 0; j < count; ++j) {

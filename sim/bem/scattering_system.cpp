@@ -46,7 +46,7 @@ ScatteringSystem::ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme s
   if (corrected) {
     plain = gauss_diagonal(mesh_).cast<Complex>();
   }
-  if (is_burton_miller()) {
+  if (is_burton_miller(scheme_)) {
     near_ = std::make_shared<NearCorrections>(mesh_, wave_.wavenumber(), gamma(), Layer::kBurtonMiller, options_.rule);
     parts_ = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), near_};
   } else {
@@ -103,7 +103,7 @@ IncidentField ScatteringSystem::incident(const TransducerArray& array) const {
   IncidentField field;
   field.pressure = incident_matrix(array, wave_, mesh_.centroids());
   field.slope.resize(0, array.size());
-  if (is_burton_miller()) {
+  if (is_burton_miller(scheme_)) {
     field.slope = incident_derivative_matrix(array, wave_, mesh_.centroids(), mesh_.normals());
   }
   field.interior = incident_matrix(array, wave_, interior_);
@@ -114,7 +114,7 @@ IncidentField ScatteringSystem::incident(const TransducerArray& array, const Eig
   IncidentField field;
   field.pressure = incident_pressure(array, wave_, mesh_.centroids(), drive);
   field.slope.resize(0, drive.cols());
-  if (is_burton_miller()) {
+  if (is_burton_miller(scheme_)) {
     field.slope = incident_derivative(array, wave_, mesh_.centroids(), mesh_.normals(), drive);
   }
   field.interior = incident_pressure(array, wave_, interior_, drive);
@@ -122,7 +122,7 @@ IncidentField ScatteringSystem::incident(const TransducerArray& array, const Eig
 }
 
 Eigen::MatrixXcd ScatteringSystem::right_hand_side(const IncidentField& incident) const {
-  if (is_burton_miller()) {
+  if (is_burton_miller(scheme_)) {
     return incident.pressure + Complex(0, gamma()) * incident.slope;
   }
   if (scheme_ == Scheme::kChief) {
@@ -158,7 +158,7 @@ Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>
   // b's parts one by one: b itself for N channels would be another M x N matrix.
   const Eigen::Index m = mesh_.face_count();
   Eigen::MatrixXcd rows = x.topRows(m).transpose() * unit.pressure;
-  if (is_burton_miller()) {
+  if (is_burton_miller(scheme_)) {
     rows += Complex(0, gamma()) * (x.transpose() * unit.slope);
   }
   if (scheme_ == Scheme::kChief) {

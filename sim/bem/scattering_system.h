@@ -81,7 +81,6 @@ class ScatteringSystem {
   Eigen::MatrixXcf dense_single() const;
 
  private:
-  bool is_burton_miller() const { return scheme_ == Scheme::kBurtonMiller || scheme_ == Scheme::kBurtonMillerPolished; }
   double gamma() const;
   template <typename Real>
   std::unique_ptr<LinearOperator> make_operator() const;

@@ -8,6 +8,10 @@ const std::vector<Scheme>& all_schemes() {
   return kAll;
 }
 
+bool is_burton_miller(Scheme scheme) {
+  return scheme == Scheme::kBurtonMiller || scheme == Scheme::kBurtonMillerPolished;
+}
+
 std::string to_string(Scheme scheme) {
   switch (scheme) {
     case Scheme::kPaper:

@@ -17,6 +17,9 @@ enum class Scheme {
 /// Every scheme, the cheapest first.
 const std::vector<Scheme>& all_schemes();
 
+/// Whether the scheme solves Burton and Miller's equation; the others solve the plain one.
+bool is_burton_miller(Scheme scheme);
+
 /// The scheme as scenes and results spell it.
 std::string to_string(Scheme scheme);
 

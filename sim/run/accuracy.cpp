@@ -12,6 +12,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/interior_points.h"
 #include "sim/mesh/subdivide.h"
+#include "sim/run/cost.h"
 #include "sim/run/judging.h"
 #include "sim/run/skin_scattering.h"
 #include "sim/run/speed.h"
@@ -84,7 +85,7 @@ void compare_split(const Scene& scene, const Model& model, AccuracyReport& repor
   const double product = 16.0 * product_seconds(mesh, model.wave);
   const double lu = 8.0 / 3.0 * std::pow(static_cast<double>(faces), 3) / 3e10;  // a slow machine's rate
   const double seconds = decision.options.kind == SolverKind::kLu ? lu : 60.0 * product;
-  const double bytes = solver_memory(faces, decision.options, 1) + 30.0 * 455.0 * static_cast<double>(faces);
+  const double bytes = solver_memory(faces, decision.options, 1) + near_memory(static_cast<double>(faces));
   if (seconds > kSplitSeconds) {
     report.split_reason = fmt::format("{} faces would take about {:.0f} s", faces, seconds);
     return;
@@ -130,7 +131,7 @@ AccuracyReport interior_indicator(const Scene& scene, const Model& model, Progre
   const ScatteringSystem& system = scattering.system();
   const SourceField field = source_field(mesh, model.wave, sources);
   const IncidentField incident = interior_incident(system, field);
-  const auto solver = make_solver(system, decide(scene, system.unknowns()).options);
+  const auto solver = make_solver(system, scattering.decision().options);
   const Solved solved = solver->solve(system.right_hand_side(incident));
   const Eigen::MatrixXcd found = system.pressure(solved.x, incident);
   report.residual = solved.report.residual;

@@ -18,10 +18,6 @@ constexpr int kMaxSteps = 60;
 constexpr double kFreeSeconds = 0.25;  // spent on the alarm whatever the run takes
 constexpr double kShare = 0.5;         // of the run's own solving
 
-bool is_plain(Scheme scheme) {
-  return scheme == Scheme::kPaper || scheme == Scheme::kPaperCorrected || scheme == Scheme::kChief;
-}
-
 }  // namespace
 
 double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const TransducerArray& array,
@@ -30,7 +26,7 @@ double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec
   const double nothing = std::numeric_limits<double>::quiet_NaN();
   const TriangleMesh& mesh = scattering.system().mesh();
   const Wave& wave = scattering.system().wave();
-  const bool plain = is_plain(scattering.system().scheme());
+  const bool plain = !is_burton_miller(scattering.system().scheme());
   const Scheme other = plain ? Scheme::kBurtonMiller : Scheme::kPaperCorrected;
   if (spec.alarm == AlarmChoice::kNever) {
     return nothing;

@@ -22,10 +22,6 @@ constexpr double kGramFlops = 4.0;
 constexpr double kCholeskyFlops = 1.0 / 3.0;
 constexpr double kKernelSeconds = 25e-9;  // one kernel on one core outside the solver: sine, cosine, directivity
 
-bool is_burton_miller(Scheme scheme) {
-  return scheme == Scheme::kBurtonMiller || scheme == Scheme::kBurtonMillerPolished;
-}
-
 /// Faces of the judge's mesh; 0 if it has none of its own.
 double judge_faces(const Scene& scene, const Model& model) {
   const auto faces = static_cast<double>(model.body.mesh.face_count());

@@ -17,11 +17,9 @@ constexpr double kMillerCost = 1.3;     // of a product with W over one with D a
 constexpr double kMillerSteps = 25;     // GMRES on a hand
 constexpr double kPlainSteps = 200;
 
-bool is_burton_miller(Scheme scheme) {
-  return scheme == Scheme::kBurtonMiller || scheme == Scheme::kBurtonMillerPolished;
-}
-
 }  // namespace
+
+double near_memory(double faces) { return kNearBytes * kNearPairs * faces; }
 
 /// product   seconds of a product with D in single precision on this mesh
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
@@ -31,7 +29,7 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
   cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
   const bool miller = is_burton_miller(scheme);
   if (miller) {
-    cost.bytes += kNearBytes * kNearPairs * faces;
+    cost.bytes += near_memory(faces);
     cost.seconds += 2.5 * product * kNearPoints / faces;
   }
   if (scheme == Scheme::kChief) {

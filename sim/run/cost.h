@@ -12,6 +12,9 @@ struct ModelCost {
   double seconds = 0;
 };
 
+/// What Burton-Miller's near corrections take while they are gathered, on a uniform mesh [bytes].
+double near_memory(double faces);
+
 /// faces, unknowns   of the system; they differ for chief
 /// solves            right-hand sides, solved one after another
 /// product           seconds of a product with D in single precision on this mesh (product_seconds)

@@ -13,10 +13,6 @@ namespace {
 constexpr Eigen::Index kDoubleUpTo = 3000;  // unknowns: below, an LU in double takes about a second
 constexpr double kMatrixShare = 0.5;        // of the free memory that a matrix may take
 
-bool is_burton_miller(Scheme scheme) {
-  return scheme == Scheme::kBurtonMiller || scheme == Scheme::kBurtonMillerPolished;
-}
-
 }  // namespace
 
 SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available) {

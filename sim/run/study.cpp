@@ -208,11 +208,9 @@ class Ladder {
     rung.scheme = to_string(scheme);
     rung.edge_mm = edge / kMillimetre;
     rung.faces = model.body.mesh.face_count();
-    rung.precision =
-        spec.precision == PrecisionChoice::kSingle ? (spec.refine ? "single refined" : "single") : "double";
-    rung.solver = to_string(spec.solver == SolverChoice::kLu      ? SolverKind::kLu
-                            : spec.solver == SolverChoice::kGmres ? SolverKind::kGmres
-                                                                  : SolverKind::kMatrixFree);
+    const SolverOptions options = choose_solver(spec, scheme, model.body.mesh.face_count(), 0.0).options;
+    rung.precision = precision_name(options);
+    rung.solver = to_string(options.kind);
     rung.status = reason_to_skip(scene_, model, scheme, spec, options_.rung_seconds);
     if (!rung.status.empty()) {
       return rung;

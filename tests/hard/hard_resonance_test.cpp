@@ -97,12 +97,22 @@ Eigen::VectorXd pad_about(const TriangleMesh& mesh, const Landmark& landmark) {
       mesh, [&](const Vector3& x, const Vector3& n) { return (x - middle).norm() < 5e-3 && n.dot(normal) > 0.5; });
 }
 
+/// A spot of the skin and a source 0.2 m off it.
+struct View {
+  Eigen::VectorXd weights;
+  TransducerArray source;
+};
+
+View view_of(const Body& body, const std::string& landmark) {
+  const Landmark& pad = find_landmark(body, landmark);
+  return {
+      pad_about(body.mesh, pad),
+      omni_at(position(body.mesh, pad) + 0.2 * Vector3(body.mesh.normals().col(pad.face)) + Vector3(0.01, 0.02, 0))};
+}
+
 Sweep swept(const Body& body, const std::string& landmark, Scheme scheme, const std::vector<double>& frequencies,
             const SolverOptions& options) {
-  const Landmark& pad = find_landmark(body, landmark);
-  const Eigen::VectorXd weights = pad_about(body.mesh, pad);
-  const TransducerArray source =
-      omni_at(position(body.mesh, pad) + 0.2 * Vector3(body.mesh.normals().col(pad.face)) + Vector3(0.01, 0.02, 0));
+  const auto [weights, source] = view_of(body, landmark);
   Sweep sweep;
   for (const double frequency : frequencies) {
     const Answer at = answer(body.mesh, wave_at(frequency), source, scheme, options);
@@ -115,10 +125,7 @@ Sweep swept(const Body& body, const std::string& landmark, Scheme scheme, const 
 /// the first one as preconditioner.
 Sweep swept_from_one_lu(const Body& body, const std::string& landmark, Scheme scheme,
                         const std::vector<double>& frequencies) {
-  const Landmark& pad = find_landmark(body, landmark);
-  const Eigen::VectorXd weights = pad_about(body.mesh, pad);
-  const TransducerArray source =
-      omni_at(position(body.mesh, pad) + 0.2 * Vector3(body.mesh.normals().col(pad.face)) + Vector3(0.01, 0.02, 0));
+  const auto [weights, source] = view_of(body, landmark);
   const ScatteringSystem first(body.mesh, wave_at(frequencies.front()), scheme);
   // In single precision: the tolerance below is what that allows.
   const auto lu = make_solver(first, {.kind = SolverKind::kLu, .refine = false});
