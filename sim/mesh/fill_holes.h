@@ -1,0 +1,27 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// Closed loops of boundary edges of an oriented, edge-manifold surface, each as vertex numbers in the order in which a
+/// filling must run through them to be oriented as its neighbours are. A vertex that several loops touch is in each.
+///
+/// triangles      3 x M
+/// vertex_count   > every number in triangles
+std::vector<std::vector<int>> boundary_loops(const Triangles& triangles, int vertex_count);
+
+/// Triangulation of one loop without new vertices, oriented along it: the least sum of areas among those that bend
+/// least (the largest dihedral angle, with the faces beyond the loop too, counts first).
+///
+/// points     3 x V
+/// loop       3 or more distinct vertex numbers
+/// returns    loop.size() - 2 triangles
+/// throws     InputError if the loop has more than 2000 vertices
+/// source     Barequet and Sharir, CAGD 12 (1995) 207; Liepa, Filling holes in meshes, SGP 2003
+std::vector<std::array<int, 3>> fill_loop(const Points& points, const std::vector<int>& loop);
+
+}  // namespace touchfield
