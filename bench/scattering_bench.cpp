@@ -9,6 +9,7 @@
 #include "sim/bem/scattering_system.h"
 #include "sim/mesh/shapes.h"
 #include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/low_rank.h"
 #include "solvers/phase/incident_problem.h"
 
 namespace touchfield {
@@ -99,14 +100,17 @@ void solve_matrix_free(benchmark::State& state) {
 }
 BENCHMARK(solve_matrix_free)->Arg(8)->Arg(16)->Arg(kAbout10000)->UseRealTime()->Unit(benchmark::kMillisecond);
 
+TransducerArray paper_array() {
+  return make_array(transformed(grid_layout(44, 34, 10.16e-3), Eigen::Matrix3d::Identity(), Vector3(0, 0, -0.2)),
+                    Directivity::omni(), 1.0, kAutd3SourceStrength);
+}
+
 /// The transfer matrix of 1,496 channels by chief and LU in single precision, not refined. `residual` is by products in
 /// double, `bytes` what the factors and the block of right-hand sides take. Compared with LU in double where that is
 /// cheap.
 void transfer_matrix(benchmark::State& state) {
   const ScatteringSystem system(sphere_mesh(state.range(0)), wave(), Scheme::kChief);
-  const TransducerArray array =
-      make_array(transformed(grid_layout(44, 34, 10.16e-3), Eigen::Matrix3d::Identity(), Vector3(0, 0, -0.2)),
-                 Directivity::omni(), 1.0, kAutd3SourceStrength);
+  const TransducerArray array = paper_array();
   const Eigen::MatrixXcd b = system.right_hand_side(system.incident(array));
   const SolverOptions options{.kind = SolverKind::kLu, .refine = false};
   Solved solved;
@@ -125,6 +129,46 @@ void transfer_matrix(benchmark::State& state) {
   count_faces(state, system.mesh());
 }
 BENCHMARK(transfer_matrix)->Arg(12)->Arg(kAbout10000)->Iterations(1)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+/// The same columns, but only those of a basis of them solved: X = (B^-1 Q) R with b = Q R. `residual` is of some of
+/// the columns of b itself, `rank` the number of solves, `left_out` what the basis leaves out.
+template <Scheme kScheme, SolverKind kKind>
+void compressed_transfer_matrix(benchmark::State& state) {
+  const ScatteringSystem system(sphere_mesh(state.range(0)), wave(), kScheme);
+  const TransducerArray array = paper_array();
+  const Eigen::MatrixXcd b = system.right_hand_side(system.incident(array));
+  const SolverOptions options{.kind = kKind, .refine = false, .tolerance = 1e-4};
+  LowRank low;
+  Solved solved;
+  for (auto unused : state) {
+    low = compressed(b, 1e-6);
+    solved = make_solver(system, options)->solve(low.basis);
+  }
+  constexpr Eigen::Index kSome = 8;
+  Eigen::MatrixXcd right(b.rows(), kSome);
+  Eigen::MatrixXcd some(low.rank(), kSome);
+  for (Eigen::Index s = 0; s < kSome; ++s) {
+    right.col(s) = b.col(s * (b.cols() - 1) / (kSome - 1));
+    some.col(s) = low.coefficients.col(s * (b.cols() - 1) / (kSome - 1));
+  }
+  const Eigen::MatrixXcd x = solved.x * some;
+  const Eigen::MatrixXcd residual = system.exact().apply(x) - right;
+  state.counters["residual"] = (residual.colwise().norm().array() / right.colwise().norm().array()).maxCoeff();
+  state.counters["left_out"] = low.left_out;
+  state.counters["rank"] = static_cast<double>(low.rank());
+  state.counters["steps"] = solved.report.steps;
+  count_faces(state, system.mesh());
+}
+BENCHMARK(compressed_transfer_matrix<Scheme::kChief, SolverKind::kLu>)
+    ->Arg(kAbout10000)
+    ->Iterations(1)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK(compressed_transfer_matrix<Scheme::kBurtonMiller, SolverKind::kGmres>)
+    ->Arg(kAbout10000)
+    ->Iterations(1)
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 void gram_matrix(benchmark::State& state) {
   const Eigen::MatrixXcd g = Eigen::MatrixXcd::Ones(state.range(0), 1496);
