@@ -8,13 +8,17 @@
 
 #include <omp.h>
 
+#include "solvers/linear/block_product.h"
+
 namespace touchfield {
 
 namespace {
 
 constexpr Eigen::Index kBlock =
-    256;                           // faces a pass: kernels of a tile and the values they meet stay in the first cache
-constexpr Eigen::Index kTile = 4;  // points a tile: a value that is read meets four kernels
+    256;                             // faces a pass: kernels of a tile and the values they meet stay in the first cache
+constexpr Eigen::Index kTile = 4;    // points a tile: a value that is read meets four kernels
+constexpr Eigen::Index kPanel = 64;  // points a panel: enough for GEMM to run at its speed
+constexpr Eigen::Index kManyColumns = 12;  // from here on GEMM with kernels made once a point is the fastest
 
 Layer transposed(Layer layer) {
   switch (layer) {
@@ -137,6 +141,44 @@ Eigen::MatrixXcd LayerSum<Real>::sums_by_rows(Layer layer, const Eigen::MatrixXc
   return y;
 }
 
+/// Kernels of a panel of points and a block of sources are made once and meet all columns in one product.
+template <typename Real>
+Eigen::MatrixXcd LayerSum<Real>::sums_by_panels(Layer layer, const Eigen::MatrixXcd& weighted) const {
+  using Values = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>;
+  const Values values = weighted.template cast<std::complex<Real>>();
+  const Eigen::Index columns = weighted.cols();
+  Eigen::MatrixXcd y(size(), columns);
+  const Eigen::Index panels = (size() + kPanel - 1) / kPanel;
+#pragma omp parallel
+  {
+    Values kernels(kBlock, kPanel);
+    Values products(kPanel, columns);
+    Eigen::MatrixXcd sum(kPanel, columns);
+    alignas(64) std::array<Real, kBlock> re{};
+    alignas(64) std::array<Real, kBlock> im{};
+#pragma omp for schedule(dynamic)
+    for (Eigen::Index panel = 0; panel < panels; ++panel) {
+      const Eigen::Index begin = panel * kPanel;
+      const Eigen::Index points = std::min(kPanel, size() - begin);
+      sum.setZero();
+      for (Eigen::Index first = 0; first < size(); first += kBlock) {
+        const Eigen::Index count = std::min(kBlock, size() - first);
+        for (Eigen::Index t = 0; t < points; ++t) {
+          fill(layer, point(begin + t), first, count, re.data(), im.data());
+          std::complex<Real>* column = kernels.col(t).data();
+          for (Eigen::Index j = 0; j < count; ++j) {
+            column[j] = {re[static_cast<std::size_t>(j)], im[static_cast<std::size_t>(j)]};
+          }
+        }
+        transposed_product(kernels, count, points, values.data() + first, size(), columns, products);
+        sum.topRows(points) += products.topRows(points).template cast<Complex>();
+      }
+      y.middleRows(begin, points) = sum.topRows(points);
+    }
+  }
+  return y;
+}
+
 template <typename Real>
 Eigen::MatrixXcd LayerSum<Real>::sums_by_pairs(Layer layer, bool transposed, const Eigen::MatrixXcd& weighted) const {
   using Values = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
@@ -214,7 +256,8 @@ template <typename Real>
 Eigen::MatrixXcd LayerSum<Real>::apply(Layer layer, const Eigen::MatrixXcd& x) const {
   require_rows(x, size());
   if (layer == Layer::kDouble || layer == Layer::kBurtonMiller) {
-    return sums_by_pairs(layer, false, weights().asDiagonal() * x);
+    const Eigen::MatrixXcd weighted = weights().asDiagonal() * x;
+    return x.cols() < kManyColumns ? sums_by_pairs(layer, false, weighted) : sums_by_panels(layer, weighted);
   }
   return apply_head(layer, x, size());
 }
@@ -235,7 +278,8 @@ Eigen::MatrixXcd LayerSum<Real>::apply_transpose(Layer layer, const Eigen::Matri
   if (layer != Layer::kDouble && layer != Layer::kBurtonMiller) {
     throw std::invalid_argument("LayerSum: this layer's transpose is not made");
   }
-  return weights().asDiagonal() * sums_by_pairs(layer, true, x);
+  return weights().asDiagonal() *
+         (x.cols() < kManyColumns ? sums_by_pairs(layer, true, x) : sums_by_panels(transposed(layer), x));
 }
 
 template <typename Real>

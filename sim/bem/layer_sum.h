@@ -43,6 +43,7 @@ class LayerSum {
   void fill(Layer layer, const PairPoint<Real>& at, Eigen::Index first, Eigen::Index count, Real* re, Real* im) const;
   PairPoint<Real> point(Eigen::Index i) const;
   Eigen::MatrixXcd sums_by_rows(Layer layer, const Eigen::MatrixXcd& weighted, Eigen::Index rows) const;
+  Eigen::MatrixXcd sums_by_panels(Layer layer, const Eigen::MatrixXcd& weighted) const;
   Eigen::MatrixXcd sums_by_pairs(Layer layer, bool transposed, const Eigen::MatrixXcd& weighted) const;
   Eigen::VectorXd weights() const;
 

@@ -23,7 +23,7 @@ namespace {
 constexpr double kSingleLimit = 3e-6;
 constexpr double kCorrection = 1e-3;
 constexpr int kMaxRounds = 8;
-constexpr Eigen::Index kSample = 8;  // columns whose residual is formed where nothing is refined and there are more
+constexpr Eigen::Index kSample = 8;  // columns whose residual tells for a block of more, if unrefined or by LU
 constexpr double kLoose = 30.0 * kSingleLimit;  // tolerances from here on need no residual in double
 
 struct Applied {
@@ -138,10 +138,12 @@ class RefinedSolver : public ScatteringSolver {
         const double residual = applied.residual + kSingleLimit;
         return {std::move(applied.x), {steps, 0, residual, residual <= options_.tolerance}};
       }
-      if (!options_.refine && b.cols() > kSample) {
+      if (b.cols() > kSample && (!options_.refine || options_.kind == SolverKind::kLu)) {
         Eigen::MatrixXcd x = inverse(b);
         const double worst = sampled_residual(exact, x, b);
-        return {std::move(x), {steps, 0, worst, worst <= options_.tolerance}};
+        if (worst <= options_.tolerance || !options_.refine) {
+          return {std::move(x), {steps, 0, worst, worst <= options_.tolerance}};
+        }
       }
       RefinementResult result =
           touchfield::refine(exact, inverse, b, {options_.tolerance, options_.refine ? kMaxRounds : 0});

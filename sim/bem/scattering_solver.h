@@ -35,7 +35,7 @@ struct SolveReport {
   int refinements = 0;     // corrections after the first solution
   double residual = 0;     // worst relative residual of a column, by a product in double; by one in single precision
                            // plus its rounding, 3e-6, where GMRES works in that and the tolerance is 1e-4 or more;
-                           // of 8 columns only where there are more and nothing is refined
+                           // of 8 columns only where there are more, solved by LU or not refined
   bool converged = false;  // residual <= tolerance
 };
 

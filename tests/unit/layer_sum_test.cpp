@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -49,8 +50,8 @@ TYPED_TEST(LayerSums, ProductsAreThoseOfThePlainFormulas) {
     // Far from the origin: coordinates must not lose what single precision has.
     const TriangleMesh mesh =
         transformed(icosphere(8e-3, subdivisions), Eigen::Matrix3d::Identity(), Vector3(0.1, -0.2, 0.3));
-    const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(mesh.face_count(), 3);
-    for (const double alpha : {0.0, 20.0}) {
+    for (const auto& [alpha, columns] : {std::pair(0.0, 3), std::pair(20.0, 3), std::pair(20.0, 13)}) {  // 13: by GEMM
+      const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(mesh.face_count(), columns);
       const Complex wavenumber(kWavenumber, alpha);
       const LayerSum<TypeParam> sum(mesh, wavenumber, kGamma);
       for (const Layer layer : {Layer::kSingle, Layer::kDouble, Layer::kAdjoint, Layer::kBurtonMiller,

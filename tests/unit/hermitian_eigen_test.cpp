@@ -1,0 +1,47 @@
+#include "solvers/linear/hermitian_eigen.h"
+
+#include <complex>
+#include <limits>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+namespace touchfield {
+namespace {
+
+using Eigen::MatrixXcd;
+
+TEST(HermitianEigen, TakesAMatrixApart) {
+  std::srand(3);
+  const MatrixXcd half = MatrixXcd::Random(60, 60);
+  const MatrixXcd a = half + half.adjoint();
+  MatrixXcd lower = a;
+  lower.triangularView<Eigen::StrictlyUpper>().setConstant(std::numeric_limits<double>::quiet_NaN());  // not read
+  const HermitianEigen eigen = hermitian_eigen(lower);
+  // 60 eps ||A|| is 2e-13 for a norm of about 15.
+  EXPECT_LT((eigen.vectors * eigen.values.asDiagonal() * eigen.vectors.adjoint() - a).norm(), 1e-12 * a.norm());
+  EXPECT_LT((eigen.vectors.adjoint() * eigen.vectors - MatrixXcd::Identity(60, 60)).norm(), 1e-12);
+  for (Eigen::Index i = 1; i < 60; ++i) {
+    EXPECT_LE(eigen.values(i - 1), eigen.values(i));
+  }
+  EXPECT_NEAR(eigen.values.sum(), a.trace().real(), 1e-11);
+}
+
+TEST(HermitianEigen, TwoByTwo) {
+  MatrixXcd a(2, 2);
+  a << 1, std::complex<double>(0, 2), std::complex<double>(0, -2), 1;  // eigenvalues 1 -+ |2i|
+  const HermitianEigen eigen = hermitian_eigen(a);
+  EXPECT_NEAR(eigen.values(0), -1, 1e-15);
+  EXPECT_NEAR(eigen.values(1), 3, 1e-15);
+}
+
+TEST(HermitianEigen, RefusesWhatIsNone) {
+  EXPECT_THROW(hermitian_eigen(MatrixXcd::Zero(2, 3)), std::invalid_argument);
+  MatrixXcd a = MatrixXcd::Identity(2, 2);
+  a(1, 0) = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(hermitian_eigen(a), std::domain_error);
+  EXPECT_EQ(hermitian_eigen(MatrixXcd(0, 0)).values.size(), 0);
+}
+
+}  // namespace
+}  // namespace touchfield
