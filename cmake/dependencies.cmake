@@ -5,6 +5,8 @@ find_package(fmt REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
+find_package(EXPAT REQUIRED)
+find_package(ZLIB REQUIRED)
 
 # The OpenMP flavour by name: where the pthread flavour is installed too, it would win and oversubscribe the cores.
 find_library(TOUCHFIELD_OPENBLAS openblas PATH_SUFFIXES openblas-openmp REQUIRED)

@@ -13,7 +13,8 @@ EditMesh::EditMesh(const Triangles& triangles, Eigen::Index vertex_count)
     : from_(static_cast<std::size_t>(triangles.size())),
       opposite_(from_.size(), -1),
       outgoing_(static_cast<std::size_t>(vertex_count), -1),
-      valence_(outgoing_.size(), 0) {
+      valence_(outgoing_.size(), 0),
+      labels_(from_.size(), kNoLabel) {
   struct Side {
     int low;
     int high;
@@ -56,19 +57,20 @@ int EditMesh::add_face(int a, int b, int c) {
   const int first = side_count();
   from_.insert(from_.end(), {a, b, c});
   opposite_.insert(opposite_.end(), {-1, -1, -1});
+  labels_.insert(labels_.end(), {kNoLabel, kNoLabel, kNoLabel});
   return first;
 }
 
-bool EditMesh::adjacent(int a, int b) const {
+int EditMesh::side_between(int a, int b) const {
   const int first = first_around(a);
   int side = first;
   do {
     if (to(side) == b) {
-      return true;
+      return side;
     }
     side = next_around(side);
   } while (side != first);
-  return false;
+  return -1;
 }
 
 int EditMesh::split(int side) {
@@ -84,6 +86,7 @@ int EditMesh::split(int side) {
   // (a b c) becomes (a m c) and (m b c), (b a d) becomes (b m d) and (m a d).
   const int behind = opposite(next(side));
   const int other_behind = opposite(next(other));
+  const int split_label = label(side);
   const int half = add_face(m, b, c);
   const int other_half = add_face(m, a, d);
   from_[at(next(side))] = m;
@@ -94,6 +97,12 @@ int EditMesh::split(int side) {
   join(previous(other_half), next(other));
   join(side, other_half);
   join(half, other);
+  set_label(side, split_label);
+  set_label(half, split_label);
+  set_label(next(half), label(behind));
+  set_label(next(other_half), label(other_behind));
+  set_label(next(side), kNoLabel);
+  set_label(next(other), kNoLabel);
 
   outgoing_[at(m)] = half;
   outgoing_[at(a)] = side;
@@ -143,6 +152,8 @@ void EditMesh::collapse(int side) {
   const int b_to_d = opposite(previous(other));
   join(b_to_c, c_to_b);
   join(d_to_b, b_to_d);
+  set_label(b_to_c, std::max(label(b_to_c), label(c_to_b)));
+  set_label(d_to_b, std::max(label(d_to_b), label(b_to_d)));
   for (const int gone : {side, next(side), previous(side), other, next(other), previous(other)}) {
     from_[at(gone)] = -1;
   }
@@ -183,6 +194,10 @@ void EditMesh::flip(int side) {
   join(previous(side), beyond_ad);
   join(next(other), beyond_db);
   join(previous(other), beyond_bc);
+  set_label(side, kNoLabel);
+  for (const int moved : {next(side), previous(side), next(other), previous(other)}) {
+    set_label(moved, label(opposite(moved)));
+  }
 
   outgoing_[at(a)] = previous(side);
   outgoing_[at(b)] = previous(other);

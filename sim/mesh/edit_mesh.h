@@ -8,8 +8,13 @@ namespace touchfield {
 
 /// Half-edges of a closed oriented manifold whose connectivity changes. Sides 3 f, 3 f + 1, 3 f + 2 go round face f.
 /// Knows no geometry. Vertices and faces that are removed leave a gap in the numbering until `compact`.
+///
+/// Every edge carries a label >= 0 or kNoLabel. It follows the edge: both halves of a split edge have it, new edges
+/// have none, and where a collapse lays two edges onto each other the one with a label counts.
 class EditMesh {
  public:
+  static constexpr int kNoLabel = -1;
+
   /// throws   InputError if an edge does not have exactly two faces that run opposite ways
   EditMesh(const Triangles& triangles, Eigen::Index vertex_count);
 
@@ -24,6 +29,12 @@ class EditMesh {
   int from(int side) const { return from_[at(side)]; }
   int to(int side) const { return from(next(side)); }
   int valence(int vertex) const { return valence_[at(vertex)]; }
+
+  int label(int side) const { return labels_[at(side)]; }
+  void set_label(int side, int label) { labels_[at(side)] = labels_[at(opposite(side))] = label; }
+
+  /// The side that runs from a to b, -1 if they are no neighbours.
+  int side_between(int a, int b) const;
 
   /// A side that leaves the vertex, and the next one round it.
   int first_around(int vertex) const { return outgoing_[at(vertex)]; }
@@ -45,7 +56,7 @@ class EditMesh {
 
  private:
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-  bool adjacent(int a, int b) const;
+  bool adjacent(int a, int b) const { return side_between(a, b) >= 0; }
   void join(int side, int other);
   int add_face(int a, int b, int c);
 
@@ -53,6 +64,7 @@ class EditMesh {
   std::vector<int> opposite_;  // the same edge seen from the other face
   std::vector<int> outgoing_;  // one side that leaves each vertex, -1 if the vertex is gone
   std::vector<int> valence_;
+  std::vector<int> labels_;  // of each side's edge
 };
 
 }  // namespace touchfield

@@ -1,20 +1,18 @@
 #include "sim/mesh/hand_flesh.h"
 
-#include <algorithm>
 #include <array>
-#include <limits>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 
-#include "sim/core/units.h"
-
 namespace touchfield {
 
 namespace {
 
-constexpr double kStub = 20e-3;  // [m], of forearm behind the wrist joint
+constexpr double kStub = 20e-3;       // [m], of forearm behind the wrist joint
+constexpr double kGrid = 1.2e-3;      // [m]
+constexpr double kLeastGap = 2.6e-3;  // [m]; narrower ones merge
 
 Plate plate(const Vector3& a, const Vector3& b, const Vector3& c, double radius_a, double radius_b, double radius_c) {
   Plate result;
@@ -32,29 +30,29 @@ SoftPart palm(const HandSkeleton& hand) {
   const double b = hand.breadth;
   const double l = hand.length;
   SoftPart part;
-  part.blend = 0.09 * b;
+  part.blend = 0.10 * b;
   // The flesh under the heads of the metacarpals lies towards the palm side of the joints.
   std::array<Vector3, 4> heads;
   for (std::size_t i = 0; i < 4; ++i) {
-    heads[i] = hand.fingers[i].joints[0] + Vector3(0, -0.02 * l, -0.04 * b);
+    heads[i] = hand.fingers[i].joints[0] + Vector3(0, -0.02 * l, -0.03 * b);
   }
-  const std::array<double, 4> head_radii = {0.148 * b, 0.142 * b, 0.138 * b, 0.138 * b};
-  const Vector3 carpus_thumb(0.15 * b, 0.07 * l, -0.03 * b);
-  const Vector3 carpus_little(-0.19 * b, 0.07 * l, -0.04 * b);
+  const std::array<double, 4> head_radii = {0.142 * b, 0.140 * b, 0.135 * b, 0.130 * b};
+  const Vector3 carpus_thumb(0.15 * b, 0.06 * l, -0.03 * b);
+  const Vector3 carpus_little(-0.18 * b, 0.06 * l, -0.05 * b);
   const double carpus = 0.175 * b;
-  const Vector3 carpus_middle = 0.5 * (carpus_thumb + carpus_little);
+  const Vector3 carpus_middle = 0.5 * (carpus_thumb + carpus_little) + Vector3(0, 0, 0.02 * b);
   add_quad(part, {carpus_thumb, heads[0], heads[1], carpus_middle}, {carpus, head_radii[0], head_radii[1], carpus});
   add_quad(part, {carpus_middle, heads[1], heads[2], carpus_little}, {carpus, head_radii[1], head_radii[2], carpus});
   part.plates.push_back(plate(carpus_little, heads[2], heads[3], carpus, head_radii[2], head_radii[3]));
   // Wrist and forearm; the cut of the body ends them.
-  const double wrist = 0.205 * b;
-  const Vector3 wrist_thumb(0.125 * b, -0.01 * l, -0.01 * b);
-  const Vector3 wrist_little(-0.135 * b, -0.01 * l, -0.01 * b);
-  const Vector3 elbow(0, -3.0 * kStub, 0);
+  const double wrist = 0.20 * b;
+  const Vector3 wrist_thumb(0.13 * b, -0.03 * l, -0.02 * b);
+  const Vector3 wrist_little(-0.13 * b, -0.03 * l, -0.02 * b);
+  const Vector3 elbow(0, -1.3 * kStub, 0);
   add_quad(part, {carpus_thumb, wrist_thumb, wrist_little, carpus_little}, {carpus, wrist, wrist, carpus});
   add_quad(part, {wrist_thumb, wrist_thumb + elbow, wrist_little + elbow, wrist_little}, {wrist, wrist, wrist, wrist});
   // The ball of the little finger.
-  part.cones.push_back({{-0.22 * b, 0.09 * l, -0.10 * b}, {-0.36 * b, 0.21 * l, -0.10 * b}, 0.15 * b, 0.125 * b});
+  part.cones.push_back({{-0.23 * b, 0.07 * l, -0.11 * b}, {-0.36 * b, 0.215 * l, -0.09 * b}, 0.155 * b, 0.13 * b});
   return part;
 }
 
@@ -63,28 +61,46 @@ SoftPart thumb_ball(const HandSkeleton& hand) {
   const BoneChain& thumb = hand.thumb;
   const Vector3 palm_middle(0.05 * b, 0.22 * hand.length, -0.07 * b);
   SoftPart part;
-  part.blend = 0.06 * b;
+  part.blend = 0.08 * b;
   part.outward_blend = 0.12 * b;
   part.cones.push_back({thumb.joints[0], thumb.joints[1], thumb.radii[0], thumb.radii[1]});
-  part.plates.push_back(plate(thumb.joints[0], thumb.along(0, 0.75), palm_middle, 0.16 * b, 0.125 * b, 0.12 * b));
-  // The fold between thumb and index finger.
-  part.plates.push_back(plate(thumb.along(0, 0.9),
-                              hand.fingers[0].joints[0] + Vector3(0, -0.06 * hand.length, -0.05 * b), palm_middle,
-                              0.07 * b, 0.09 * b, 0.09 * b));
+  // The muscles lie on the palm side of the metacarpal.
+  const Vector3 belly = thumb.along(0, 0.45) + 0.07 * b * thumb.palmar[0];
+  part.cones.push_back({belly, Vector3(0.10 * b, 0.045 * hand.length, -0.12 * b), 0.165 * b, 0.11 * b});
+  part.plates.push_back(plate(thumb.joints[0], thumb.along(0, 0.75), palm_middle, 0.15 * b, 0.125 * b, 0.11 * b));
+  // The fold between thumb and index finger, and the muscle behind it.
+  const BoneChain& index = hand.fingers[0];
+  part.plates.push_back(plate(thumb.along(1, 0.12), index.joints[0] + Vector3(0.01 * b, -0.02 * hand.length, -0.05 * b),
+                              palm_middle, 0.065 * b, 0.09 * b, 0.09 * b));
+  part.plates.push_back(plate(thumb.along(0, 0.1), thumb.along(0, 0.95),
+                              index.joints[0] + Vector3(0, -0.06 * hand.length, -0.03 * b), 0.11 * b, 0.10 * b,
+                              0.11 * b));
   return part;
 }
 
+/// Bones from `first` on, with a pad on the palm side of each segment, so that the joints show as creases between them.
 SoftPart phalanges(const BoneChain& chain, int first, double breadth) {
+  constexpr std::array<std::array<double, 2>, 3> kPads = {{{0.35, 0.72}, {0.30, 0.70}, {0.30, 0.68}}};  // along a bone
+  constexpr double kPadOffset = 0.20;                                                                   // of the radius
+  constexpr double kPadRadius = 0.86;
+  constexpr double kBone = 0.97;
   SoftPart part;
-  part.blend = 0.025 * breadth;
-  part.outward_blend = 0.05 * breadth;
+  part.blend = 0.035 * breadth;
+  part.outward_blend = 0.06 * breadth;
   for (int bone = first; bone < 3; ++bone) {
     const auto i = static_cast<std::size_t>(bone);
-    Cone cone{chain.joints[i], chain.joints[i + 1], chain.radii[i], chain.radii[i + 1]};
+    const double start = chain.radii[i];
+    const double end = bone == 2 ? chain.radii[3] : chain.radii[i + 1];
+    const auto radius = [&](double t) { return start + t * (end - start); };
+    const auto pad = [&](double t) { return Vector3(chain.along(bone, t) + kPadOffset * radius(t) * chain.palmar[i]); };
+    const auto [from, to] = kPads[i];
+    part.cones.push_back({pad(from), pad(to), kPadRadius * radius(from), kPadRadius * radius(to)});
     if (bone == 2) {
-      cone.b -= chain.radii[3] * chain.direction(2);
+      const double tip = 0.91 * chain.radii[3];
+      part.cones.push_back({chain.joints[2], chain.joints[3] - tip * chain.direction(2), kBone * start, tip});
+    } else {
+      part.cones.push_back({chain.joints[i], chain.joints[i + 1], kBone * start, kBone * end});
     }
-    part.cones.push_back(cone);
   }
   return part;
 }
@@ -102,7 +118,7 @@ SoftPart finger_flesh(const BoneChain& finger, double breadth) {
                         finger.along(0, 0.5) + 0.01 * breadth * finger.palmar[0], 0.105 * breadth,
                         finger.radii[1] - 0.01 * breadth});
   if (curled(finger)) {
-    part.outward_blend = 0.08 * breadth;
+    part.outward_blend = 0.06 * breadth;
     const double radius = 0.75 * finger.radii[2];
     const Vector3 tip = finger.joints[3] - radius * finger.direction(2);
     add_quad(part, {finger.joints[0], finger.joints[1], finger.joints[2], tip}, {radius, radius, radius, radius});
@@ -113,69 +129,9 @@ SoftPart finger_flesh(const BoneChain& finger, double breadth) {
   return part;
 }
 
-/// Two curled neighbours press their sides together; a groove stays between them.
-SoftPart pressed_sides(const BoneChain& one, const BoneChain& other, double breadth) {
-  SoftPart part;
-  part.blend = part.outward_blend = 0.03 * breadth;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const double start = 0.6 * std::min(one.radii[i], other.radii[i]);
-    const double end = 0.6 * std::min(one.radii[i + 1], other.radii[i + 1]);
-    add_quad(part, {one.joints[i], one.joints[i + 1], other.joints[i + 1], other.joints[i]}, {start, end, end, start});
-  }
-  const double tip = 0.6 * std::min(one.radii[3], other.radii[3]);
-  const Vector3 inwards = into_palm(breadth);
-  add_quad(part, {one.joints[3], other.joints[3], other.joints[3] + inwards, one.joints[3] + inwards},
-           {tip, tip, tip, tip});
-  return part;
-}
-
-struct Contact {
-  bool pressed = false;
-  double on_thumb = 0;   // how far along the thumb's last bone
-  double on_finger = 0;  // and along the finger's middle one
-};
-
-/// Where the thumb's last segment lies nearest to a finger's middle one, and whether the two press on each other.
-Contact contact(const BoneChain& thumb, const BoneChain& finger) {
-  constexpr int kSteps = 20;
-  constexpr double kSoft = 1.3;       // of the two radii: flesh gives way
-  constexpr double kBeforeTip = 0.8;  // of the bone: its end is the round tip
-  Contact nearest;
-  double least = std::numeric_limits<double>::infinity();
-  for (int i = 0; i <= kSteps; ++i) {
-    for (int j = 0; j <= kSteps; ++j) {
-      const double on_thumb = kBeforeTip * i / kSteps;
-      const double on_finger = static_cast<double>(j) / kSteps;
-      const double distance = (thumb.along(2, on_thumb) - finger.along(1, on_finger)).norm();
-      if (distance < least) {
-        least = distance;
-        nearest = {distance < kSoft * (thumb.radii[3] + finger.radii[2]), on_thumb, on_finger};
-      }
-    }
-  }
-  return nearest;
-}
-
-/// The thumb laid over two curled fingers presses into the groove between them.
-SoftPart thumb_press(const BoneChain& thumb, const BoneChain& one, const BoneChain& other, double breadth) {
-  SoftPart part;
-  part.outward_blend = 0.03 * breadth;
-  const Contact first = contact(thumb, one);
-  const Contact second = contact(thumb, other);
-  if (first.pressed && second.pressed) {
-    const double on_thumb = 0.6 * thumb.radii[3];
-    const double on_finger = 0.6 * std::min(one.radii[2], other.radii[2]);
-    add_quad(part,
-             {thumb.along(2, first.on_thumb), thumb.along(2, second.on_thumb), other.along(1, second.on_finger),
-              one.along(1, first.on_finger)},
-             {on_thumb, on_thumb, on_finger, on_finger});
-  }
-  return part;
-}
-
 /// The skin between two fingers' bases.
 SoftPart web(const BoneChain& one, const BoneChain& other, const HandSkeleton& hand) {
-  constexpr double kReach = 0.34;  // of the proximal phalanx
+  constexpr double kReach = 0.40;  // of the proximal phalanx
   const double b = hand.breadth;
   SoftPart part;
   part.blend = 0.05 * b;
@@ -184,9 +140,9 @@ SoftPart web(const BoneChain& one, const BoneChain& other, const HandSkeleton& h
     return Vector3(finger.joints[0] + Vector3(0, -0.04 * hand.length, -0.03 * b));
   };
   const auto ahead = [&](const BoneChain& finger) {
-    return Vector3(finger.along(0, kReach) + 0.01 * b * finger.palmar[0]);
+    return Vector3(finger.along(0, kReach) + 0.02 * b * finger.palmar[0]);
   };
-  add_quad(part, {behind(one), ahead(one), ahead(other), behind(other)}, {0.115 * b, 0.065 * b, 0.065 * b, 0.115 * b});
+  add_quad(part, {behind(one), ahead(one), ahead(other), behind(other)}, {0.115 * b, 0.06 * b, 0.06 * b, 0.115 * b});
   return part;
 }
 
@@ -200,14 +156,10 @@ SoftBody hand_flesh(const HandSkeleton& hand) {
     if (i > 0) {
       const BoneChain& neighbour = hand.fingers[i - 1];
       parts.push_back(web(neighbour, finger, hand));
-      if (curled(neighbour) && curled(finger)) {
-        parts.push_back(pressed_sides(neighbour, finger, hand.breadth));
-        parts.push_back(thumb_press(hand.thumb, neighbour, finger, hand.breadth));
-      }
     }
   }
   constexpr double kRim = 12e-3;  // [m]
-  return SoftBody(std::move(parts), SoftCut{{0, -kStub, 0}, {0, -1, 0}, kRim});
+  return SoftBody(std::move(parts), SoftCut{{0, -kStub, 0}, {0, -1, 0}, kRim}, SoftFinish{kLeastGap, kGrid});
 }
 
 }  // namespace touchfield

@@ -20,19 +20,22 @@ struct FingerBones {
   double head_y;                    // of the metacarpal from the wrist joint, share of the hand's length
   double head_x;                    // share of the hand's breadth
   double head_z;                    // share of the breadth: the arch of the palm
+  double abducts;                   // 1: towards the thumb, -1: away from it
+  double lean;                      // of the fully flexed finger towards the thumb's side [degrees]
   std::array<double, 3> thickness;  // of the segments, share of the breadth
 };
 
 constexpr std::array<FingerBones, 4> kFingers = {{
-    {39.78, 22.38, 15.82, 3.84, 0.374, 0.252, -0.010, {0.229, 0.198, 0.176}},
-    {44.63, 26.33, 17.40, 3.95, 0.373, 0.000, 0.000, {0.216, 0.197, 0.180}},
-    {41.37, 25.65, 17.30, 3.95, 0.336, -0.258, -0.012, {0.203, 0.182, 0.168}},
-    {32.74, 18.11, 15.96, 3.73, 0.295, -0.446, -0.045, {0.183, 0.165, 0.149}},
+    {39.78, 22.38, 15.82, 3.84, 0.374, 0.252, -0.010, 1.0, -3.0, {0.229, 0.198, 0.176}},
+    {44.63, 26.33, 17.40, 3.95, 0.373, 0.000, 0.000, 1.0, 2.0, {0.216, 0.197, 0.180}},
+    {41.37, 25.65, 17.30, 3.95, 0.336, -0.258, -0.012, -1.0, 7.0, {0.203, 0.182, 0.168}},
+    {32.74, 18.11, 15.96, 3.73, 0.295, -0.446, -0.045, -1.0, 13.0, {0.183, 0.165, 0.149}},
 }};
 
 constexpr double kThumbMetacarpal = 46.22;
 constexpr double kThumbProximal = 31.57;
 constexpr double kThumbDistal = 21.67 + 5.67;
+constexpr double kThumbAtRest = 20 * kDegree;  // of its metacarpal from y, away from the index finger, unflexed
 constexpr std::array<double, 2> kThumbThickness = {0.229, 0.212};
 
 // The hand's length counts from the crease of the wrist, which lies this share of it behind the joint.
@@ -57,8 +60,11 @@ BoneChain posed_finger(const FingerBones& bones, const FingerAngles& angles, dou
                        double bone_scale) {
   BoneChain chain;
   chain.joints[0] = {bones.head_x * breadth, bones.head_y * length, bones.head_z * breadth};
-  // Abduction towards the thumb (+x) turns clockwise seen from the back of the hand; a flexed finger leans to +x.
-  const Eigen::Matrix3d base = turn(-angles.lean, Vector3::UnitY()) * turn(-angles.abduction, Vector3::UnitZ());
+  // Fingers that flex converge on the base of the thumb: they lean to +x. Clockwise seen from the back of the hand,
+  // abduction turns to the thumb.
+  const double lean = bones.lean * kDegree * std::sin(angles.mcp);
+  const Eigen::Matrix3d base =
+      turn(-lean, Vector3::UnitY()) * turn(-bones.abducts * angles.abduction, Vector3::UnitZ());
   follow(chain, base, {angles.mcp, angles.pip, angles.dip},
          {bones.proximal * bone_scale, bones.middle * bone_scale, (bones.distal + bones.tip) * bone_scale});
   // Each segment has its thickness in the middle, each joint the mean of its neighbours.
@@ -72,9 +78,10 @@ BoneChain posed_finger(const FingerBones& bones, const FingerAngles& angles, dou
 BoneChain posed_thumb(const ThumbAngles& angles, double length, double breadth, double bone_scale) {
   BoneChain chain;
   chain.joints[0] = {0.225 * breadth, 0.07 * length, -0.12 * breadth};
-  const Eigen::Matrix3d metacarpal = turn(-angles.radial, Vector3::UnitZ()) * turn(-angles.palmar, Vector3::UnitX());
-  // The palm side faces the little finger when the turn is 0.
-  const Eigen::Matrix3d base = metacarpal * turn(0.5 * std::numbers::pi - angles.turn, Vector3::UnitY());
+  const Eigen::Matrix3d metacarpal =
+      turn(angles.cmc_flexion - kThumbAtRest, Vector3::UnitZ()) * turn(-angles.cmc_abduction, Vector3::UnitX());
+  // The palm side faces the little finger when the rotation is 0.
+  const Eigen::Matrix3d base = metacarpal * turn(0.5 * std::numbers::pi + angles.cmc_rotation, Vector3::UnitY());
   follow(chain, base, {0.0, angles.mcp, angles.ip},
          {kThumbMetacarpal * bone_scale, kThumbProximal * bone_scale, kThumbDistal * bone_scale});
   const double ip = 0.25 * (kThumbThickness[0] + kThumbThickness[1]);
@@ -83,33 +90,7 @@ BoneChain posed_thumb(const ThumbAngles& angles, double length, double breadth, 
   return chain;
 }
 
-FingerAngles finger(double abduction, double lean, double mcp, double pip, double dip) {
-  return {abduction * kDegree, lean * kDegree, mcp * kDegree, pip * kDegree, dip * kDegree};
-}
-
-ThumbAngles thumb(double radial, double palmar, double turn, double mcp, double ip) {
-  return {radial * kDegree, palmar * kDegree, turn * kDegree, mcp * kDegree, ip * kDegree};
-}
-
 }  // namespace
-
-const std::vector<HandPose>& hand_pose_table() {
-  static const std::vector<HandPose> kPoses = {
-      {"flat",
-       thumb(42, 15, 35, 8, 8),
-       {finger(7, 0, 3, 4, 3), finger(0, 0, 3, 5, 3), finger(-7, 0, 3, 5, 3), finger(-15, 0, 4, 5, 3)}},
-      {"index_up",
-       thumb(25, 40, 23, 67, 43),
-       {finger(0, 0, 0, 0, 0), finger(0, 1, 84, 98, 66), finger(0, 5, 84, 98, 66), finger(0, 10, 82, 96, 66)}},
-      {"grasp",
-       thumb(20, 55, 10, 15, 15),
-       {finger(2, 0, 50, 35, 20), finger(0, 0, 50, 38, 20), finger(-3, 0, 50, 38, 20), finger(-8, 0, 48, 38, 20)}},
-      {"fist",
-       thumb(25, 40, 23, 67, 43),
-       {finger(0, 0, 84, 98, 66), finger(0, 1, 84, 98, 66), finger(0, 5, 84, 98, 66), finger(0, 10, 82, 96, 66)}},
-  };
-  return kPoses;
-}
 
 HandSkeleton posed_skeleton(const HandPose& pose, double length, double breadth) {
   const double bone_scale = (1.0 - kCreaseBehindJoint - kFingers[1].head_y) * length / kMiddleFinger;

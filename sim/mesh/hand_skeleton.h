@@ -1,39 +1,11 @@
 #pragma once
 
 #include <array>
-#include <string>
-#include <vector>
 
 #include "sim/core/types.h"
+#include "sim/mesh/hand_pose.h"
 
 namespace touchfield {
-
-/// Angles of a finger's joints [rad], all zero for a finger straight along y.
-struct FingerAngles {
-  double abduction;  // of the first joint, towards the thumb
-  double lean;       // of the plane of flexion about the metacarpal, towards the thumb's side when flexed
-  double mcp;        // flexion, towards the palm
-  double pip;
-  double dip;
-};
-
-/// Angles of the thumb's joints [rad].
-struct ThumbAngles {
-  double radial;  // of the metacarpal from y, away from the index finger, in the plane of the palm
-  double palmar;  // of the metacarpal out of the plane of the palm
-  double turn;    // of the plane of flexion about the metacarpal; 0: it flexes across the palm, within its plane
-  double mcp;     // flexion
-  double ip;
-};
-
-struct HandPose {
-  std::string name;
-  ThumbAngles thumb;
-  std::array<FingerAngles, 4> fingers;  // index, middle, ring, little
-};
-
-/// The poses the hand knows.
-const std::vector<HandPose>& hand_pose_table();
 
 /// A chain of bones: joints from the base to the end of the skin at the tip, and which way its palm side faces at each
 /// bone.

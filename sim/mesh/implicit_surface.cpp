@@ -89,17 +89,6 @@ Value evaluate(const Plate& plate, const Vector3& x) {
   return best;
 }
 
-Value evaluate(const SoftPart& part, const Vector3& x) {
-  Value value{std::numeric_limits<double>::infinity(), Vector3::UnitZ()};
-  for (const Cone& cone : part.cones) {
-    value = smooth_union(value, evaluate(cone, x), part.blend);
-  }
-  for (const Plate& plate : part.plates) {
-    value = smooth_union(value, evaluate(plate, x), part.blend);
-  }
-  return value;
-}
-
 template <class Visit>
 void for_each_ball(const SoftPart& part, const Visit& visit) {
   for (const Cone& cone : part.cones) {
@@ -115,7 +104,7 @@ void for_each_ball(const SoftPart& part, const Visit& visit) {
 
 }  // namespace
 
-SoftBody::SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut)
+SoftBody::SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut, std::optional<SoftFinish> finish)
     : parts_(std::move(parts)),
       cut_(std::move(cut)),
       lower_(Vector3::Constant(std::numeric_limits<double>::infinity())),
@@ -124,7 +113,7 @@ SoftBody::SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut)
                               [](const SoftPart& part) { return part.cones.empty() && part.plates.empty(); }),
                parts_.end());
   for (const SoftPart& part : parts_) {
-    bounds_.push_back(bound_of(part));
+    bounds_.push_back(bounds_of(part));
     for_each_ball(part, [&](const Vector3& centre, double radius) {
       // A union bulges by a sixth of its blend; several may add up at one place.
       const double reach = radius + std::max(part.blend, part.outward_blend);
@@ -135,30 +124,62 @@ SoftBody::SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut)
   if (!lower_.allFinite() || !upper_.allFinite()) {
     throw InputError("soft body: it has no cone and no plate, or one that is not finite");
   }
+  if (finish) {
+    finished_ = SkinField(*this, 0.5 * finish->least_gap, finish->grid);
+  }
 }
 
-SoftBody::Bound SoftBody::bound_of(const SoftPart& part) {
-  Bound bound{Vector3::Zero(), 0.0};
-  double balls = 0;
-  for_each_ball(part, [&](const Vector3& centre, double) {
-    bound.centre += centre;
-    balls += 1;
-  });
-  bound.centre /= balls;
-  for_each_ball(part, [&](const Vector3& centre, double radius) {
-    bound.radius = std::max(bound.radius, (centre - bound.centre).norm() + radius);
-  });
+SoftBody::PartBounds SoftBody::bounds_of(const SoftPart& part) {
+  PartBounds bounds{{Vector3::Zero(), 0.0}, {}};
+  for (const Cone& cone : part.cones) {
+    bounds.shapes.push_back(
+        {0.5 * (cone.a + cone.b), 0.5 * (cone.a - cone.b).norm() + std::max(cone.radius_a, cone.radius_b)});
+  }
+  for (const Plate& plate : part.plates) {
+    const Vector3 centre = plate.corners.rowwise().mean();
+    bounds.shapes.push_back(
+        {centre, (plate.corners.colwise() - centre).colwise().norm().maxCoeff() + plate.radii.maxCoeff()});
+  }
+  for (const Bound& shape : bounds.shapes) {
+    bounds.whole.centre += shape.centre / static_cast<double>(bounds.shapes.size());
+  }
+  for (const Bound& shape : bounds.shapes) {
+    bounds.whole.radius = std::max(bounds.whole.radius, (shape.centre - bounds.whole.centre).norm() + shape.radius);
+  }
   // Every union within the part lowers the distance by a sixth of the blend at most.
-  bound.radius += static_cast<double>(part.cones.size() + part.plates.size() - 1) * part.blend / 6.0;
-  return bound;
+  bounds.whole.radius += static_cast<double>(bounds.shapes.size() - 1) * part.blend / 6.0;
+  return bounds;
+}
+
+SoftBody::Value SoftBody::part_at(std::size_t i, const Vector3& x) const {
+  const SoftPart& part = parts_[i];
+  const std::vector<Bound>& bounds = bounds_[i].shapes;
+  Value value{std::numeric_limits<double>::infinity(), Vector3::UnitZ()};
+  std::size_t shape = 0;
+  const auto add = [&](const auto& next) {
+    if (bounds[shape].least(x) < value.distance + part.blend) {
+      value = smooth_union(value, evaluate(next, x), part.blend);
+    }
+    ++shape;
+  };
+  for (const Cone& cone : part.cones) {
+    add(cone);
+  }
+  for (const Plate& plate : part.plates) {
+    add(plate);
+  }
+  return value;
 }
 
 SoftBody::Value SoftBody::at(const Vector3& x) const {
+  return finished_ && finished_->covers(x) ? finished_->at(x) : raw_at(x);
+}
+
+SoftBody::Value SoftBody::raw_at(const Vector3& x) const {
   Value value{std::numeric_limits<double>::infinity(), Vector3::UnitZ()};
   for (std::size_t i = 0; i < parts_.size(); ++i) {
-    const double least = (x - bounds_[i].centre).norm() - bounds_[i].radius;
-    if (least < value.distance + parts_[i].outward_blend) {
-      value = smooth_union(value, evaluate(parts_[i], x), parts_[i].outward_blend);
+    if (bounds_[i].whole.least(x) < value.distance + parts_[i].outward_blend) {
+      value = smooth_union(value, part_at(i, x), parts_[i].outward_blend);
     }
   }
   if (cut_) {

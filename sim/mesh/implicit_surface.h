@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "sim/mesh/skin_field.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -36,6 +37,12 @@ struct SoftCut {
   double blend;
 };
 
+/// What is done to the union of the parts; see SkinField.
+struct SoftFinish {
+  double least_gap;  // narrower gaps are filled [m]
+  double grid;       // the skin is smoothed at about this length [m]
+};
+
 /// A body bounded by a smooth surface: the smooth union of soft parts.
 ///
 /// Its function is negative inside, about the signed distance [m] near the surface, and has gradients of length at most
@@ -43,13 +50,12 @@ struct SoftCut {
 /// continuously differentiable; surfaces nearer than k/3 to each other merge.
 class SoftBody {
  public:
-  struct Value {
-    double distance;   // [m]
-    Vector3 gradient;  // of the distance
-  };
+  using Value = ImplicitValue;
 
+  /// finish   without one, the union is taken as it is
   /// throws   InputError if there is no cone and no plate
-  explicit SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut = std::nullopt);
+  explicit SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut = std::nullopt,
+                    std::optional<SoftFinish> finish = std::nullopt);
 
   Value at(const Vector3& x) const;
   double distance(const Vector3& x) const { return at(x).distance; }
@@ -62,27 +68,26 @@ class SoftBody {
   Vector3 upper() const { return upper_; }
 
  private:
-  /// A ball that no point of a part is outside of: saves evaluating parts that are far away.
+  /// A ball that no point of a shape is outside of: saves evaluating what is far away.
   struct Bound {
     Vector3 centre;
     double radius;
+    double least(const Vector3& x) const { return (x - centre).norm() - radius; }
   };
-  static Bound bound_of(const SoftPart& part);
+  struct PartBounds {
+    Bound whole;
+    std::vector<Bound> shapes;  // cones, then plates
+  };
+  static PartBounds bounds_of(const SoftPart& part);
+  Value part_at(std::size_t i, const Vector3& x) const;
+  Value raw_at(const Vector3& x) const;
 
   std::vector<SoftPart> parts_;
-  std::vector<Bound> bounds_;
+  std::vector<PartBounds> bounds_;
   std::optional<SoftCut> cut_;
   Vector3 lower_;
   Vector3 upper_;
+  std::optional<SkinField> finished_;
 };
-
-/// A closed manifold of nearly equilateral triangles on the surface of a body. Inner cavities are filled.
-///
-/// edge           wanted edge length [m], met by the mean edge within 2 %
-/// coarsest_grid  spacing [m] at which the body is sampled first, if the edge is not finer: details below are lost
-/// The vertices stand off the surface by the mean sagitta of their faces, so that area and volume are those of the
-/// body to second order in edge over radius of curvature.
-/// throws   NumericalError if the body falls into several pieces
-TriangleMesh skin_mesh(const SoftBody& body, double edge, double coarsest_grid);
 
 }  // namespace touchfield

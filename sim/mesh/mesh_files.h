@@ -6,22 +6,33 @@
 #include <vector>
 
 #include "sim/core/types.h"
+#include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
 
 /// What a mesh file says, in its own units and numbering.
 struct FileSurface {
   std::vector<Vector3> points;
-  std::vector<std::array<std::int64_t, 3>> triangles;
+  std::vector<std::array<std::int64_t, 3>> triangles;  // numbers of points
 };
 
 /// Each takes a file's whole content; `name` is how messages call the file. Coordinates are read in double precision.
-/// The library's readers are not used: they crash on truncated PLY and read what is no number in OBJ as another number.
+/// The library's readers are not used: they crash on damaged files and read what is no number in OBJ as another number.
 ///
-/// throws   InputError with line or byte if the content is cut short, is of another kind or has a coordinate that is
-///          not a finite number
+/// throws   InputError with line or byte if the content is cut short, is of another kind, or has a coordinate that is
+///          not a finite number or a corner that is no point
 FileSurface parse_stl(const std::string& content, const std::string& name);
 FileSurface parse_obj(const std::string& content, const std::string& name);
 FileSurface parse_ply(const std::string& content, const std::string& name);
+FileSurface parse_off(const std::string& content, const std::string& name);
+FileSurface parse_vtp(const std::string& content, const std::string& name);
+
+/// A mesh as the content of a file, in file units of `unit` metres: binary STL, binary PLY, OFF and OBJ as text, VTP
+/// with its arrays inline and compressed.
+std::string as_stl(const TriangleMesh& mesh, double unit);
+std::string as_obj(const TriangleMesh& mesh, double unit);
+std::string as_ply(const TriangleMesh& mesh, double unit);
+std::string as_off(const TriangleMesh& mesh, double unit);
+std::string as_vtp(const TriangleMesh& mesh, double unit);
 
 }  // namespace touchfield

@@ -1,15 +1,15 @@
 #include "sim/mesh/mesh_io.h"
 
 #include <algorithm>
-#include <bit>
+#include <array>
 #include <cctype>
 #include <cerrno>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <system_error>
 #include <unistd.h>
@@ -19,7 +19,6 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/mesh_files.h"
 
 namespace touchfield {
 
@@ -27,21 +26,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum class Format { kStl, kObj, kPly };
+struct Format {
+  const char* ending;
+  FileSurface (*parse)(const std::string& content, const std::string& name);
+  std::string (*as_file)(const TriangleMesh& mesh, double unit);
+};
 
-Format format_of(const std::string& path) {
+constexpr std::array<Format, 5> kFormats = {{{".stl", parse_stl, as_stl},
+                                             {".obj", parse_obj, as_obj},
+                                             {".ply", parse_ply, as_ply},
+                                             {".off", parse_off, as_off},
+                                             {".vtp", parse_vtp, as_vtp}}};
+
+const Format& format_of(const std::string& path) {
   std::string ending = fs::path(path).extension().string();
   std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  if (ending == ".stl") {
-    return Format::kStl;
+  const auto* found =
+      std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) { return format.ending == ending; });
+  if (found == kFormats.end()) {
+    throw InputError(fmt::format("{}: a mesh file must end in .stl, .obj, .ply, .off or .vtp", path));
   }
-  if (ending == ".obj") {
-    return Format::kObj;
-  }
-  if (ending == ".ply") {
-    return Format::kPly;
-  }
-  throw InputError(fmt::format("{}: a mesh file must end in .stl, .obj or .ply", path));
+  return *found;
 }
 
 void require_unit(double unit) {
@@ -73,18 +78,6 @@ std::string content_of(const std::string& path) {
   return content;
 }
 
-FileSurface parse(Format format, const std::string& content, const std::string& path) {
-  switch (format) {
-    case Format::kStl:
-      return parse_stl(content, path);
-    case Format::kObj:
-      return parse_obj(content, path);
-    case Format::kPly:
-      break;
-  }
-  return parse_ply(content, path);
-}
-
 /// For each point the number of the first one with its coordinates, counting only first ones; and these.
 std::pair<std::vector<int>, Points> merged(const std::vector<Vector3>& points) {
   const auto before = [&](std::size_t i, std::size_t j) {
@@ -113,87 +106,25 @@ std::pair<std::vector<int>, Points> merged(const std::vector<Vector3>& points) {
   return {std::move(number), std::move(unique)};
 }
 
-static_assert(std::endian::native == std::endian::little,
-              "binary STL and PLY are written as the numbers lie in memory");
-
-template <class Number>
-void append(std::string& bytes, Number value) {
-  const auto* first = reinterpret_cast<const char*>(&value);
-  bytes.append(first, sizeof value);
-}
-
-template <class Number>
-void append(std::string& bytes, const Vector3& vector) {
-  for (const double component : vector) {
-    append(bytes, static_cast<Number>(component));
-  }
-}
-
-std::string as_stl(const TriangleMesh& mesh, double unit) {
-  std::string bytes = "binary STL";
-  bytes.resize(80, ' ');
-  append(bytes, static_cast<std::uint32_t>(mesh.face_count()));
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    append<float>(bytes, mesh.normals().col(f));
-    for (int c = 0; c < 3; ++c) {
-      append<float>(bytes, mesh.corner(f, c) / unit);
-    }
-    append(bytes, std::uint16_t{0});
-  }
-  return bytes;
-}
-
-std::string as_obj(const TriangleMesh& mesh, double unit) {
-  fmt::memory_buffer text;
-  const auto out = std::back_inserter(text);
-  for (const auto& vertex : mesh.vertices().colwise()) {
-    fmt::format_to(out, "v {} {} {}\n", vertex.x() / unit, vertex.y() / unit, vertex.z() / unit);
-  }
-  for (const auto& triangle : mesh.triangles().colwise()) {
-    fmt::format_to(out, "f {} {} {}\n", triangle(0) + 1, triangle(1) + 1, triangle(2) + 1);
-  }
-  return fmt::to_string(text);
-}
-
-std::string as_ply(const TriangleMesh& mesh, double unit) {
-  std::string bytes = fmt::format(
-      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double "
-      "z\n"
-      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-      mesh.vertex_count(), mesh.face_count());
-  for (Eigen::Index v = 0; v < mesh.vertex_count(); ++v) {
-    append<double>(bytes, mesh.vertices().col(v) / unit);
-  }
-  for (const auto& triangle : mesh.triangles().colwise()) {
-    append(bytes, std::uint8_t{3});
-    for (const int v : triangle) {
-      append(bytes, static_cast<std::int32_t>(v));
-    }
-  }
-  return bytes;
-}
-
-std::string as_file(Format format, const TriangleMesh& mesh, double unit) {
-  switch (format) {
-    case Format::kStl:
-      return as_stl(mesh, unit);
-    case Format::kObj:
-      return as_obj(mesh, unit);
-    case Format::kPly:
-      break;
-  }
-  return as_ply(mesh, unit);
-}
-
 }  // namespace
 
-TriangleMesh read_mesh(const std::string& path, double unit) {
-  require_unit(unit);
-  const Format format = format_of(path);
-  const FileSurface surface = parse(format, content_of(path), path);
+FileSurface read_surface(const std::string& path) {
+  const Format& format = format_of(path);
+  FileSurface surface = format.parse(content_of(path), path);
   if (surface.triangles.empty()) {
     throw InputError(fmt::format("{}: the file has no face", path));
   }
+  constexpr std::size_t kMost = std::numeric_limits<int>::max() / 4;  // 3 numbers a face are counted as int
+  if (surface.triangles.size() > kMost || surface.points.size() > kMost) {
+    throw InputError(fmt::format("{}: the file has {} vertices and {} faces, at most {} can be taken", path,
+                                 surface.points.size(), surface.triangles.size(), kMost));
+  }
+  return surface;
+}
+
+TriangleMesh read_mesh(const std::string& path, double unit) {
+  require_unit(unit);
+  const FileSurface surface = read_surface(path);
   const auto [number, vertices] = merged(surface.points);
   Triangles triangles(3, static_cast<Eigen::Index>(surface.triangles.size()));
   for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
@@ -211,7 +142,7 @@ TriangleMesh read_mesh(const std::string& path, double unit) {
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh, double unit) {
   require_unit(unit);
-  const std::string content = as_file(format_of(path), mesh, unit);
+  const std::string content = format_of(path).as_file(mesh, unit);
   const std::string unfinished = fmt::format("{}.{}.part", path, getpid());
   std::error_code error;
   {

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <iterator>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -62,6 +63,18 @@ FileSurface parse_obj(const std::string& content, const std::string& name) {
   }
   add_polygons(surface, polygons, name);
   return surface;
+}
+
+std::string as_obj(const TriangleMesh& mesh, double unit) {
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  for (const auto& vertex : mesh.vertices().colwise()) {
+    fmt::format_to(out, "v {} {} {}\n", vertex.x() / unit, vertex.y() / unit, vertex.z() / unit);
+  }
+  for (const auto& triangle : mesh.triangles().colwise()) {
+    fmt::format_to(out, "f {} {} {}\n", triangle(0) + 1, triangle(1) + 1, triangle(2) + 1);
+  }
+  return fmt::to_string(text);
 }
 
 }  // namespace touchfield

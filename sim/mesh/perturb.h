@@ -14,15 +14,32 @@ struct SensingNoise {
   std::uint64_t seed = 1;
 };
 
-/// The mesh with its vertices moved along smooth normals by a random field of zero mean, Gaussian in value, with the
-/// covariance rms^2 exp(-d^2 / (2 L^2)) of points of the skin d apart in space, then by the offset. The field is
-/// realised in space (the same seed and noise give the same field at the same point, whatever the mesh), so that a
-/// finer mesh of the body gets the same displacement.
+/// A perturbed skin, and how much of the noise it carries.
+struct Perturbed {
+  TriangleMesh mesh;
+  double rms;          // of the displacement over the skin, without the offset [m]
+  double drawn_rms;    // the same before damping: the seed's own, scattered round the noise's rms
+  double damped_area;  // share of the skin (0 to 1) where more than 5 % of the displacement was taken away
+};
+
+/// The mesh with its vertices moved along smooth normals (the mean of the faces round a vertex, weighted by area) by a
+/// random field of zero mean, Gaussian in value, with the covariance rms^2 exp(-d^2 / (2 L^2)) of points of the skin d
+/// apart in space, then by the offset. The field is realised in space (random_field.h; the same seed and noise give the
+/// same field at the same point, whatever the mesh), so that a finer mesh of the body gets the same displacement: on a
+/// sphere of radius R, meshes of edge h and h / 2 differ by about 1.5 (h / R)^2 rms, from their normals and radii.
+/// Neither the mean nor the rms over one skin is forced: that would make the field depend on the body and its mesh, and
+/// on a body of few L it would take away much of what is long in it. They scatter from seed to seed as those of any
+/// such field, the rms over a skin of area A >> L^2 by sqrt(pi L^2 / (2 A)) of itself.
+///
+/// Where the skin would cut itself (narrow gaps, folds and thin parts tighter than the displacement), turn a face by
+/// more than 84 degrees or make it four times as thin, or would if displaced by a fifth more, the displacement is
+/// damped: in rounds, each of which takes a quarter of it away at the faces in question and exp(-s^2 / (2 R^2)) of that
+/// a way s from them, R = L or 10 rms, whichever is less, but two mean edges at least. Beyond 4 R nothing changes.
 ///
 /// mesh      closed, oriented outwards, without self-intersections
 /// returns   the same triangles on moved vertices, without self-intersections
-/// throws    InputError on a value out of range, or if the noise makes the skin cut itself even at the reduced slope
-///           that the body's thin parts and folds allow; the message says where and which rms would do
-TriangleMesh perturbed(const TriangleMesh& mesh, const SensingNoise& noise);
+/// throws    InputError on a value out of range, a mesh that cuts itself, or if damping takes more than a fifth of the
+///           rms away; the message says where, and an rms (found by halving, tried) that would do with this seed
+Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise);
 
 }  // namespace touchfield

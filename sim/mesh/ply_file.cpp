@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/byte_string.h"
 #include "sim/mesh/mesh_files.h"
 #include "sim/mesh/polygon.h"
 #include "sim/mesh/text_cursor.h"
@@ -302,6 +303,24 @@ FileSurface parse_ply(const std::string& content, const std::string& name) {
   }
   add_polygons(surface, polygons, name);
   return surface;
+}
+
+std::string as_ply(const TriangleMesh& mesh, double unit) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double "
+      "z\n"
+      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      mesh.vertex_count(), mesh.face_count());
+  for (Eigen::Index v = 0; v < mesh.vertex_count(); ++v) {
+    append_bytes<double>(bytes, mesh.vertices().col(v) / unit);
+  }
+  for (const auto& triangle : mesh.triangles().colwise()) {
+    append_bytes(bytes, std::uint8_t{3});
+    for (const int v : triangle) {
+      append_bytes(bytes, static_cast<std::int32_t>(v));
+    }
+  }
+  return bytes;
 }
 
 }  // namespace touchfield

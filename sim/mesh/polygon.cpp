@@ -1,5 +1,8 @@
 #include "sim/mesh/polygon.h"
 
+#include <algorithm>
+
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 #include <vtkIdList.h>
 #include <vtkNew.h>
@@ -11,6 +14,31 @@
 namespace touchfield {
 
 namespace {
+
+constexpr std::size_t kMostCorners = 5000;  // the time grows as their square
+
+/// Whether the corners enclose no area: all on one line or in one point.
+bool has_no_area(const FileSurface& surface, const std::vector<std::int64_t>& corners) {
+  constexpr double kNoArea = 1e-12;  // of the largest extent squared, as for a triangle
+  const auto point = [&](std::size_t i) -> const Vector3& {
+    return surface.points[static_cast<std::size_t>(corners[i])];
+  };
+  double area = 0;
+  double extent = 0;
+  for (std::size_t i = 2; i < corners.size(); ++i) {
+    const Vector3 first = point(i - 1) - point(0);
+    const Vector3 second = point(i) - point(0);
+    area = std::max(area, first.cross(second).norm());
+    extent = std::max({extent, first.squaredNorm(), second.squaredNorm()});
+  }
+  return !(area > kNoArea * extent);
+}
+
+void add_fan(FileSurface& surface, const std::vector<std::int64_t>& corners) {
+  for (std::size_t i = 2; i < corners.size(); ++i) {
+    surface.triangles.push_back({corners[0], corners[i - 1], corners[i]});
+  }
+}
 
 void add_as_triangles(FileSurface& surface, const std::vector<std::int64_t>& corners, const std::string& face) {
   const auto count = static_cast<vtkIdType>(corners.size());
@@ -43,6 +71,10 @@ void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64
   for (std::size_t f = 0; f < polygons.size(); ++f) {
     const std::vector<std::int64_t>& corners = polygons[f];
     const std::string face = fmt::format("{}: face {}", name, f);
+    if (corners.size() > kMostCorners) {
+      throw InputError(
+          fmt::format("{} has {} corners, at most {} can be cut into triangles", face, corners.size(), kMostCorners));
+    }
     if (corners.size() < 3) {
       throw InputError(fmt::format("{} has {} corners, it must have 3 or more", face, corners.size()));
     }
@@ -52,8 +84,8 @@ void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64
             fmt::format("{} names vertex {}, but there are {} vertices (the first is 0)", face, corner, points));
       }
     }
-    if (corners.size() == 3) {
-      surface.triangles.push_back({corners[0], corners[1], corners[2]});
+    if (corners.size() == 3 || has_no_area(surface, corners)) {
+      add_fan(surface, corners);
     } else {
       add_as_triangles(surface, corners, face);
     }

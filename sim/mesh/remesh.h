@@ -1,7 +1,9 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
+#include "sim/mesh/creases.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -22,7 +24,25 @@ struct RemeshTarget {
 /// rounds                8 settle; >= 1
 /// returns   the mesh; the mean of (area / wanted area) over its faces is 1 within 2 %
 /// throws    InputError if an edge does not have two faces that run opposite ways
+///           NumericalError if a face without area is left
 /// source    Botsch and Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004
 TriangleMesh remeshed(const Points& vertices, const Triangles& triangles, const RemeshTarget& target, int rounds);
+
+/// The same for a surface with creases and tips. Vertices on creases move along them only; their ends and tips stay.
+struct CreasedTarget {
+  std::function<Eigen::VectorXd(const Points&)> edge_length;
+  /// Moves the points that no crease or tip holds onto the surface. Of each it is told where it was before it was moved
+  /// along the surface, and the mesh's unit normal there.
+  std::function<void(Points& moved, const Points& before, const Points& normals)> project;
+  std::vector<Crease> creases;  // paths in the mesh to start with; they meet at their ends only
+  std::vector<int> tips;        // vertices off the creases that stay
+};
+
+struct CreasedMesh {
+  TriangleMesh mesh;
+  std::vector<char> held;  // for each vertex, whether it is on a crease or a tip
+};
+
+CreasedMesh remeshed(const Points& vertices, const Triangles& triangles, const CreasedTarget& target, int rounds);
 
 }  // namespace touchfield

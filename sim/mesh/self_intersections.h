@@ -10,14 +10,16 @@ namespace touchfield {
 
 /// Pairs of faces of a mesh that cut each other, each pair once, the lower face first, in order. Faces that share an
 /// edge or a vertex count only if they overlap beyond it: they are folded onto each other, or one pierces the other.
-/// Faces that only touch (within 1e-9 of their size) do not count.
+/// Faces that only touch (within 1e-9 of the longest edge of both) do not count; faces in one plane (within as much)
+/// count if they overlap in it. So a skin that goes through another along edges of both only, to 1e-9, is not seen.
 ///
-/// most      stops after so many pairs
-/// accuracy  decided in double precision
+/// mesh      open or closed
+/// most      stops after so many pairs; those found do not depend on the number of threads
+/// accuracy  decided in double precision; a million faces of a closed skin take some seconds on one core
 std::vector<std::pair<Eigen::Index, Eigen::Index>> self_intersections(const TriangleMesh& mesh,
                                                                       std::size_t most = 1000);
 
-/// Pairs (face of one, face of other) of two meshes that cut each other.
+/// Pairs (face of one, face of other) of two meshes that cut each other, in order; the same rules.
 std::vector<std::pair<Eigen::Index, Eigen::Index>> intersections(const TriangleMesh& one, const TriangleMesh& other,
                                                                  std::size_t most = 1000);
 

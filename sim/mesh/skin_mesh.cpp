@@ -1,3 +1,5 @@
+#include "sim/mesh/skin_mesh.h"
+
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -13,7 +15,7 @@
 #include <vtkPolyData.h>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/implicit_surface.h"
+#include "sim/mesh/mean_height.h"
 #include "sim/mesh/remesh.h"
 
 namespace touchfield {
@@ -169,43 +171,31 @@ Soup without_cavities(const Soup& soup) {
   return outer;
 }
 
-/// Lifts every vertex off the surface by the mean distance that its faces cut below it. A quadratic surface through the
-/// corners of a face has 3/4 of its height above the centroid as its mean height.
-TriangleMesh with_mean_height_zero(const SoftBody& body, const TriangleMesh& mesh, double most) {
-  Eigen::VectorXd height(mesh.face_count());
+/// Mean height of the surface above each face. A quadratic surface through the corners of a face has 3/4 of its height
+/// above the centroid as its mean height.
+Eigen::VectorXd heights_above(const SoftBody& body, const TriangleMesh& mesh) {
+  Eigen::VectorXd heights(mesh.face_count());
 #pragma omp parallel for schedule(static)
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    height(f) = -0.75 * body.distance(mesh.centroids().col(f));
+    heights(f) = -0.75 * body.distance(mesh.centroids().col(f));
   }
-  Eigen::VectorXd lift = Eigen::VectorXd::Zero(mesh.vertex_count());
-  Eigen::VectorXd weight = Eigen::VectorXd::Zero(mesh.vertex_count());
-  Points normal = Points::Zero(3, mesh.vertex_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    const double area = mesh.areas()(f);
-    for (int c = 0; c < 3; ++c) {
-      const int v = mesh.triangles()(c, f);
-      lift(v) += area * height(f);
-      weight(v) += area;
-      normal.col(v) += area * mesh.normals().col(f);
-    }
-  }
-  Points vertices = mesh.vertices();
-  for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
-    vertices.col(v) += std::clamp(lift(v) / weight(v), -most, most) * normal.col(v).normalized();
-  }
-  return {vertices, mesh.triangles()};
+  return heights;
 }
 
 }  // namespace
 
-TriangleMesh skin_mesh(const SoftBody& body, double edge, double coarsest_grid) {
+TriangleMesh skin_mesh(const SoftBody& body, const EdgeSizing& sizing, double coarsest_grid) {
   constexpr int kRounds = 8;
-  const Soup soup = without_cavities(extract(body, std::min(edge, coarsest_grid)));
-  const RemeshTarget target{
-      [&](const Points& points) { return Eigen::VectorXd(Eigen::VectorXd::Constant(points.cols(), edge)); },
-      [&](Points& points) { body.project(points, 0.5 * edge); }};
+  const Soup soup = without_cavities(extract(body, std::min(sizing.far(), coarsest_grid)));
+  const RemeshTarget target{[&](const Points& points) { return sizing.at(points); },
+                            [&](Points& points) { body.project(points, 0.5 * sizing.far()); }};
   const TriangleMesh mesh = remeshed(soup.points, soup.triangles, target, kRounds);
-  return with_mean_height_zero(body, mesh, 0.1 * edge);
+  constexpr double kMostLift = 0.1;  // of the wanted edge
+  return with_mean_height_zero(mesh, heights_above(body, mesh), kMostLift * sizing.at(mesh.vertices()));
+}
+
+TriangleMesh skin_mesh(const SoftBody& body, double edge, double coarsest_grid) {
+  return skin_mesh(body, EdgeSizing(edge), coarsest_grid);
 }
 
 }  // namespace touchfield

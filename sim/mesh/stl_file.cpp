@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/byte_string.h"
 #include "sim/mesh/mesh_files.h"
 #include "sim/mesh/text_cursor.h"
 
@@ -124,6 +125,20 @@ FileSurface parse_stl(const std::string& content, const std::string& name) {
   throw InputError(
       fmt::format("{}: not a whole binary STL file: its header announces {} faces, which take {} bytes, but it has {}",
                   name, faces, kHeader + kFace * faces, content.size()));
+}
+
+std::string as_stl(const TriangleMesh& mesh, double unit) {
+  std::string bytes = "binary STL";
+  bytes.resize(80, ' ');
+  append_bytes(bytes, static_cast<std::uint32_t>(mesh.face_count()));
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    append_bytes<float>(bytes, mesh.normals().col(f));
+    for (int c = 0; c < 3; ++c) {
+      append_bytes<float>(bytes, mesh.corner(f, c) / unit);
+    }
+    append_bytes(bytes, std::uint16_t{0});
+  }
+  return bytes;
 }
 
 }  // namespace touchfield

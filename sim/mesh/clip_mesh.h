@@ -1,0 +1,44 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// A surface that a mesh is cut along.
+struct CuttingSurface {
+  /// Of each vertex: -1 on the kept side, 1 beyond, 0 on the surface.
+  std::vector<int> sides;
+  /// The point of the surface on the edge from a kept point to one beyond.
+  std::function<Vector3(const Vector3& kept, const Vector3& beyond)> crossing;
+  /// A vertex nearer to a crossing of one of its edges than this share of the edge moves there.
+  double snap;
+  /// The same for one that would leave a crease (above 50 degrees) by it.
+  double snap_off_crease;
+  /// Vertices that may do so.
+  std::vector<bool> movable;
+  /// Whether parts of the kept side that hang together by less than about an edge at such a vertex are taken apart, by
+  /// a cut that leaves the surface there for the kept side.
+  bool parts_necks;
+};
+
+/// The part of a surface on the kept side, open at the cut.
+struct ClippedSurface {
+  std::vector<Vector3> points;
+  std::vector<std::array<int, 3>> triangles;
+};
+
+/// Cuts the faces of a closed mesh along a surface. Vertices close to it move onto it along an edge, unless that would
+/// bend or flatten a face much or let the cut touch itself: so the new faces are no thinner than the snap makes
+/// necessary. Faces that lie in the surface are left out.
+///
+/// returns   a surface in which every vertex has one fan of faces and none is unused
+ClippedSurface clipped(const TriangleMesh& mesh, CuttingSurface surface);
+
+/// Leaves out the points that no face names; the others keep their order.
+void drop_unused_points(ClippedSurface& surface);
+
+}  // namespace touchfield

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// A path along edges of a mesh, by its vertices, at least 2. The ends are the corners where it meets others, turns
+/// sharply or stops; in a ring they are one vertex.
+struct Crease {
+  std::vector<int> vertices;
+
+  bool ring() const { return vertices.front() == vertices.back(); }
+};
+
+/// Where a surface is sharp: its edges between faces whose normals are more than `angle` apart. What is no crease at
+/// the scale of the wanted edge length h is left out, so that a rough or splintered surface does not dissolve into
+/// creases:
+///   - the mean normals over the skin within h/2, on the two sides of the edge, must be 3/4 of `angle` apart
+///   - paths shorter than h that end in the open
+/// A path has a corner where it turns by more than `angle` within h/2.
+///
+/// mesh          closed, oriented
+/// angle         [rad], 0 to pi
+/// edge_length   h [m] at points
+std::vector<Crease> find_creases(const TriangleMesh& mesh, double angle,
+                                 const std::function<Eigen::VectorXd(const Points&)>& edge_length);
+
+/// Where a surface comes to a point: vertices whose faces' angles there leave out at least as much of a full turn as at
+/// the corner of a cube, a quarter, if within h/2 the skin is as pointed: its mean normal, over area, is shorter than
+/// 0.8 (at a cone's tip it is the sine of half the opening).
+std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::VectorXd(const Points&)>& edge_length);
+
+/// A polyline by the length along it.
+class Polyline {
+ public:
+  /// points   3 x n, n >= 2
+  explicit Polyline(Points points);
+
+  double length() const { return lengths_.back(); }
+  double length_to(std::size_t vertex) const { return lengths_[vertex]; }
+
+  /// The point at a length s along it; its ends beyond them.
+  Vector3 at(double s) const;
+
+ private:
+  Points points_;
+  std::vector<double> lengths_;  // from the start to each vertex
+};
+
+}  // namespace touchfield

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/mesh/topology.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// A part of a surface connected by edges.
+struct Piece {
+  Eigen::Index face;   // its first
+  Eigen::Index faces;  // how many
+  double area;         // [m2]
+  double volume;       // signed [m3]; of a meaning only if the piece is closed and its faces run the same way round
+
+  /// Its faces lie back to back: the volume is nothing but rounding.
+  bool flat() const;
+};
+
+struct Pieces {
+  std::vector<int> of_face;  // the piece of each face
+  std::vector<Piece> list;   // in the order of their first faces
+};
+
+/// sides   sorted_sides(triangles)
+Pieces find_pieces(const Points& points, const Triangles& triangles, const std::vector<Side>& sides);
+
+/// Whether each piece lies inside another one, where no sound from outside reaches it. Decided by how often the rest
+/// winds round three of its faces.
+///
+/// pieces   closed, each consistently oriented, inwards or outwards
+std::vector<bool> nested(const Points& points, const Triangles& triangles, const Pieces& pieces);
+
+}  // namespace touchfield

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// A surface under repair: points [m] and triangles of three distinct points each.
+struct RawSurface {
+  Points points;
+  Triangles triangles;
+};
+
+/// The steps of a repair. Each changes the surface and adds a line that says what it did, or does neither.
+using StepLog = std::vector<std::string>;
+
+/// Drops patches (parts connected by edges of two faces) that hang on edges of more faces: those with an open rim whose
+/// area is below `share` of the largest patch's, and those without one all of whose faces are `copied`.
+///
+/// copied   of each face: whether the file has it in both directions; kept in step with the triangles
+void drop_flaps(RawSurface& surface, std::vector<bool>& copied, double share, StepLog& log);
+
+/// Drops pieces (parts connected by edges) whose area is below `share` of the largest one's.
+void drop_stray_pieces(RawSurface& surface, double share, StepLog& log);
+
+/// Turns faces so that the two at each edge run opposite ways, in each piece as most of its faces ran.
+/// Edges of more than two faces connect nothing. What is not orientable keeps misoriented edges.
+void make_consistent(RawSurface& surface, StepLog& log);
+
+/// Fills the holes that are no longer than `limit` [m] round.
+///
+/// surface   edge-manifold and consistently oriented
+/// returns   a line for each of the first holes left
+std::vector<std::string> fill_small_holes(RawSurface& surface, double limit, StepLog& log);
+
+/// Gives each fan of faces at a vertex a vertex of its own, moved towards the fan's rim.
+void split_pinched_vertices(RawSurface& surface, StepLog& log);
+
+/// Flips or collapses faces with next to no area.
+///
+/// surface   closed, manifold, consistently oriented
+void remove_slivers(RawSurface& surface, StepLog& log);
+
+/// Turns pieces of negative volume, then drops those inside another.
+///
+/// surface   as for remove_slivers
+void turn_outwards(RawSurface& surface, StepLog& log);
+
+/// Cuts out faces that cut each other, with the faces round them, and fills the holes; gives up without a change where
+/// that takes more than 3 % of the area or more than three rounds, or the surface falls apart into pieces that are not
+/// below `share` of the largest one's area.
+///
+/// surface   closed, manifold, oriented outwards, without flat faces
+void cut_out_crossings(RawSurface& surface, double share, StepLog& log);
+
+/// Leaves out points that no triangle names.
+void drop_unused_points(RawSurface& surface);
+
+}  // namespace touchfield

@@ -1,0 +1,79 @@
+#include "sim/mesh/topology.h"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+namespace touchfield {
+
+namespace {
+
+using Index = Eigen::Index;
+
+/// Corner of `face` at `vertex`, numbered 3 face + corner.
+Index corner_at(const Triangles& triangles, Index face, int vertex) {
+  int c = 0;
+  while (triangles(c, face) != vertex) {
+    ++c;
+  }
+  return 3 * face + c;
+}
+
+}  // namespace
+
+std::vector<Side> sorted_sides(const Triangles& triangles) {
+  std::vector<Side> sides;
+  sides.reserve(static_cast<std::size_t>(3 * triangles.cols()));
+  for (Index f = 0; f < triangles.cols(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const int a = triangles(c, f);
+      const int b = triangles((c + 1) % 3, f);
+      sides.push_back({std::min(a, b), std::max(a, b), f, c, a < b});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& s, const Side& t) {
+    return std::tie(s.low, s.high, s.face, s.corner) < std::tie(t.low, t.high, t.face, t.corner);
+  });
+  return sides;
+}
+
+DisjointSets::DisjointSets(Index n) : parent_(static_cast<std::size_t>(n)) {
+  std::iota(parent_.begin(), parent_.end(), 0);
+}
+
+Index DisjointSets::root(Index i) {
+  while (parent_[static_cast<std::size_t>(i)] != i) {
+    auto& parent = parent_[static_cast<std::size_t>(i)];
+    parent = parent_[static_cast<std::size_t>(parent)];
+    i = parent;
+  }
+  return i;
+}
+
+std::vector<int> DisjointSets::numbered(int& count) {
+  std::vector<int> number_of_root(parent_.size(), -1);
+  std::vector<int> numbers(parent_.size());
+  count = 0;
+  for (std::size_t i = 0; i < parent_.size(); ++i) {
+    int& number = number_of_root[static_cast<std::size_t>(root(static_cast<Index>(i)))];
+    if (number < 0) {
+      number = count++;
+    }
+    numbers[i] = number;
+  }
+  return numbers;
+}
+
+DisjointSets fans(const Triangles& triangles, const std::vector<Side>& sides) {
+  DisjointSets corners(3 * triangles.cols());
+  for_each_edge(sides, [&](std::span<const Side> edge) {
+    for (const Side& other : edge.subspan(1)) {
+      for (const int vertex : {edge[0].low, edge[0].high}) {
+        corners.join(corner_at(triangles, edge[0].face, vertex), corner_at(triangles, other.face, vertex));
+      }
+    }
+  });
+  return corners;
+}
+
+}  // namespace touchfield

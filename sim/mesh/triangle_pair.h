@@ -1,0 +1,39 @@
+#pragma once
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// Corners of a triangle as columns [m].
+using Corners = Eigen::Matrix3d;
+
+inline Corners corners(const TriangleMesh& mesh, Eigen::Index f) {
+  Corners result;
+  result << mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2);
+  return result;
+}
+
+double longest_edge(const Corners& triangle);  // [m]
+
+/// Overlap up to which two triangles only touch, over the longest edge of both.
+inline constexpr double kTouch = 1e-9;
+
+/// Whether the insides (the triangles less their edges) of two triangles meet. Two triangles whose insides do not meet
+/// lie on either side of a plane that does not hold both, and its normal is one of 17: the normals, the products of two
+/// edges, and, for triangles in one plane, the normals of edges in the plane. They touch if along one of these they are
+/// apart or overlap by less than kTouch; they lie in one plane if both are that thin along it. A shared edge or corner
+/// is an overlap of 0 like any other, so neighbours need no rule of their own.
+bool cut_each_other(const Corners& a, const Corners& b);
+
+/// Two points of two triangles, the nearest ones if nothing else is said.
+struct PointPair {
+  Vector3 on_a;
+  Vector3 on_b;
+  double squared;  // distance [m2]
+};
+
+/// The nearest points of two triangles; where these cut, a common point of an edge of one and the other, or of two
+/// edges. Exact but for rounding, and for 1e-8 of an edge where edges are parallel to as much.
+PointPair nearest_points(const Corners& a, const Corners& b);
+
+}  // namespace touchfield

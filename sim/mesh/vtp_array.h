@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace touchfield {
+
+/// How the arrays of a VTK XML file are stored.
+struct VtpEncoding {
+  bool big_endian = false;
+  bool wide_header = false;  // lengths are 64-bit numbers, else 32-bit
+  bool compressed = false;   // by zlib, in blocks
+};
+
+/// What follows <AppendedData> and its underscore.
+struct VtpAppendedData {
+  std::string_view bytes;
+  bool base64 = false;
+};
+
+/// One <DataArray> of a VTK XML file, not decoded yet.
+struct VtpArray {
+  std::string type;
+  std::string format;
+  std::string offset;  // into the appended data
+  std::string text;    // of an array that is not appended
+};
+
+/// The numbers of an array as doubles or as integers.
+///
+/// appended   none if the file has no appended data
+/// what       how an error calls the array, with the file
+/// throws     InputError on an unknown type or format, damaged base64 or zlib data, lengths that do not match what
+///            there is, a word that is no number, or, for integers, a number that is not a whole one
+std::vector<double> decode_numbers(const VtpArray& array, const VtpEncoding& encoding,
+                                   const std::optional<VtpAppendedData>& appended, const std::string& what);
+std::vector<std::int64_t> decode_integers(const VtpArray& array, const VtpEncoding& encoding,
+                                          const std::optional<VtpAppendedData>& appended, const std::string& what);
+
+}  // namespace touchfield
