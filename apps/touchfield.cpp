@@ -3,6 +3,7 @@
 #include <exception>
 #include <map>
 #include <new>
+#include <optional>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -134,6 +135,45 @@ int dispatch(int argc, char** argv) {
       ->transform(CLI::CheckedTransformer(units));
   add_common(hand_app, flags);
 
+  touchfield::MeshCommand mesh;
+  std::string cut_plane;
+  double remesh_mm = 0;
+  double weld_mm = 0;
+  double hole_mm = 0;
+  double stray_percent = 100.0 * mesh.repair_options.stray;
+  CLI::App* mesh_app =
+      app.add_subcommand("mesh", "Inspect, repair, cut or remesh a mesh file (STL, OBJ, PLY, OFF, VTP)");
+  mesh_app->add_option("FILE", mesh.file, "Mesh file; its ending names the format")->required();
+  mesh_app->add_option("-o,--output", mesh.output, "Mesh file to write; default: report only");
+  mesh_app->add_option("--unit", mesh.unit, "Unit of FILE: mm, cm or m; default: guessed from its size")
+      ->check(CLI::IsMember({"mm", "cm", "m"}));
+  mesh_app->add_option("--output-unit", mesh.output_unit, "Unit of the file written: mm, cm or m; default: FILE's")
+      ->check(CLI::IsMember({"mm", "cm", "m"}));
+  auto* repair = mesh_app->add_flag("--repair", mesh.repair,
+                                    "Weld, drop stray pieces, orient, fill small holes; an error says what is left");
+  auto* weld = mesh_app
+                   ->add_option("--weld-mm", weld_mm,
+                                "Points this near become one; default: 1e-5 of the body's diagonal, at most a "
+                                "hundredth of the median edge")
+                   ->check(CLI::NonNegativeNumber)
+                   ->needs(repair);
+  auto* hole =
+      mesh_app
+          ->add_option("--hole-mm", hole_mm, "Longest way round a hole to fill; default: 0.1 of the body's diagonal")
+          ->check(CLI::NonNegativeNumber)
+          ->needs(repair);
+  mesh_app->add_option("--stray-percent", stray_percent, "Drop pieces below this share of the largest one's area")
+      ->check(CLI::Range(0.0, 100.0))
+      ->needs(repair)
+      ->capture_default_str();
+  auto* cut =
+      mesh_app->add_option("--cut", cut_plane,
+                           "Cut by a plane and cap: x,y,z,nx,ny,nz (a point and a normal, which points to what is cut "
+                           "off), or y=-20, y<=-20 (keeps that side), y>=-20; in FILE's unit");
+  auto* remesh = mesh_app->add_option("--remesh", remesh_mm, "Mesh anew with edges of this length [mm]")
+                     ->check(CLI::PositiveNumber);
+  add_common(mesh_app, flags);
+
   std::string schema_format = "markdown";
   CLI::App* schema_app = app.add_subcommand("schema", "Print the schema of scene files");
   schema_app->add_option("--format", schema_format, "markdown, json (for editors) or template (a scene with every key)")
@@ -144,7 +184,7 @@ int dispatch(int argc, char** argv) {
   const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), is_named)) {
     throw touchfield::InputError(
-        fmt::format("unknown command '{}'; there are run, check, study, info, hand and schema", argv[1]));
+        fmt::format("unknown command '{}'; there are run, check, study, info, hand, mesh and schema", argv[1]));
   }
   try {
     app.parse(argc, argv);
@@ -172,6 +212,15 @@ int dispatch(int argc, char** argv) {
     hand.options.length = length_mm * touchfield::kMillimetre;
     hand.options.edge = edge_mm * touchfield::kMillimetre;
     return touchfield::hand_command(hand, flags);
+  }
+  if (mesh_app->parsed()) {
+    const auto in_metres = [](const CLI::Option* option, double mm) {
+      return *option ? std::optional(mm * touchfield::kMillimetre) : std::nullopt;
+    };
+    mesh.repair_options = {in_metres(weld, weld_mm), in_metres(hole, hole_mm), stray_percent / 100.0};
+    mesh.cut = *cut ? std::optional(cut_plane) : std::nullopt;
+    mesh.edge = in_metres(remesh, remesh_mm);
+    return touchfield::mesh_command(mesh, flags);
   }
   return touchfield::schema_command(schema_format);
 }

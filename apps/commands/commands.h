@@ -6,6 +6,7 @@
 
 #include "apps/commands/command_line.h"
 #include "sim/mesh/hand.h"
+#include "sim/mesh/repair.h"
 #include "sim/run/study.h"
 
 namespace touchfield {
@@ -41,12 +42,24 @@ struct HandCommand {
   double unit = 1e-3;  // metres per file unit
 };
 
+struct MeshCommand {
+  std::string file;
+  std::string output;       // empty: report only
+  std::string unit;         // of the file: mm, cm or m; empty: guessed
+  std::string output_unit;  // empty: the file's
+  bool repair = false;
+  RepairOptions repair_options;
+  std::optional<std::string> cut;  // see parse_cut_plane; in the file's unit
+  std::optional<double> edge;      // to remesh to [m]
+};
+
 /// Each command prints its results on standard output and returns the exit code; errors are thrown.
 int run_command(const RunCommand& command, const CommonFlags& flags);
 int check_command(const CheckCommand& command, const CommonFlags& flags);
 int study_command(const StudyCommand& command, const CommonFlags& flags);
 int info_command(const std::string& path, const CommonFlags& flags);
 int hand_command(const HandCommand& command, const CommonFlags& flags);
+int mesh_command(const MeshCommand& command, const CommonFlags& flags);
 int schema_command(const std::string& format);
 
 }  // namespace touchfield

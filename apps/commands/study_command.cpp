@@ -87,10 +87,12 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
     const auto keep = [&](const Study& so_far) { write_study_csv(directory.file("study.csv"), so_far.rungs); };
     const Study study = run_study(scene, command.options, progress, keep);
     const auto picked = pick(command, study.rungs);
+    const BodySpec& first = scene.bodies.front();
+    const bool one_edge = scene.bodies.size() == 1 && first.edge && !first.edge->graded();
     const std::string report =
         fmt::format("reference: {}, {} faces, edge {:.2f} mm, {:.1f} s\n{}{}", study.reference.scheme,
                     study.reference.faces, 1e3 * study.reference.edge, study.reference.seconds,
-                    study_table(study.rungs), describe_pick(command, study.rungs, picked, scene.body.edge.has_value()));
+                    study_table(study.rungs), describe_pick(command, study.rungs, picked, one_edge));
     write_text_file(directory.file("study.txt"), report);
     draw(directory.file("study.png"), scene.name, study.rungs, picked, progress);
     progress.note(fmt::format("results in {}", directory.path()));

@@ -23,6 +23,7 @@ const std::vector<MetricField>& metric_fields() {
       {"seconds_solve", "s", &Metrics::seconds_solve},
       {"seconds_total", "s", &Metrics::seconds_total},
       {"judge_difference", "1", &Metrics::judge_difference},
+      {"judge_difference_target", "1", &Metrics::judge_difference_target},
   };
   return fields;
 }

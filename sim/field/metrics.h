@@ -28,7 +28,8 @@ struct Metrics {
   double iterations = kNotComputed;
   double seconds_solve = kNotComputed;
   double seconds_total = kNotComputed;
-  double judge_difference = kNotComputed;
+  double judge_difference = kNotComputed;         // from the judge, over the skin
+  double judge_difference_target = kNotComputed;  // and over the target's surroundings
 };
 
 /// A metric's name as results spell it, its unit ("1" if none) and where it is kept.

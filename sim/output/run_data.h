@@ -74,11 +74,11 @@ struct JudgeModel {
 struct Run {
   std::string name;
   std::string scene;  // resolved YAML text
-  TriangleMesh mesh;  // in the world's frame
+  TriangleMesh mesh;  // in the world's frame; of several bodies one behind the other
   TransducerArray array;
   std::optional<Target> target;
-  std::string judge = "none";             // none, same (the solving mesh), edge, split
-  std::optional<JudgeModel> judge_model;  // there if judge is edge or split
+  std::string judge = "none";             // none, same (the solving mesh), truth, edge, split
+  std::optional<JudgeModel> judge_model;  // there if judge is truth, edge or split
   std::vector<MethodResult> methods;
   std::vector<FieldResult> fields;
   std::vector<SolveRecord> solves;                      // in the order of the run
@@ -87,6 +87,8 @@ struct Run {
   std::vector<std::string> warnings;
   Provenance provenance;
   bool complete = false;
+  std::vector<std::string> bodies;  // names of the bodies; empty if there is one without a name
+  std::vector<int> owner;           // M: number of the body a face is of; empty with `bodies`
 };
 
 }  // namespace touchfield

@@ -276,6 +276,15 @@ void require_format(const Group& root, const std::string& path) {
   }
 }
 
+void read_bodies(const Group& mesh, Run& run) {
+  if (!mesh.has_attribute("bodies")) {
+    return;
+  }
+  run.bodies = mesh.texts_attribute("bodies");
+  run.owner.resize(static_cast<std::size_t>(run.mesh.face_count()));
+  mesh.read("body", {run.owner.size()}, run.owner.data());
+}
+
 Run read_run(const Group& root) {
   for (const char* group : {"mesh", "array"}) {
     if (!root.has(group)) {
@@ -296,7 +305,10 @@ Run read_run(const Group& root) {
           .alarm = root.has_attribute("alarm") ? root.number_attribute("alarm") : kNotComputed,
           .warnings = {},
           .provenance = {},
-          .complete = root.integer_attribute("complete") != 0};
+          .complete = root.integer_attribute("complete") != 0,
+          .bodies = {},
+          .owner = {}};
+  read_bodies(root.open("mesh"), run);
   if (root.has("target")) {
     run.target = read_target(root.open("target"), run.mesh);
   }

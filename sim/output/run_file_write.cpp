@@ -150,7 +150,12 @@ void write_run(const Group& root, const Run& run) {
   root.set_attribute("complete", run.complete ? 1 : 0);
   root.set_attribute("alarm", run.alarm);
   root.write_text("scene", run.scene);
-  write_mesh(root.create("mesh"), run.mesh);
+  const Group mesh = root.create("mesh");
+  write_mesh(mesh, run.mesh);
+  if (!run.bodies.empty()) {
+    mesh.set_attribute("bodies", run.bodies);
+    mesh.write("body", run.owner.data(), {run.owner.size()}, "1");
+  }
   write_array(root.create("array"), run.array);
   if (run.target) {
     write_target(root.create("target"), *run.target);

@@ -157,11 +157,25 @@ void check_field(const FieldResult& field) {
   }
 }
 
+void check_bodies(const Run& run) {
+  std::set<std::string> names;
+  for (const std::string& name : run.bodies) {
+    require_name("body", name, names);
+  }
+  require_size("owner", static_cast<Eigen::Index>(run.owner.size()), run.bodies.empty() ? 0 : run.mesh.face_count());
+  for (const int owner : run.owner) {
+    if (owner < 0 || owner >= static_cast<int>(run.bodies.size())) {
+      throw InputError(fmt::format("owner: {} must be one of the {} bodies", owner, run.bodies.size()));
+    }
+  }
+}
+
 void check_run(const Run& run) {
   check_array(run.array);
   if (run.target) {
     check_target("target", *run.target, run.mesh.face_count());
   }
+  check_bodies(run);
   require_stages("run", run.seconds);
   std::set<std::string> methods;
   for (const MethodResult& method : run.methods) {

@@ -43,7 +43,9 @@ template <class Value>
 using StoredNumber = std::conditional_t<std::is_same_v<Value, double>, double, std::int64_t>;
 
 /// True if the judge has a mesh of its own.
-inline bool has_judge_model(const std::string& judge) { return judge == "edge" || judge == "split"; }
+inline bool has_judge_model(const std::string& judge) {
+  return judge == "truth" || judge == "edge" || judge == "split";
+}
 
 /// omni, piston or t4010a1.
 std::string directivity_name(Directivity::Kind kind);

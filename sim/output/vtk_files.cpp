@@ -62,9 +62,10 @@ void write_vtk(const std::string& path, Data* data) {
   write_atomically(path, {writer->GetOutputString()});
 }
 
-/// The pressures of the methods that have one, on a mesh.
-void write_skin_vtp(const std::string& path, const TriangleMesh& mesh, const std::optional<Target>& target,
-                    const std::vector<MethodResult>& methods, Eigen::VectorXcd MethodResult::*pressure) {
+/// The pressures of the methods that have one, on a mesh; `owner`: the body of each face, empty if there is one.
+void write_skin_vtp(const std::string& path, const TriangleMesh& mesh, const std::vector<int>& owner,
+                    const std::optional<Target>& target, const std::vector<MethodResult>& methods,
+                    Eigen::VectorXcd MethodResult::*pressure) {
   vtkNew<vtkPolyData> surface;
   vtkNew<vtkPoints> points;
   set_points(points, mesh.vertices());
@@ -74,6 +75,10 @@ void write_skin_vtp(const std::string& path, const TriangleMesh& mesh, const std
     faces->InsertNextCell({mesh.triangles()(0, f), mesh.triangles()(1, f), mesh.triangles()(2, f)});
   }
   surface->SetPolys(faces);
+  if (!owner.empty()) {
+    add_array<vtkIntArray>(surface->GetCellData(), "body", mesh.face_count(),
+                           [&](Eigen::Index f) { return owner[static_cast<std::size_t>(f)]; });
+  }
   if (target) {
     Eigen::VectorXd wanted = Eigen::VectorXd::Zero(mesh.face_count());
     wanted(target->faces) = target->amplitudes;
@@ -92,7 +97,7 @@ void write_skin_vtp(const std::string& path, const TriangleMesh& mesh, const std
 
 void write_surface_vtp(const std::string& path, const Run& run) {
   check_run(run);
-  write_skin_vtp(path, run.mesh, run.target, run.methods, &MethodResult::pressure);
+  write_skin_vtp(path, run.mesh, run.owner, run.target, run.methods, &MethodResult::pressure);
 }
 
 void write_judge_vtp(const std::string& path, const Run& run) {
@@ -100,7 +105,7 @@ void write_judge_vtp(const std::string& path, const Run& run) {
   if (!run.judge_model) {
     throw InputError(fmt::format("{}: the judge '{}' has no model of its own", path, run.judge));
   }
-  write_skin_vtp(path, run.judge_model->mesh, run.judge_model->target, run.methods, &MethodResult::judge_pressure);
+  write_skin_vtp(path, run.judge_model->mesh, {}, run.judge_model->target, run.methods, &MethodResult::judge_pressure);
 }
 
 void write_array_vtp(const std::string& path, const Run& run) {

@@ -23,8 +23,7 @@ namespace {
 
 constexpr int kSources = 16;
 constexpr std::uint64_t kSeed = 1;
-constexpr double kReach = 15.0 * kMillimetre;  // of the target's surroundings
-constexpr double kSplitSeconds = 60.0;         // that the split mesh may take
+constexpr double kSplitSeconds = 60.0;  // that the split mesh may take
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 /// Where the target is, or else the face nearest to the array.
@@ -101,7 +100,7 @@ void compare_split(const Scene& scene, const Model& model, AccuracyReport& repor
   report.split_body = relative_difference(mesh.areas(), coarse_pressure, fine_pressure);
   if (!model.boxes.empty()) {
     report.split_target =
-        relative_difference(areas_near(mesh, centre_of_interest(model), kReach), coarse_pressure, fine_pressure);
+        relative_difference(areas_near(mesh, centre_of_interest(model), kTargetReach), coarse_pressure, fine_pressure);
   }
 }
 
@@ -122,10 +121,10 @@ AccuracyReport interior_indicator(const Scene& scene, const Model& model, Progre
   AccuracyReport report;
   report.scheme = to_string(scene.solve.scheme);
   report.sources = kSources;
-  report.reach = kReach;
+  report.reach = kTargetReach;
   report.split_body = kNothing;
   report.split_target = kNothing;
-  const Points sources = interior_sources(mesh, centre_of_interest(model), kReach, kSources, kSeed);
+  const Points sources = interior_sources(mesh, centre_of_interest(model), kTargetReach, kSources, kSeed);
   std::vector<SolveRecord> unused;
   SkinScattering scattering(mesh, model.wave, scene.solve.scheme, scene.solve.solver, model.array, unused, progress);
   const ScatteringSystem& system = scattering.system();
@@ -138,7 +137,7 @@ AccuracyReport interior_indicator(const Scene& scene, const Model& model, Progre
   report.body = summarise(mesh.areas(), found, field.value);
   report.target = model.boxes.empty()
                       ? ErrorSummary{kNothing, kNothing}
-                      : summarise(areas_near(mesh, centre_of_interest(model), kReach), found, field.value);
+                      : summarise(areas_near(mesh, centre_of_interest(model), kTargetReach), found, field.value);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }

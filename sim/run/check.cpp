@@ -8,6 +8,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/run/cost.h"
+#include "sim/run/judging.h"
 #include "sim/run/speed.h"
 #include "sim/run/warnings.h"
 
@@ -22,16 +23,32 @@ constexpr double kGramFlops = 4.0;
 constexpr double kCholeskyFlops = 1.0 / 3.0;
 constexpr double kKernelSeconds = 25e-9;  // one kernel on one core outside the solver: sine, cosine, directivity
 
+/// Faces of a mesh by the judge's edge lengths: the areas of the model's faces over those asked for in their places.
+double judge_edge_faces(const Scene& scene, const Model& model) {
+  double faces = 0.0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.judge.edge);
+    for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
+      if (model.owner[static_cast<std::size_t>(f)] == static_cast<int>(i)) {
+        const double edge = sizing.at(model.plan.to_own(scene, i, model.body.mesh.centroids().col(f)));
+        faces += model.body.mesh.areas()(f) / (std::sqrt(3.0) / 4.0 * edge * edge);
+      }
+    }
+  }
+  return faces;
+}
+
 /// Faces of the judge's mesh; 0 if it has none of its own.
 double judge_faces(const Scene& scene, const Model& model) {
   const auto faces = static_cast<double>(model.body.mesh.face_count());
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge:
-      return faces * std::pow(model.body.mesh.mean_edge() / scene.judge.edge, 2);
+      return judge_edge_faces(scene, model);
     case JudgeSpec::Kind::kSplit:
       return faces * std::pow(4.0, scene.judge.splits);
-    case JudgeSpec::Kind::kNone:
     case JudgeSpec::Kind::kSame:
+      return scene.sensing ? faces : 0.0;
+    case JudgeSpec::Kind::kNone:
       break;
   }
   return 0.0;
@@ -46,6 +63,11 @@ CheckReport check_model(const Scene& scene, const Model& model) {
   report.target_faces = scene.target ? build_target(scene, model).size() : 0;
   report.epw_mean = edges_per_wavelength(model.body.mesh, model.wave.wavelength());
   report.epw_min = model.wave.wavelength() / model.report.longest_edge;
+  report.quality = mesh_quality(model.body.mesh, model.wave.wavelength(), world_sizing(scene, model.plan));
+  if (!model.boxes.empty()) {
+    report.near_target =
+        resolution_within(model.body.mesh, model.wave.wavelength(), model.boxes.front().centre, kTargetReach);
+  }
 
   const auto m = static_cast<double>(report.faces);
   const auto n = static_cast<double>(report.channels);
@@ -114,11 +136,21 @@ std::string describe_check(const Scene& scene, const Model& model, const CheckRe
   text += fmt::format("  array    {} channels\n", report.channels);
   text += fmt::format("  body     {} faces, {} vertices, {} components, {:.1f} cm2, {:.1f} cm3\n", mesh.faces,
                       mesh.vertices, mesh.components, mesh.area * 1e4, mesh.volume * 1e6);
-  text += fmt::format("           edges {:.2f} to {:.2f} mm, mean {:.2f} mm; smallest angle {:.1f} degrees\n",
-                      mesh.shortest_edge / kMillimetre, mesh.longest_edge / kMillimetre,
-                      model.body.mesh.mean_edge() / kMillimetre, mesh.smallest_angle / kDegree);
-  text += fmt::format("           {:.2f} edges a wavelength, {:.2f} at the longest edge\n", report.epw_mean,
-                      report.epw_min);
+  text += fmt::format(
+      "           edges {:.2f} to {:.2f} mm, mean {:.2f} mm; smallest angle {:.1f} degrees, 1 % of the "
+      "faces below {:.1f}\n",
+      mesh.shortest_edge / kMillimetre, mesh.longest_edge / kMillimetre, model.body.mesh.mean_edge() / kMillimetre,
+      mesh.smallest_angle / kDegree, report.quality.smallest_angle_1 / kDegree);
+  text +=
+      fmt::format("           {:.2f} edges a wavelength, {:.2f} at the longest edge", report.epw_mean, report.epw_min);
+  text += report.near_target
+              ? fmt::format("; within {:.0f} mm of the target {:.2f} and {:.2f}\n", kTargetReach / kMillimetre,
+                            report.near_target->mean, report.near_target->least)
+              : "\n";
+  if (const std::optional<EdgeFit>& fit = report.quality.edges) {
+    text += fmt::format("           {:.1f} % of the edges are {} to {} times as long as asked, all {:.2f} to {:.2f}\n",
+                        100.0 * fit->share, EdgeFit::kShortest, EdgeFit::kLongest, fit->shortest, fit->longest);
+  }
   text += "           closed, manifold, outward: no faults\n";
   if (scene.target) {
     text += fmt::format("  target   {} faces in {} box{}\n", report.target_faces, model.boxes.size(),

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
+#include "sim/mesh/mesh_quality.h"
 #include "sim/run/model.h"
 #include "sim/run/solver_choice.h"
 
@@ -12,9 +14,11 @@ struct CheckReport {
   Eigen::Index faces = 0;
   Eigen::Index channels = 0;
   Eigen::Index target_faces = 0;
-  double epw_mean = 0;    // wavelength over the mean edge
-  double epw_min = 0;     // wavelength over the longest edge
-  double memory_mib = 0;  // estimate of the run's peak
+  double epw_mean = 0;                    // wavelength over the mean edge
+  double epw_min = 0;                     // wavelength over the longest edge
+  MeshQuality quality;                    // against the edge lengths that the scene asks for, if it has one body
+  std::optional<Resolution> near_target;  // of the faces within 15 mm of the target's centre
+  double memory_mib = 0;                  // estimate of the run's peak
   double available_mib = 0;
   double seconds = 0;            // estimate of the run, from what this machine does now on a small part of it
   Eigen::Index judge_faces = 0;  // about, of a judge with a mesh of its own

@@ -10,9 +10,9 @@ namespace touchfield {
 namespace {
 
 constexpr double kLuFlops = 8.0 / 3.0;  // complex operations counted as real ones, times n^3
-constexpr double kNearPairs = 455;      // a face, of Burton-Miller's near corrections on a uniform mesh
+constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corrections on a uniform mesh
 constexpr double kNearBytes = 30;       // a pair, while they are gathered
-constexpr double kNearPoints = 2500;    // a face
+constexpr double kNearCost = 1500;      // of a near pair, in double, over one pair of a product in single precision
 constexpr double kMillerCost = 1.3;     // of a product with W over one with D alone
 constexpr double kMillerSteps = 25;     // GMRES on a hand
 constexpr double kPlainSteps = 200;
@@ -30,7 +30,7 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
   const bool miller = is_burton_miller(scheme);
   if (miller) {
     cost.bytes += near_memory(faces);
-    cost.seconds += 2.5 * product * kNearPoints / faces;
+    cost.seconds += kNearCost * kNearPairs * product / faces;
   }
   if (scheme == Scheme::kChief) {
     cost.bytes += 16.0 * faces * (unknowns - faces);

@@ -1,34 +1,99 @@
 #include "sim/run/methods.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
-#include <random>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/field/judge.h"
+#include "sim/output/run_file.h"
 #include "sim/rendering/gram.h"
 #include "solvers/linear/hermitian_product.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield {
 
 namespace {
 
-bool iterates(MethodKind kind) { return kind == MethodKind::kPaper || kind == MethodKind::kUnscattered; }
+/// Phases of a method of a finished run.
+Eigen::VectorXd previous_phases(const StartSpec& start, const std::string& method, Eigen::Index channels) {
+  const Run run = read_run_file(start.file);
+  const auto called = [&](const std::string& name) {
+    return std::find_if(run.methods.begin(), run.methods.end(),
+                        [&](const MethodResult& result) { return result.name == name; });
+  };
+  auto found = called(start.method.empty() ? method : start.method);
+  if (found == run.methods.end() && start.method.empty()) {
+    found = run.methods.begin();
+  }
+  if (found == run.methods.end()) {
+    throw InputError(fmt::format("start of {}: {} has no method {}", method, start.file,
+                                 start.method.empty() ? "at all" : start.method));
+  }
+  if (found->solution.phases.size() != channels) {
+    throw InputError(fmt::format("start of {}: {} has {} channels, the array here has {}", method, start.file,
+                                 found->solution.phases.size(), channels));
+  }
+  return found->solution.phases;
+}
 
-/// Angles to start from. Drawn from the generator's bits directly: distributions differ between standard libraries.
-Eigen::VectorXd start_angles(const StartSpec& start, Eigen::Index size) {
-  Eigen::VectorXd angles = Eigen::VectorXd::Zero(size);
+/// Angles [theta; phi] to start from, one column a start.
+Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem) {
+  const Eigen::Index size = problem.gram.rows();
+  const StartSpec& start = method.start;
   if (start.kind == StartSpec::Kind::kRandom) {
-    std::mt19937_64 generator(start.seed);
-    for (Eigen::Index i = 0; i < size; ++i) {
-      angles(i) = 2.0 * std::numbers::pi * std::ldexp(static_cast<double>(generator() >> 11U), -53);
+    Eigen::MatrixXd angles(size, start.restarts);
+    for (int i = 0; i < start.restarts; ++i) {
+      angles.col(i) = random_start(size, start.seed + static_cast<unsigned>(i)).cwiseArg();
     }
+    return angles;
+  }
+  Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(size, 1);
+  if (start.kind == StartSpec::Kind::kPrevious) {
+    const Eigen::Index channels = problem.channel_count();
+    const Eigen::VectorXd phases = previous_phases(start, method.name, channels);
+    const Eigen::VectorXcd q = (Complex(0, 1) * phases.cast<Complex>()).array().exp();
+    angles.col(0).tail(channels) = phases;
+    // theta that fits these drives, the other faces' aside.
+    angles.col(0).head(problem.target_count) =
+        (-(problem.gram.topRightCorner(problem.target_count, channels) * q)).cwiseArg();
   }
   return angles;
+}
+
+/// Drives to start from, one column a start.
+Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& problem) {
+  const Eigen::Index channels = problem.channel_count();
+  const StartSpec& start = method.start;
+  switch (start.kind) {
+    case StartSpec::Kind::kZero:
+      break;
+    case StartSpec::Kind::kRandom: {
+      Eigen::MatrixXcd drives(channels, start.restarts);
+      for (int i = 0; i < start.restarts; ++i) {
+        drives.col(i) = random_start(channels, start.seed + static_cast<unsigned>(i));
+      }
+      return drives;
+    }
+    case StartSpec::Kind::kAdjoint:
+      return adjoint_start(problem);
+    case StartSpec::Kind::kSpectral:
+      return spectral_start(problem);
+    case StartSpec::Kind::kPrevious:
+      return (Complex(0, 1) * previous_phases(start, method.name, channels).cast<Complex>()).array().exp();
+  }
+  return Eigen::MatrixXcd::Ones(channels, 1);
+}
+
+/// The solution of least final cost among those of several starts.
+void keep_best(std::optional<PhaseSolution>& best, PhaseSolution solution) {
+  if (!best || solution.cost_history.back() < best->cost_history.back()) {
+    best = std::move(solution);
+  }
 }
 
 /// Minimum of f over low..high by golden-section search in the logarithm.
@@ -60,14 +125,17 @@ double golden_section(const std::function<double(double)>& f, double low, double
 
 }  // namespace
 
-MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, const std::optional<Target>& target)
-    : scattering_(scattering), channels_(channels), target_(target) {}
+MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, const std::optional<Target>& target,
+                           const SolveSpec& spec)
+    : scattering_(scattering), channels_(channels), target_(target), spec_(spec) {}
 
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress) {
   switch (method.kind) {
     case MethodKind::kPaper:
     case MethodKind::kUnscattered:
       return solve_incident_method(method, amplitudes, progress);
+    case MethodKind::kSurface:
+      return solve_on_skin(method, amplitudes, progress);
     case MethodKind::kFocus:
       // Phase conjugation: every channel arrives at the central face in phase.
       return direct_solution(-central_row().transpose().cwiseArg());
@@ -115,10 +183,46 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
   try {
     const IncidentProblem problem =
         method.kind == MethodKind::kUnscattered ? unscattered(amplitudes) : scattered(amplitudes);
-    return solve_incident(
-        problem, start_angles(method.start, problem.gram.rows()), options,
-        [&](int iteration, double) { progress.advance(static_cast<double>(iteration) / method.iterations); });
+    std::optional<PhaseSolution> best;
+    const Eigen::MatrixXd starts = start_angles(method, problem);
+    for (const auto& start : starts.colwise()) {
+      keep_best(best, solve_incident(problem, start, options, [&](int iteration, double) {
+                  progress.advance(static_cast<double>(iteration) / method.iterations);
+                }));
+    }
+    return *best;
   } catch (const std::invalid_argument& error) {
+    throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
+  }
+}
+
+const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress) {
+  if (!transfer_) {
+    transfer_ = make_transfer(scattering_, *target_, spec_.quiet_weight);
+    progress.note(describe_transfer(*transfer_, channels_));
+  }
+  transfer_->reduction.problem.amplitudes = amplitudes;
+  return transfer_->reduction.problem;
+}
+
+PhaseSolution MethodSolver::solve_on_skin(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                          Progress& progress) {
+  SurfaceOptions options;
+  options.iterations = method.iterations;
+  options.free_amplitudes = method.free_amplitudes;
+  try {
+    const SkinProblem& problem = skin_problem(amplitudes, progress);
+    std::optional<PhaseSolution> best;
+    const Eigen::MatrixXcd starts = start_drives(method, problem);
+    for (const auto& start : starts.colwise()) {
+      keep_best(best, solve_surface(problem, start, options, [&](int iteration, double) {
+                  progress.advance(static_cast<double>(iteration) / method.iterations);
+                }));
+    }
+    return *best;
+  } catch (const std::invalid_argument& error) {
+    throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
+  } catch (const std::domain_error& error) {
     throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
   }
 }

@@ -1,17 +1,16 @@
 #include "sim/run/model.h"
 
+#include <algorithm>
+#include <limits>
 #include <stdexcept>
-#include <type_traits>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
-#include "sim/field/evaluate.h"
-#include "sim/mesh/mesh_io.h"
-#include "sim/mesh/shapes.h"
+#include "sim/mesh/clearance.h"
+#include "sim/mesh/face_tree.h"
 #include "sim/mesh/subdivide.h"
 
 namespace touchfield {
@@ -65,33 +64,6 @@ TransducerArray build_array(const ArraySpec& spec, const Wave& wave) {
   return make_array(layout, build_directivity(spec, wave), spec.level, spec.source_strength);
 }
 
-Body build_shape(const BodySpec& spec) {
-  const auto make = [&](const auto& shape) -> Body {
-    using Shape = std::decay_t<decltype(shape)>;
-    if constexpr (std::is_same_v<Shape, HandShape>) {
-      return hand({shape.pose, shape.breadth, shape.length, shape.side, spec.edge.value()});
-    } else if constexpr (std::is_same_v<Shape, SphereShape>) {
-      return sphere(shape.radius, spec.edge.value());
-    } else if constexpr (std::is_same_v<Shape, CapsuleShape>) {
-      return capsule(shape.radius, shape.length, spec.edge.value());
-    } else if constexpr (std::is_same_v<Shape, BoxShape>) {
-      return box(shape.size, spec.edge.value());
-    } else {
-      Body body{read_mesh(shape.file, shape.unit), {}};
-      require_closed_surface(body.mesh, shape.file);
-      for (const auto& [name, point] : shape.landmarks) {
-        body.landmarks.push_back(nearest_landmark(body.mesh, name, point));
-      }
-      return body;
-    }
-  };
-  return std::visit(make, spec.shape);
-}
-
-Vector3 anchor_of(const BodySpec& spec, const Body& body) {
-  return spec.place.landmark.empty() ? Vector3::Zero() : position(body.mesh, find_landmark(body, spec.place.landmark));
-}
-
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {
   std::vector<TargetBox> boxes;
   for (const TargetBoxSpec& box : spec.boxes) {
@@ -105,30 +77,62 @@ std::string place_of(const Vector3& x) {
   return fmt::format("({:.2f}, {:.2f}, {:.2f}) mm", x.x() / kMillimetre, x.y() / kMillimetre, x.z() / kMillimetre);
 }
 
-/// A transducer inside the body or on its skin has no pressure there that means anything.
-void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh) {
+/// A transducer inside a body or on its skin has no pressure there that means anything, and a body cannot reach through
+/// the boards that carry them. Listed positions have no board.
+void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards) {
   if (array.kind == TransducerArray::Kind::kPlaneWave) {
     return;
   }
-  Eigen::AlignedBox3d reach(mesh.vertices().rowwise().minCoeff().eval(), mesh.vertices().rowwise().maxCoeff().eval());
-  reach.min().array() -= kClearance;
-  reach.max().array() += kClearance;
+  const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
   for (Eigen::Index n = 0; n < array.size(); ++n) {
     const Vector3 x = array.positions.col(n);
-    if (!reach.contains(x)) {
-      continue;
-    }
-    if (inside_mask(mesh, x).front() != 0) {
+    const PointClearance& clearance = clearances[static_cast<std::size_t>(n)];
+    if (clearance.inside) {
       throw InputError(fmt::format(
           "array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n, place_of(x)));
     }
-    const Landmark nearest = nearest_landmark(mesh, "nearest", x);
-    const double distance = (position(mesh, nearest) - x).norm();
-    if (distance < kClearance) {
+    if (clearance.distance < kClearance) {
       throw InputError(
           fmt::format("array: transducer {} at {} is {:.3f} mm from face {} of the body, it must be >= {} mm away", n,
-                      place_of(x), distance / kMillimetre, nearest.face, kClearance / kMillimetre));
+                      place_of(x), clearance.distance / kMillimetre, clearance.face, kClearance / kMillimetre));
     }
+  }
+  if (on_boards) {
+    if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
+      throw InputError(
+          fmt::format("array: the body crosses the board of unit {} at {}; move body.place.at_mm or array.at_mm",
+                      hit->plate, place_of(hit->at)));
+    }
+  }
+}
+
+/// The point of a surface that is nearest to a transducer, or that a plane wave meets first.
+Vector3 nearest_to_array(const TransducerArray& array, const TriangleMesh& mesh) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    Eigen::Index first = 0;
+    (array.axes.col(0).transpose() * mesh.vertices()).minCoeff(&first);
+    return mesh.vertices().col(first);
+  }
+  const FaceTree tree(mesh);
+  SkinPoint nearest{-1, Vector3::Zero(), std::numeric_limits<double>::infinity()};
+  for (Eigen::Index n = 0; n < array.size(); ++n) {
+    const SkinPoint point = tree.nearest(array.positions.col(n), nearest.distance);
+    if (point.face >= 0 && point.distance < nearest.distance) {
+      nearest = point;
+    }
+  }
+  return nearest.at;
+}
+
+/// A target reaches no cap: there is no skin to press on.
+void require_skin(const Target& target, const Model& model) {
+  const auto caps = std::count_if(target.faces.begin(), target.faces.end(),
+                                  [&](Eigen::Index f) { return model.skin[static_cast<std::size_t>(f)] == 0; });
+  if (caps > 0) {
+    throw InputError(
+        fmt::format("body.keep_within_mm: {} of the target's {} faces are beyond 0.9 of it from the target's centre, "
+                    "where the body is cut; make it larger",
+                    caps, target.size()));
   }
 }
 
@@ -163,25 +167,33 @@ Target build_target(const Scene& scene, const Model& model, const TriangleMesh& 
   return make_target(mesh, model.boxes, scene.target->profile, scene.target->pressure.value_or(1.0));
 }
 
-TriangleMesh build_judge_mesh(const Scene& scene, const Model& model) {
+bool judged_elsewhere(const Scene& scene) {
+  const JudgeSpec::Kind kind = scene.judge.kind;
+  return kind == JudgeSpec::Kind::kEdge || kind == JudgeSpec::Kind::kSplit ||
+         (kind == JudgeSpec::Kind::kSame && scene.sensing);
+}
+
+JudgeMesh build_judge_mesh(const Scene& scene, const Model& model) {
+  const TriangleMesh& own = model.truth ? *model.truth : model.body.mesh;
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge: {
-      BodySpec spec = scene.body;
-      spec.edge = scene.judge.edge;
-      // The solving mesh's own motion: a landmark of another mesh of the body lies a little elsewhere.
-      TriangleMesh mesh = placed(build_shape(spec), model.anchor, spec.place.at, spec.place.angles).mesh;
+      TriangleMesh mesh = build_bodies(scene, model.plan, &scene.judge.edge, scene.judge.whole).body.mesh;
       require_closed_surface(mesh, "judge");
-      return mesh;
+      return {std::move(mesh), std::nullopt};
     }
     case JudgeSpec::Kind::kSplit: {
-      TriangleMesh mesh = model.body.mesh;
+      TriangleMesh mesh = own;
       for (int i = 0; i < scene.judge.splits; ++i) {
         mesh = split_faces(mesh);
       }
-      return mesh;
+      return {std::move(mesh), scene.judge.splits};
     }
-    case JudgeSpec::Kind::kNone:
     case JudgeSpec::Kind::kSame:
+      if (model.truth) {
+        return {own, 0};
+      }
+      break;
+    case JudgeSpec::Kind::kNone:
       break;
   }
   throw std::logic_error("this judge has no mesh of its own");
@@ -189,17 +201,36 @@ TriangleMesh build_judge_mesh(const Scene& scene, const Model& model) {
 
 Model build_model(const Scene& scene) {
   const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
-  const Body shape = build_shape(scene.body);
-  const Vector3 anchor = anchor_of(scene.body, shape);
-  const Placement& place = scene.body.place;
-  Model model{wave, build_array(scene.array, wave), placed(shape, anchor, place.at, place.angles), anchor, {}, {}, {}};
-  require_closed_surface(model.body.mesh, "body");
-  model.report = inspect(model.body.mesh);
-  require_clear_array(model.array, model.body.mesh);
-  require_fitting_phases(scene.solve.methods, model.array.size());
+  TransducerArray array = build_array(scene.array, wave);
+  const auto near_array = [&](const TriangleMesh& mesh) { return nearest_to_array(array, mesh); };
+  BodyPlan plan = plan_bodies(scene, near_array);
+  PlacedBodies bodies = build_bodies(scene, plan);
+  require_closed_surface(bodies.body.mesh, "body");
+  const bool on_boards = !std::holds_alternative<PositionsArray>(scene.array.layout);
+  require_clear_array(array, bodies.body.mesh, on_boards);
+  require_fitting_phases(scene.solve.methods, array.size());
+  bodies.body.landmarks.push_back(nearest_landmark(bodies.body.mesh, kNearestToArray, near_array(bodies.body.mesh)));
+  Model model{wave,
+              std::move(array),
+              std::move(plan),
+              std::move(bodies.body),
+              std::move(bodies.owner),
+              std::move(bodies.skin),
+              std::nullopt,
+              {},
+              {},
+              {}};
   if (scene.target) {
-    model.boxes = build_boxes(*scene.target, model.body);
-    build_target(scene, model);
+    model.boxes = build_boxes(*scene.target, model.body);  // where the skin is, not where it is seen
+  }
+  if (scene.sensing) {
+    model.truth = model.body.mesh;
+    model.body.mesh = perturbed(*model.truth, *scene.sensing).mesh;
+    require_clear_array(model.array, model.body.mesh, on_boards);
+  }
+  model.report = inspect(model.body.mesh);
+  if (scene.target) {
+    require_skin(build_target(scene, model), model);
   }
   for (const FieldSpec& field : scene.fields) {
     model.fields.push_back(centred_grid(field.name, field.centre, field.size, field.spacing));

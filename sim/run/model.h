@@ -1,12 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
 #include "sim/field/field_grid.h"
-#include "sim/mesh/body.h"
 #include "sim/mesh/inspect.h"
+#include "sim/run/bodies.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {
@@ -15,24 +16,36 @@ namespace touchfield {
 struct Model {
   Wave wave;
   TransducerArray array;
-  Body body;
-  Vector3 anchor;  // the point of the body in its own frame that body.place puts on its place [m]
-  MeshReport report;
-  std::vector<TargetBox> boxes;  // empty without a target
+  BodyPlan plan;
+  Body body;                          // what the solver sees: of several bodies one mesh, one behind the other
+  std::vector<int> owner;             // M: number of the body a face is of
+  std::vector<unsigned char> skin;    // M: 0 near the caps of keep_within, else 1
+  std::optional<TriangleMesh> truth;  // with sensing: the same triangles where the skin really is
+  MeshReport report;                  // on `body`
+  std::vector<TargetBox> boxes;       // empty without a target
   std::vector<FieldGrid> fields;
 };
 
 /// Builds the mesh, the array, the target's boxes and the grids of a scene and checks that they go together.
 ///
-/// throws   InputError on a mesh that is no closed surface, an unknown landmark, a transducer inside the body or nearer
-///          than 1 mm to its skin, a target that holds no face or every face, a list of fixed phases that does not fit
-///          the channels
+/// throws   InputError on a mesh that is no closed surface, an unknown landmark, bodies that touch, a transducer inside
+///          a body or nearer than 1 mm to its skin, a body that crosses the board of an array's unit, a target that
+///          holds no face, every face or a cap of keep_within, a list of fixed phases that does not fit the channels
 Model build_model(const Scene& scene);
 
-/// The mesh that a scene's judge computes on, in the world's frame: the body meshed anew with the judge's edge length
-/// and moved as the model's own was, or the model's with every face split in four.
+/// The mesh a judge computes on, and how it corresponds to the one that was solved.
+struct JudgeMesh {
+  TriangleMesh mesh;          // in the world's frame
+  std::optional<int> splits;  // how often the faces of the solving mesh were split in four; none: a mesh of its own
+};
+
+/// The mesh that a scene's judge computes on: the bodies meshed anew with the judge's edge lengths, in the places of
+/// the model's own, or the model's mesh with every face split in four. With sensing it is of the bodies as they are.
 /// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
-TriangleMesh build_judge_mesh(const Scene& scene, const Model& model);
+JudgeMesh build_judge_mesh(const Scene& scene, const Model& model);
+
+/// Whether a scene is judged on a mesh other than the one that was solved.
+bool judged_elsewhere(const Scene& scene);
 
 /// The medium of a scene at its frequency.
 Medium build_medium(const MediumSpec& spec, double frequency);

@@ -37,7 +37,7 @@ std::string text_hash(const std::string& text) {
 }
 
 std::string used_seeds(const Scene& scene) {
-  std::string seeds;
+  std::string seeds = scene.sensing ? fmt::format("sensing={}", scene.sensing->seed) : "";
   for (const MethodSpec& method : scene.solve.methods) {
     if (method.start.kind == StartSpec::Kind::kRandom) {
       seeds += fmt::format("{}{}={}", seeds.empty() ? "" : " ", method.name, method.start.seed);
@@ -46,10 +46,10 @@ std::string used_seeds(const Scene& scene) {
   return seeds;
 }
 
-/// The scheme whose matrix a method works on; the free field knows none.
+/// The scheme whose matrix a method works on; the free field and given phases know none.
 std::string scheme_of(const MethodSpec& method) {
-  const bool uses_matrix = method.kind == MethodKind::kPaper || method.kind == MethodKind::kFocus;
-  return uses_matrix ? to_string(method.scheme) : "none";
+  const bool none = method.kind == MethodKind::kUnscattered || method.kind == MethodKind::kFixed;
+  return none ? "none" : to_string(method.scheme);
 }
 
 Run begin_run(const Scene& scene, const Model& model, const RunOptions& options) {
@@ -58,9 +58,16 @@ Run begin_run(const Scene& scene, const Model& model, const RunOptions& options)
   Provenance provenance{build.version,   build.revision,    build.compiler,       build.flags, machine_description(),
                         options.threads, used_seeds(scene), options.command_line, utc_now(),   "",
                         text_hash(text)};
-  const std::string judge = scene.judge.kind == JudgeSpec::Kind::kSame ? "same" : "none";
+  const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene);
+  const std::string judge = judged_by_itself ? "same" : "none";
   Run run{scene.name, text, model.body.mesh, model.array, std::nullopt,          judge, std::nullopt, {}, {},
-          {},         {},   kNotComputed,    {},          std::move(provenance), false};
+          {},         {},   kNotComputed,    {},          std::move(provenance), false, {},           {}};
+  if (!scene.bodies.front().name.empty()) {
+    for (const BodySpec& body : scene.bodies) {
+      run.bodies.push_back(body.name);
+    }
+    run.owner = model.owner;
+  }
   if (scene.target) {
     run.target = build_target(scene, model);
   }
@@ -81,6 +88,15 @@ void warn(const std::vector<std::string>& warnings, Run& run, Progress& progress
   }
 }
 
+/// The largest block of right-hand sides that a scheme's model will be asked for: the drives that span all channels.
+Eigen::Index largest_block(const SolveSpec& solve, Scheme scheme, const TransducerArray& array) {
+  constexpr Eigen::Index kUsualRank = 400;  // of 1,500 channels seen from a hand
+  const bool transfer = std::any_of(solve.methods.begin(), solve.methods.end(), [&](const MethodSpec& method) {
+    return method.kind == MethodKind::kSurface && method.scheme == scheme;
+  });
+  return transfer ? std::min(array.size(), kUsualRank) : 1;
+}
+
 /// The models that a scene's methods work on, one a scheme, made when first asked for.
 class Models {
  public:
@@ -90,15 +106,16 @@ class Models {
   MethodSolver& of(Scheme scheme) {
     auto& entry = entries_[scheme];
     if (!entry) {
-      entry = std::make_unique<Entry>(make(scheme), model_.array.size(), run_.target);
+      entry = std::make_unique<Entry>(make(scheme), model_.array.size(), run_.target, scene_.solve);
     }
     return entry->methods;
   }
 
  private:
   struct Entry {
-    Entry(std::unique_ptr<SkinScattering> made, Eigen::Index channels, const std::optional<Target>& target)
-        : scattering(std::move(made)), methods(*scattering, channels, target) {}
+    Entry(std::unique_ptr<SkinScattering> made, Eigen::Index channels, const std::optional<Target>& target,
+          const SolveSpec& solve)
+        : scattering(std::move(made)), methods(*scattering, channels, target, solve) {}
     std::unique_ptr<SkinScattering> scattering;
     MethodSolver methods;
   };
@@ -108,7 +125,8 @@ class Models {
     auto made = timed(progress_, run_.seconds, "set_up_" + name,
                       fmt::format("set up scheme {} on {} faces", name, run_.mesh.face_count()), [&] {
                         return std::make_unique<SkinScattering>(run_.mesh, model_.wave, scheme, scene_.solve.solver,
-                                                                model_.array, run_.solves, progress_);
+                                                                model_.array, run_.solves, progress_,
+                                                                largest_block(scene_.solve, scheme, model_.array));
                       });
     progress_.note(describe_decision(*made));
     return made;
@@ -169,7 +187,7 @@ MethodResult solve_method(const MethodSpec& method, const Scene& scene, Models& 
                           [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });
   note_solve(run, progress);
   require_finite("method " + method.name, result.pressure);
-  if (scene.judge.kind == JudgeSpec::Kind::kSame && method.scheme != scene.solve.scheme) {
+  if (scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene) && method.scheme != scene.solve.scheme) {
     SkinScattering& own = models.of(scene.solve.scheme).scattering();
     result.judge_pressure = timed(progress, result.seconds, "judge", fmt::format("judge {}", method.name),
                                   [&] { return own.pressure(drives, "judge of " + method.name); });
@@ -202,10 +220,11 @@ Eigen::MatrixXcd pressures_of(const Run& run) {
 
 /// Every method on the judge's own mesh, all of them at once.
 void judge_elsewhere(const Scene& scene, const Model& model, Run& run, Progress& progress) {
-  const bool split = scene.judge.kind == JudgeSpec::Kind::kSplit;
-  TriangleMesh mesh =
+  const JudgeMesh judge_mesh =
       timed(progress, run.seconds, "judge_mesh", "mesh of the judge", [&] { return build_judge_mesh(scene, model); });
-  JudgeModel judge_model{to_string(scene.judge.scheme), mesh, std::nullopt};
+  const TriangleMesh& mesh = judge_mesh.mesh;
+  const Scheme scheme = scene.judge.kind == JudgeSpec::Kind::kSame ? scene.solve.scheme : scene.judge.scheme;
+  JudgeModel judge_model{to_string(scheme), mesh, std::nullopt};
   if (scene.target) {
     judge_model.target = build_target(scene, model, mesh);
     if (!scene.target->pressure) {  // the scale that was found for the solving mesh
@@ -217,8 +236,8 @@ void judge_elsewhere(const Scene& scene, const Model& model, Run& run, Progress&
   spec.precision = PrecisionChoice::kAuto;
   auto scattering = timed(progress, run.seconds, "judge_set_up",
                           fmt::format("set up the judge: {} on {} faces", judge_model.scheme, mesh.face_count()), [&] {
-                            return std::make_unique<SkinScattering>(mesh, model.wave, scene.judge.scheme, spec,
-                                                                    model.array, run.solves, progress);
+                            return std::make_unique<SkinScattering>(mesh, model.wave, scheme, spec, model.array,
+                                                                    run.solves, progress);
                           });
   progress.note(describe_decision(*scattering));
   const Eigen::MatrixXcd pressures =
@@ -226,15 +245,27 @@ void judge_elsewhere(const Scene& scene, const Model& model, Run& run, Progress&
             [&] { return scattering->pressure(drives_of(run), "judge"); });
   note_solve(run, progress);
   require_finite("judge", pressures);
-  const JudgeComparison comparison(run.mesh, mesh, split ? scene.judge.splits : 0);
-  const Eigen::VectorXd differences = comparison.differences(pressures_of(run), pressures);
+  const Eigen::MatrixXcd own = pressures_of(run);
+  const Eigen::VectorXd differences =
+      JudgeComparison(run.mesh, mesh, judge_mesh.splits, model.skin).differences(own, pressures);
+  Eigen::VectorXd target_differences = Eigen::VectorXd::Constant(differences.size(), kNotComputed);
+  if (run.target) {
+    std::vector<unsigned char> near = target_surroundings(run.mesh, run.target->faces);
+    for (std::size_t f = 0; f < near.size(); ++f) {
+      near[f] = near[f] != 0 && model.skin[f] != 0 ? 1 : 0;
+    }
+    target_differences = JudgeComparison(run.mesh, mesh, judge_mesh.splits, near).differences(own, pressures);
+  }
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     const auto column = static_cast<Eigen::Index>(s);
     run.methods[s].judge_pressure = pressures.col(column);
     set_metrics(run.methods[s], judged(mesh, model, judge_model.target, pressures.col(column)));
     run.methods[s].metrics.judge_difference = differences(column);
+    run.methods[s].metrics.judge_difference_target = target_differences(column);
   }
-  run.judge = split ? "split" : "edge";
+  run.judge = scene.judge.kind == JudgeSpec::Kind::kSame    ? "truth"
+              : scene.judge.kind == JudgeSpec::Kind::kSplit ? "split"
+                                                            : "edge";
   run.judge_model = std::move(judge_model);
 }
 
@@ -324,7 +355,7 @@ Run run_scene(const Scene& scene, const Model& model, const RunOptions& options,
   }
   warn_of_conditioning(models.of(scene.solve.methods.front().scheme), run, progress);
   raise_alarm(scene, model, models, run, progress);
-  if (scene.judge.kind == JudgeSpec::Kind::kEdge || scene.judge.kind == JudgeSpec::Kind::kSplit) {
+  if (judged_elsewhere(scene)) {
     judge_elsewhere(scene, model, run, progress);
   }
   warn(result_warnings(run, scene.solve.methods.front().scheme), run, progress);

@@ -25,9 +25,10 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 }  // namespace
 
 SkinScattering::SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
-                               const TransducerArray& array, std::vector<SolveRecord>& records, Progress& progress)
+                               const TransducerArray& array, std::vector<SolveRecord>& records, Progress& progress,
+                               Eigen::Index right_hand_sides)
     : system_(std::move(mesh), wave, scheme, system_options(spec)),
-      decision_(choose_solver(spec, scheme, system_.unknowns(), available_memory())),
+      decision_(choose_solver(spec, scheme, system_.unknowns(), available_memory(), right_hand_sides)),
       array_(array),
       records_(records),
       progress_(progress) {}

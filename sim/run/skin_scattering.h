@@ -14,9 +14,11 @@ namespace touchfield {
 /// made when the first solution is asked for, the field of every channel when a method needs it. Solves are recorded.
 class SkinScattering {
  public:
-  /// records   gets a line a solve; array, records and progress outlive this
+  /// records            gets a line a solve; array, records and progress outlive this
+  /// right_hand_sides   of the largest block that will be asked for: what the solver is chosen by
   SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
-                 const TransducerArray& array, std::vector<SolveRecord>& records, Progress& progress);
+                 const TransducerArray& array, std::vector<SolveRecord>& records, Progress& progress,
+                 Eigen::Index right_hand_sides = 1);
 
   const ScatteringSystem& system() const { return system_; }
   const SolverDecision& decision() const { return decision_; }

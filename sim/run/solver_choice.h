@@ -14,13 +14,16 @@ struct SolverDecision {
 };
 
 /// Rules for `auto`, in docs/user-guide.md:
-///   burton_miller(_polished)   GMRES, matrix-free, in single precision
+///   burton_miller(_polished)   GMRES, matrix-free, in single precision; LU where there are so many right-hand sides
+///                              that factorising once is cheaper and the matrix fits half of the free memory
 ///   chief                      LU
 ///   paper, paper_corrected     LU while the matrix fits half of the free memory, else GMRES, matrix-free
 /// LU is in double up to 3,000 unknowns, beyond that in single; single precision is refined unless the scene says no.
 ///
-/// available   memory that may be used [bytes]
-SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available);
+/// available          memory that may be used [bytes]
+/// right_hand_sides   of the largest block that will be solved for
+SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
+                             Eigen::Index right_hand_sides = 1);
 
 /// How a solve's precision is called: single, single refined, double.
 std::string precision_name(const SolverOptions& options);

@@ -30,11 +30,26 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-bool from_file(const Scene& scene) { return std::holds_alternative<MeshShape>(scene.body.shape); }
+/// Whether the bodies' faces are those of files, so that a study cannot choose their size.
+bool from_file(const Scene& scene) {
+  return std::none_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& body) { return body.edge; });
+}
 
+/// The finest edge of the first body that has one: what the rungs of a study are called by.
+double named_edge(const Scene& scene) {
+  const auto first = std::find_if(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& b) { return b.edge; });
+  return first->edge->finest();
+}
+
+/// Every edge length in proportion, so that the finest of the first body becomes `edge`.
 Scene with_edge(Scene scene, double edge) {
   if (!from_file(scene)) {
-    scene.body.edge = edge;
+    const double factor = edge / named_edge(scene);
+    for (BodySpec& body : scene.bodies) {
+      if (body.edge) {
+        body.edge = body.edge->scaled(factor);
+      }
+    }
   }
   return scene;
 }
@@ -56,7 +71,7 @@ class Reference {
 
   /// The focused pressure at another mesh's centroids.
   Eigen::VectorXcd focus_at(const TriangleMesh& other) const {
-    return JudgeComparison(other, mesh(), 0).at_centroids(focus_);
+    return JudgeComparison(other, mesh(), std::nullopt).at_centroids(focus_);
   }
 
   double pattern_error(const PhaseSolution& solution) {
@@ -69,11 +84,10 @@ class Reference {
 
  private:
   static TriangleMesh mesh_of(const Scene& scene, const Model& finest, double finest_edge) {
-    Scene judged = scene;
-    judged.judge.kind = from_file(scene) ? JudgeSpec::Kind::kSplit : JudgeSpec::Kind::kEdge;
-    judged.judge.edge = kReferenceEdge * finest_edge;
-    judged.judge.splits = 1;
-    return build_judge_mesh(judged, finest);
+    if (from_file(scene)) {
+      return split_faces(finest.body.mesh);
+    }
+    return build_bodies(with_edge(scene, kReferenceEdge * finest_edge), finest.plan).body.mesh;
   }
 
   const Model& model_;
@@ -167,7 +181,7 @@ class Ladder {
 
   void require_rungs() const {
     if (from_file(scene_) && !options_.edges.empty()) {
-      throw InputError("study: a body from a mesh file has its own edges; leave --edges-mm out");
+      throw InputError("study: a body from a mesh file without edge_mm has its own edges; leave --edges-mm out");
     }
     const auto& schemes = options_.schemes;
     const auto& solvers = options_.solvers;
@@ -185,7 +199,8 @@ class Ladder {
     }
     std::vector<double> edges = options_.edges;
     if (edges.empty()) {
-      edges = {1.4 * scene_.body.edge.value(), scene_.body.edge.value(), 0.7 * scene_.body.edge.value()};
+      const double own = named_edge(scene_);
+      edges = {1.4 * own, own, 0.7 * own};
     }
     std::sort(edges.begin(), edges.end(), std::greater<>());
     return edges;
@@ -198,7 +213,7 @@ class Ladder {
     std::vector<SolveRecord> records;
     SkinScattering scattering(model.body.mesh, model.wave, Scheme::kBurtonMillerPolished, SolverSpec{}, model.array,
                               records, progress_);
-    MethodSolver methods(scattering, model.array.size(), target);
+    MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
     scene_.target->pressure = methods.best_scale(scene_.solve.methods.front(), model.wave, model.boxes, progress_);
   }
 
@@ -235,7 +250,7 @@ class Ladder {
     reset_peak_memory();
     const auto start = Clock::now();
     SkinScattering scattering(model.body.mesh, model.wave, scheme, spec, model.array, records, progress_);
-    MethodSolver methods(scattering, model.array.size(), target);
+    MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
     std::optional<PhaseSolution> first;
     for (const MethodSpec& method : scene_.solve.methods) {
       const PhaseSolution solution = methods.solve(method, amplitudes, progress_);

@@ -56,7 +56,7 @@ void warn_of_near_source(const Model& model, std::vector<std::string>& warnings)
 
 std::vector<std::string> model_warnings(const Model& model) {
   const TriangleMesh& mesh = model.body.mesh;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings = model.plan.warnings;
   const double epw = edges_per_wavelength(mesh, model.wave.wavelength());
   if (epw < kFewestEdges) {
     warnings.push_back(

@@ -11,6 +11,7 @@ namespace touchfield {
 /// What in a model makes its results less than trustworthy, each as "name: what, with the figure". docs/stability.md
 /// says what was measured on such cases.
 ///
+///   mesh_unit       a mesh file in a unit that makes it no body of a person
 ///   coarse_mesh     fewer than 3 edges a wavelength
 ///   slivers         an angle below 10 degrees
 ///   size_jump       faces that share an edge differ more than 3 times in size

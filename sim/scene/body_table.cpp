@@ -1,6 +1,3 @@
-#include <filesystem>
-#include <system_error>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -9,6 +6,43 @@
 
 namespace touchfield::schema {
 namespace {
+
+Codec<FingerJoints> finger_codec(double least_abduction, double most_abduction) {
+  return Map<FingerJoints>()
+      .maybe("abduction_deg", &FingerJoints::abduction, number(kDegrees, between(least_abduction, most_abduction)), "5",
+             "Away from the middle finger; the middle finger towards the thumb [deg].")
+      .maybe("mcp_deg", &FingerJoints::mcp, number(kDegrees, between(0, 90)), "30", "Flexion at the knuckle [deg].")
+      .maybe("pip_deg", &FingerJoints::pip, number(kDegrees, between(0, 100)), "30",
+             "Flexion at the middle joint [deg].")
+      .maybe("dip_deg", &FingerJoints::dip, number(kDegrees, between(-10, 90)), "20",
+             "Flexion at the last joint [deg].")
+      .codec();
+}
+
+Codec<ThumbJoints> thumb_codec() {
+  return Map<ThumbJoints>()
+      .maybe("cmc_flexion_deg", &ThumbJoints::cmc_flexion, number(kDegrees, between(-25, 35)), "0",
+             "Of its base, across the palm [deg].")
+      .maybe("cmc_abduction_deg", &ThumbJoints::cmc_abduction, number(kDegrees, between(-30, 60)), "30",
+             "Of its base, out of the palm's plane [deg].")
+      .maybe("cmc_rotation_deg", &ThumbJoints::cmc_rotation, number(kDegrees, between(-60, 80)), "20",
+             "Of its base about itself; 80: the pad faces the fingertips [deg].")
+      .maybe("mcp_deg", &ThumbJoints::mcp, number(kDegrees, between(-10, 80)), "15",
+             "Flexion at the middle joint [deg].")
+      .maybe("ip_deg", &ThumbJoints::ip, number(kDegrees, between(-15, 80)), "15", "Flexion at the last joint [deg].")
+      .codec();
+}
+
+Codec<HandJoints> joints_codec() {
+  const std::string help = "Angles that differ from the pose's.";
+  return Map<HandJoints>()
+      .key("thumb", &HandJoints::thumb, thumb_codec(), help)
+      .key("index", &HandJoints::index, finger_codec(-15, 42), help)
+      .key("middle", &HandJoints::middle, finger_codec(-20, 20), help)
+      .key("ring", &HandJoints::ring, finger_codec(-15, 25), help)
+      .key("little", &HandJoints::little, finger_codec(-15, 45), help)
+      .codec();
+}
 
 Codec<HandShape> hand_codec() {
   return Map<HandShape>()
@@ -19,6 +53,7 @@ Codec<HandShape> hand_codec() {
            "Length from the wrist to the tip of the middle finger, the hand held flat [mm].")
       .key("side", &HandShape::side, choice<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}),
            "Which hand.")
+      .key("joints", &HandShape::joints, joints_codec(), "Joints turned away from the pose.")
       .codec();
 }
 
@@ -60,29 +95,8 @@ Codec<Vector3> landmark_codec(const std::string& unit) {
   return vector3(Unit::power_of_ten(file_unit(unit).power), {});
 }
 
-bool read_landmarks(const Input& in, MeshShape& mesh, const TypeInfo& type) {
-  if (in.node().kind != Node::Kind::kMap) {
-    in.must_be(phrase(type, false));
-    return false;
-  }
-  bool good = true;
-  const auto codec = landmark_codec(mesh.unit_name);
-  for (const auto& entry : in.node().entries) {
-    if (entry.value.removed) continue;
-    const auto report = [&](const std::string& text) {
-      in.reading().add(entry.place, fmt::format("{}: {}", in.path_of(entry.key), text));
-      good = false;
-    };
-    Vector3 position = Vector3::Zero();
-    good = codec.read(in.at(entry), position) && good;
-    if (!is_name(entry.key)) report(fmt::format("a name that must be {}", phrase(name().type)));
-    if (!mesh.landmarks.emplace(entry.key, position).second) report("given twice");
-  }
-  return good;
-}
-
 Codec<MeshShape> mesh_codec() {
-  const auto named = file();
+  const auto named = absolute_file();
   std::vector<std::string> units;
   for (const auto& unit : kFileUnits) units.emplace_back(unit.name);
   const auto unit = word(units);
@@ -91,23 +105,22 @@ Codec<MeshShape> mesh_codec() {
       .add(
           {.name = "file",
            .type = named.type,
-           .help = "STL, OBJ or PLY file of a closed surface; a relative name counts from the scene's folder.",
+           .help =
+               "STL, OBJ, PLY, VTP or OFF file of a closed surface; a relative name counts from the scene's folder.",
            .required = true,
            .example = "my_hand.stl"},
-          [named](const Input& in, MeshShape& mesh) {
-            std::string path;
-            if (!named.read(in, path)) return false;
-            std::error_code error;
-            const auto absolute = std::filesystem::absolute(path, error);
-            mesh.file = error ? path : absolute.lexically_normal().string();
-            return true;
-          },
+          [named](const Input& in, MeshShape& mesh) { return named.read(in, mesh.file); },
           [named](const MeshShape& mesh) { return std::optional<Node>(named.write(mesh.file)); })
       .add(
-          {.name = "unit", .type = unit.type, .help = "Unit of the file's coordinates.", .fallback = "mm"},
+          {.name = "unit",
+           .type = unit.type,
+           .help = "Unit of the file's coordinates. May be left out if they are mm and the size of the body leaves no "
+                   "doubt of it.",
+           .fallback = "mm"},
           [unit](const Input& in, MeshShape& mesh) {
             if (!unit.read(in, mesh.unit_name)) return false;
             mesh.unit = file_unit(mesh.unit_name).metres;
+            mesh.unit_given = true;
             return true;
           },
           [unit](const MeshShape& mesh) { return std::optional<Node>(unit.write(mesh.unit_name)); })
@@ -117,14 +130,11 @@ Codec<MeshShape> mesh_codec() {
            .help = "Named points near the skin, in the file's frame and unit.",
            .example = "{index_pad: [0, 0, 0]}",
            .fallback = "{}"},
-          [landmarks](const Input& in, MeshShape& mesh) { return read_landmarks(in, mesh, landmarks); },
+          [](const Input& in, MeshShape& mesh) {
+            return read_table(in, landmark_codec(mesh.unit_name), mesh.landmarks);
+          },
           [](const MeshShape& mesh) {
-            const auto codec = landmark_codec(mesh.unit_name);
-            std::vector<std::pair<std::string, Node>> entries;
-            for (const auto& [landmark, position] : mesh.landmarks) {
-              entries.emplace_back(landmark, codec.write(position));
-            }
-            return std::optional<Node>(map(std::move(entries)));
+            return std::optional<Node>(table_node(landmark_codec(mesh.unit_name), mesh.landmarks));
           })
       .codec();
 }
@@ -141,37 +151,34 @@ Codec<Placement> place_codec() {
       .codec();
 }
 
-bool check_body(const Input& in, const BodySpec& body, bool good) {
-  if (!good) return true;
-  if (std::holds_alternative<HandShape>(body.shape)) {
-    return check_hand_edge(in.at(*in.node().find("edge_mm")));
-  }
-  const auto* mesh = std::get_if<MeshShape>(&body.shape);
-  if (!mesh || body.place.landmark.empty() || mesh->landmarks.contains(body.place.landmark)) return true;
+/// The landmarks of a mesh are the scene's own, so that a place and edges beside it can be held against them at once.
+bool check_mesh_landmark(const Input& at, const MeshShape& mesh, const std::string& landmark) {
+  if (mesh.landmarks.contains(landmark)) return true;
   std::vector<std::string> names;
-  names.reserve(mesh->landmarks.size());
-  for (const auto& [landmark, position] : mesh->landmarks) names.push_back(landmark);
-  const Input place = in.at(*in.node().find("place"));
-  place.at(*place.node().find("landmark"))
-      .must_be(names.empty() ? "one of body.mesh.landmarks, which has none"
-                             : fmt::format("one of body.mesh.landmarks: {}", fmt::join(names, ", ")));
+  names.reserve(mesh.landmarks.size());
+  for (const auto& [known, position] : mesh.landmarks) names.push_back(known);
+  at.must_be(names.empty() ? "one of body.mesh.landmarks, which has none"
+                           : fmt::format("one of body.mesh.landmarks: {}", fmt::join(names, ", ")));
   return false;
 }
 
-}  // namespace
-
-bool check_hand_edge(const Input& edge) {
-  const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
-  if (rule) edge.must_be(*rule + " for a hand");
-  return !rule;
+bool check_body(const Input& in, const BodySpec& body, bool good) {
+  if (!good) return true;
+  if (std::holds_alternative<HandShape>(body.shape)) {
+    return check_hand_edges(in.at(*in.node().find("edge_mm")));
+  }
+  const auto* mesh = std::get_if<MeshShape>(&body.shape);
+  if (!mesh || body.place.landmark.empty()) return true;
+  const Input place = in.at(*in.node().find("place"));
+  return check_mesh_landmark(place.at(*place.node().find("landmark")), *mesh, body.place.landmark);
 }
 
-Codec<BodySpec> body_codec() {
-  return Map<BodySpec>()
-      .alternative("hand", &BodySpec::shape, hand_codec(),
-                   "The built-in hand. Its own frame: origin at the wrist, x to the thumb's side of a right hand, y to "
-                   "the fingertips, z out of the back of the hand. Landmarks: thumb_pad, index_pad, middle_pad, "
-                   "ring_pad, little_pad, thumb_tip to little_tip, palm_centre, back_centre, wrist.")
+Map<BodySpec> body_map() {
+  Map<BodySpec> map;
+  map.alternative("hand", &BodySpec::shape, hand_codec(),
+                  "The built-in hand. Its own frame: origin at the wrist, x to the thumb's side of a right hand, y to "
+                  "the fingertips, z out of the back of the hand. Landmarks: thumb_pad, index_pad, middle_pad, "
+                  "ring_pad, little_pad, thumb_tip to little_tip, palm_centre, back_centre, wrist.")
       .alternative("sphere", &BodySpec::shape, sphere_codec(),
                    "A sphere about its origin. Landmarks: top, bottom, x_plus, x_minus, y_plus, y_minus.")
       .alternative("capsule", &BodySpec::shape, capsule_codec(),
@@ -179,12 +186,27 @@ Codec<BodySpec> body_codec() {
       .alternative("box", &BodySpec::shape, box_codec(), "A box about its origin. Landmarks as of a sphere.")
       .alternative("mesh", &BodySpec::shape, mesh_codec(), "A surface from a file.")
       .key("place", &BodySpec::place, place_codec(), "Where the body is.")
-      .maybe("edge_mm", &BodySpec::edge, number(kMillimetres, above(0)), "2.8",
-             fmt::format("Wanted edge length of the mesh [mm]; of a hand {}.", kHandEdge.text()))
-      .needed_with({"hand", "sphere", "capsule", "box"})
+      .maybe("edge_mm", &BodySpec::edge, edge_codec(), "2.8",
+             fmt::format("Wanted edge length of the mesh [mm]: one for all of it, or shorter ones near some places; of "
+                         "a hand {}. A mesh from a file is meshed anew if it is given, and else kept as it is.",
+                         kHandEdge.text()))
+      .needed_with({"hand", "sphere", "capsule", "box"}, {"mesh"})
+      .maybe("keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
+             "Only the part of the body within this distance of the target is modelled [mm]; its open ends are capped.")
       .exactly_one({"hand", "sphere", "capsule", "box", "mesh"})
-      .check([](const Input& in, BodySpec& body, bool good) { return check_body(in, body, good); })
-      .codec();
+      .check([](const Input& in, BodySpec& body, bool good) { return check_body(in, body, good); });
+  return map;
+}
+
+}  // namespace
+
+Codec<BodySpec> body_codec() { return body_map().codec(); }
+
+Codec<std::vector<BodySpec>> bodies_codec() {
+  const auto named = name();
+  auto map = body_map();
+  map.required("name", &BodySpec::name, named, "hand", "Names the body; its landmarks are called name.landmark.");
+  return list_of<BodySpec>(map.codec(), 1, 20, {.name = [](const BodySpec& body) { return body.name; }, .advice = ""});
 }
 
 }  // namespace touchfield::schema

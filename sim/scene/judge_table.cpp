@@ -10,20 +10,23 @@ namespace {
 /// A model of the judge's own as the file has it.
 struct JudgeForm {
   Scheme scheme = JudgeSpec{}.scheme;
-  std::optional<double> edge;
+  std::optional<EdgeSpec> edge;
+  bool whole = JudgeSpec{}.whole;
   std::optional<int> splits;
 };
 
 std::optional<JudgeSpec> to_judge(const Input& /*in*/, const JudgeForm& form) {
-  JudgeSpec judge{.scheme = form.scheme};
+  JudgeSpec judge;
+  judge.scheme = form.scheme;
   judge.kind = form.edge ? JudgeSpec::Kind::kEdge : JudgeSpec::Kind::kSplit;
   judge.edge = form.edge.value_or(judge.edge);
+  judge.whole = form.whole;
   judge.splits = form.splits.value_or(judge.splits);
   return judge;
 }
 
 JudgeForm to_form(const JudgeSpec& judge) {
-  JudgeForm form{.scheme = judge.scheme, .edge = {}, .splits = {}};
+  JudgeForm form{.scheme = judge.scheme, .edge = {}, .whole = judge.whole, .splits = {}};
   if (judge.kind == JudgeSpec::Kind::kEdge) {
     form.edge = judge.edge;
   } else {
@@ -36,9 +39,12 @@ Codec<JudgeSpec> own_model_codec() {
   return kept_as<JudgeSpec, JudgeForm>(
       Map<JudgeForm>()
           .key("scheme", &JudgeForm::scheme, scheme_codec(), "How its boundary elements model the scattering.")
-          .maybe("edge_mm", &JudgeForm::edge, number(kMillimetres, above(0)), "1.4",
-                 fmt::format("Edge length of a mesh of its own [mm], of a hand {}; not of a body from a file.",
+          .maybe("edge_mm", &JudgeForm::edge, edge_codec(), "1.4",
+                 fmt::format("Edge length of a mesh of its own [mm], as a body's edge_mm; of a hand {}.",
                              kHandEdge.text()))
+          .key("whole", &JudgeForm::whole, flag(),
+               "Whether the judge has the whole bodies where keep_within_mm leaves out parts of them. Only with "
+               "edge_mm.")
           .maybe("split", &JudgeForm::splits, integer(between(1, 2)), "1",
                  "Or the solving mesh with every face in four, as often as this says.")
           .exactly_one({"edge_mm", "split"})
@@ -69,17 +75,20 @@ Codec<JudgeSpec> judge_codec() {
 }
 
 bool check_judge(const Input& in, const Scene& scene) {
-  if (scene.judge.kind != JudgeSpec::Kind::kEdge) return true;
-  const Input judge = in.at(*in.node().find("judge"));
-  const Entry& edge = *judge.node().find("edge_mm");
-  if (std::holds_alternative<MeshShape>(scene.body.shape)) {
-    in.reading().add(edge.place,
-                     "judge.edge_mm: cannot be given with body.mesh, whose faces are those of its file; "
-                     "use split");
-    return false;
+  const Entry* entry = in.node().find("judge");
+  if (!entry || entry->value.kind != Node::Kind::kMap) return true;
+  const Input judge = in.at(*entry);
+  bool good = true;
+  if (scene.judge.kind == JudgeSpec::Kind::kSplit && scene.judge.whole) {
+    judge.at(*judge.node().find("whole")).problem("cannot be true with split, whose mesh is the solving one");
+    good = false;
   }
-  const bool is_hand = in.node().find("body") && std::holds_alternative<HandShape>(scene.body.shape);
-  return !is_hand || check_hand_edge(judge.at(edge));
+  const bool any_hand = std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                                    [](const BodySpec& body) { return std::holds_alternative<HandShape>(body.shape); });
+  if (scene.judge.kind == JudgeSpec::Kind::kEdge && any_hand) {
+    good = check_hand_edges(judge.at(*judge.node().find("edge_mm"))) && good;
+  }
+  return good;
 }
 
 }  // namespace touchfield::schema

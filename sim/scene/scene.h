@@ -10,7 +10,9 @@
 #include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"
 #include "sim/bem/scheme.h"
+#include "sim/mesh/edge_sizing.h"
 #include "sim/mesh/hand.h"
+#include "sim/mesh/perturb.h"
 #include "sim/rendering/target.h"
 
 namespace touchfield {
@@ -65,6 +67,7 @@ struct HandShape {
   double breadth = 88.3e-3;
   double length = 193.3e-3;
   HandSide side = HandSide::kRight;
+  HandJoints joints;
 };
 struct SphereShape {
   double radius = 0;
@@ -80,14 +83,33 @@ struct MeshShape {
   std::string file;    // absolute or relative to the working directory
   double unit = 1e-3;  // metres per file unit
   std::string unit_name = "mm";
+  bool unit_given = false;                   // else mm is a guess that the file's size has to bear out
   std::map<std::string, Vector3> landmarks;  // in the file's frame [m]
 };
 
+/// Edge length asked for as a function of place, see EdgeSizing.
+struct EdgeSpec {
+  double far = 0;                      // [m]; everywhere if nothing else is said
+  std::optional<double> near_target;   // [m], within `within` of the centre of each target box
+  std::map<std::string, double> near;  // [m], within `within` of a landmark
+  double within = 15e-3;               // [m]
+  double growth = EdgeSizing::kGrowth;
+
+  bool graded() const { return near_target || !near.empty(); }
+  double finest() const;
+  EdgeSpec scaled(double factor) const;
+};
+
 struct BodySpec {
+  std::string name;  // empty if it is the scene's only body
   std::variant<HandShape, SphereShape, CapsuleShape, BoxShape, MeshShape> shape;
   Placement place;
-  std::optional<double> edge;  // [m]; absent for a mesh from a file
+  std::optional<EdgeSpec> edge;       // absent: a mesh from a file as it is
+  std::optional<double> keep_within;  // [m] of the target; the rest of the body is left out
 };
+
+/// The landmark that every scene with one array has: the point of the skin nearest to it.
+inline constexpr const char* kNearestToArray = "nearest_array";
 
 struct TargetBoxSpec {
   std::string at;                    // a landmark; or else `centre`
@@ -103,12 +125,22 @@ struct TargetSpec {
   std::optional<double> pressure;  // [Pa]; absent: best
 };
 
-enum class MethodKind { kPaper, kUnscattered, kFocus, kFixed };
+enum class MethodKind { kSurface, kPaper, kUnscattered, kFocus, kFixed };
 
+/// Where an iterative method starts from.
 struct StartSpec {
-  enum class Kind { kZero, kRandom };
+  enum class Kind {
+    kZero,
+    kRandom,
+    kAdjoint,   // the field sent back from the target
+    kSpectral,  // the relaxed problem's own answer
+    kPrevious,  // the phases of a run
+  };
   Kind kind = Kind::kZero;
-  unsigned seed = 0;
+  unsigned seed = 0;   // of kRandom
+  int restarts = 1;    // of kRandom: seeds seed, seed + 1, ...; the best solution is kept
+  std::string file;    // of kPrevious: run.h5
+  std::string method;  // of kPrevious: whose phases; empty: the method of the same name, or else the first
 };
 
 inline constexpr Scheme kDefaultScheme = Scheme::kBurtonMillerPolished;
@@ -119,7 +151,8 @@ struct MethodSpec {
   Scheme scheme = kDefaultScheme;
   int iterations = 30;  // of an iterative method
   StartSpec start;
-  std::vector<double> phases;  // of `fixed`: one for all, or one a channel [rad]
+  bool free_amplitudes = false;  // of surface
+  std::vector<double> phases;    // of `fixed`: one for all, or one a channel [rad]
 };
 
 enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree };  // gmres: with a stored matrix
@@ -143,6 +176,7 @@ struct SolveSpec {
   Scheme scheme = kDefaultScheme;
   int iterations = 30;
   StartSpec start;
+  double quiet_weight = 1.0;  // of pressure outside the target, in surface
   SolverSpec solver;
 };
 
@@ -156,7 +190,8 @@ struct JudgeSpec {
   };
   Kind kind = Kind::kSame;
   Scheme scheme = Scheme::kBurtonMillerPolished;  // of kEdge and kSplit
-  double edge = 0;                                // of kEdge [m]
+  EdgeSpec edge;                                  // of kEdge
+  bool whole = false;                             // of kEdge: the bodies without keep_within
   int splits = 1;                                 // of kSplit: how often
 };
 
@@ -181,13 +216,17 @@ struct Scene {
   MediumSpec medium;
   double frequency = 40e3;  // [Hz]
   ArraySpec array;
-  BodySpec body;
+  std::vector<BodySpec> bodies;         // 1 or more
+  std::optional<SensingNoise> sensing;  // what the solver sees of the bodies; the judge sees them as they are
   std::optional<TargetSpec> target;
   SolveSpec solve;
   JudgeSpec judge;
   std::vector<FieldSpec> fields;
   WriteSpec write;
 };
+
+/// Whether a method of this kind takes a start and a number of iterations.
+bool iterates(MethodKind kind);
 
 /// Spellings of the names scenes and results use.
 std::string to_string(MethodKind kind);

@@ -1,5 +1,6 @@
 #include "sim/scene/scene_reader.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "sim/core/errors.h"
@@ -61,6 +62,22 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& overri
 }
 
 std::string resolved_yaml(const Scene& scene) { return schema::block_text(schema::scene_codec().write(scene)); }
+
+double EdgeSpec::finest() const {
+  double edge = std::min(far, near_target.value_or(far));
+  for (const auto& [landmark, length] : near) edge = std::min(edge, length);
+  return edge;
+}
+
+EdgeSpec EdgeSpec::scaled(double factor) const {
+  EdgeSpec other = *this;
+  other.far *= factor;
+  if (other.near_target) *other.near_target *= factor;
+  for (auto& [landmark, length] : other.near) length *= factor;
+  return other;
+}
+
+bool iterates(MethodKind kind) { return kind != MethodKind::kFocus && kind != MethodKind::kFixed; }
 
 std::string to_string(MethodKind kind) {
   for (const auto& [text, known] : schema::method_names()) {

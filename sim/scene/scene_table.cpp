@@ -34,7 +34,9 @@ Codec<TargetBoxSpec> target_box_codec() {
       .add(
           {.name = "at",
            .type = landmark.type,
-           .help = "The landmark of the placed body that the box is centred on.",
+           .help = "The landmark of the placed body that the box is centred on; nearest_array: the point of the skin "
+                   "that is "
+                   "nearest to the array. Of several bodies body.landmark, or landmark if only one has it.",
            .example = "index_pad"},
           [landmark](const Input& in, Box& box) { return landmark.read(in, box.at); },
           [landmark](const Box& box) {
@@ -157,21 +159,67 @@ bool check_targets(const Input& in) {
   const Input list = in.at(*solve).at(*methods);
   for (std::size_t i = 0; i < methods->value.items.size(); ++i) {
     const std::string method = method_of(methods->value.items[i]);
-    if (method != "paper" && method != "unscattered" && method != "focus") continue;
+    const auto& names = method_names();
+    const auto known =
+        std::find_if(names.begin(), names.end(), [&](const auto& entry) { return entry.first == method; });
+    if (known == names.end() || known->second == MethodKind::kFixed) continue;
     list.at(i).problem(fmt::format("{} needs a target, the scene must have one", method));
     good = false;
   }
   return good;
 }
 
+/// A scene with `body`, not `bodies`.
+bool is_single(const Scene& scene) { return scene.bodies.size() == 1 && scene.bodies.front().name.empty(); }
+
+Codec<SensingNoise> sensing_codec() {
+  const auto seeded = seed();
+  return Map<SensingNoise>()
+      .key("noise_mm_rms", &SensingNoise::rms, number(kMillimetres, between(0, 3)),
+           "Displacement along the normal of the skin, root mean square [mm].")
+      .key("correlation_mm", &SensingNoise::correlation, number(kMillimetres, between(1, 100)),
+           "Length over which it loses its correlation [mm].")
+      .key("offset_mm", &SensingNoise::offset, vector3(kMillimetres, between(-100, 100)),
+           "Of the bodies as a whole [mm].")
+      .add(
+          {.name = "seed", .type = seeded.type, .help = "Of the noise.", .fallback = "1"},
+          [seeded](const Input& in, SensingNoise& noise) {
+            unsigned value = 0;
+            const bool good = seeded.read(in, value);
+            noise.seed = value;
+            return good;
+          },
+          [seeded](const SensingNoise& noise) {
+            return std::optional<Node>(seeded.write(static_cast<unsigned>(noise.seed)));
+          })
+      .codec();
+}
+
 Codec<Scene> make_scene_codec() {
+  const auto body = body_codec();
+  const auto bodies = bodies_codec();
   return Map<Scene>()
       .required("name", &Scene::name, name(), "my_scene", "Names the run's folder.")
       .key("medium", &Scene::medium, medium_codec(), "The air.")
       .key("frequency_khz", &Scene::frequency, number(Unit::power_of_ten(3), between(1, 200)),
            "Frequency of the ultrasound [kHz].")
       .required("array", &Scene::array, array_codec(), "", "The transducers.")
-      .required("body", &Scene::body, body_codec(), "", "What the sound is scattered by, a sound-hard skin.")
+      .add(
+          {.name = "body", .type = body.type, .help = "What the sound is scattered by, a sound-hard skin."},
+          [body](const Input& in, Scene& scene) { return body.read(in, scene.bodies.emplace_back()); },
+          [body](const Scene& scene) {
+            return is_single(scene) ? std::optional<Node>(body.write(scene.bodies.front())) : std::nullopt;
+          })
+      .add(
+          {.name = "bodies", .type = bodies.type, .help = "Several bodies, each with a name; they must not touch."},
+          [bodies](const Input& in, Scene& scene) { return bodies.read(in, scene.bodies); },
+          [bodies](const Scene& scene) {
+            return is_single(scene) ? std::nullopt : std::optional<Node>(bodies.write(scene.bodies));
+          })
+      .exactly_one({"body", "bodies"})
+      .maybe("sensing", &Scene::sensing, sensing_codec(), "{noise_mm_rms: 0.5}",
+             "What the solver sees of the bodies, as a sensor would: displaced by smooth noise and moved. The judge "
+             "sees them as they are.")
       .maybe("target", &Scene::target, target_codec(), "",
              "Where on the skin to press. Every method but fixed needs one.")
       .required("solve", &Scene::solve, solve_codec(), "", "How the phases are found.")

@@ -19,6 +19,9 @@ const Codec<Scene>& scene_codec();
 
 Codec<ArraySpec> array_codec();
 Codec<BodySpec> body_codec();
+/// Several bodies, each with a name.
+Codec<std::vector<BodySpec>> bodies_codec();
+Codec<EdgeSpec> edge_codec();
 Codec<SolveSpec> solve_codec();
 Codec<JudgeSpec> judge_codec();
 /// The schemes of the boundary elements.
@@ -28,8 +31,8 @@ Codec<std::vector<FieldSpec>> fields_codec();
 /// The hand generator's own bounds of an edge [mm]; other shapes take any.
 inline const Range kHandEdge = between(0.4, 8);
 
-/// Reports and returns false if the edge length read from here does not do for a hand.
-bool check_hand_edge(const Input& edge);
+/// Reports and returns false if one of the edge lengths read from here does not do for a hand.
+bool check_hand_edges(const Input& edges);
 /// Reports and returns false if the judge cannot have the body of this scene, read from `in`.
 bool check_judge(const Input& in, const Scene& scene);
 

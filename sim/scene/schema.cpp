@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include <fmt/format.h>
@@ -172,9 +173,11 @@ bool check_group(const Input& in, const Group& group, const std::set<std::string
 // What the chosen key of the group asks of this one.
 bool check_beside(const Input& in, const KeyInfo& key, const std::string& chosen, bool misspelt) {
   const Entry* entry = in.node().find(key.name);
-  const bool fits =
-      key.only_with.empty() || std::find(key.only_with.begin(), key.only_with.end(), chosen) != key.only_with.end();
-  if (entry && !fits) {
+  const auto lists = [&](const std::vector<std::string>& keys) {
+    return std::find(keys.begin(), keys.end(), chosen) != keys.end();
+  };
+  const bool fits = key.only_with.empty() || lists(key.only_with);
+  if (entry && !fits && !lists(key.also_with)) {
     in.reading().add(entry->place, fmt::format("{}: cannot be given with {}", in.path_of(key.name), chosen));
     return false;
   }
@@ -290,6 +293,20 @@ Codec<std::string> file() {
             return true;
           },
           base.write};
+}
+
+Codec<std::string> absolute_file() {
+  const auto named = file();
+  return {named.type,
+          [named](const Input& in, std::string& out) {
+            std::string path;
+            if (!named.read(in, path)) return false;
+            std::error_code error;
+            const auto absolute = std::filesystem::absolute(path, error);
+            out = error ? path : absolute.lexically_normal().string();
+            return true;
+          },
+          named.write};
 }
 
 Codec<std::string> word(std::vector<std::string> words) {

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -58,6 +59,7 @@ struct KeyInfo {
   std::string example{};                 // what the template shows, YAML in one line; empty: the default
   std::string fallback{};                // the default as YAML in one line; empty if there is none
   std::vector<std::string> only_with{};  // allowed only beside one of these keys of the map's group
+  std::vector<std::string> also_with{};  // and these, beside which it is not required
   std::vector<std::pair<std::string, std::size_t>> items_with{};  // length of the list beside a key of the group
 };
 
@@ -97,6 +99,8 @@ Codec<std::string> name();
 Codec<std::string> text(std::size_t fewest_bytes);
 /// The name of a file; its path once read (see Reading::resolve).
 Codec<std::string> file();
+/// The same as an absolute path, so that a resolved scene can be read from anywhere.
+Codec<std::string> absolute_file();
 Codec<std::string> word(std::vector<std::string> words);
 /// A list of 3.
 Codec<Vector3> vector3(Unit unit, const Range& range);
@@ -111,6 +115,35 @@ bool check_list(const Input& in, const TypeInfo& type);
 /// Reports a name that an earlier item has; advice: added to the message.
 bool check_new_name(const Input& item, const std::string& name, const std::vector<std::string>& taken,
                     const std::string& advice);
+
+/// A map of free names, each once; reports what is wrong and returns false.
+template <class T>
+bool read_table(const Input& in, const Codec<T>& codec, std::map<std::string, T>& out) {
+  if (in.node().kind != Node::Kind::kMap) {
+    in.must_be(phrase({.kind = TypeInfo::Kind::kTable, .of = {codec.type}}, false));
+    return false;
+  }
+  bool good = true;
+  for (const auto& entry : in.node().entries) {
+    if (entry.value.removed) continue;
+    const auto report = [&](const std::string& text) {
+      in.reading().add(entry.place, in.path_of(entry.key) + ": " + text);
+      good = false;
+    };
+    T value{};
+    good = codec.read(in.at(entry), value) && good;
+    if (!is_name(entry.key)) report("a name that must be " + phrase(name().type));
+    if (!out.emplace(entry.key, std::move(value)).second) report("given twice");
+  }
+  return good;
+}
+
+template <class T>
+Node table_node(const Codec<T>& codec, const std::map<std::string, T>& values) {
+  std::vector<std::pair<std::string, Node>> entries;
+  for (const auto& [key, value] : values) entries.emplace_back(key, codec.write(value));
+  return map(std::move(entries));
+}
 
 template <class E>
 Codec<E> choice(std::vector<std::pair<std::string, E>> values) {
@@ -297,6 +330,12 @@ class Map {
   Map& needed_with(std::vector<std::string> keys) {
     info_.keys.back().required = true;
     return allowed_with(std::move(keys));
+  }
+  /// The key added last is required beside the first keys of the group, may be given beside the second ones and is
+  /// allowed beside no other.
+  Map& needed_with(std::vector<std::string> keys, std::vector<std::string> optional) {
+    info_.keys.back().also_with = std::move(optional);
+    return needed_with(std::move(keys));
   }
   /// What the template shows for the key added last, instead of its default.
   Map& shown_as(const std::string& example) {

@@ -61,7 +61,9 @@ Json alternative_json(const MapInfo& info, const std::string& chosen) {
   Json required = {chosen};
   Json properties = Json::object();
   for (const auto& key : info.keys) {
-    if (!key.only_with.empty() && !contains(key.only_with, chosen)) properties[key.name] = false;
+    if (!key.only_with.empty() && !contains(key.only_with, chosen) && !contains(key.also_with, chosen)) {
+      properties[key.name] = false;
+    }
     if (key.required && contains(key.only_with, chosen)) required.push_back(key.name);
     for (const auto& [other, count] : key.items_with) {
       if (other == chosen) properties[key.name] = {{"minItems", count}, {"maxItems", count}};
@@ -210,7 +212,11 @@ bool in_use(const KeyInfo& key, const MapInfo& info) {
   if (key.name == chosen) return true;
   if (info.group && contains(info.group->keys, key.name)) return false;
   if (!key.only_with.empty() && !contains(key.only_with, chosen)) return false;
-  return key.required || !key.fallback.empty() || key.type.kind == Kind::kMap;
+  if (key.type.kind == Kind::kMap && !key.required) {  // a map without a line in use would read as nothing
+    const MapInfo& inner = *key.type.map;
+    return std::any_of(inner.keys.begin(), inner.keys.end(), [&](const KeyInfo& part) { return in_use(part, inner); });
+  }
+  return key.required || !key.fallback.empty();
 }
 
 std::string explanation(const KeyInfo& key) {

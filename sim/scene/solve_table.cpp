@@ -1,3 +1,7 @@
+#include <algorithm>
+
+#include <fmt/format.h>
+
 #include "sim/bem/scheme.h"
 #include "sim/scene/number_files.h"
 #include "sim/scene/scene_table.h"
@@ -7,27 +11,67 @@ namespace {
 
 Codec<int> iterations_codec() { return integer(between(1, 100000)); }
 
+/// A start with something to say beside its name, as the file has it.
+struct StartForm {
+  std::optional<unsigned> seed;
+  std::optional<int> restarts;
+  std::optional<std::string> file;
+  std::optional<std::string> method;
+};
+
+Codec<StartForm> start_form_codec() {
+  return Map<StartForm>()
+      .maybe("random", &StartForm::seed, seed(), "1", "Phases drawn at random from this seed.")
+      .maybe("restarts", &StartForm::restarts, integer(between(1, 1000)), "1",
+             "How many starts are tried, from this seed on; the solution of least cost is kept.")
+      .allowed_with({"random"})
+      .maybe("previous", &StartForm::file, absolute_file(), "before/run.h5", "The phases of a run, from its run.h5.")
+      .maybe("method", &StartForm::method, name(), "surface",
+             "Whose phases; if left out those of the method of the same name, or else of the run's first.")
+      .allowed_with({"previous"})
+      .exactly_one({"random", "previous"})
+      .codec();
+}
+
 Codec<StartSpec> make_start_codec() {
-  const auto random = Map<StartSpec>()
-                          .required("random", &StartSpec::seed, seed(), "1", "Phases drawn at random from this seed.")
-                          .codec();
-  const auto zero = word({"zero"});
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {zero.type, random.type}};
+  using Kind = StartSpec::Kind;
+  const auto named = choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}});
+  const auto detailed = start_form_codec();
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {named.type, detailed.type}};
   return {type,
           [=](const Input& in, StartSpec& start) {
+            start = {};
             if (in.node().kind == Node::Kind::kMap) {
-              start.kind = StartSpec::Kind::kRandom;
-              return random.read(in, start);
+              StartForm form;
+              if (!detailed.read(in, form)) return false;
+              start.kind = form.seed ? Kind::kRandom : Kind::kPrevious;
+              start.seed = form.seed.value_or(0);
+              start.restarts = form.restarts.value_or(1);
+              start.file = form.file.value_or("");
+              start.method = form.method.value_or("");
+              return true;
             }
-            if (in.node().kind != Node::Kind::kScalar || in.node().text != "zero") {
+            const auto& words = named.type.words;
+            if (in.node().kind != Node::Kind::kScalar ||
+                std::find(words.begin(), words.end(), in.node().text) == words.end()) {
               in.must_be(phrase(type));
               return false;
             }
-            start = {};
-            return true;
+            return named.read(in, start.kind);
           },
           [=](const StartSpec& start) {
-            return start.kind == StartSpec::Kind::kRandom ? random.write(start) : scalar("zero");
+            StartForm form;
+            if (start.kind == Kind::kRandom) {
+              form.seed = start.seed;
+              if (start.restarts != 1) form.restarts = start.restarts;
+              return detailed.write(form);
+            }
+            if (start.kind == Kind::kPrevious) {
+              form.file = start.file;
+              if (!start.method.empty()) form.method = start.method;
+              return detailed.write(form);
+            }
+            return named.write(start.kind);
           }};
 }
 
@@ -44,12 +88,11 @@ struct MethodForm {
   std::optional<Scheme> scheme;
   std::optional<int> iterations;
   std::optional<StartSpec> start;
+  bool free_amplitudes = MethodSpec{}.free_amplitudes;
   std::vector<double> phases;
 };
 
 std::string name_of(const MethodForm& form) { return form.as.value_or(to_string(form.kind)); }
-
-bool is_iterative(MethodKind kind) { return kind == MethodKind::kPaper || kind == MethodKind::kUnscattered; }
 
 void add_fixed_phases(Map<MethodForm>& map) {
   const auto phase = number(kPlain, {});
@@ -97,9 +140,13 @@ Codec<MethodForm> make_options_codec(MethodKind kind) {
   map.maybe("as", &MethodForm::as, name(), "second_try",
             "Name of the method in the results; the method's own if left out.")
       .maybe("scheme", &MethodForm::scheme, scheme_codec(), "paper", "Scheme of this method instead of solve.scheme.");
-  if (is_iterative(kind)) {
+  if (iterates(kind)) {
     map.maybe("iterations", &MethodForm::iterations, iterations_codec(), "10", "Instead of solve.iterations.")
         .maybe("start", &MethodForm::start, start_codec(), "{random: 7}", "Instead of solve.start.");
+  }
+  if (kind == MethodKind::kSurface) {
+    map.key("free_amplitudes", &MethodForm::free_amplitudes, flag(),
+            "Whether the amplitudes of the transducers are found too, 0 to 1, or are all 1.");
   }
   if (kind == MethodKind::kFixed) add_fixed_phases(map);
   return map.codec();
@@ -107,15 +154,19 @@ Codec<MethodForm> make_options_codec(MethodKind kind) {
 
 // Methods with the same options share their table: the pages describe it once.
 const Codec<MethodForm>& options_codec(MethodKind kind) {
+  static const Codec<MethodForm> surface = make_options_codec(MethodKind::kSurface);
   static const Codec<MethodForm> iterative = make_options_codec(MethodKind::kPaper);
   static const Codec<MethodForm> focus = make_options_codec(MethodKind::kFocus);
   static const Codec<MethodForm> fixed = make_options_codec(MethodKind::kFixed);
-  if (is_iterative(kind)) return iterative;
+  if (kind == MethodKind::kSurface) return surface;
+  if (iterates(kind)) return iterative;
   return kind == MethodKind::kFixed ? fixed : focus;
 }
 
 std::string method_help(MethodKind kind) {
   switch (kind) {
+    case MethodKind::kSurface:
+      return "The misfit of the pressure amplitudes on the skin itself, Levenberg-Marquardt in a small system.";
     case MethodKind::kPaper:
       return "The published optimisation: the misfit of the scattered field, Levenberg-Marquardt.";
     case MethodKind::kUnscattered:
@@ -172,6 +223,7 @@ struct SolveForm {
   Scheme scheme = SolveSpec{}.scheme;
   int iterations = SolveSpec{}.iterations;
   StartSpec start = SolveSpec{}.start;
+  double quiet_weight = SolveSpec{}.quiet_weight;
   SolverSpec solver;
 };
 
@@ -208,18 +260,35 @@ Map<SolverSpec> solver_keys() {
            "the root of its area.");
 }
 
-std::optional<SolveSpec> to_solve(const Input& /*in*/, const SolveForm& form) {
-  SolveSpec solve{
-      .methods = {}, .scheme = form.scheme, .iterations = form.iterations, .start = form.start, .solver = form.solver};
+/// Starts that only methods on the skin can have.
+bool check_start(const Input& in, const MethodSpec& method) {
+  const bool incident = method.kind == MethodKind::kPaper || method.kind == MethodKind::kUnscattered;
+  const bool adjoint = method.start.kind == StartSpec::Kind::kAdjoint;
+  if (!incident || (!adjoint && method.start.kind != StartSpec::Kind::kSpectral)) return true;
+  in.problem(
+      fmt::format("{} cannot start from {}; give it another start", method.name, adjoint ? "adjoint" : "spectral"));
+  return false;
+}
+
+std::optional<SolveSpec> to_solve(const Input& in, const SolveForm& form) {
+  SolveSpec solve{.methods = {},
+                  .scheme = form.scheme,
+                  .iterations = form.iterations,
+                  .start = form.start,
+                  .quiet_weight = form.quiet_weight,
+                  .solver = form.solver};
   for (const auto& method : form.methods) {
     solve.methods.push_back({.kind = method.kind,
                              .name = name_of(method),
                              .scheme = method.scheme.value_or(form.scheme),
                              .iterations = method.iterations.value_or(form.iterations),
                              .start = method.start.value_or(form.start),
+                             .free_amplitudes = method.free_amplitudes,
                              .phases = method.phases});
   }
-  return solve;
+  const bool good = std::all_of(solve.methods.begin(), solve.methods.end(),
+                                [&](const MethodSpec& method) { return check_start(in, method); });
+  return good ? std::optional(solve) : std::nullopt;
 }
 
 SolveForm to_form(const SolveSpec& solve) {
@@ -227,6 +296,7 @@ SolveForm to_form(const SolveSpec& solve) {
                  .scheme = solve.scheme,
                  .iterations = solve.iterations,
                  .start = solve.start,
+                 .quiet_weight = solve.quiet_weight,
                  .solver = solve.solver};
   for (const auto& method : solve.methods) {
     form.methods.push_back({.kind = method.kind,
@@ -234,6 +304,7 @@ SolveForm to_form(const SolveSpec& solve) {
                             .scheme = method.scheme,
                             .iterations = method.iterations,
                             .start = method.start,
+                            .free_amplitudes = method.free_amplitudes,
                             .phases = method.phases});
   }
   return form;
@@ -253,20 +324,24 @@ Codec<SolveSpec> solve_codec() {
           .required("methods", &SolveForm::methods,
                     list_of<MethodForm>(method_codec(), 1, TypeInfo::kNoLimit,
                                         {.name = name_of, .advice = "; another name is given with as"}),
-                    "[paper, unscattered, focus]", "The methods to compare, each a name or {name: {options}}.")
+                    "[surface, paper, unscattered, focus]", "The methods to compare, each a name or {name: {options}}.")
           .key("scheme", &SolveForm::scheme, scheme_codec(),
                "How the boundary elements model the scattering: as published (paper); with a better diagonal "
                "(paper_corrected); with points inside the body too (chief); with the pressure's derivative too "
                "(burton_miller); the same and two steps of paper_corrected (burton_miller_polished).")
           .key("iterations", &SolveForm::iterations, iterations_codec(), "Iterations of an iterative method.")
-          .key("start", &SolveForm::start, start_codec(), "Phases an iterative method starts from.")
+          .key("start", &SolveForm::start, start_codec(),
+               "Phases an iterative method starts from; adjoint and spectral not of paper and unscattered.")
+          .key("quiet_weight", &SolveForm::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
+               "Weight of the pressure outside the target in surface.")
           .part(&SolveForm::solver, solver_keys())
           .codec(),
       to_solve, [](const SolveSpec& solve) { return to_form(solve); });
 }
 
 const std::vector<std::pair<std::string, MethodKind>>& method_names() {
-  static const std::vector<std::pair<std::string, MethodKind>> names = {{"paper", MethodKind::kPaper},
+  static const std::vector<std::pair<std::string, MethodKind>> names = {{"surface", MethodKind::kSurface},
+                                                                        {"paper", MethodKind::kPaper},
                                                                         {"unscattered", MethodKind::kUnscattered},
                                                                         {"focus", MethodKind::kFocus},
                                                                         {"fixed", MethodKind::kFixed}};

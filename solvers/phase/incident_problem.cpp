@@ -1,10 +1,11 @@
 #include "solvers/phase/incident_problem.h"
 
-#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include <Eigen/Cholesky>
+
+#include "solvers/phase/levenberg_marquardt.h"
 
 namespace touchfield {
 
@@ -76,10 +77,7 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
 
   Eigen::MatrixXd normal = incident_normal_matrix(problem, x);
   Eigen::VectorXd gradient = tangential_part(z, gram_z);
-  const double first_damping = options.initial_damping * std::max(normal.diagonal().maxCoeff(), 0.0);
-  double mu = first_damping > 0 ? first_damping : 1.0;
-  const double largest_mu = 1e30 * mu;
-  double nu = 2.0;
+  MadsenDamping damping(x.size() > 0 ? options.initial_damping * normal.diagonal().maxCoeff() : 0.0);
   const auto is_flat = [&] { return gradient.cwiseAbs().maxCoeff() <= options.gradient_tolerance * std::abs(cost); };
 
   if (x.size() == 0 || is_flat()) {
@@ -88,7 +86,7 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
   while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
     ++solution.iterations;
     Eigen::MatrixXd damped = normal;
-    damped.diagonal().array() += mu;
+    damped.diagonal().array() += damping.value();
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(damped);
     bool accepted = false;
     if (cholesky.info() == Eigen::Success) {
@@ -97,7 +95,7 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
       const Eigen::VectorXcd candidate_z = unit_phasors(candidate);
       const Eigen::VectorXcd candidate_gram_z = problem.gram * candidate_z;
       const double candidate_cost = candidate_z.dot(candidate_gram_z).real();
-      const double predicted = step.dot(mu * step - gradient);
+      const double predicted = step.dot(damping.value() * step - gradient);
       const double gain = (cost - candidate_cost) / predicted;
       accepted = candidate_cost < cost && predicted > 0;
       if (accepted) {
@@ -108,8 +106,7 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
         cost = candidate_cost;
         normal = incident_normal_matrix(problem, x);
         gradient = tangential_part(z, gram_z);
-        mu *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * gain - 1.0, 3));
-        nu = 2.0;
+        damping.accept(gain);
         if (tiny || is_flat()) {
           solution.status = PhaseStatus::kConverged;
         }
@@ -118,9 +115,8 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
       }
     }
     if (!accepted) {
-      mu *= nu;
-      nu *= 2.0;
-      if (solution.status == PhaseStatus::kIterationLimit && !(mu < largest_mu)) {
+      damping.reject();
+      if (solution.status == PhaseStatus::kIterationLimit && damping.exhausted()) {
         solution.status = PhaseStatus::kStalled;
       }
     }

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <functional>
-
 #include <Eigen/Core>
 
 #include "solvers/phase/phase_solution.h"
@@ -35,9 +33,6 @@ struct LevenbergMarquardtOptions {
   double gradient_tolerance = 1e-10;  // converged if max |J^T f| <= this times the cost; >= 0
   double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0
 };
-
-/// Told after every iteration: its number from 1 and the cost reached. Empty: nobody is.
-using IterationCallback = std::function<void(int iteration, double cost)>;
 
 /// Minimises the cost over theta and phi by Levenberg-Marquardt with Madsen's damping: gain ratio
 /// (cost - cost_new) / (h . (mu h - J^T f)); accepted: mu *= max(1/3, 1 - (2 gain - 1)^3), nu = 2; rejected: mu *= nu,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,9 @@ Eigen::VectorXd wrapped(const Eigen::VectorXd& phases);
 
 /// Phases [rad] that were not iterated for, at full drive.
 PhaseSolution direct_solution(const Eigen::VectorXd& phases);
+
+/// Told after every iteration: its number from 1 and the cost reached. Empty: nobody is.
+using IterationCallback = std::function<void(int iteration, double cost)>;
 
 /// The complex drives q.
 Eigen::VectorXcd drive(const PhaseSolution& solution);

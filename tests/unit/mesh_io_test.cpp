@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <random>
 #include <stdlib.h>
@@ -14,6 +15,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <vtkCellArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkXMLPolyDataWriter.h>
 
 #include "sim/core/errors.h"
 #include "sim/mesh/inspect.h"
@@ -103,6 +112,126 @@ void expect_tetrahedron(const TriangleMesh& mesh, double unit) {
   EXPECT_NEAR(report.volume / std::pow(unit, 3), 1.0 / 6.0, 1e-14);
 }
 
+const char* const kOff = "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+
+const char* const kVtp = R"(<?xml version="1.0"?>
+<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
+  <!-- made by hand -->
+  <PolyData>
+    <FieldData><DataArray type="Int32" Name="connectivity" format="ascii">99</DataArray></FieldData>
+    <Piece NumberOfPoints="4" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="4">
+      <PointData><DataArray type="Float32" Name="Points" format="ascii">1 2 3 4</DataArray></PointData>
+      <Points>
+        <DataArray type="Float64" NumberOfComponents="3" format="ascii">
+          0 0 0  1 0 0  0 1 0
+          0 0 1e0
+          <InformationKey name="L2_NORM_RANGE" location="vtkDataArray"><Value index="0">7</Value></InformationKey>
+        </DataArray>
+      </Points>
+      <Polys>
+        <DataArray type="Int32" Name="connectivity" format="ascii">0 2 1  0 1 3  0 3 2  1 2 3</DataArray>
+        <DataArray type="UInt8" Name="offsets" format="ascii">3 6 9 12</DataArray>
+      </Polys>
+    </Piece>
+  </PolyData>
+</VTKFile>
+)";
+
+/// The tetrahedron as VTK writes it, its faces as triangles or as one strip, with data that does not matter.
+std::string vtk_tetrahedron(const std::function<void(vtkXMLPolyDataWriter*)>& choose, bool single, bool strip) {
+  vtkNew<vtkPoints> points;
+  single ? points->SetDataTypeToFloat() : points->SetDataTypeToDouble();
+  for (const auto& point : std::vector<std::array<double, 3>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+    points->InsertNextPoint(point.data());
+  }
+  vtkNew<vtkPolyData> surface;
+  surface->SetPoints(points);
+  vtkNew<vtkCellArray> cells;
+  if (strip) {
+    cells->InsertNextCell({0, 2, 1, 3, 0, 2});
+    surface->SetStrips(cells);
+  } else {
+    for (const auto& face : std::vector<std::array<vtkIdType, 3>>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
+      cells->InsertNextCell(3, face.data());
+    }
+    surface->SetPolys(cells);
+  }
+  vtkNew<vtkDoubleArray> data;
+  data->SetName("pressure");
+  data->SetNumberOfTuples(4);
+  data->Fill(2.0);
+  surface->GetPointData()->AddArray(data);
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetInputData(surface);
+  writer->WriteToOutputStringOn();
+  choose(writer);
+  EXPECT_EQ(writer->Write(), 1);
+  return writer->GetOutputString();
+}
+
+/// Every way in which VTK and ParaView store arrays that can be read.
+std::vector<std::pair<std::string, std::string>> vtk_tetrahedra() {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended}) {
+    for (const int bits : {0, 1, 2, 3, 4, 5, 6, 7, 8, 15, 16, 31, 32, 63, 100}) {
+      const bool strip = (bits & 8) != 0;
+      const auto choose = [&](vtkXMLPolyDataWriter* writer) {
+        writer->SetDataMode(mode);
+        (bits & 1) != 0 ? writer->SetCompressorTypeToZLib() : writer->SetCompressorTypeToNone();
+        (bits & 2) != 0 ? writer->SetHeaderTypeToUInt64() : writer->SetHeaderTypeToUInt32();
+        (bits & 4) != 0 ? writer->EncodeAppendedDataOn() : writer->EncodeAppendedDataOff();
+        (bits & 16) != 0 ? writer->SetByteOrderToBigEndian() : writer->SetByteOrderToLittleEndian();
+        (bits & 32) != 0 ? writer->SetIdTypeToInt32() : writer->SetIdTypeToInt64();
+        writer->SetBlockSize(32);  // several blocks an array, the last one smaller
+      };
+      files.emplace_back(std::to_string(mode) + "/" + std::to_string(bits),
+                         vtk_tetrahedron(choose, (bits & 64) != 0, strip));
+    }
+  }
+  return files;
+}
+
+TEST_F(MeshIo, ReadsOffAndItsVariants) {
+  expect_tetrahedron(read_mesh(write("a.off", kOff), kMm), kMm);
+  const std::string off = kOff;
+  const std::string commented = "# a comment\n\n" + with(off, "4 4 6", "  # counts\n\n4 4 6 # and edges");
+  const std::string body = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  const std::string coloured =
+      "COFF\n4 4 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 .5 .5 .5 1\n0 0 1 9 9 9 9\n"
+      "3 0 2 1 255 0 0\n3 0 1 3 0.5 0.5 0.5\n3 0 3 2\n3 1 2 3 7\n";
+  for (const std::string& text : {commented, with(off, "4 4 6", "4 4"), "OFF 4 4 6\n" + body, "OFF 4 4\n" + body,
+                                  coloured, with(coloured, "COFF", "STCNOFF"), with(off, "3 1 2 3\n", "3 1 2 3")}) {
+    expect_tetrahedron(read_mesh(write("b.off", text), kMm), kMm);
+  }
+  std::string dos = off;
+  for (std::size_t at = 0; (at = dos.find('\n', at)) != std::string::npos; at += 2) {
+    dos.insert(at, "\r");
+  }
+  expect_tetrahedron(read_mesh(write("dos.off", dos), kMm), kMm);
+}
+
+TEST_F(MeshIo, ReadsVtpMadeByHandAndByVtk) {
+  expect_tetrahedron(read_mesh(write("a.vtp", kVtp), kMm), kMm);
+  for (const auto& [way, bytes] : vtk_tetrahedra()) {
+    SCOPED_TRACE(way);
+    expect_tetrahedron(read_mesh(write("b.vtp", bytes), kMm), kMm);
+  }
+}
+
+TEST_F(MeshIo, JoinsThePiecesOfVtp) {
+  const std::string text = kVtp;
+  const std::size_t begin = text.find("    <Piece");
+  const std::size_t end = text.find("  </PolyData>");
+  const std::string piece = text.substr(begin, end - begin);
+  std::string both = text;
+  both.insert(end, with(piece, "0 0 0  1 0 0  0 1 0", "5 5 5  6 5 5  5 6 5"));
+  const FileSurface surface = read_surface(write("two.vtp", with(both, "0 0 1e0\n", "0 0 1e0\n")));
+  ASSERT_EQ(surface.triangles.size(), 8u);
+  EXPECT_EQ(surface.points.size(), 8u);
+  EXPECT_THAT(surface.triangles[4], ::testing::ElementsAre(4, 6, 5));
+  EXPECT_EQ(surface.points[6], Vector3(5, 6, 5));
+}
+
 TEST_F(MeshIo, ReadsObj) {
   expect_tetrahedron(read_mesh(write("a.obj", kObj), 1.0), 1.0);
   expect_tetrahedron(read_mesh(write("A.OBJ", kObj), kMm), kMm);
@@ -168,8 +297,9 @@ TEST_F(MeshIo, MergesEqualCoordinatesOnly) {
 
 TEST_F(MeshIo, WritesWhatItReads) {
   const TriangleMesh mesh = transformed(icosphere(0.0123, 5), Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.05});
-  // OBJ and PLY keep doubles; binary STL has floats, of coordinates up to 0.25 m.
-  for (const auto& [name, tolerance] : {std::pair{"s.obj", 1e-16}, {"s.ply", 1e-16}, {"s.stl", 0.25 * 6e-8}}) {
+  // All keep doubles but binary STL, which has floats, of coordinates up to 0.25 m.
+  for (const auto& [name, tolerance] :
+       {std::pair{"s.obj", 1e-16}, {"s.ply", 1e-16}, {"s.off", 1e-16}, {"s.vtp", 1e-16}, {"s.stl", 0.25 * 6e-8}}) {
     write_mesh(path(name), mesh, kMm);
     const TriangleMesh back = read_mesh(path(name), kMm);
     ASSERT_EQ(back.face_count(), mesh.face_count()) << name;
@@ -177,7 +307,7 @@ TEST_F(MeshIo, WritesWhatItReads) {
     EXPECT_LT((back.centroids() - mesh.centroids()).cwiseAbs().maxCoeff(), tolerance) << name;
     EXPECT_THAT(inspect(back).faults, IsEmpty()) << name;
   }
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 3) << "something is left behind";
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 5) << "something is left behind";
 }
 
 TEST_F(MeshIo, BinaryStlHasItsPublishedLayout) {
@@ -196,9 +326,9 @@ TEST_F(MeshIo, RefusesPathsThatAreNoMeshFile) {
   EXPECT_THAT([&] { read_mesh(path("folder.stl"), kMm); }, ThrowsMessage<InputError>(HasSubstr("is a directory")));
   ASSERT_EQ(mkfifo(path("pipe.stl").c_str(), 0600), 0);
   EXPECT_THROW(read_mesh(path("pipe.stl"), kMm), InputError);
-  expect_refused("a.step", kObj, "must end in .stl, .obj or .ply");
-  expect_refused("noending", kObj, "must end in .stl, .obj or .ply");
-  for (const char* name : {"e.stl", "e.obj", "e.ply"}) {
+  expect_refused("a.step", kObj, "must end in .stl, .obj, .ply, .off or .vtp");
+  expect_refused("noending", kObj, "must end in .stl, .obj, .ply, .off or .vtp");
+  for (const char* name : {"e.stl", "e.obj", "e.ply", "e.off", "e.vtp"}) {
     expect_refused(name, "", "the file is empty");
     expect_refused(name, "\n\n", "");
   }
@@ -264,19 +394,121 @@ TEST_F(MeshIo, RefusesBrokenPly) {
   }
 }
 
+TEST_F(MeshIo, RefusesBrokenOff) {
+  const std::string good = kOff;
+  expect_refused("n.off", with(good, "OFF", "OF"), "n.off:1: not an OFF file");
+  expect_refused("n.off", with(good, "OFF", "4OFF"), "not in three dimensions");
+  expect_refused("n.off", with(good, "OFF", "OFF BINARY"), "binary OFF is not supported");
+  expect_refused("n.off", with(good, "4 4 6", "4"), "number of faces");
+  expect_refused("n.off", with(good, "4 4 6", "4 -4 6"), "'-4', it must be a whole number from 0");
+  expect_refused("n.off", with(good, "4 4 6", "400000000000 4 6"), "ends after 8 of its 400000000000 vertices");
+  expect_refused("n.off", with(good, "4 4 6", "4 400000000000 6"), "ends after 4 of its 400000000000 faces");
+  expect_refused("n.off", with(good, "4 4 6", "4 3 6"), "goes on after its 4 vertices and 3 faces");
+  expect_refused("n.off", with(good, "4 4 6", "3 4 6"), "");
+  expect_refused("n.off", with(good, "1 0 0", "1 nan 0"), "n.off:4: a coordinate is 'nan'");
+  expect_refused("n.off", with(good, "1 0 0", "1 0"), "three coordinates");
+  expect_refused("n.off", with(good, "3 0 3 2", "3 0 3"), "announces 3 corners, but has 2");
+  expect_refused("n.off", with(good, "3 0 3 2", "3 0 4 2"), "face 2 names vertex 4, but there are 4");
+  expect_refused("n.off", with(good, "3 0 3 2", "2 0 3"), "2 corners");
+  expect_refused("n.off", with(good, "3 0 3 2", "99999999999 0 3 2"), "announces 99999999999 corners");
+  expect_refused("n.off", "OFF\n1 0 0\n0 0 0\n", "has no face");
+  for (std::size_t cut = 1; cut + 3 < good.size(); ++cut) {
+    EXPECT_THROW(read_mesh(write("t.off", good.substr(0, cut)), kMm), InputError) << cut;
+  }
+}
+
+TEST_F(MeshIo, RefusesBrokenVtp) {
+  const std::string good = kVtp;
+  expect_refused("n.vtp", with(good, "PolyData", "UnstructuredGrid"), "of type 'UnstructuredGrid'");
+  expect_refused("n.vtp", with(good, "VTKFile", "svg"), "");
+  expect_refused("n.vtp", "<svg>" + good.substr(22), "begins with 'svg'");
+  expect_refused("n.vtp", with(good, "LittleEndian", "MiddleEndian"), "'MiddleEndian'");
+  expect_refused("n.vtp", with(good, "UInt64", "UInt16"), "header_type is 'UInt16'");
+  expect_refused("n.vtp", with(good, "header_type", "compressor=\"vtkLZ4DataCompressor\" header_type"),
+                 "compressor 'vtkLZ4DataCompressor' is not supported");
+  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"400000000000\""),
+                 "12 coordinates for 400000000000 points");
+  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"-4\""), "NumberOfPoints is '-4'");
+  expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"5\""), "5 cells are announced");
+  expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"0\""), "has no face");
+  expect_refused("n.vtp", with(good, "3 6 9 12", "3 6 9 11"), "12 corners in all");
+  expect_refused("n.vtp", with(good, "3 6 9 12", "3 9 6 12"), "the offset 6 follows 9");
+  expect_refused("n.vtp", with(good, "3 6 9 12", "2 6 9 12"), "2 corners");
+  expect_refused("n.vtp", with(good, "3 6 9 12", "3 6 9.5 12"), "Polys/offsets: '9.5' is not a whole number");
+  expect_refused("n.vtp", with(good, "0 2 1  ", "0 4 1  "), "a corner is point 4");
+  expect_refused("n.vtp", with(good, "1e0", "nan"), "point 3 has a coordinate that is not a finite number");
+  expect_refused("n.vtp", with(good, "1e0", "one"), "n.vtp: Points: 'one' is not a number");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\"", "Name=\"ends\""), "no array Polys/offsets");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\"", "Name=\"connectivity\""), "a second array");
+  expect_refused("n.vtp", with(good, "\"UInt8\"", "\"String\""), "its type is 'String'");
+  expect_refused("n.vtp", with(good, "NumberOfComponents=\"3\"", "NumberOfComponents=\"2\""), "3 components");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\" format=\"ascii\"", "Name=\"offsets\" format=\"appended\""),
+                 "has no AppendedData");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\" format=\"ascii\"", "Name=\"offsets\" format=\"rot13\""),
+                 "its format is 'rot13'");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\" format=\"ascii\"", "Name=\"offsets\" format=\"binary\""),
+                 "Polys/offsets: ");
+  expect_refused("n.vtp", "vtk\n", "n.vtp:1: not whole XML");
+  std::string deep = "<VTKFile type=\"PolyData\">";
+  for (int i = 0; i < 100000; ++i) {
+    deep += "<a>";
+  }
+  expect_refused("n.vtp", deep, "nested deeper");
+  for (std::size_t cut = 1; cut + 2 < good.size(); cut += 3) {
+    EXPECT_THROW(read_mesh(write("t.vtp", good.substr(0, cut)), kMm), InputError) << cut;
+  }
+}
+
+// A header that announces 2^60 bytes, or blocks of them, must be refused by what is stored, not by trying.
+TEST_F(MeshIo, RefusesVtpWithHugeLengths) {
+  const auto appended = [&](const std::vector<std::uint64_t>& header, bool compressed) {
+    std::string text = kVtp;
+    const std::string ascii = "0 2 1  0 1 3  0 3 2  1 2 3";
+    text = with(text, "Name=\"connectivity\" format=\"ascii\">" + ascii,
+                "Name=\"connectivity\" format=\"appended\" offset=\"0\">");
+    if (compressed) {
+      text = with(text, "header_type", "compressor=\"vtkZLibDataCompressor\" header_type");
+    }
+    std::string bytes(8 * header.size(), '\0');
+    std::memcpy(bytes.data(), header.data(), bytes.size());
+    return with(text, "</VTKFile>", "<AppendedData encoding=\"raw\">\n_" + bytes + "xxxx</AppendedData></VTKFile>");
+  };
+  const std::uint64_t huge = std::uint64_t{1} << 60U;
+  expect_refused("h.vtp", appended({huge}, false), "it should go on for 1152921504606846976 bytes");
+  expect_refused("h.vtp", appended({1, huge, 0, 4}, true), "1 blocks of 1152921504606846976 bytes");
+  expect_refused("h.vtp", appended({huge, 8, 0, 4}, true), "1152921504606846976 blocks of 8 bytes");
+  expect_refused("h.vtp", appended({2, 8, huge, 4, 4}, true), "too many for what is stored");
+  expect_refused("h.vtp", appended({2, 8, 0, huge, 4}, true), "it should go on for");
+  expect_refused("h.vtp", appended({1, 8, 0, 4}, true), "block 0 of 1 is damaged");
+}
+
+// Faces without area are the reader's business only if a mesh is wanted.
+TEST_F(MeshIo, ReadsSurfacesAsTheyAre) {
+  const std::string file = write("q.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 0 0\nv 7 7 7\nf 1 2 3 4\nf 1 2 2\n");
+  const FileSurface surface = read_surface(file);
+  EXPECT_EQ(surface.points.size(), 5u);
+  EXPECT_THAT(surface.triangles,
+              ::testing::ElementsAre(::testing::ElementsAre(0, 1, 2), ::testing::ElementsAre(0, 2, 3),
+                                     ::testing::ElementsAre(0, 1, 1)));
+  EXPECT_THAT([&] { read_mesh(file, kMm); }, ThrowsMessage<InputError>(HasSubstr("3 degenerate faces")));
+}
+
 // Random bytes and random damage must end in a mesh or in an InputError, never in a crash or another exception.
 TEST_F(MeshIo, SurvivesDamage) {
-  std::mt19937 random(1);
-  const auto at_random = [&](std::size_t below) {
-    return std::uniform_int_distribution<std::size_t>(0, below - 1)(random);
-  };
+  std::mt19937_64 random(1);
+  const auto at_random = [&](std::size_t below) { return static_cast<std::size_t>(random() >> 20U) % below; };
   write_mesh(path("s.stl"), icosphere(0.01, 1), kMm);
   write_mesh(path("s.ply"), icosphere(0.01, 1), kMm);
-  const std::vector<std::pair<std::string, std::string>> files = {{"d.stl", content(path("s.stl"))},
-                                                                  {"d.ply", content(path("s.ply"))},
-                                                                  {"d.obj", kObj},
-                                                                  {"d.stl", ascii_stl()},
-                                                                  {"d.ply", std::string(kPlyHeader) + kPlyBody}};
+  std::vector<std::pair<std::string, std::string>> files = {{"d.stl", content(path("s.stl"))},
+                                                            {"d.ply", content(path("s.ply"))},
+                                                            {"d.obj", kObj},
+                                                            {"d.stl", ascii_stl()},
+                                                            {"d.ply", std::string(kPlyHeader) + kPlyBody},
+                                                            {"d.off", kOff},
+                                                            {"d.vtp", kVtp}};
+  for (const auto& [way, bytes] : vtk_tetrahedra()) {
+    files.emplace_back("d.vtp", bytes);
+  }
   for (const auto& [name, good] : files) {
     for (int trial = 0; trial < 300; ++trial) {
       std::string bad = good;
@@ -284,6 +516,14 @@ TEST_F(MeshIo, SurvivesDamage) {
         bad[at_random(bad.size())] = static_cast<char>(at_random(256));
       }
       const std::string file = write(name, bad);
+      try {
+        read_mesh(file, kMm);
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr(file));
+      }
+    }
+    for (int trial = 0; trial < 60; ++trial) {
+      const std::string file = write(name, good.substr(0, at_random(good.size())));
       try {
         read_mesh(file, kMm);
       } catch (const InputError& error) {

@@ -23,20 +23,20 @@ std::vector<std::string> problems_with(const std::vector<std::string>& overrides
 TEST(SceneOverrides, ReplaceValues) {
   const Scene scene = scene_from(kSmallScene, {"name=other", "body.edge_mm=1.5", "array.level=0.5"});
   EXPECT_EQ(scene.name, "other");
-  EXPECT_EQ(scene.body.edge, 1.5e-3);
+  EXPECT_EQ(scene.bodies.at(0).edge->far, 1.5e-3);
   EXPECT_EQ(scene.array.level, 0.5);
 }
 
 TEST(SceneOverrides, MakeTheMapsOnTheWay) {
   const Scene scene = scene_from(kSmallScene, {"body.place.at_mm=[0, 0, 250]", "medium.temperature_c=25"});
-  EXPECT_EQ(scene.body.place.at, Vector3(0, 0, 0.25));
+  EXPECT_EQ(scene.bodies.at(0).place.at, Vector3(0, 0, 0.25));
   EXPECT_EQ(scene.medium.temperature, 298.15);
 }
 
 TEST(SceneOverrides, LaterOnesSeeEarlierOnes) {
   const Scene scene = scene_from(kSmallScene, {"body.place.at_mm=[0, 0, 250]", "body.place.at_mm.2=150",
                                                "body.place.at_mm[0]=10", "name=a", "name=b"});
-  EXPECT_EQ(scene.body.place.at, Vector3(0.01, 0, 0.15));
+  EXPECT_EQ(scene.bodies.at(0).place.at, Vector3(0.01, 0, 0.15));
   EXPECT_EQ(scene.name, "b");
 }
 

@@ -155,9 +155,9 @@ TEST(SceneReader, FillsInTheDefaults) {
   EXPECT_THAT(grid.count, ElementsAre(44, 34));
   EXPECT_EQ(grid.pitch, 10.16e-3);
   EXPECT_EQ(scene.array.source_strength, 4.386);
-  EXPECT_EQ(std::get<SphereShape>(scene.body.shape).radius, 8e-3);
-  EXPECT_EQ(scene.body.edge, 2e-3);
-  EXPECT_TRUE(scene.body.place.landmark.empty());
+  EXPECT_EQ(std::get<SphereShape>(scene.bodies.at(0).shape).radius, 8e-3);
+  EXPECT_EQ(scene.bodies.at(0).edge->far, 2e-3);
+  EXPECT_TRUE(scene.bodies.at(0).place.landmark.empty());
   EXPECT_FALSE(scene.target);
   ASSERT_EQ(scene.solve.methods.size(), 1U);
   EXPECT_EQ(scene.solve.methods[0].name, "fixed");
@@ -194,8 +194,8 @@ TEST(SceneReader, ConvertsUnits) {
   EXPECT_EQ(wave.amplitude, 2.5);
   EXPECT_EQ(scene.array.at, Vector3(1e-3, -2.3e-3, 0.1));
   EXPECT_EQ(scene.array.angles, Vector3(std::numbers::pi / 2, 0, -std::numbers::pi));
-  EXPECT_EQ(std::get<CapsuleShape>(scene.body.shape).radius, 8.1e-3);
-  EXPECT_EQ(scene.body.edge, 1.9e-3);
+  EXPECT_EQ(std::get<CapsuleShape>(scene.bodies.at(0).shape).radius, 8.1e-3);
+  EXPECT_EQ(scene.bodies.at(0).edge->far, 1.9e-3);
 }
 
 TEST(SceneReader, Autd3IsThreeByTwoUnitsUnlessPlaced) {
@@ -265,7 +265,7 @@ TEST(SceneReader, AJudgeMayHaveAModelOfItsOwn) {
   EXPECT_EQ(none.judge.kind, JudgeSpec::Kind::kNone);
   const Scene edge = scene_from(kSmallScene, {"judge={edge_mm: 0.7}"});
   EXPECT_EQ(edge.judge.kind, JudgeSpec::Kind::kEdge);
-  EXPECT_EQ(edge.judge.edge, 0.7e-3);
+  EXPECT_EQ(edge.judge.edge.far, 0.7e-3);
   EXPECT_EQ(edge.judge.scheme, Scheme::kBurtonMillerPolished);
   const Scene split = scene_from(kSmallScene, {"judge={scheme: chief, split: 2}"});
   EXPECT_EQ(split.judge.kind, JudgeSpec::Kind::kSplit);
@@ -307,7 +307,7 @@ TEST(SceneReader, ReadsAnchors) {
       "array: {grid: {}, at_mm: &centre [1, 2, 3]}\n"
       "body: {sphere: {radius_mm: 8}, edge_mm: 2, place: {at_mm: *centre}}\n"
       "solve: {methods: [{fixed: {phases_rad: 0}}]}\n");
-  EXPECT_EQ(scene.body.place.at, Vector3(1e-3, 2e-3, 3e-3));
+  EXPECT_EQ(scene.bodies.at(0).place.at, Vector3(1e-3, 2e-3, 3e-3));
 }
 
 // ---- Files beside the scene
@@ -330,11 +330,11 @@ TEST(SceneReader, ResolvesFilesAgainstTheScenesFolder) {
   Points axes(3, 2);
   axes << 0, 0.6, 0, 0.8, -1, 0;
   EXPECT_LT((positions.axes - axes).norm(), 1e-15);  // one division and one root of rounding
-  const auto& mesh = std::get<MeshShape>(scene.body.shape);
+  const auto& mesh = std::get<MeshShape>(scene.bodies.at(0).shape);
   EXPECT_EQ(mesh.file, (folder.path() / "hand.stl").string());
   EXPECT_EQ(mesh.unit, 1e-2);
   EXPECT_EQ(mesh.landmarks.at("tip"), Vector3(1e-2, 2e-2, 3.3e-2));
-  EXPECT_FALSE(scene.body.edge);
+  EXPECT_FALSE(scene.bodies.at(0).edge);
   EXPECT_THAT(scene.solve.methods[0].phases, ElementsAre(0.5, 1.0, -1.5));
 }
 
@@ -342,7 +342,7 @@ TEST(SceneReader, ResolvesFilesOfOverridesAgainstTheWorkingDirectory) {
   const TempFolder folder;
   const auto file = folder.write("scene.yaml", kSmallScene);
   const Scene scene = read_scene(file, {"body={mesh: {file: some/hand.stl}}"});
-  EXPECT_EQ(std::get<MeshShape>(scene.body.shape).file, (std::filesystem::current_path() / "some/hand.stl").string());
+  EXPECT_EQ(std::get<MeshShape>(scene.bodies.at(0).shape).file, (std::filesystem::current_path() / "some/hand.stl").string());
 }
 
 TEST(SceneReader, PositionsEmitUpwardsUnlessTold) {

@@ -26,30 +26,52 @@ bool operator==(const PositionsArray& a, const PositionsArray& b) {
 bool operator==(const PlaneWaveArray& a, const PlaneWaveArray& b) {
   return a.direction == b.direction && a.amplitude == b.amplitude;
 }
+bool operator==(const FingerJoints& a, const FingerJoints& b) {
+  return a.abduction == b.abduction && a.mcp == b.mcp && a.pip == b.pip && a.dip == b.dip;
+}
+bool operator==(const ThumbJoints& a, const ThumbJoints& b) {
+  return a.cmc_flexion == b.cmc_flexion && a.cmc_abduction == b.cmc_abduction && a.cmc_rotation == b.cmc_rotation &&
+         a.mcp == b.mcp && a.ip == b.ip;
+}
 bool operator==(const HandShape& a, const HandShape& b) {
-  return a.pose == b.pose && a.breadth == b.breadth && a.length == b.length && a.side == b.side;
+  return a.pose == b.pose && a.breadth == b.breadth && a.length == b.length && a.side == b.side &&
+         a.joints.thumb == b.joints.thumb && a.joints.index == b.joints.index && a.joints.middle == b.joints.middle &&
+         a.joints.ring == b.joints.ring && a.joints.little == b.joints.little;
 }
 bool operator==(const SphereShape& a, const SphereShape& b) { return a.radius == b.radius; }
 bool operator==(const CapsuleShape& a, const CapsuleShape& b) { return a.radius == b.radius && a.length == b.length; }
 bool operator==(const BoxShape& a, const BoxShape& b) { return a.size == b.size; }
 bool operator==(const MeshShape& a, const MeshShape& b) {
-  return a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name && a.landmarks == b.landmarks;
+  return a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name && a.landmarks == b.landmarks;  // a unit that was left out is written
 }
 bool operator==(const TargetBoxSpec& a, const TargetBoxSpec& b) {
   return a.at == b.at && a.offset == b.offset && a.centre == b.centre && a.size == b.size && a.angles == b.angles;
 }
-bool operator==(const StartSpec& a, const StartSpec& b) { return a.kind == b.kind && a.seed == b.seed; }
+bool operator==(const StartSpec& a, const StartSpec& b) {
+  return a.kind == b.kind && a.seed == b.seed && a.restarts == b.restarts && a.file == b.file && a.method == b.method;
+}
 bool operator==(const MethodSpec& a, const MethodSpec& b) {
-  const bool iterative = a.kind == MethodKind::kPaper || a.kind == MethodKind::kUnscattered;
-  const bool same_options = !iterative || (a.iterations == b.iterations && a.start == b.start);
+  const bool same_options = (!iterates(a.kind) || (a.iterations == b.iterations && a.start == b.start)) &&
+                            a.free_amplitudes == b.free_amplitudes;
   return a.kind == b.kind && a.name == b.name && a.scheme == b.scheme && same_options && a.phases == b.phases;
 }
 bool operator==(const SolverSpec& a, const SolverSpec& b) {
   return a.solver == b.solver && a.precision == b.precision && a.tolerance == b.tolerance && a.refine == b.refine &&
          a.max_steps == b.max_steps && a.alarm == b.alarm && a.coupling == b.coupling && a.split_ratio == b.split_ratio;
 }
+bool operator==(const EdgeSpec& a, const EdgeSpec& b) {
+  return a.far == b.far && a.near_target == b.near_target && a.near == b.near && a.within == b.within &&
+         a.growth == b.growth;
+}
+bool operator==(const BodySpec& a, const BodySpec& b) {
+  return a.name == b.name && a.shape == b.shape && a.place == b.place && a.edge == b.edge &&
+         a.keep_within == b.keep_within;
+}
+bool operator==(const SensingNoise& a, const SensingNoise& b) {
+  return a.rms == b.rms && a.correlation == b.correlation && a.offset == b.offset && a.seed == b.seed;
+}
 bool operator==(const JudgeSpec& a, const JudgeSpec& b) {
-  return a.kind == b.kind && a.scheme == b.scheme && a.edge == b.edge && a.splits == b.splits;
+  return a.kind == b.kind && a.scheme == b.scheme && a.edge == b.edge && a.whole == b.whole && a.splits == b.splits;
 }
 bool operator==(const FieldSpec& a, const FieldSpec& b) {
   return a.name == b.name && a.plane == b.plane && a.centre == b.centre && a.size == b.size && a.spacing == b.spacing;
@@ -77,9 +99,8 @@ void expect_same(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.array.piston_radius, b.array.piston_radius);
   EXPECT_EQ(a.array.level, b.array.level);
   EXPECT_EQ(a.array.source_strength, b.array.source_strength);
-  EXPECT_TRUE(a.body.shape == b.body.shape);
-  EXPECT_TRUE(a.body.place == b.body.place);
-  EXPECT_EQ(a.body.edge, b.body.edge);
+  EXPECT_TRUE(a.bodies == b.bodies);
+  EXPECT_TRUE(a.sensing == b.sensing);
   ASSERT_EQ(a.target.has_value(), b.target.has_value());
   if (a.target) {
     EXPECT_TRUE(a.target->boxes == b.target->boxes);
@@ -90,6 +111,7 @@ void expect_same(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.solve.scheme, b.solve.scheme);
   EXPECT_EQ(a.solve.iterations, b.solve.iterations);
   EXPECT_TRUE(a.solve.start == b.solve.start);
+  EXPECT_EQ(a.solve.quiet_weight, b.solve.quiet_weight);
   EXPECT_TRUE(a.solve.solver == b.solve.solver);
   EXPECT_TRUE(a.judge == b.judge);
   EXPECT_TRUE(a.fields == b.fields);
@@ -132,6 +154,13 @@ const std::vector<Variant> kVariants = {
     {"axes", {"array={positions: {points_mm: [[0, 0, 0], [1, 2, 3]], axes: [[1, 2, 3], [-1e-5, 7, 0.3]]}}"}},
     {"plane_wave", {"array={plane_wave: {direction: [1, 1, 1], amplitude_pa: 0.7}}"}},
     {"hand", {"body={hand: {pose: flat, breadth_mm: 78.2, length_mm: 181.1, side: left}, edge_mm: 3.3}"}},
+    {"joints",
+     {"body={hand: {pose: fist, joints: {thumb: {cmc_flexion_deg: -3.3, ip_deg: 7.7}, little: {abduction_deg: 11.1, "
+      "mcp_deg: 22.2, pip_deg: 33.3, dip_deg: -4.4}}}, edge_mm: 3.3}"}},
+    {"skin_methods",
+     {"solve.methods=[{surface: {free_amplitudes: true, start: {random: 3, restarts: 4}}}, {surface: {as: other, "
+      "iterations: 17, start: spectral}}, {surface: {as: third, start: adjoint}}]",
+      "solve.quiet_weight=0.35"}},
     {"capsule", {"body={capsule: {radius_mm: 8.3, length_mm: 60.1}, edge_mm: 1.1}"}},
     {"box", {"body={box: {size_mm: [10.1, 20.2, 30.3]}, edge_mm: 1.1}"}},
     {"mesh", {"body={mesh: {file: 'a folder/it''s: #1 hand.stl', unit: cm, landmarks: {tip: [0.1, 0.7, -3.3]}}}"}},
@@ -159,6 +188,11 @@ const std::vector<Variant> kVariants = {
     {"matrix_free", {"solve.solver=matrix_free"}},
     {"no_judge", {"judge=none"}},
     {"judge_with_its_own_edge", {"judge={scheme: paper_corrected, edge_mm: 0.7}"}},
+    {"judge_graded",
+     {"judge={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}, whole: true}"}},
+    {"graded", {"body.edge_mm={far: 3.3, near_target: 1.1, near: {top: 1.3, y_plus: 0.9}, growth: 0.31}"}},
+    {"kept", {"body.keep_within_mm=33.3"}},
+    {"sensing", {"sensing={noise_mm_rms: 0.55, correlation_mm: 7.7, offset_mm: [0.1, -0.2, 0.3], seed: 77}"}},
     {"judge_with_split_faces", {"judge={split: 2}"}},
     {"write", {"write=[png, h5]"}},
     {"large_and_small", {"array.at_mm=[1e9, -1e-30, 123456789.01234567]", "array.source_pa_m=1e-300"}},

@@ -75,7 +75,7 @@ TEST(Schema, TemplateIsAScene) {
   const Scene scene = scene_from(template_scene());
   EXPECT_TRUE(scene.target);
   EXPECT_EQ(scene.fields.size(), 1U);
-  EXPECT_TRUE(std::holds_alternative<HandShape>(scene.body.shape));
+  EXPECT_TRUE(std::holds_alternative<HandShape>(scene.bodies.at(0).shape));
 }
 
 // The defaults that the schema tells editors are those the reader fills in.

@@ -1,19 +1,29 @@
+#include "sim/mesh/skin_mesh.h"
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <random>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <omp.h>
 
 #include "sim/core/errors.h"
 #include "sim/mesh/edit_mesh.h"
+#include "sim/mesh/face_tree.h"
+#include "sim/mesh/hand_flesh.h"
 #include "sim/mesh/implicit_surface.h"
 #include "sim/mesh/inspect.h"
+#include "sim/mesh/mesh_quality.h"
 #include "sim/mesh/remesh.h"
+#include "sim/mesh/self_intersections.h"
 #include "sim/mesh/shapes.h"
 
 namespace touchfield {
@@ -165,6 +175,141 @@ TEST(SkinMesh, RefusesABodyInTwoPieces) {
   EXPECT_THROW(skin_mesh(SoftBody({part}), 2e-3, 1e-3), NumericalError);
 }
 
+SoftBody ball_of(double radius) { return cone_body(Vector3::Zero(), {1e-9, 0, 0}, radius, radius); }
+
+/// Faces that the sizing asks for on a sphere about the origin between two heights, by the integral of 4 / (sqrt(3)
+/// h^2) over rings; the sizing is even about the z axis.
+double wanted_on_sphere(double radius, const EdgeSizing& sizing, double lower, double upper) {
+  constexpr int kSteps = 4000;
+  double faces = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double z = lower + (upper - lower) * (i + 0.5) / kSteps;
+    const double h = sizing.at(Vector3(std::sqrt(radius * radius - z * z), 0, z));
+    faces += 2 * pi * radius * (upper - lower) / kSteps * 4.0 / (std::sqrt(3.0) * h * h);
+  }
+  return faces;
+}
+
+TEST(SkinMesh, FollowsTheSizesAskedFor) {
+  const double radius = 0.01;
+  for (const double growth : {0.1, 0.3}) {
+    const EdgeSizing sizing(3e-3, {{Vector3(0, 0, radius), 0.6e-3, 4e-3}}, growth);
+    const TriangleMesh mesh = skin_mesh(ball_of(radius), sizing, 1e-3);
+    EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+    for (const auto& [lower, upper] : {std::pair{-1.0, 0.0}, {0.0, 0.7}, {0.7, 0.9}, {0.94, 1.0}}) {
+      const double wanted = wanted_on_sphere(radius, sizing, lower * radius, upper * radius);
+      // Smoothing takes some faces from where the edges grow to where they are finest.
+      const Eigen::ArrayXd height = mesh.centroids().colwise().normalized().row(2).array();
+      const auto faces = static_cast<double>((height >= lower && height < upper).count());
+      EXPECT_NEAR(faces / wanted, 1.0, 0.13) << lower << " " << upper << " " << growth;
+    }
+    EXPECT_NEAR(static_cast<double>(mesh.face_count()) / wanted_on_sphere(radius, sizing, -radius, radius), 1.0, 0.06);
+    EXPECT_GT(edge_fit(mesh, sizing).share, 0.99);
+    EXPECT_NEAR(edge_fit(mesh, sizing).mean_log, 0.0, 0.04);
+    EXPECT_GT(inspect(mesh).smallest_angle, 25 * pi / 180);
+  }
+}
+
+// Lifts held to a tenth of the finest edge would leave 1.5 % of the volume out at the coarse end.
+TEST(SkinMesh, KeepsAreaAndVolumeAtEveryEdgeOfAGradedMesh) {
+  const double radius = 0.01;
+  const EdgeSizing sizing(4e-3, {{Vector3(0, 0, radius), 0.5e-3, 2e-3}}, 0.3);
+  const TriangleMesh mesh = skin_mesh(ball_of(radius), sizing, 1e-3);
+  EXPECT_NEAR(mesh.signed_volume() / (4.0 / 3.0 * pi * std::pow(radius, 3)), 1.0, 2e-3);
+  EXPECT_NEAR(mesh.total_area() / (4.0 * pi * radius * radius), 1.0, 1.2e-2);
+}
+
+// The faces' corners are on the sphere but for the lift, so area and volume are off by a share of (edge / radius)^2.
+TEST(SkinMesh, AreaAndVolumeConvergeWithTheEdge) {
+  const double radius = 0.01;
+  std::array<double, 2> area_error{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const TriangleMesh mesh = skin_mesh(ball_of(radius), i == 0 ? 3e-3 : 1e-3, 1e-3);
+    area_error[i] = std::abs(mesh.total_area() / (4.0 * pi * radius * radius) - 1.0);
+    EXPECT_NEAR(mesh.signed_volume() / (4.0 / 3.0 * pi * std::pow(radius, 3)), 1.0, i == 0 ? 2e-3 : 2e-4);
+  }
+  EXPECT_GT(area_error[0] / area_error[1], 5.0);  // of 9
+  EXPECT_LT(area_error[0] / area_error[1], 16.0);
+}
+
+TEST(SkinMesh, OneEdgeIsASizingWithoutZones) {
+  const SoftBody body = cone_body(Vector3::Zero(), {0.02, 0, 0}, 0.006, 0.004);
+  const TriangleMesh one = skin_mesh(body, 2e-3, 1e-3);
+  const TriangleMesh other = skin_mesh(body, EdgeSizing(2e-3), 1e-3);
+  EXPECT_TRUE(one.vertices() == other.vertices());
+  EXPECT_TRUE(one.triangles() == other.triangles());
+}
+
+TEST(SkinMesh, DoesNotDependOnTheNumberOfThreads) {
+  const SoftBody body = cone_body(Vector3::Zero(), {0.02, 0, 0}, 0.006, 0.004);
+  const EdgeSizing sizing(2e-3, {{Vector3(0.02, 0, 0), 0.7e-3, 4e-3}});
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const TriangleMesh one = skin_mesh(body, sizing, 1e-3);
+  omp_set_num_threads(5);
+  const TriangleMesh other = skin_mesh(body, sizing, 1e-3);
+  omp_set_num_threads(threads);
+  ASSERT_EQ(one.vertex_count(), other.vertex_count());
+  EXPECT_TRUE(one.vertices() == other.vertices());
+  EXPECT_TRUE(one.triangles() == other.triangles());
+}
+
+// Two fingers side by side on a base, 1.5 mm apart, meshed with edges twice as long as the gap is wide.
+TEST(SkinMesh, KeepsAGapOpenThatIsNarrowerThanItsEdges) {
+  SoftPart part;
+  const double radius = 7e-3;
+  const double apart = 2 * radius + 1.5e-3;
+  part.cones = {{{0, 0, 0}, {0, 0.05, 0}, radius, radius},
+                {{apart, 0, 0}, {apart, 0.05, 0}, radius, radius},
+                {{0, 0, 0}, {apart, 0, 0}, radius, radius}};
+  const SoftBody body({part});
+  const EdgeSizing sizing(3e-3, {{Vector3(0, 0.05, 0), 1.2e-3, 10e-3}});
+  const TriangleMesh mesh = skin_mesh(body, sizing, 1.2e-3);
+  const MeshReport report = inspect(mesh);
+  EXPECT_THAT(report.faults, IsEmpty());
+  EXPECT_EQ(report.vertices - report.faces / 2, 2);
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+  const FaceTree tree(mesh);
+  // Edges of 3 mm cannot follow the bottom of the slit, at 7 mm.
+  for (double y = 0.0105; y < 0.05; y += 0.5e-3) {
+    EXPECT_LT(tree.winding_number({0.5 * apart, y, 0}), 0.5) << y;
+    EXPECT_GT(tree.winding_number({0.5 * apart - 1.5e-3, y, 0}), 0.5) << y;
+  }
+}
+
+class GradedHand : public ::testing::TestWithParam<std::string> {};
+
+// A whole hand, fine about the pad of its index finger.
+TEST_P(GradedHand, IsAsFineAsAskedFor) {
+  const auto& poses = hand_pose_table();
+  const auto pose = std::find_if(poses.begin(), poses.end(), [&](const HandPose& p) { return p.name == GetParam(); });
+  ASSERT_NE(pose, poses.end());
+  const HandSkeleton skeleton = posed_skeleton(*pose, 193.3e-3, 88.3e-3);
+  const BoneChain& index = skeleton.fingers[0];
+  const Vector3 pad = index.along(2, 0.5) + 0.5 * (index.radii[2] + index.radii[3]) * index.palmar[2];
+  const EdgeSizing sizing(3e-3, {{pad, 1.2e-3, 15e-3}});
+  const SoftBody flesh = hand_flesh(skeleton);
+  const TriangleMesh mesh = skin_mesh(flesh, sizing, 1.2e-3);
+  EXPECT_GE(mesh.face_count(), 6000);
+  EXPECT_LE(mesh.face_count(), 16000);
+  EXPECT_NEAR(static_cast<double>(mesh.face_count()) / wanted_faces(mesh, sizing, 1e6), 1.0, 0.06);
+  const MeshReport report = inspect(mesh);
+  EXPECT_THAT(report.faults, IsEmpty());
+  EXPECT_EQ(report.components, 1);
+  EXPECT_GE(report.smallest_angle, 15 * pi / 180);
+  EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+  const auto fine = resolution_within(mesh, 1.2e-3, pad, 13e-3);
+  ASSERT_TRUE(fine);
+  EXPECT_NEAR(fine->mean, 1.0, 0.05) << "1.2 mm about the pad";
+  // The grading costs no flesh: the same as 1.5 mm everywhere.
+  const TriangleMesh uniform = skin_mesh(flesh, 1.5e-3, 1.2e-3);
+  EXPECT_NEAR(mesh.signed_volume() / uniform.signed_volume(), 1.0, 0.003);
+  EXPECT_NEAR(mesh.total_area() / uniform.total_area(), 1.0, 0.005);
+}
+
+INSTANTIATE_TEST_SUITE_P(Poses, GradedHand, ::testing::Values("index_up", "grasp", "flat"));
+
 /// Every relation between sides, and the valences, by their definition.
 void expect_consistent(const EditMesh& mesh) {
   std::vector<int> valence(static_cast<std::size_t>(mesh.vertex_count()), 0);
@@ -175,6 +320,7 @@ void expect_consistent(const EditMesh& mesh) {
       ASSERT_EQ(mesh.opposite(other), side);
       ASSERT_EQ(mesh.from(other), mesh.to(side));
       ASSERT_EQ(mesh.to(other), mesh.from(side));
+      ASSERT_EQ(mesh.label(other), mesh.label(side));
       ++valence[static_cast<std::size_t>(mesh.from(side))];
     }
   }
@@ -226,6 +372,83 @@ TEST(EditMesh, StaysAClosedManifoldThroughRandomChanges) {
   std::vector<int> numbers;
   const Triangles triangles = mesh.compact(numbers);
   EXPECT_EQ(static_cast<Eigen::Index>(numbers.size()) - triangles.cols() / 2, 2) << "still a sphere";
+}
+
+/// The labelled edges as pairs of vertices, the lower first.
+std::vector<std::pair<int, int>> labelled(const EditMesh& mesh) {
+  std::vector<std::pair<int, int>> edges;
+  for (int side = 0; side < mesh.side_count(); ++side) {
+    if (mesh.alive(side) && mesh.label(side) == 7 && mesh.from(side) < mesh.to(side)) {
+      edges.emplace_back(mesh.from(side), mesh.to(side));
+    }
+  }
+  std::sort(edges.begin(), edges.end());
+  return edges;
+}
+
+// One labelled edge a, b of a sphere, c and d opposite to it; every kind of change about it.
+TEST(EditMesh, LabelsFollowTheirEdges) {
+  using Edges = std::vector<std::pair<int, int>>;
+  const auto ordered = [](int v, int w) { return std::pair(std::min(v, w), std::max(v, w)); };
+  const TriangleMesh ball = icosphere(1.0, 6);
+  EditMesh start(ball.triangles(), ball.vertex_count());
+  int side = 0;
+  while (start.valence(start.from(side)) != 6 || start.valence(start.to(side)) != 6 ||
+         start.valence(start.from(EditMesh::previous(side))) != 6) {
+    ++side;
+  }
+  start.set_label(side, 7);
+  const int a = start.from(side);
+  const int b = start.to(side);
+  const int c = start.from(EditMesh::previous(side));
+  EXPECT_EQ(labelled(start), Edges{ordered(a, b)});
+  EXPECT_EQ(start.side_between(a, b), side);
+  EXPECT_EQ(start.side_between(b, a), start.opposite(side));
+
+  {
+    SCOPED_TRACE("changes beside it");
+    EditMesh mesh = start;
+    mesh.split(mesh.side_between(b, c));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
+    ASSERT_TRUE(mesh.can_flip(mesh.side_between(c, a)));
+    mesh.flip(mesh.side_between(c, a));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  }
+  {
+    SCOPED_TRACE("flipped: it is gone");
+    EditMesh mesh = start;
+    ASSERT_TRUE(mesh.can_flip(side));
+    mesh.flip(side);
+    EXPECT_EQ(labelled(mesh), Edges{});
+  }
+  {
+    SCOPED_TRACE("split: both halves, and one edge again");
+    EditMesh mesh = start;
+    const int middle = mesh.split(side);
+    EXPECT_EQ(labelled(mesh), (Edges{ordered(a, middle), ordered(b, middle)}));
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(middle, a)));
+    mesh.collapse(mesh.side_between(middle, a));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  }
+  {
+    SCOPED_TRACE("its corner collapsed into an end: the other edge of the face falls onto it");
+    EditMesh mesh = start;
+    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(c, b)));
+    mesh.collapse(mesh.side_between(c, b));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, b)});
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  }
+  {
+    SCOPED_TRACE("its end collapsed into a corner: it falls onto the other edge of the face");
+    EditMesh mesh = start;
+    ASSERT_TRUE(mesh.can_collapse(mesh.side_between(b, c)));
+    mesh.collapse(mesh.side_between(b, c));
+    EXPECT_EQ(labelled(mesh), Edges{ordered(a, c)});
+    ASSERT_NO_FATAL_FAILURE(expect_consistent(mesh));
+  }
 }
 
 TEST(EditMesh, RefusesASurfaceThatIsOpenOrMisoriented) {

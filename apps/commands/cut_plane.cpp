@@ -1,0 +1,67 @@
+#include "apps/commands/cut_plane.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+[[noreturn]] void refuse(const std::string& text) {
+  throw InputError(
+      fmt::format("--cut '{}' must be x,y,z,nx,ny,nz (a point and a normal other than 0, which points to what is cut "
+                  "off) or an axis and a place, as y=-20, y<=-20 or y>=-20, in the file's unit",
+                  text));
+}
+
+double parse_number(std::string_view word, const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
+    refuse(text);
+  }
+  return value;
+}
+
+CutPlane parse_axis_plane(const std::string& text) {
+  const std::size_t axis = std::string_view("xyz").find(text.front());
+  std::string_view rest = std::string_view(text).substr(1);
+  const double direction = rest.starts_with(">") ? -1.0 : 1.0;
+  rest.remove_prefix(rest.starts_with(">=") || rest.starts_with("<=") ? 2 : rest.starts_with("=") ? 1 : 0);
+  if (axis == std::string_view::npos || rest.size() + 1 == text.size()) {
+    refuse(text);
+  }
+  const Vector3 along = Vector3::Unit(static_cast<Eigen::Index>(axis));
+  return {parse_number(rest, text) * along, direction * along};
+}
+
+}  // namespace
+
+CutPlane parse_cut_plane(const std::string& text) {
+  if (text.find('=') != std::string::npos) {
+    return parse_axis_plane(text);
+  }
+  std::array<double, 6> numbers{};
+  std::string_view rest = text;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::size_t comma = rest.find(',');
+    if ((comma == std::string_view::npos) != (i + 1 == numbers.size())) {
+      refuse(text);
+    }
+    numbers[i] = parse_number(rest.substr(0, comma), text);
+    rest = comma == std::string_view::npos ? std::string_view() : rest.substr(comma + 1);
+  }
+  const CutPlane plane{{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};
+  if (plane.normal.isZero(0)) {
+    refuse(text);
+  }
+  return plane;
+}
+
+}  // namespace touchfield

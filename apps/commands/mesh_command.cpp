@@ -1,0 +1,154 @@
+#include <chrono>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
+#include "apps/commands/cut_plane.h"
+#include "apps/commands/mesh_text.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/mesh/cut.h"
+#include "sim/mesh/edge_sizing.h"
+#include "sim/mesh/mesh_io.h"
+#include "sim/mesh/surface_remesh.h"
+#include "sim/mesh/surface_report.h"
+#include "sim/mesh/unit_guess.h"
+#include "sim/mesh/weld.h"
+
+namespace touchfield {
+
+namespace {
+
+/// The file's unit: stated or guessed, and what there is to warn of.
+struct FileScale {
+  LengthUnit unit;
+  bool stated;
+  UnitGuess guess;
+  std::vector<std::string> warnings;
+};
+
+FileScale find_scale(double size, const std::string& stated) {
+  FileScale scale{{}, !stated.empty(), guess_unit(size), {}};
+  const UnitGuess& guess = scale.guess;
+  if (scale.stated) {
+    scale.unit = file_unit(stated);
+    const bool hand_in_another = guess.certainty == UnitCertainty::kSure || guess.certainty == UnitCertainty::kLikely;
+    if (const auto doubt = unit_doubt(size, stated)) {
+      scale.warnings.push_back("unit: " + doubt->text);
+    } else if (hand_in_another && guess.unit.metres != scale.unit.metres) {
+      scale.warnings.push_back(fmt::format("unit: {} is stated, but if this is a hand it is in {} ({})", stated,
+                                           guess.unit.name, guess.reason));
+    }
+    return scale;
+  }
+  scale.unit = guess.unit;
+  if (const auto doubt = unit_doubt(size, std::nullopt)) {
+    scale.warnings.push_back(
+        fmt::format("unit: taken as {}, {}: {}", guess.unit.name, certainty_text(guess.certainty), guess.reason));
+  }
+  return scale;
+}
+
+/// Lengths in millimetres mean nothing to a body that may be ten times larger.
+void require_known_scale(const MeshCommand& command, const FileScale& scale) {
+  const bool counts = command.edge || command.repair_options.weld || command.repair_options.hole;
+  if (counts && !scale.stated && scale.guess.certainty != UnitCertainty::kSure) {
+    throw InputError(fmt::format("{}: lengths in mm need --unit: perhaps {}, {}: {}", command.file,
+                                 scale.guess.unit.name, certainty_text(scale.guess.certainty), scale.guess.reason));
+  }
+}
+
+void require_no_fault(const MeshCommand& command, const std::vector<std::string>& faults) {
+  if (!faults.empty()) {
+    throw InputError(
+        fmt::format("{}: the mesh has faults, --repair may mend them: {}", command.file, fmt::join(faults, "; ")));
+  }
+}
+
+template <class Work>
+auto as_stage(Progress& progress, const char* what, const Work& work) {
+  progress.begin(what);
+  const auto start = std::chrono::steady_clock::now();
+  auto result = work();
+  progress.end(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+  return result;
+}
+
+/// The mesh after all that the command asks for; adds a line a step.
+TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, const SurfaceReport& report,
+                    const FileScale& scale, Progress& progress, std::vector<std::string>& steps) {
+  if (!command.repair) {
+    require_no_fault(command, report.skin.faults);
+  }
+  TriangleMesh mesh = [&] {
+    if (!command.repair) {
+      WeldedSurface merged = welded(surface, scale.unit.metres, 0.0);
+      return TriangleMesh(std::move(merged.points), std::move(merged.triangles));
+    }
+    Repaired result = as_stage(
+        progress, "repair", [&] { return repaired(surface, scale.unit.metres, command.repair_options, command.file); });
+    steps = std::move(result.steps);
+    return std::move(result.mesh);
+  }();
+  if (command.cut) {
+    const CutPlane plane = parse_cut_plane(*command.cut);
+    const double before = mesh.signed_volume();
+    mesh = as_stage(progress, "cut", [&] { return cut_by_plane(mesh, plane.point * scale.unit.metres, plane.normal); });
+    steps.push_back(fmt::format("cut off {:.1f} % of the volume", 100.0 * (1.0 - mesh.signed_volume() / before)));
+  }
+  if (command.edge) {
+    mesh = as_stage(progress, "remesh", [&] { return remeshed_surface(mesh, EdgeSizing(*command.edge)); });
+    steps.push_back(
+        fmt::format("remeshed to edges of {} mm: {} faces", *command.edge / kMillimetre, mesh.face_count()));
+  }
+  return mesh;
+}
+
+}  // namespace
+
+int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
+  apply_threads(flags);
+  ConsoleProgress progress(flags.quiet || flags.json);
+  if (command.cut) {
+    parse_cut_plane(*command.cut);  // a slip in it is said before the work begins
+  }
+  const FileSurface surface = read_surface(command.file);
+  const double size = surface_size(surface);
+  if (!(size > 0)) {
+    throw InputError(fmt::format("{}: all points that faces name are one, the mesh has no size", command.file));
+  }
+  const FileScale scale = find_scale(size, command.unit);
+  for (const std::string& warning : scale.warnings) {
+    progress.warn(warning);
+  }
+  require_known_scale(command, scale);
+  const SurfaceReport report =
+      as_stage(progress, "inspect", [&] { return inspect_surface(surface, scale.unit.metres); });
+
+  MeshText text{command.file, scale.unit, scale.stated, scale.guess, size, scale.warnings, report, {}, {}, {}};
+  const bool works = command.repair || command.cut || command.edge || !command.output.empty();
+  if (works) {
+    const TriangleMesh mesh = worked(command, surface, report, scale, progress, text.steps);
+    text.result = inspect_skin(mesh.vertices(), mesh.triangles());
+    if (!text.result->faults.empty()) {
+      throw NumericalError(
+          fmt::format("{}: the mesh made of it has faults: {}", command.file, fmt::join(text.result->faults, "; ")));
+    }
+    if (!command.output.empty()) {
+      const LengthUnit unit = command.output_unit.empty() ? scale.unit : file_unit(command.output_unit);
+      write_mesh(command.output, mesh, unit.metres);
+      text.written = fmt::format("{} in {}", command.output, unit.name);
+    }
+  }
+  if (flags.json) {
+    fmt::print("{}\n", mesh_json(text).dump(2));
+  } else if (!flags.quiet) {
+    fmt::print("{}", describe_mesh(text));
+  }
+  return 0;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "sim/mesh/surface_report.h"
+#include "sim/mesh/unit_guess.h"
+
+namespace touchfield {
+
+/// What `mesh` found and did.
+struct MeshText {
+  std::string file;
+  LengthUnit unit;
+  bool unit_stated;
+  UnitGuess guess;
+  double size;  // [file units]
+  std::vector<std::string> warnings;
+  SurfaceReport report;            // of the file's surface
+  std::vector<std::string> steps;  // that made the result
+  std::optional<SkinReport> result;
+  std::string written;  // file and unit; empty: none
+};
+
+/// "surely", "likely", ... as a report says it.
+const char* certainty_text(UnitCertainty certainty);
+
+/// As a person reads it, line by line.
+std::string describe_mesh(const MeshText& text);
+
+nlohmann::ordered_json mesh_json(const MeshText& text);
+
+}  // namespace touchfield

@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include "sim/scene/scene_table.h"
+
+namespace touchfield::schema {
+namespace {
+
+Codec<EdgeSpec> graded_codec() {
+  using Edges = EdgeSpec;
+  const auto length = number(kMillimetres, above(0));
+  return Map<Edges>()
+      .required("far", &Edges::far, length, "3", "Edge length where nothing else asks for shorter ones [mm].")
+      .maybe("near_target", &Edges::near_target, length, "1.2", "Near the centre of every target box [mm].")
+      .add(
+          {.name = "near",
+           .type = {.kind = TypeInfo::Kind::kTable, .of = {length.type}},
+           .help = "Near landmarks of this body [mm].",
+           .example = "{thumb_pad: 1.2}",
+           .fallback = "{}"},
+          [length](const Input& in, Edges& edges) { return read_table(in, length, edges.near); },
+          [length](const Edges& edges) { return std::optional<Node>(table_node(length, edges.near)); })
+      .key("within_mm", &Edges::within, number(kMillimetres, {.low = 0.0, .high = {}}),
+           "How far from these places is near [mm].")
+      .key("growth", &Edges::growth, number(kPlain, between(0.02, 0.6)),
+           "By how much the edge length grows over a distance beyond that, as a share of the distance.")
+      .check([](const Input& in, Edges& edges, bool good) {
+        if (!good || edges.graded()) return good;
+        in.problem("must have near_target or near beside far");
+        return false;
+      })
+      .codec();
+}
+
+}  // namespace
+
+Codec<EdgeSpec> edge_codec() {
+  const auto uniform = number(kMillimetres, above(0));
+  const auto graded = graded_codec();
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {uniform.type, graded.type}};
+  return {type,
+          [=](const Input& in, EdgeSpec& edges) {
+            edges = {};
+            if (in.node().kind == Node::Kind::kMap) return graded.read(in, edges);
+            return uniform.read(in, edges.far);
+          },
+          [=](const EdgeSpec& edges) { return edges.graded() ? graded.write(edges) : uniform.write(edges.far); }};
+}
+
+bool check_hand_edges(const Input& edges) {
+  const auto check = [](const Input& edge) {
+    const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
+    if (rule) edge.must_be(*rule + " for a hand");
+    return !rule;
+  };
+  if (edges.node().kind != Node::Kind::kMap) return check(edges);
+  bool good = true;
+  for (const char* key : {"far", "near_target"}) {
+    const Entry* entry = edges.node().find(key);
+    good = (!entry || check(edges.at(*entry))) && good;
+  }
+  if (const Entry* near = edges.node().find("near")) {
+    for (const Entry& entry : near->value.entries) {
+      if (!entry.value.removed) good = check(edges.at(*near).at(entry)) && good;
+    }
+  }
+  return good;
+}
+
+}  // namespace touchfield::schema

@@ -1,0 +1,145 @@
+#include "solvers/phase/damped_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include <cblas.h>
+
+extern "C" {
+// NOLINTBEGIN(readability-identifier-naming): LAPACK's own names; the trailing lengths are Fortran's for characters.
+void spotrf_(const char* triangle, const int* n, float* a, const int* lda, int* info, std::size_t triangle_length);
+void dpotrf_(const char* triangle, const int* n, double* a, const int* lda, int* info, std::size_t triangle_length);
+void spotrs_(const char* triangle, const int* n, const int* nrhs, const float* a, const int* lda, float* b,
+             const int* ldb, int* info, std::size_t triangle_length);
+void dpotrs_(const char* triangle, const int* n, const int* nrhs, const double* a, const int* lda, double* b,
+             const int* ldb, int* info, std::size_t triangle_length);
+// NOLINTEND(readability-identifier-naming)
+}
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kAccuracy = 1e-8;
+constexpr double kSlowest = 0.2;   // a correction that leaves more of the residual is not worth its two products
+constexpr int kCorrections = 12;   // at that rate these reach 4e-9
+
+template <typename Real>
+struct Lapack;
+
+template <>
+struct Lapack<float> {
+  static constexpr auto rank_update = cblas_ssyrk;
+  static constexpr auto factorise = spotrf_;
+  static constexpr auto solve = spotrs_;
+};
+
+template <>
+struct Lapack<double> {
+  static constexpr auto rank_update = cblas_dsyrk;
+  static constexpr auto factorise = dpotrf_;
+  static constexpr auto solve = dpotrs_;
+};
+
+/// Grows but never shrinks, so that a changing number of columns allocates only at its peak.
+template <typename Real>
+void reserve(std::vector<Real>& buffer, Eigen::Index size) {
+  buffer.resize(std::max(buffer.size(), static_cast<std::size_t>(size)));
+}
+
+}  // namespace
+
+bool DampedStep::solve(const SkinJacobian& jacobian, const Eigen::VectorXd& d, Eigen::VectorXd& h) {
+  by_rows_ = jacobian.rows() <= jacobian.columns();
+  scale_ = d.array().rsqrt();
+  if (by_rows_) {
+    right_ = jacobian.residual();
+  } else {
+    jacobian.gradient(right_);
+    right_.array() *= scale_.array();
+  }
+  if (factorise(jacobian, single_) && refine(jacobian, single_, h)) {
+    return true;
+  }
+  ++double_count_;
+  return factorise(jacobian, double_) && refine(jacobian, double_, h);
+}
+
+template <typename Real>
+bool DampedStep::factorise(const SkinJacobian& jacobian, Factor<Real>& factor) {
+  const int rows = static_cast<int>(jacobian.rows());
+  const int columns = static_cast<int>(jacobian.columns());
+  const int size = std::min(rows, columns);
+  reserve(factor.scaled, jacobian.rows() * jacobian.columns());
+  reserve(factor.matrix, Eigen::Index{size} * size);
+  reserve(factor.right, size);
+  jacobian.fill(scale_, factor.scaled.data());
+  const Real one = 1;
+  const Real zero = 0;
+  Lapack<Real>::rank_update(CblasColMajor, CblasLower, by_rows_ ? CblasNoTrans : CblasTrans, size,
+                            std::max(rows, columns), one, factor.scaled.data(), rows, zero, factor.matrix.data(), size);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(size); ++i) {
+    factor.matrix[i * static_cast<std::size_t>(size + 1)] += one;
+  }
+  const char lower = 'L';
+  int info = 0;
+  Lapack<Real>::factorise(&lower, &size, factor.matrix.data(), &size, &info, 1);
+  return info == 0;
+}
+
+template <typename Real>
+bool DampedStep::refine(const SkinJacobian& jacobian, Factor<Real>& factor, Eigen::VectorXd& h) {
+  const char lower = 'L';
+  const int one = 1;
+  const int size = static_cast<int>(right_.size());
+  const double target = kAccuracy * right_.norm();
+  remainder_ = right_;
+  solution_ = Eigen::VectorXd::Zero(size);
+  double before = right_.norm();
+  for (int correction = 0; correction < kCorrections; ++correction) {
+    // Normalised, so that single precision holds a right-hand side of any unit.
+    const double unit = before > 0 ? before : 1.0;
+    for (int i = 0; i < size; ++i) {
+      factor.right[static_cast<std::size_t>(i)] = static_cast<Real>(remainder_(i) / unit);
+    }
+    int info = 0;
+    Lapack<Real>::solve(&lower, &size, &one, factor.matrix.data(), &size, factor.right.data(), &size, &info, 1);
+    for (int i = 0; i < size; ++i) {
+      solution_(i) += unit * static_cast<double>(factor.right[static_cast<std::size_t>(i)]);
+    }
+    apply(jacobian, solution_);
+    remainder_ = right_ - solution_ - outer_;
+    const double after = remainder_.norm();
+    if (after <= target) {
+      if (by_rows_) {
+        h = -(scale_.array() * inner_.array());
+      } else {
+        h = -(scale_.array() * solution_.array());
+      }
+      return true;
+    }
+    if (!(after <= kSlowest * before)) {
+      return false;
+    }
+    before = after;
+  }
+  return false;
+}
+
+/// inner = S J^T y and outer = J S inner by rows; inner = J S y and outer = S J^T inner by columns.
+void DampedStep::apply(const SkinJacobian& jacobian, const Eigen::VectorXd& y) {
+  if (by_rows_) {
+    jacobian.apply_transpose(y, inner_);
+    inner_.array() *= scale_.array();
+    scaled_ = scale_.array() * inner_.array();
+    jacobian.apply(scaled_, outer_);
+  } else {
+    scaled_ = scale_.array() * y.array();
+    jacobian.apply(scaled_, inner_);
+    jacobian.apply_transpose(inner_, outer_);
+    outer_.array() *= scale_.array();
+  }
+}
+
+}  // namespace touchfield

@@ -1,0 +1,37 @@
+#pragma once
+
+#include "solvers/phase/skin_problem.h"
+
+namespace touchfield {
+
+/// A value for each row of a SkinProblem: the pressure that drives make on the target and what they leave on the quiet
+/// skin, or weights to send back through the rows.
+struct SkinField {
+  Eigen::VectorXcd target;  // K
+  Eigen::VectorXcd quiet;   // r
+};
+
+/// field = [H_T q; R q]. Allocates only where the field has another size.
+void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field);
+
+/// x = H_T^H v_T + R^H v_Z.
+void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x);
+
+/// sum_j w_j (|u_j| - p'_j)^2 + ||t||^2 of the field [u; t].
+double field_cost(const SkinProblem& problem, const SkinField& field);
+
+/// sum_n |h_jn|, the most that can reach each target face.
+Eigen::VectorXd target_reach(const SkinProblem& problem);
+
+/// u_j / |u_j|: the direction in which a change of u_j changes |u_j|.
+///
+/// In silence, |u_j| <= 1e-13 reach_j, |u_j| has a kink and every direction e^{i psi} is a subgradient. Taken is the one
+/// along which turning the phases moves u_j most: psi = arg(sum_n c_n^2) / 2, c_n = i h_jn phasor_n, of the two the one
+/// with Re(e^{-i psi} sum_n |c_n| c_n) >= 0. It turns with a common phase of the drives, and a face that only
+/// rounding lights gives the same answer each time.
+///
+/// phasors   e^{i phi_n}, also of channels that are off
+void pressure_directions(const SkinProblem& problem, const Eigen::VectorXd& reach, const SkinField& field,
+                         const Eigen::VectorXcd& phasors, Eigen::VectorXcd& directions);
+
+}  // namespace touchfield

@@ -1,0 +1,61 @@
+#pragma once
+
+#include "solvers/phase/phase_solution.h"
+#include "solvers/phase/skin_problem.h"
+
+namespace touchfield {
+
+struct SurfaceOptions {
+  int iterations = 30;                // steps tried, accepted or not; >= 1
+  bool free_amplitudes = false;       // bounded 0..1 beside the phases; else all 1
+  double initial_damping = 0.03;      // tau: mu_0 = tau max diag(J J^T); > 0
+  double gradient_tolerance = 1e-10;  // converged if max |J^T f| <= this times the cost; >= 0
+  double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0
+  double cost_tolerance = 0.0;        // converged if an accepted step lowers the cost by less than this share; >= 0
+};
+
+/// Minimises skin_cost over the phases, and the amplitudes if they are free, by Levenberg-Marquardt with Madsen's
+/// damping in the small system: with the residual f (K + 2 r) and its Jacobian J along the tangents i q_n,
+///
+///   f = [ sqrt(w_j) (|h_j q| - p'_j);  Re R q;  Im R q ],
+///   h = -D^-1 J^T (J D^-1 J^T + I)^-1 f,   D = mu I + 0.3 diag(max(0, -Re(conj(q_n) g_n))),
+///   phi_n += atan h_n,
+///
+/// g the cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of |q_n| = 1, without which
+/// the last per cent takes twice as many iterations. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is
+/// solved instead. The matrix is formed and factorised in single precision, the step refined in double to 1e-8; in
+/// double throughout where that fails.
+///
+/// Free amplitudes: the start's phases settle first if it is at full drive; then drives move in the disc |q_n| <= 1,
+/// those on its edge that the cost pulls outwards along it only. A step that pushes a drive out is cut at the edge.
+///
+/// The cost never rises. An iteration costs O((K + 2r)^2 N) and never touches the quiet faces themselves. At |u_j| = 0
+/// a subgradient is taken (see pressure_directions in skin_field.h), so that silence is left. A start at any other
+/// stationary point, saddle points and the maxima of symmetric arrays too, is returned as converged after 0 iterations.
+///
+/// start     drives, N: their phases, 0 where a drive is 0 (and amplitudes, clipped to 0..1, if these are free)
+/// returns   kStalled if no damping up to 1e30 times the first helps
+/// throws    std::invalid_argument as require_valid, on a start of another size or not finite, options out of range
+/// source    Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, 2004, ch. 3.2 (damping); Coleman
+///           and Li, SIAM J. Optim. 6 (1996) 418 (damping towards a bound)
+PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::VectorXcd& start, const SurfaceOptions& options,
+                            const IterationCallback& callback = {});
+
+/// Drives of amplitude 1 to start from.
+///
+/// adjoint    the field sent back from the target: arg(H_T^H diag(w) p')
+/// spectral   arg of the channels' part q of the relaxed problem: least z^H Q z, z = [y; q], over
+///            |y|^2 = K, |q|^2 <= N (b_j = sqrt(w_j) p'_j; faces with p' = 0 take no part). Q alone is singular for
+///            r < N, so that its eigenvector says nothing; with the price epsilon >= 1e-10 max eig(A A^H) of drive
+///            energy, A = [diag(sqrt w) H_T; R], at which |q|^2 = N (to 1 % of epsilon), y is the eigenvector of the
+///            smallest eigenvalue of diag(b) epsilon (A A^H + epsilon)^-1_TT diag(b) and
+///            q = A^H (A A^H + epsilon)^-1 [b y; 0]. Costs O((K + r)^3)
+/// random     angles from the generator's bits directly
+///
+/// A channel that gets nothing has phase 0.
+/// throws     std::invalid_argument as require_valid; random_start on a negative number of channels
+Eigen::VectorXcd adjoint_start(const SkinProblem& problem);
+Eigen::VectorXcd spectral_start(const SkinProblem& problem);
+Eigen::VectorXcd random_start(Eigen::Index channels, unsigned seed);
+
+}  // namespace touchfield

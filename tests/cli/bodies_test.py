@@ -1,0 +1,186 @@
+"""Bodies of a scene: several of them, edges by place, parts of them, seen otherwise than they are, in the array's way."""
+
+import json
+import unittest
+
+import numpy
+
+from meshes import icosphere, write_ply
+from support import FINGER, CommandTest, faces, open_run, relative_l2
+
+TWO = """\
+name: two
+array:
+  grid: {count: [8, 8], pitch_mm: 10.16}
+bodies:
+  - name: finger
+    capsule: {radius_mm: 6, length_mm: 6}
+    place: {landmark: bottom, at_mm: [0, 0, 60]}
+    edge_mm: 2.6
+  - name: bead
+    sphere: {radius_mm: 4}
+    place: {at_mm: [18, 0, 64]}
+    edge_mm: 2
+target:
+  box: {at: finger.bottom, size_mm: [8, 8, 6]}
+  pressure_pa: 500
+solve:
+  methods: [focus]
+  alarm: never
+write: [h5]
+"""
+
+
+class Bodies(CommandTest):
+    def refused(self, *arguments):
+        done = self.touchfield(*arguments)
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        return done.stderr
+
+    def test_two_bodies(self):
+        scene = self.write("scene.yaml", TWO)
+        self.run_ok("run", scene, "-o", "two")
+        with open_run(self.folder / "two") as run:
+            owner = run["mesh/body"][:]
+            self.assertEqual([str(name) for name in run["mesh"].attrs["bodies"]], ["finger", "bead"])
+            centroids, area = faces(run)
+            # Each body where it was put; the icosphere of 4 mm has its own area to the sagitta of its faces.
+            self.assertAlmostEqual(centroids[owner == 0][:, 2].min(), 0.060, delta=2e-4)
+            bead = centroids[owner == 1]
+            numpy.testing.assert_allclose(bead.mean(axis=0), [0.018, 0, 0.064], atol=1e-6)
+            self.assertAlmostEqual(area[owner == 1].sum(), 4 * numpy.pi * 0.004**2, delta=0.02 * 2e-4)
+            self.assertTrue((owner[run["target/face"][:]] == 0).all())
+            alone = run["methods/focus/pressure"][:][owner == 0]
+        # The other body is heard.
+        without = TWO.replace("bodies:\n  - name: finger\n", "body:\n").split("  - name: bead")[0].replace(
+            "    ", "  ") + "target:" + TWO.split("target:")[1].replace("finger.bottom", "bottom")
+        self.run_ok("run", self.write("one.yaml", without), "-o", "one")
+        with open_run(self.folder / "one") as run:
+            _, area = faces(run)
+            self.assertNotIn("body", run["mesh"])
+            difference = relative_l2(area, alone, run["methods/focus/pressure"][:])
+            self.assertGreater(difference, 0.02)
+            self.assertLess(difference, 1.0)
+
+    def test_bodies_that_touch(self):
+        scene = self.write("scene.yaml", TWO)
+        said = self.refused("check", scene, "--set", "bodies.1.place.at_mm=[9, 0, 66]")
+        self.assertIn("finger and bead cut each other near", said)
+        said = self.refused("check", scene, "--set", "bodies.1.place.at_mm=[0, 0, 66]", "--set",
+                            "bodies.1.sphere.radius_mm=2")
+        self.assertIn("finger and bead lie one in the other", said)
+
+    def test_whose_landmark(self):
+        scene = self.write("scene.yaml", TWO)
+        said = self.refused("check", scene, "--set", "target.box.at=bottom")
+        self.assertIn("landmark 'bottom' is on 2 bodies; say which: finger.bottom", said)
+        self.assertIn("landmark 'nose' is on none of the bodies", self.refused("check", scene, "--set", "target.box.at=nose"))
+
+    def test_edges_by_place(self):
+        scene = self.write("scene.yaml", FINGER.replace("length_mm: 10", "length_mm: 40"))
+        self.run_ok("run", scene, "-o", "graded", "--set", "solve.methods=[focus]", "--set", "write=[h5]", "--set",
+                    "body.edge_mm={near_target: 1.2, far: 3.0, within_mm: 6, near: {y_plus: 1.5}}")
+        with open_run(self.folder / "graded") as run:
+            centroids, area = faces(run)
+            edge = numpy.sqrt(4 / numpy.sqrt(3) * area)
+            target = numpy.array([0, 0, 0.060])
+            far = numpy.linalg.norm(centroids - target, axis=1)
+            end = numpy.linalg.norm(centroids - [0, 0.028, 0.068], axis=1)
+            middle = (far > 0.017) & (end > 0.017)
+            self.assertAlmostEqual(edge[far < 5e-3].mean(), 1.2e-3, delta=0.15e-3)
+            self.assertAlmostEqual(edge[end < 5e-3].mean(), 1.5e-3, delta=0.2e-3)
+            self.assertAlmostEqual(edge[middle].mean(), 3.0e-3, delta=0.3e-3)
+        said = self.refused("check", self.write("no.yaml", FINGER.split("target:")[0] +
+                            "solve: {methods: [{fixed: {phases_rad: 0}}]}\n"), "--set",
+                            "body.edge_mm={near_target: 1.2, far: 3.0}")
+        self.assertIn("body.edge_mm.near_target needs a target", said)
+
+    def test_a_part_of_a_body(self):
+        scene = self.write("scene.yaml", FINGER.replace("length_mm: 10", "length_mm: 60"))
+        judge = "judge={scheme: burton_miller_polished, edge_mm: 2.2, whole: true}"
+        self.run_ok("run", scene, "-o", "part", "--set", "solve.methods=[focus]", "--set", "write=[h5]", "--set",
+                    "body.keep_within_mm=24", "--set", judge)
+        with open_run(self.folder / "part") as run:
+            centroids, _ = faces(run)
+            self.assertLess(numpy.linalg.norm(centroids - [0, 0, 0.060], axis=1).max(), 0.0245)
+            corners = run["judge/mesh/vertices"][:]
+            self.assertGreater(numpy.ptp(corners[:, 1]), 0.075)  # 60 mm and the two ends of 8 mm
+            difference = run["methods/focus"].attrs["judge_difference"]
+            # The ends that are missing scatter less than the sound that goes round them: 5 to 20 % here, not 100.
+            self.assertGreater(difference, 0.01)
+            self.assertLess(difference, 0.4)
+        said = self.refused("check", scene, "--set", "body.keep_within_mm=9")
+        self.assertIn("body.keep_within_mm", said)
+
+    def test_seen_otherwise_than_it_is(self):
+        scene = self.write("scene.yaml", FINGER)
+        narrow = ["--set", "solve.methods=[paper]", "--set", "write=[h5]"]
+        self.run_ok("run", scene, "-o", "true", *narrow)
+        self.run_ok("run", scene, "-o", "still", *narrow, "--set", "sensing={noise_mm_rms: 0}")
+        self.run_ok("run", scene, "-o", "moved", *narrow, "--set", "sensing={offset_mm: [0.4, -0.3, 0.5]}")
+        self.run_ok("run", scene, "-o", "noisy", *narrow, "--set", "sensing={noise_mm_rms: 0.5, seed: 3}")
+        with open_run(self.folder / "true") as run:
+            truth = run["mesh/vertices"][:]
+            phase = run["methods/paper/phase"][:]
+            error = run["methods/paper"].attrs["relative_error"]
+        with open_run(self.folder / "still") as run:
+            numpy.testing.assert_array_equal(run["methods/paper/phase"][:], phase)
+            self.assertEqual(run["judge"].attrs["judge"], "truth")
+            # The judge solves the same equations again, for one column instead of several.
+            self.assertLess(run["methods/paper"].attrs["judge_difference"], 2e-4)
+            self.assertAlmostEqual(run["methods/paper"].attrs["relative_error"], error, places=3)
+        with open_run(self.folder / "moved") as run:
+            numpy.testing.assert_allclose(run["mesh/vertices"][:] - truth,
+                                          numpy.tile([4e-4, -3e-4, 5e-4], (len(truth), 1)), atol=1e-12)
+            numpy.testing.assert_array_equal(run["judge/mesh/vertices"][:], truth)
+            self.assertGreater(run["methods/paper"].attrs["judge_difference"], 0.05)
+        with open_run(self.folder / "noisy") as run:
+            moved = numpy.linalg.norm(run["mesh/vertices"][:] - truth, axis=1)
+            # One draw of some twenty correlation lengths: 0.5 mm within a factor of 1.6.
+            self.assertGreater(numpy.sqrt((moved**2).mean()), 0.3e-3)
+            self.assertLess(numpy.sqrt((moved**2).mean()), 0.8e-3)
+            numpy.testing.assert_array_equal(run["judge/mesh/vertices"][:], truth)
+            self.assertEqual(run["provenance"].attrs["seeds"], "sensing=3")
+
+    def test_the_point_nearest_the_array(self):
+        write_ply(self.folder / "ball.ply", *icosphere(3, 60.0))  # mm
+        text = FINGER.replace("capsule: {radius_mm: 8, length_mm: 10}", "mesh: {file: ball.ply, unit: mm}").replace(
+            "place: {landmark: bottom, at_mm: [0, 0, 60]}", "place: {at_mm: [0, 5, 120]}").replace(
+            "at: bottom", "at: nearest_array").replace("edge_mm: 2.6", "edge_mm: 8")
+        scene = self.write("scene.yaml", text.replace("size_mm: [8, 12, 6]", "size_mm: [30, 30, 20]"))
+        self.run_ok("run", scene, "-o", "out", "--set", "solve.methods=[focus]", "--set", "write=[h5]")
+        with open_run(self.folder / "out") as run:
+            centroids, area = faces(run)
+            target = run["target/face"][:]
+            middle = (area[target, None] * centroids[target]).sum(axis=0) / area[target].sum()
+            # Over the array's own points the lowest one is the nearest: (0, 5, 60) mm, less the sagitta of a box that
+            # reaches 15 mm to each side.
+            numpy.testing.assert_allclose(middle, [0, 0.005, 0.061], atol=4e-3)
+
+    def test_unit_of_a_file(self):
+        write_ply(self.folder / "ball.ply", *icosphere(3, 0.05))  # in metres: 0.1 m across
+        text = FINGER.replace("capsule: {radius_mm: 8, length_mm: 10}", "mesh: {file: ball.ply}").replace(
+            "place: {landmark: bottom, at_mm: [0, 0, 60]}", "place: {at_mm: [0, 0, 120]}").replace(
+            "at: bottom", "at: nearest_array").replace("size_mm: [8, 12, 6]", "size_mm: [30, 30, 20]").replace(
+            "  edge_mm: 2.6\n", "")
+        said = self.refused("run", self.write("scene.yaml", text), "-o", "out")
+        self.assertIn("ball.ply", said)
+        self.assertIn("unit", said)
+        self.assertFalse((self.folder / "out").exists())
+        done = self.run_ok("check", self.write("metres.yaml", text.replace("ball.ply}", "ball.ply, unit: m}")), "--json")
+        self.assertEqual(json.loads(done.stdout)["faces"], 1280)
+        said = self.touchfield("check", self.write("mm.yaml", text.replace("ball.ply}", "ball.ply, unit: mm}")))
+        self.assertIn("mesh_unit", said.stdout + said.stderr)
+
+    def test_in_the_way_of_the_array(self):
+        scene = self.write("scene.yaml", FINGER)
+        # Between the transducers, 1 mm and more from each: only the board is hit.
+        said = self.refused("check", scene, "--set", "body={sphere: {radius_mm: 5}, edge_mm: 2, place: {at_mm: "
+                            "[0, 0, 4.9]}}", "--set", "target.box={centre_mm: [0, 0, 9], size_mm: [4, 4, 4]}")
+        self.assertIn("crosses the board of unit 0", said)
+        said = self.refused("check", scene, "--set", "body.place.at_mm=[0, 0, -8]")
+        self.assertIn("inside the body", said)
+
+
+if __name__ == "__main__":
+    unittest.main()

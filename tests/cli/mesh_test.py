@@ -1,0 +1,296 @@
+"""touchfield mesh: any file gives a report, a repair that says what it did, or a clear error."""
+
+import json
+import resource
+import subprocess
+import unittest
+
+import numpy
+
+from foreign_hand import edge_lengths, foreign_hand, read_obj, write_obj
+from meshes import icosphere, together, write_stl
+from support import PROGRAM, CommandTest
+
+CORNERS = numpy.array([[x, y, z] for z in (0, 100) for y in (0, 100) for x in (0, 100)], dtype=float)
+CUBE = numpy.array([[0, 3, 1], [0, 2, 3], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4],
+                    [2, 7, 3], [2, 6, 7], [0, 6, 2], [0, 4, 6], [1, 3, 7], [1, 7, 5]])
+
+
+class Mesh(CommandTest):
+    def report(self, *arguments):
+        done = self.run_ok("mesh", *arguments, "--json")
+        return json.loads(done.stdout)
+
+    def refused(self, *arguments, says):
+        before = self.entries()
+        done = self.touchfield("mesh", *arguments)
+        self.assertEqual(done.returncode, 2, f"{done.stdout}\n{done.stderr}")
+        for phrase in [says] if isinstance(says, str) else says:
+            self.assertIn(phrase, done.stderr)
+        self.assertLessEqual(len(done.stderr.splitlines()), 24, "more than a screen")
+        self.assertEqual(done.stdout, "")
+        self.assertEqual(self.entries(), before)
+
+    def obj(self, vertices, triangles, name="skin.obj"):
+        path = self.folder / name
+        write_obj(path, numpy.asarray(vertices, dtype=float), numpy.asarray(triangles))
+        return path
+
+    def cube(self, triangles=CUBE, vertices=CORNERS):
+        return self.obj(vertices, triangles)
+
+
+class Inspection(Mesh):
+    def test_a_good_mesh(self):
+        report = self.report(self.cube(), "--unit", "mm")
+        self.assertTrue(report["usable"])
+        self.assertEqual(report["warnings"], [])
+        self.assertIsNone(report["result"])
+        surface = report["surface"]
+        self.assertEqual([surface[key] for key in ("faces", "vertices", "components", "closed", "self_intersections")],
+                         [12, 8, 1, True, 0])
+        self.assertAlmostEqual(surface["area_cm2"], 600)
+        self.assertAlmostEqual(surface["volume_cm3"], 1000)
+        # The wavelength at 40 kHz and 20 C against the diagonal of a side.
+        self.assertAlmostEqual(surface["epw_min"], 343.21 / 40e3 / 0.1 / 2**0.5, places=6)
+        said = self.run_ok("mesh", self.cube(), "--unit", "mm").stdout
+        for phrase in ["12 faces", "600.0 cm2", "1000.0 cm3", "edges a wavelength", "8.58 mm", "faults      none"]:
+            self.assertIn(phrase, said)
+
+    def test_faults_are_said_with_place_and_count(self):
+        done = self.run_ok("mesh", self.cube(CUBE[1:]), "--unit", "mm")
+        self.assertIn("fault       3 boundary edges (1 hole of 341.42 mm), the first between", done.stdout)
+        self.assertIn("hole        3 edges, 341.42 mm round, near", done.stdout)
+        self.assertFalse(self.report(self.cube(CUBE[1:]), "--unit", "mm")["usable"])
+
+    def test_the_unit_is_guessed_from_the_size(self):
+        # 173 across.
+        self.assertNotIn("warning", self.run_ok("mesh", self.cube()).stderr)
+        for scale, unit, certainty in [(1, "mm", "sure"), (0.1, "cm", "likely"), (1e-3, "m", "sure"),
+                                       (0.4, "mm", "unclear"), (1e3, "mm", "none")]:
+            report = self.report(self.cube(vertices=CORNERS * scale))
+            self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), (unit, certainty), scale)
+            self.assertEqual(len(report["warnings"]), 0 if scale == 1 else 1, scale)
+
+    def test_a_stated_unit_that_fits_badly_is_warned_of(self):
+        path = self.cube(vertices=CORNERS * 1e-3)
+        self.assertEqual(self.report(path, "--unit", "m")["warnings"], [])
+        report = self.report(path, "--unit", "mm")
+        self.assertEqual(report["unit"], "mm")
+        self.assertRegex(report["warnings"][0], r"^unit: unit mm makes the body 0.173 mm across; it looks like m ")
+        self.assertIn("touchfield: warning: unit: ", self.run_ok("mesh", path, "--unit", "mm").stderr)
+        self.refused(path, "--unit", "inch", says="--unit")
+
+    def test_lengths_need_a_unit(self):
+        path = self.cube(vertices=CORNERS * 0.1)
+        self.refused(path, "--remesh", "2", "-o", "out.stl", says=["--unit", "perhaps cm"])
+        self.refused(path, "--repair", "--hole-mm", "2", says="--unit")
+
+
+class Work(Mesh):
+    def volume(self, path, *arguments):
+        report = self.report(path, *arguments)
+        self.assertTrue(report["usable"], report)
+        return report["surface"]["volume_cm3"]
+
+    def test_every_format_in_and_out(self):
+        path = self.cube()
+        for ending in ["stl", "obj", "ply", "vtp", "off"]:
+            copy = self.folder / f"copy.{ending}"
+            report = self.report(path, "-o", copy)
+            self.assertEqual(report["written"], f"{copy} in mm")
+            self.assertAlmostEqual(self.volume(copy), 1000, places=6)
+            path = copy
+        self.refused(path, "-o", "copy.dae", says="copy.dae")
+
+    def test_the_file_keeps_its_unit_unless_told(self):
+        path = self.cube(vertices=CORNERS * 1e-3)
+        self.report(path, "-o", "same.obj")
+        numpy.testing.assert_allclose(read_obj(self.folder / "same.obj")[0], CORNERS * 1e-3, atol=1e-12)
+        self.report(path, "--output-unit", "mm", "-o", "mm.obj")
+        numpy.testing.assert_allclose(read_obj(self.folder / "mm.obj")[0], CORNERS, atol=1e-9)
+
+    def test_a_faulty_mesh_is_not_written_without_repair(self):
+        path = self.cube(CUBE[:, ::-1])
+        self.refused(path, "-o", "out.ply", says=["inside out", "--repair"])
+        report = self.report(path, "--repair", "-o", "out.ply")
+        self.assertEqual(report["steps"], ["turned 1 piece outwards"])
+        self.assertAlmostEqual(self.volume(self.folder / "out.ply"), 1000)
+        # Without -o it says what it would do.
+        done = self.run_ok("mesh", path, "--repair")
+        self.assertIn("done        turned 1 piece outwards", done.stdout)
+        self.assertNotIn("written", done.stdout)
+
+    def test_repair_says_each_step(self):
+        vertices, triangles = icosphere(3, 80)
+        triangles = triangles.copy()
+        triangles[5] = triangles[5][::-1]
+        crumb = (CORNERS * 0.01 + 200, CUBE)
+        vertices, triangles = together((vertices, numpy.delete(triangles, 900, axis=0)), crumb)
+        triangles = numpy.concatenate([triangles, triangles[:1], [[3, 3, 7]]])
+        write_stl(self.folder / "skin.stl", vertices, triangles)
+        report = self.report("skin.stl", "--repair", "-o", "out.stl")
+        expected = ["welded", "two corners in one point", "corners of an earlier one", "1 stray piece (12 faces",
+                    "turned 1 face", "filled 1 hole, of 3 edges"]
+        for step, said in zip(expected, report["steps"], strict=True):
+            self.assertIn(step, said)
+        # One flat face of 1280 instead of itself.
+        self.assertAlmostEqual(self.volume("out.stl"), 4 / 3 * numpy.pi * 8**3, delta=0.01)
+
+    def test_what_cannot_be_repaired(self):
+        self.refused(self.cube(CUBE[2:]), "--repair", says=["hole of 4 edges, 400.00 mm round", "limit of 17.32 mm"])
+        self.report(self.cube(CUBE[2:]), "--repair", "--unit", "mm", "--hole-mm", "401")
+        crossing = together((CORNERS, CUBE), (CORNERS + [50, 40, 30], CUBE))
+        self.refused(self.obj(*crossing), "--repair", says="faces cut each other")
+
+    def test_remesh(self):
+        vertices, triangles = icosphere(3, 80)
+        report = self.report(self.obj(vertices, triangles), "--unit", "mm", "--remesh", "5", "-o", "out.ply")
+        result = report["result"]
+        self.assertEqual(result["faults"], [])
+        self.assertAlmostEqual(result["mean_edge_mm"], 5, delta=0.15)  # what a remesh promises is 2 % in area
+        self.assertAlmostEqual(result["volume_cm3"] / report["surface"]["volume_cm3"], 1, delta=0.01)
+        self.assertIn("remeshed to edges of 5 mm", report["steps"][0])
+        self.refused("skin.obj", "--unit", "mm", "--remesh", "0.001", says="faces")
+
+    def test_cut(self):
+        path = self.cube()
+        for plane, share in [("y=30", 0.3), ("y<=30", 0.3), ("y>=30", 0.7), ("0,30,0,0,2,0", 0.3),
+                             ("0,30,0,0,-1e-3,0", 0.7), ("-5,30,12,0,1,0", 0.3), ("100,0,0,1,1,0", 0.5)]:
+            self.report(path, "--cut", plane, "-o", "out.ply")
+            self.assertAlmostEqual(self.volume("out.ply", "--unit", "mm"), 1000 * share, delta=1e-3, msg=plane)
+        self.refused(path, "--cut", "y=200", "-o", "out2.ply", says="")
+        for plane in ["y", "w=3", "y=", "y=a", "y=nan", "1,2,3,4,5", "1,2,3,4,5,6,7", "1,2,3,0,0,0", "1,2,3,0,0,inf",
+                      ",,,,,", "y>30"]:
+            self.refused(path, f"--cut={plane}", "-o", "out3.ply", says="--cut")
+
+    def test_a_foreign_hand(self):
+        said = self.report_of_hand("fine.obj")
+        fingertip = numpy.array(said["landmarks"]["index_pad"])
+        vertices, triangles = foreign_hand(*read_obj(self.folder / "fine.obj"), fingertip)
+        lengths = edge_lengths(vertices, triangles)
+        self.assertEqual(len(triangles), 2300)
+        self.assertLess(lengths.min(), 1.6)
+        self.assertGreater(lengths.max(), 25)
+
+        path = self.obj(vertices * 1e-3, triangles, "foreign.obj")
+        report = self.report(path)
+        self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), ("m", "sure"))
+        self.assertRegex(report["warnings"][0], "^unit: taken as m, surely: .* 0.19. mm if in mm")
+        report = self.report(path, "--repair", "--remesh", "1.4", "-o", "remeshed.ply")
+        result = report["result"]
+        self.assertEqual(result["faults"], [])
+        self.assertAlmostEqual(result["mean_edge_mm"], 1.4, delta=0.05)
+        self.assertGreater(result["epw_mean"], 6)
+        self.assertAlmostEqual(result["volume_cm3"] / report["surface"]["volume_cm3"], 1, delta=0.01)
+
+    def report_of_hand(self, name):
+        return json.loads(self.run_ok("hand", "--edge-mm", "1.8", "-o", name, "--json").stdout)
+
+
+class Broken(Mesh):
+    """Files as they are found: exit code 2 and a clear error, or a report; never a crash."""
+
+    def test_no_mesh_at_all(self):
+        for name, content, says in [
+                ("empty.stl", b"", "empty"), ("empty.obj", b"", "empty"),
+                ("none.obj", b"# nothing\n", "no face"), ("points.obj", b"v 0 0 0\nv 1 0 0\n", "no face"),
+                ("half.stl", b"solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0", "half.stl"),
+                ("nan.obj", b"v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "finite"),
+                ("wild.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "wild.obj"),
+                ("other.dae", b"<xml/>", "other.dae")]:
+            (self.folder / name).write_bytes(content)
+            self.refused(name, says=[name, says])
+            self.refused(name, "--repair", "-o", "out.ply", says=name)
+        self.refused("nowhere.stl", says="no such file")
+        self.refused(self.folder, says="")
+
+    def test_garbage_and_files_cut_short(self):
+        noise = numpy.random.default_rng(1).integers(0, 256, 3000, dtype=numpy.uint8).tobytes()
+        self.cube()
+        for ending in ["stl", "obj", "ply", "vtp", "off"]:
+            path = self.folder / f"noise.{ending}"
+            path.write_bytes(noise)
+            done = subprocess.run([PROGRAM, "mesh", path, "--repair"], capture_output=True, timeout=100, check=False)
+            self.assertEqual((done.returncode, done.stdout), (2, b""))
+            self.assertIn(path.name.encode(), done.stderr)
+            whole = self.folder / f"whole.{ending}"
+            self.report("skin.obj", "-o", whole)
+            content = whole.read_bytes()
+            for share in (0.02, 0.3, 0.6, 0.95):
+                path = self.folder / f"short.{ending}"
+                path.write_bytes(content[:int(share * len(content))])
+                done = self.touchfield("mesh", path)
+                # Lines of an OBJ file that are missing at its end are not known to be; then the mesh has holes.
+                self.assertIn(done.returncode, (0, 2) if ending == "obj" else (2,), (ending, share, done.stdout))
+                if done.returncode == 0:
+                    self.assertIn("fault ", done.stdout)
+
+    def test_a_million_faces(self):
+        vertices, triangles = icosphere(8, 80)
+        write_stl(self.folder / "large.stl", vertices, triangles)
+        report = self.report("large.stl", "--repair")
+        self.assertEqual(report["faces"], 20 * 4**8)
+        self.assertTrue(report["usable"])
+        self.assertEqual(len(report["steps"]), 1)  # an STL file's points are welded
+        self.assertLess(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss, 2**21)  # 2 GiB
+
+    def test_quads(self):
+        quads = ["1 3 4 2", "5 6 8 7", "1 2 6 5", "3 7 8 4", "1 5 7 3", "2 4 8 6"]
+        text = "".join("v {} {} {}\n".format(*corner) for corner in CORNERS) + "".join(f"f {quad}\n" for quad in quads)
+        report = self.report(self.write("quads.obj", text))
+        self.assertTrue(report["usable"], report)
+        self.assertAlmostEqual(report["surface"]["volume_cm3"], 1000)
+
+    def test_points_that_no_face_names(self):
+        report = self.report(self.cube(CUBE + 1, numpy.concatenate([[[1e7, 0, 0]], CORNERS])), "--repair")
+        self.assertTrue(report["usable"])
+        self.assertEqual(report["unreferenced_points"], 1)
+        self.assertEqual(report["unit_guess"]["certainty"], "sure")
+        self.assertEqual(report["steps"], ["dropped 1 point that no face names"])
+
+    def test_faces_without_area(self):
+        flat = self.obj([[0, 0, 0], [100, 0, 0], [200, 0, 0]], [[0, 1, 2]])
+        self.assertIn("no face has an area", self.run_ok("mesh", flat).stdout)
+        self.refused(flat, "--repair", says="skin.obj")
+        same = self.cube([[0, 0, 0]] * 4)
+        self.refused(same, says=["skin.obj: ", "no size"])
+        mixed = self.cube(numpy.concatenate([CUBE, [[2, 2, 2]]]))
+        self.assertEqual(self.report(mixed)["collapsed_faces"], 1)
+        self.refused(mixed, "-o", "out.ply", says=["1 face has two corners in one point", "--repair"])
+        self.assertEqual(len(self.report(mixed, "--repair")["steps"]), 1)
+
+    def test_one_triangle(self):
+        path = self.obj([[0, 0, 0], [150, 0, 0], [0, 150, 0]], [[0, 1, 2]])
+        self.assertIn("3 boundary edges", self.run_ok("mesh", path).stdout)
+        self.refused(path, "--repair", says="hole of 3 edges")
+
+    def test_two_nested_surfaces(self):
+        path = self.obj(*together(icosphere(2, 80), icosphere(1, 30)))
+        self.assertEqual(self.report(path)["surface"]["nested_pieces"], 1)
+        self.refused(path, "-o", "out.ply", says=["1 piece inside another", "--repair"])
+        self.assertEqual(self.report(path, "--repair")["result"]["faces"], 320)
+
+    def test_bodies_that_share_a_point(self):
+        ball = icosphere(2, 80)
+        top = numpy.argmax(ball[0][:, 2])
+        vertices, triangles = together(ball, (-ball[0] + 2 * ball[0][top], ball[1][:, ::-1]))
+        path = self.obj(vertices, triangles)
+        self.assertEqual(self.report(path)["surface"]["nonmanifold_vertices"], 1)
+        report = self.report(path, "--repair", "-o", "apart.stl")
+        self.assertIn("split 1 point ", report["steps"][-1])
+        self.assertTrue(self.report("apart.stl")["usable"])
+
+    def test_a_moebius_strip(self):
+        turns = numpy.arange(24) * numpy.pi / 12
+        sides = [80 + side * numpy.sin(turns / 2) for side in (-15, 15)]
+        rims = [numpy.stack([r * numpy.cos(turns), r * numpy.sin(turns), side * numpy.cos(turns / 2)], axis=1)
+                for side, r in zip((-15, 15), sides)]
+        faces = [[2 * i + c for c in corners] for i in range(23) for corners in ([0, 2, 1], [1, 2, 3])]
+        strip = self.obj(numpy.stack(rims, axis=1).reshape(-1, 3), [*faces, [46, 1, 47], [47, 1, 0]])
+        self.assertIn("1 misoriented edge", self.run_ok("mesh", strip).stdout)
+        self.refused(strip, "--repair", says=["not orientable", "mm"])
+
+
+if __name__ == "__main__":
+    unittest.main()
