@@ -9,7 +9,7 @@ from support import CommandTest, faces, open_run, relative_l2
 SCENE = """\
 name: sphere
 array: {{plane_wave: {{direction: [0, 0, 1]}}}}
-body: {{mesh: {{file: {mesh}}}}}
+body: {{mesh: {{file: {mesh}, unit: mm}}}}
 solve: {{methods: [{methods}], alarm: never{options}}}
 judge: none
 write: [h5]

@@ -13,12 +13,12 @@ from support import FINGER, CommandTest, open_run, warning_names
 MESH = """\
 name: mesh
 array: {plane_wave: {direction: [0, 0, 1]}}
-body: {mesh: {file: skin.ply}}
+body: {mesh: {file: skin.ply, unit: mm}}
 solve: {methods: [{fixed: {phases_rad: 0}}], alarm: never}
 judge: none
 write: [h5]
 """
-BOX = MESH.replace("{mesh: {file: skin.ply}}", "{box: {size_mm: [16, 16, 2]}, edge_mm: 1.6}")
+BOX = MESH.replace("{mesh: {file: skin.ply, unit: mm}}", "{box: {size_mm: [16, 16, 2]}, edge_mm: 1.6}")
 
 
 def cut(vertices, triangles, weights):
