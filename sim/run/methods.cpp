@@ -81,8 +81,6 @@ Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& probl
     }
     case StartSpec::Kind::kAdjoint:
       return adjoint_start(problem);
-    case StartSpec::Kind::kSpectral:
-      return spectral_start(problem);
     case StartSpec::Kind::kPrevious:
       return (Complex(0, 1) * previous_phases(start, method.name, channels).cast<Complex>()).array().exp();
   }

@@ -133,7 +133,6 @@ struct StartSpec {
     kZero,
     kRandom,
     kAdjoint,   // the field sent back from the target
-    kSpectral,  // the relaxed problem's own answer
     kPrevious,  // the phases of a run
   };
   Kind kind = Kind::kZero;

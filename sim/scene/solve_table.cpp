@@ -35,7 +35,7 @@ Codec<StartForm> start_form_codec() {
 
 Codec<StartSpec> make_start_codec() {
   using Kind = StartSpec::Kind;
-  const auto named = choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}});
+  const auto named = choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}});
   const auto detailed = start_form_codec();
   const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {named.type, detailed.type}};
   return {type,
@@ -260,13 +260,11 @@ Map<SolverSpec> solver_keys() {
            "the root of its area.");
 }
 
-/// Starts that only methods on the skin can have.
+/// A start that only methods on the skin can have.
 bool check_start(const Input& in, const MethodSpec& method) {
   const bool incident = method.kind == MethodKind::kPaper || method.kind == MethodKind::kUnscattered;
-  const bool adjoint = method.start.kind == StartSpec::Kind::kAdjoint;
-  if (!incident || (!adjoint && method.start.kind != StartSpec::Kind::kSpectral)) return true;
-  in.problem(
-      fmt::format("{} cannot start from {}; give it another start", method.name, adjoint ? "adjoint" : "spectral"));
+  if (!incident || method.start.kind != StartSpec::Kind::kAdjoint) return true;
+  in.problem(fmt::format("{} cannot start from adjoint; give it another start", method.name));
   return false;
 }
 
@@ -331,7 +329,7 @@ Codec<SolveSpec> solve_codec() {
                "(burton_miller); the same and two steps of paper_corrected (burton_miller_polished).")
           .key("iterations", &SolveForm::iterations, iterations_codec(), "Iterations of an iterative method.")
           .key("start", &SolveForm::start, start_codec(),
-               "Phases an iterative method starts from; adjoint and spectral not of paper and unscattered.")
+               "Phases an iterative method starts from; adjoint not of paper and unscattered.")
           .key("quiet_weight", &SolveForm::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
                "Weight of the pressure outside the target in surface.")
           .part(&SolveForm::solver, solver_keys())

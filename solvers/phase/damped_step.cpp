@@ -22,8 +22,8 @@ namespace touchfield {
 namespace {
 
 constexpr double kAccuracy = 1e-8;
-constexpr double kSlowest = 0.2;   // a correction that leaves more of the residual is not worth its two products
-constexpr int kCorrections = 12;   // at that rate these reach 4e-9
+constexpr double kSlowest = 0.2;  // a correction that leaves more of the residual is not worth its two products
+constexpr int kCorrections = 12;  // at that rate these reach 4e-9
 
 template <typename Real>
 struct Lapack;

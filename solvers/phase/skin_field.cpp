@@ -64,7 +64,8 @@ void pressure_directions(const SkinProblem& problem, const Eigen::VectorXd& reac
   directions.resize(field.target.size());
   for (Eigen::Index j = 0; j < directions.size(); ++j) {
     const double magnitude = std::abs(field.target(j));
-    directions(j) = magnitude > kSilence * reach(j) ? field.target(j) / magnitude : silent_direction(problem, j, phasors);
+    directions(j) =
+        magnitude > kSilence * reach(j) ? field.target(j) / magnitude : silent_direction(problem, j, phasors);
   }
 }
 

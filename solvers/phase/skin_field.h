@@ -25,9 +25,9 @@ Eigen::VectorXd target_reach(const SkinProblem& problem);
 
 /// u_j / |u_j|: the direction in which a change of u_j changes |u_j|.
 ///
-/// In silence, |u_j| <= 1e-13 reach_j, |u_j| has a kink and every direction e^{i psi} is a subgradient. Taken is the one
-/// along which turning the phases moves u_j most: psi = arg(sum_n c_n^2) / 2, c_n = i h_jn phasor_n, of the two the one
-/// with Re(e^{-i psi} sum_n |c_n| c_n) >= 0. It turns with a common phase of the drives, and a face that only
+/// In silence, |u_j| <= 1e-13 reach_j, |u_j| has a kink and every direction e^{i psi} is a subgradient. Taken is the
+/// one along which turning the phases moves u_j most: psi = arg(sum_n c_n^2) / 2, c_n = i h_jn phasor_n, of the two the
+/// one with Re(e^{-i psi} sum_n |c_n| c_n) >= 0. It turns with a common phase of the drives, and a face that only
 /// rounding lights gives the same answer each time.
 ///
 /// phasors   e^{i phi_n}, also of channels that are off

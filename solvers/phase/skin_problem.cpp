@@ -53,8 +53,8 @@ Eigen::VectorXd skin_half_gradient(const SkinProblem& problem, const Eigen::Vect
   const Eigen::VectorXcd phasors =
       q.unaryExpr([](std::complex<double> drive) { return std::polar(1.0, std::arg(drive)); });
   pressure_directions(problem, target_reach(problem), field, phasors, directions);
-  field.target = problem.weights.array() * (field.target.array().abs() - problem.amplitudes.array()) *
-                 directions.array();
+  field.target =
+      problem.weights.array() * (field.target.array().abs() - problem.amplitudes.array()) * directions.array();
   Eigen::VectorXcd x;
   send_back(problem, field, x);
   return (q.array().conjugate() * x.array()).imag();  // Re(conj(i q) x)

@@ -103,7 +103,8 @@ class Surface {
     candidate_.evaluate(problem_);
     if (clipped) {
       jacobian_.apply(step_, moved_residual_);
-      predicted_ = -2.0 * step_.dot(gradient_) - moved_residual_.squaredNorm() - step_.dot(curvature_.cwiseProduct(step_));
+      predicted_ =
+          -2.0 * step_.dot(gradient_) - moved_residual_.squaredNorm() - step_.dot(curvature_.cwiseProduct(step_));
     } else {
       predicted_ = step_.dot(mu * step_ - gradient_);
     }
@@ -116,9 +117,8 @@ class Surface {
   /// Lets the channels at full drive that the step would have pushed beyond it only turn, until a step is accepted.
   /// Returns whether there were any.
   bool hold_clipped() {
-    const auto removed = std::erase_if(radial_, [&](Eigen::Index n) {
-      return point_.amplitudes(n) >= kFull && candidate_.amplitudes(n) >= 1.0;
-    });
+    const auto removed = std::erase_if(
+        radial_, [&](Eigen::Index n) { return point_.amplitudes(n) >= kFull && candidate_.amplitudes(n) >= 1.0; });
     if (removed > 0) {
       set_moves();
     }

@@ -44,18 +44,11 @@ PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::VectorXcd& 
 /// Drives of amplitude 1 to start from.
 ///
 /// adjoint    the field sent back from the target: arg(H_T^H diag(w) p')
-/// spectral   arg of the channels' part q of the relaxed problem: least z^H Q z, z = [y; q], over
-///            |y|^2 = K, |q|^2 <= N (b_j = sqrt(w_j) p'_j; faces with p' = 0 take no part). Q alone is singular for
-///            r < N, so that its eigenvector says nothing; with the price epsilon >= 1e-10 max eig(A A^H) of drive
-///            energy, A = [diag(sqrt w) H_T; R], at which |q|^2 = N (to 1 % of epsilon), y is the eigenvector of the
-///            smallest eigenvalue of diag(b) epsilon (A A^H + epsilon)^-1_TT diag(b) and
-///            q = A^H (A A^H + epsilon)^-1 [b y; 0]. Costs O((K + r)^3)
 /// random     angles from the generator's bits directly
 ///
 /// A channel that gets nothing has phase 0.
 /// throws     std::invalid_argument as require_valid; random_start on a negative number of channels
 Eigen::VectorXcd adjoint_start(const SkinProblem& problem);
-Eigen::VectorXcd spectral_start(const SkinProblem& problem);
 Eigen::VectorXcd random_start(Eigen::Index channels, unsigned seed);
 
 }  // namespace touchfield
