@@ -33,22 +33,6 @@ SurfaceOptions options_of(int iterations, bool free_amplitudes = false) {
   return options;
 }
 
-/// rows x columns of points on the underside of a cylinder along x, 200 mm above the array and off its axes.
-Eigen::MatrixXcd cylinder_rows(double radius, double length, double arc, int rows, int columns) {
-  Eigen::MatrixXcd h(rows * columns, 44 * 34);
-#pragma omp parallel for
-  for (int c = 0; c < 44 * 34; ++c) {
-    const Eigen::Vector3d source((c % 44 - 21.5) * 0.01016 - 0.007, (c / 44 - 16.5) * 0.01016 + 0.004, 0.0);
-    for (int j = 0; j < rows * columns; ++j) {
-      const double angle = arc / radius * ((j % columns + 0.5) / columns - 0.5);
-      const Eigen::Vector3d n(0.0, std::sin(angle), -std::cos(angle));
-      const Eigen::Vector3d axis(length * ((j / columns + 0.5) / rows - 0.5), 0.0, 0.2 + radius);
-      h(j, c) = piston(source, axis + radius * n, n);
-    }
-  }
-  return h;
-}
-
 // ---- The linear model
 
 /// f as written in surface.h, the quiet rows' parts in turn.
