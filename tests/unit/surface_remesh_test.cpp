@@ -327,7 +327,6 @@ TEST(SurfaceRemesh, KeepsTheHoleOfATorus) {
 }
 
 // Round-rimmed plates as thick as the edges are long, 1 mm apart: every vertex stays on its own side of its own plate.
-// A projection on the nearest face of all lets some jump.
 TEST(SurfaceRemesh, DoesNotJumpAcrossGapsAndThinParts) {
   constexpr double kHalf = 0.75 * kMm;  // of the thickness
   constexpr double kGap = 1 * kMm;
