@@ -7,6 +7,7 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/run_json.h"
 #include "sim/run/accuracy.h"
+#include "sim/run/bodies.h"
 #include "sim/run/check.h"
 #include "sim/run/warnings.h"
 #include "sim/scene/scene_reader.h"
@@ -15,12 +16,14 @@ namespace touchfield {
 
 int check_command(const CheckCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
-  const Scene scene = read_scene(command.scene, command.overrides);
+  Scene scene = read_scene(command.scene, command.overrides);
   if (command.resolved) {
     fmt::print("{}", resolved_yaml(scene));
     return 0;
   }
-  const Model model = build_model(scene);
+  const std::vector<std::string> guesses = guess_units(scene);
+  Model model = build_model(scene);
+  model.plan.warnings.insert(model.plan.warnings.begin(), guesses.begin(), guesses.end());
   const CheckReport report = check_model(scene, model);
   std::optional<AccuracyReport> accuracy;
   if (command.accuracy) {

@@ -30,18 +30,23 @@ HandOptions hand_options(const HandShape& shape, double edge) {
   return {shape.pose, shape.breadth, shape.length, shape.side, edge, shape.joints};
 }
 
+std::optional<UnitDoubt> doubt_of(const MeshShape& shape, double size) {
+  auto doubt = unit_doubt(size, shape.unit_given ? std::optional(shape.unit_name) : std::nullopt);
+  if (doubt) {
+    doubt->text = fmt::format("{}: {}", shape.file, doubt->text);
+  }
+  return doubt;
+}
+
 /// Refuses a file whose unit is not given and not certain; adds a warning on one that is doubtful.
 void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
-  const auto stated = shape.unit_given ? std::optional(shape.unit_name) : std::nullopt;
-  const auto doubt = unit_doubt(surface_size(read_surface(shape.file)), stated);
-  if (!doubt) {
-    return;
+  const auto doubt = doubt_of(shape, surface_size(read_surface(shape.file)));
+  if (doubt && doubt->refuse) {
+    throw InputError(doubt->text);
   }
-  const std::string text = fmt::format("{}: {}", shape.file, doubt->text);
-  if (doubt->refuse) {
-    throw InputError(text);
+  if (doubt) {
+    warnings.push_back("mesh_unit: " + doubt->text);
   }
-  warnings.push_back("mesh_unit: " + text);
 }
 
 Body body_from_file(const MeshShape& shape) {
@@ -266,6 +271,33 @@ void require_apart(const Scene& scene, const std::vector<Body>& bodies) {
 Vector3 BodyPlan::to_own(const Scene& scene, std::size_t body, const Vector3& world) const {
   const Placement& place = scene.bodies[body].place;
   return bodies[body].anchor + extrinsic_rotation(place.angles).transpose() * (world - place.at);
+}
+
+std::vector<std::string> guess_units(Scene& scene) {
+  std::vector<std::string> warnings;
+  for (BodySpec& spec : scene.bodies) {
+    auto* shape = std::get_if<MeshShape>(&spec.shape);
+    if (shape == nullptr || shape->unit_given) {
+      continue;
+    }
+    const double size = surface_size(read_surface(shape->file));
+    const auto doubt = doubt_of(*shape, size);
+    if (!doubt) {
+      continue;
+    }
+    const UnitGuess guess = guess_unit(size);
+    if (guess.certainty == UnitCertainty::kNone) {
+      throw InputError(doubt->text);
+    }
+    for (auto& [name, point] : shape->landmarks) {
+      point *= guess.unit.metres / shape->unit;
+    }
+    shape->unit = guess.unit.metres;
+    shape->unit_name = guess.unit.name;
+    shape->unit_given = true;
+    warnings.push_back(fmt::format("mesh_unit: {}; taken as {} here, a run refuses it", doubt->text, guess.unit.name));
+  }
+  return warnings;
 }
 
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array) {

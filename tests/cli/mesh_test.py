@@ -5,6 +5,7 @@ import resource
 import subprocess
 import unittest
 
+import h5py
 import numpy
 
 from foreign_hand import edge_lengths, foreign_hand, read_obj, write_obj
@@ -184,8 +185,58 @@ class Work(Mesh):
         self.assertGreater(result["epw_mean"], 6)
         self.assertAlmostEqual(result["volume_cm3"] / report["surface"]["volume_cm3"], 1, delta=0.01)
 
+    def test_a_width_scene_on_a_foreign_hand(self):
+        pad = numpy.array(self.report_of_hand("fine.obj")["landmarks"]["index_pad"])
+        vertices, triangles = foreign_hand(*read_obj(self.folder / "fine.obj"), pad)
+        self.obj(vertices * 1e-3, triangles, "foreign.obj")
+        scene = self.write("width.yaml", f"""\
+name: foreign
+array:
+  grid: {{count: [44, 34], pitch_mm: 10.16}}
+body:
+  mesh: {{file: foreign.obj, landmarks: {{index_pad: {(pad * 1e-3).tolist()}}}}}
+  place: {{landmark: index_pad, at_mm: [0, 0, 200]}}
+  edge_mm: {{near_target: 1.4, far: 3, within_mm: 15}}
+  keep_within_mm: 40
+target:
+  box: {{at: index_pad, size_mm: [8, 40, 6]}}
+  pressure_pa: 3000
+solve:
+  methods: [surface, paper, unscattered, focus]
+write: [h5]
+""")
+        done = self.touchfield("run", scene, "-o", "out")
+        self.assertEqual(done.returncode, 2, done.stdout)
+        self.assertIn("foreign.obj: no unit is stated", done.stderr)
+        self.assertIn("looks like m ", done.stderr)
+        self.assertFalse((self.folder / "out").exists())
+        guessed = json.loads(self.run_ok("check", scene, "--json").stdout)
+        self.assertRegex(guessed["warnings"][0], "^mesh_unit: .*foreign.obj: no unit is stated.*taken as m here")
+        stated = json.loads(self.run_ok("check", scene, "--json", "--set", "body.mesh.unit=m").stdout)
+        self.assertEqual(guessed["faces"], stated["faces"])
+        self.assertEqual([w for w in stated["warnings"] if "mesh_unit" in w], [])
+
+        self.run_ok("run", scene, "-o", "out", "--set", "body.mesh.unit=m", "--quiet")
+        with h5py.File(self.folder / "out" / "run.h5") as run:
+            points, corners = run["mesh/vertices"][:], run["mesh/triangles"][:]
+            hit = points[corners[run["target/face"][:]]].mean(axis=1) * 1e3
+            error = {name: method.attrs["relative_error"] for name, method in run["methods"].items()}
+        self.assertGreater(len(hit), 100)
+        self.assertTrue((numpy.abs(hit - [0, 0, 200]) < [4, 20, 3]).all())  # in the box about the pad
+        self.assertGreater(numpy.ptp(hit[:, 0]), 6)
+        lengths = edge_lengths(points * 1e3, corners[near_the_pad(points, corners)])
+        self.assertLess(abs(lengths.mean() / 1.4 - 1), 0.1)
+        self.assertLess(error["surface"], error["paper"] + 1e-3)
+        self.assertLess(error["paper"], error["unscattered"])
+        self.assertLess(error["unscattered"], error["focus"])
+
     def report_of_hand(self, name):
-        return json.loads(self.run_ok("hand", "--edge-mm", "1.8", "-o", name, "--json").stdout)
+        return json.loads(self.run_ok("hand", "--pose", "index_up", "--edge-mm", "1.8", "-o", name, "--json").stdout)
+
+
+def near_the_pad(points, corners):
+    """Faces within 12 mm of the place of the pad."""
+    return numpy.linalg.norm(points[corners].mean(axis=1) - [0, 0, 0.2], axis=1) < 0.012
 
 
 class Broken(Mesh):
