@@ -1,4 +1,3 @@
-#include <cmath>
 #include <memory>
 #include <mutex>
 
@@ -10,6 +9,7 @@
 #include "apps/commands/run_json.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
+#include "sim/output/run_file.h"
 #include "sim/run/check.h"
 #include "sim/run/pipeline.h"
 #include "sim/scene/scene_reader.h"
@@ -17,24 +17,6 @@
 namespace touchfield {
 
 namespace {
-
-std::string number(double value, const char* format) {
-  return std::isnan(value) ? "-" : fmt::format(fmt::runtime(format), value);
-}
-
-std::string methods_table(const Run& run) {
-  std::string table = fmt::format("{:<20} {:>8} {:>9} {:>9} {:>9} {:>11} {:>10} {:>8}  {}\n", "method", "error",
-                                  "width mm", "(wanted)", "leakage", "mean in Pa", "force mN", "solve s", "status");
-  for (const MethodResult& method : run.methods) {
-    const Metrics& m = method.metrics;
-    table += fmt::format("{:<20} {:>8} {:>9} {:>9} {:>9} {:>11} {:>10} {:>8}  {}\n", method.name,
-                         number(m.relative_error, "{:.4f}"), number(m.width_mm, "{:.2f}"),
-                         number(m.width_wanted_mm, "{:.2f}"), number(m.leakage, "{:.3f}"),
-                         number(m.mean_inside_pa, "{:.0f}"), number(1e3 * m.force_target_n, "{:.3f}"),
-                         number(m.seconds_solve, "{:.2f}"), to_string(method.solution.status));
-  }
-  return table;
-}
 
 nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
   nlohmann::ordered_json seconds = nlohmann::ordered_json::object();

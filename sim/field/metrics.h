@@ -22,8 +22,9 @@ struct Metrics {
   double peak_pa = kNotComputed;
   double force_target_n = kNotComputed;
   double force_elsewhere_n = kNotComputed;
-  double cost = kNotComputed;  // the method's own, at its end
-  double cost_bound = kNotComputed;
+  double cost = kNotComputed;        // the method's own, at its end
+  double cost_skin = kNotComputed;   // surface's, at the method's best common level up to 1
+  double cost_bound = kNotComputed;  // the least that surface's can be at full level
   double optimality_gap = kNotComputed;
   double iterations = kNotComputed;
   double seconds_solve = kNotComputed;

@@ -22,6 +22,9 @@ void write_run_file(const std::string& path, const Run& run);
 ///          IoError if it is damaged
 Run read_run_file(const std::string& path);
 
+/// The methods side by side, one a line; the gap to the certificate where it was computed.
+std::string methods_table(const Run& run);
+
 /// Name, methods with their metrics, mesh and array sizes and provenance of a run file as text for a person.
 std::string describe_run(const Run& run);
 

@@ -17,23 +17,6 @@ namespace {
 
 std::string percent(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
 
-std::string methods_table(const Run& run) {
-  std::vector<std::vector<std::string>> rows = {{"method", "error", "width [mm]", "wanted [mm]", "leakage",
-                                                 "inside [Pa]", "peak [Pa]", "force [mN]", "elsewhere [mN]", "steps",
-                                                 "seconds", "status"}};
-  for (const MethodResult& result : run.methods) {
-    const Metrics& metrics = result.metrics;
-    rows.push_back({result.name, percent(metrics.relative_error), table_number(metrics.width_mm, "{:.2f}"),
-                    table_number(metrics.width_wanted_mm, "{:.2f}"), percent(metrics.leakage),
-                    table_number(metrics.mean_inside_pa, "{:.0f}"), table_number(metrics.peak_pa, "{:.0f}"),
-                    table_number(1e3 * metrics.force_target_n, "{:.3g}"),
-                    table_number(1e3 * metrics.force_elsewhere_n, "{:.3g}"),
-                    fmt::format("{}", result.solution.iterations), table_number(metrics.seconds_total, "{:.2f}"),
-                    to_string(result.solution.status)});
-  }
-  return aligned_table(rows);
-}
-
 std::string array_line(const TransducerArray& array) {
   if (array.kind == TransducerArray::Kind::kPlaneWave) {
     return fmt::format("array     plane wave of {:.6g} Pa\n", array.amplitudes(0));
@@ -95,6 +78,39 @@ std::string provenance_text(const Provenance& provenance) {
 }
 
 }  // namespace
+
+std::string methods_table(const Run& run) {
+  const auto certified = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
+  const bool with_gap = std::ranges::any_of(run.methods, certified);
+  std::vector<std::string> header = {"method",         "error",       "width [mm]", "wanted [mm]",
+                                     "leakage",        "inside [Pa]", "peak [Pa]",  "force [mN]",
+                                     "elsewhere [mN]", "steps",       "seconds"};
+  if (with_gap) {
+    header.emplace_back("gap");
+  }
+  header.emplace_back("status");
+  std::vector<std::vector<std::string>> rows = {header};
+  for (const MethodResult& result : run.methods) {
+    const Metrics& metrics = result.metrics;
+    std::vector<std::string> row = {result.name,
+                                    percent(metrics.relative_error),
+                                    table_number(metrics.width_mm, "{:.2f}"),
+                                    table_number(metrics.width_wanted_mm, "{:.2f}"),
+                                    percent(metrics.leakage),
+                                    table_number(metrics.mean_inside_pa, "{:.0f}"),
+                                    table_number(metrics.peak_pa, "{:.0f}"),
+                                    table_number(1e3 * metrics.force_target_n, "{:.3g}"),
+                                    table_number(1e3 * metrics.force_elsewhere_n, "{:.3g}"),
+                                    fmt::format("{}", result.solution.iterations),
+                                    table_number(metrics.seconds_total, "{:.2f}")};
+    if (with_gap) {
+      row.push_back(percent(metrics.optimality_gap));
+    }
+    row.push_back(to_string(result.solution.status));
+    rows.push_back(row);
+  }
+  return aligned_table(rows);
+}
 
 std::string describe_run(const Run& run) {
   std::string text = fmt::format("{}: {}\n", run.name, run.complete ? "complete" : "NOT COMPLETE");

@@ -13,6 +13,7 @@
 #include "sim/output/run_file.h"
 #include "sim/rendering/gram.h"
 #include "solvers/linear/hermitian_product.h"
+#include "solvers/phase/baselines.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {
@@ -81,6 +82,8 @@ Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& probl
     }
     case StartSpec::Kind::kAdjoint:
       return adjoint_start(problem);
+    case StartSpec::Kind::kSpectral:
+      return spectral_start(problem);
     case StartSpec::Kind::kPrevious:
       return (Complex(0, 1) * previous_phases(start, method.name, channels).cast<Complex>()).array().exp();
   }
@@ -133,7 +136,12 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
     case MethodKind::kUnscattered:
       return solve_incident_method(method, amplitudes, progress);
     case MethodKind::kSurface:
-      return solve_on_skin(method, amplitudes, progress);
+    case MethodKind::kGs:
+    case MethodKind::kWgs:
+    case MethodKind::kGsPat:
+    case MethodKind::kEigen:
+    case MethodKind::kLbfgs:
+      return solve_skin_method(method, amplitudes, progress);
     case MethodKind::kFocus:
       // Phase conjugation: every channel arrives at the central face in phase.
       return direct_solution(-central_row().transpose().cwiseArg());
@@ -196,26 +204,47 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
 
 const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress) {
   if (!transfer_) {
-    transfer_ = make_transfer(scattering_, *target_, spec_.quiet_weight);
+    const auto minds_quiet = [](const MethodSpec& method) {
+      return method.kind == MethodKind::kSurface || method.kind == MethodKind::kLbfgs;
+    };
+    const bool quiet = spec_.certificate || std::any_of(spec_.methods.begin(), spec_.methods.end(), minds_quiet);
+    transfer_ = make_transfer(scattering_, *target_, quiet ? spec_.quiet_weight : 0.0);
     progress.note(describe_transfer(*transfer_, channels_));
   }
   transfer_->reduction.problem.amplitudes = amplitudes;
   return transfer_->reduction.problem;
 }
 
-PhaseSolution MethodSolver::solve_on_skin(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                          Progress& progress) {
-  SurfaceOptions options;
+PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                              Progress& progress) {
+  const auto advance = [&](int iteration, double) {
+    progress.advance(static_cast<double>(iteration) / method.iterations);
+  };
+  BaselineOptions options;
   options.iterations = method.iterations;
-  options.free_amplitudes = method.free_amplitudes;
   try {
     const SkinProblem& problem = skin_problem(amplitudes, progress);
+    if (method.kind == MethodKind::kGsPat) {
+      return solve_gs_pat(problem, options);
+    }
+    if (method.kind == MethodKind::kEigen) {
+      return solve_eigen(problem);
+    }
     std::optional<PhaseSolution> best;
     const Eigen::MatrixXcd starts = start_drives(method, problem);
     for (const auto& start : starts.colwise()) {
-      keep_best(best, solve_surface(problem, start, options, [&](int iteration, double) {
-                  progress.advance(static_cast<double>(iteration) / method.iterations);
-                }));
+      if (method.kind == MethodKind::kSurface) {
+        SurfaceOptions surface;
+        surface.iterations = method.iterations;
+        surface.free_amplitudes = method.free_amplitudes;
+        keep_best(best, solve_surface(problem, start, surface, advance));
+      } else if (method.kind == MethodKind::kGs) {
+        keep_best(best, solve_gs(problem, start, options, advance));
+      } else if (method.kind == MethodKind::kWgs) {
+        keep_best(best, solve_wgs(problem, start, options, advance));
+      } else {
+        keep_best(best, solve_lbfgs(problem, start, options, advance));
+      }
     }
     return *best;
   } catch (const std::invalid_argument& error) {

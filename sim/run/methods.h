@@ -36,7 +36,7 @@ class MethodSolver {
 
  private:
   PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
-  PhaseSolution solve_on_skin(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
+  PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes);
   const Eigen::RowVectorXcd& central_row();

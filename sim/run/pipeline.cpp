@@ -20,6 +20,7 @@
 #include "sim/run/stages.h"
 #include "sim/run/warnings.h"
 #include "sim/scene/scene_reader.h"
+#include "solvers/phase/certificate.h"
 
 namespace touchfield {
 
@@ -92,9 +93,9 @@ void warn(const std::vector<std::string>& warnings, Run& run, Progress& progress
 Eigen::Index largest_block(const SolveSpec& solve, Scheme scheme, const TransducerArray& array) {
   constexpr Eigen::Index kUsualRank = 400;  // of 1,500 channels seen from a hand
   const bool transfer = std::any_of(solve.methods.begin(), solve.methods.end(), [&](const MethodSpec& method) {
-    return method.kind == MethodKind::kSurface && method.scheme == scheme;
+    return uses_transfer(method.kind) && method.scheme == scheme;
   });
-  return transfer ? std::min(array.size(), kUsualRank) : 1;
+  return transfer || (solve.certificate && scheme == solve.scheme) ? std::min(array.size(), kUsualRank) : 1;
 }
 
 /// The models that a scene's methods work on, one a scheme, made when first asked for.
@@ -150,6 +151,30 @@ Metrics judged(const TriangleMesh& mesh, const Model& model, const std::optional
                const Eigen::VectorXcd& pressure) {
   return target ? judge(mesh, model.wave, model.boxes, *target, pressure)
                 : judge_without_target(mesh, model.wave, pressure);
+}
+
+/// Scores every method on surface's cost and holds it against the least that any phases can reach.
+void certify_methods(const Scene& scene, Models& models, Run& run, Progress& progress) {
+  const SkinProblem& problem = models.of(scene.solve.scheme).skin_problem(run.target->amplitudes, progress);
+  const auto prove = [&] {
+    try {
+      return certify(problem);
+    } catch (const std::exception& error) {  // what is finished stays
+      warn({fmt::format("certificate: no bound was found: {}", error.what())}, run, progress);
+      return Certificate{};
+    }
+  };
+  const Certificate certificate =
+      timed(progress, run.seconds, "certificate", "lower bound of the cost on the skin", prove);
+  progress.note(fmt::format("    bound {:.6g} Pa2 m2 after {} iterations{}", certificate.bound, certificate.iterations,
+                            certificate.converged ? "" : ", not as tight as it could be"));
+  for (MethodResult& method : run.methods) {
+    const Eigen::VectorXcd q = drive(method.solution);
+    const double reached = skin_cost(problem, best_level(problem, q) * q);
+    method.metrics.cost_skin = reached;
+    method.metrics.cost_bound = certificate.bound;
+    method.metrics.optimality_gap = optimality_gap(problem, certificate, reached);
+  }
 }
 
 /// A judge's metrics take the place of what was there; what the method itself knows stays.
@@ -357,6 +382,9 @@ Run run_scene(const Scene& scene, const Model& model, const RunOptions& options,
   raise_alarm(scene, model, models, run, progress);
   if (judged_elsewhere(scene)) {
     judge_elsewhere(scene, model, run, progress);
+  }
+  if (scene.solve.certificate && run.target) {
+    certify_methods(scene, models, run, progress);
   }
   warn(result_warnings(run, scene.solve.methods.front().scheme), run, progress);
   for (const FieldGrid& grid : model.fields) {

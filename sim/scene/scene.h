@@ -125,7 +125,7 @@ struct TargetSpec {
   std::optional<double> pressure;  // [Pa]; absent: best
 };
 
-enum class MethodKind { kSurface, kPaper, kUnscattered, kFocus, kFixed };
+enum class MethodKind { kSurface, kPaper, kUnscattered, kFocus, kGs, kWgs, kGsPat, kEigen, kLbfgs, kFixed };
 
 /// Where an iterative method starts from.
 struct StartSpec {
@@ -133,6 +133,7 @@ struct StartSpec {
     kZero,
     kRandom,
     kAdjoint,   // the field sent back from the target
+    kSpectral,  // the relaxed problem's own answer
     kPrevious,  // the phases of a run
   };
   Kind kind = Kind::kZero;
@@ -175,7 +176,8 @@ struct SolveSpec {
   Scheme scheme = kDefaultScheme;
   int iterations = 30;
   StartSpec start;
-  double quiet_weight = 1.0;  // of pressure outside the target, in surface
+  double quiet_weight = 1.0;  // of pressure outside the target, in surface and lbfgs
+  bool certificate = false;   // whether a lower bound of surface's cost is computed
   SolverSpec solver;
 };
 
@@ -223,6 +225,9 @@ struct Scene {
   std::vector<FieldSpec> fields;
   WriteSpec write;
 };
+
+/// Whether a method works on rows of the transfer matrix H.
+bool uses_transfer(MethodKind kind);
 
 /// Whether a method of this kind takes a start and a number of iterations.
 bool iterates(MethodKind kind);

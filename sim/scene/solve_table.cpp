@@ -35,7 +35,7 @@ Codec<StartForm> start_form_codec() {
 
 Codec<StartSpec> make_start_codec() {
   using Kind = StartSpec::Kind;
-  const auto named = choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}});
+  const auto named = choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}});
   const auto detailed = start_form_codec();
   const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {named.type, detailed.type}};
   return {type,
@@ -167,6 +167,16 @@ std::string method_help(MethodKind kind) {
   switch (kind) {
     case MethodKind::kSurface:
       return "The misfit of the pressure amplitudes on the skin itself, Levenberg-Marquardt in a small system.";
+    case MethodKind::kGs:
+      return "Gerchberg-Saxton on the target's faces, for comparison.";
+    case MethodKind::kWgs:
+      return "Weighted Gerchberg-Saxton, which evens the faces out.";
+    case MethodKind::kGsPat:
+      return "GS-PAT: Gerchberg-Saxton in the space of the faces.";
+    case MethodKind::kEigen:
+      return "Eigensolver: the faces' phases that reinforce each other most, drives by least squares.";
+    case MethodKind::kLbfgs:
+      return "surface's misfit by limited-memory BFGS.";
     case MethodKind::kPaper:
       return "The published optimisation: the misfit of the scattered field, Levenberg-Marquardt.";
     case MethodKind::kUnscattered:
@@ -224,6 +234,7 @@ struct SolveForm {
   int iterations = SolveSpec{}.iterations;
   StartSpec start = SolveSpec{}.start;
   double quiet_weight = SolveSpec{}.quiet_weight;
+  bool certificate = SolveSpec{}.certificate;
   SolverSpec solver;
 };
 
@@ -260,11 +271,13 @@ Map<SolverSpec> solver_keys() {
            "the root of its area.");
 }
 
-/// A start that only methods on the skin can have.
+/// Starts that only methods on the skin can have.
 bool check_start(const Input& in, const MethodSpec& method) {
   const bool incident = method.kind == MethodKind::kPaper || method.kind == MethodKind::kUnscattered;
-  if (!incident || method.start.kind != StartSpec::Kind::kAdjoint) return true;
-  in.problem(fmt::format("{} cannot start from adjoint; give it another start", method.name));
+  const bool adjoint = method.start.kind == StartSpec::Kind::kAdjoint;
+  if (!incident || (!adjoint && method.start.kind != StartSpec::Kind::kSpectral)) return true;
+  in.problem(
+      fmt::format("{} cannot start from {}; give it another start", method.name, adjoint ? "adjoint" : "spectral"));
   return false;
 }
 
@@ -274,6 +287,7 @@ std::optional<SolveSpec> to_solve(const Input& in, const SolveForm& form) {
                   .iterations = form.iterations,
                   .start = form.start,
                   .quiet_weight = form.quiet_weight,
+                  .certificate = form.certificate,
                   .solver = form.solver};
   for (const auto& method : form.methods) {
     solve.methods.push_back({.kind = method.kind,
@@ -295,6 +309,7 @@ SolveForm to_form(const SolveSpec& solve) {
                  .iterations = solve.iterations,
                  .start = solve.start,
                  .quiet_weight = solve.quiet_weight,
+                 .certificate = solve.certificate,
                  .solver = solve.solver};
   for (const auto& method : solve.methods) {
     form.methods.push_back({.kind = method.kind,
@@ -329,20 +344,22 @@ Codec<SolveSpec> solve_codec() {
                "(burton_miller); the same and two steps of paper_corrected (burton_miller_polished).")
           .key("iterations", &SolveForm::iterations, iterations_codec(), "Iterations of an iterative method.")
           .key("start", &SolveForm::start, start_codec(),
-               "Phases an iterative method starts from; adjoint not of paper and unscattered.")
+               "Phases an iterative method starts from; adjoint and spectral not of paper and unscattered.")
           .key("quiet_weight", &SolveForm::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
-               "Weight of the pressure outside the target in surface.")
+               "Weight of the pressure outside the target in surface and lbfgs.")
+          .key("certificate", &SolveForm::certificate, flag(),
+               "Whether a lower bound of surface's cost is computed, and how far each method is from it.")
           .part(&SolveForm::solver, solver_keys())
           .codec(),
       to_solve, [](const SolveSpec& solve) { return to_form(solve); });
 }
 
 const std::vector<std::pair<std::string, MethodKind>>& method_names() {
-  static const std::vector<std::pair<std::string, MethodKind>> names = {{"surface", MethodKind::kSurface},
-                                                                        {"paper", MethodKind::kPaper},
-                                                                        {"unscattered", MethodKind::kUnscattered},
-                                                                        {"focus", MethodKind::kFocus},
-                                                                        {"fixed", MethodKind::kFixed}};
+  static const std::vector<std::pair<std::string, MethodKind>> names = {
+      {"surface", MethodKind::kSurface}, {"paper", MethodKind::kPaper}, {"unscattered", MethodKind::kUnscattered},
+      {"focus", MethodKind::kFocus},     {"gs", MethodKind::kGs},       {"wgs", MethodKind::kWgs},
+      {"gs_pat", MethodKind::kGsPat},    {"eigen", MethodKind::kEigen}, {"lbfgs", MethodKind::kLbfgs},
+      {"fixed", MethodKind::kFixed}};
   return names;
 }
 

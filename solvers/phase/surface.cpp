@@ -21,6 +21,7 @@ using Complex = std::complex<double>;
 // |u_j|, has the other sign and fewer rows: with all of the curvature the model is too stiff.
 constexpr double kCurvature = 0.3;
 constexpr double kFull = 1.0 - 1e-6;  // amplitudes from here on count as full drive
+constexpr double kRounding = 1e-14;   // of the cost, a sum of thousands of squares
 constexpr double kSettled = 0.003;    // an accepted step that lowers the cost by less lets the amplitudes go
 
 void require_options(const SkinProblem& problem, const Eigen::VectorXcd& start, const SurfaceOptions& options) {
@@ -112,6 +113,7 @@ class Surface {
   }
 
   bool lowers_cost() const { return candidate_.cost < point_.cost && predicted_ > 0; }
+  bool promises_nothing() const { return std::abs(predicted_) <= kRounding * point_.cost; }
   bool is_tiny() const { return step_.norm() <= options_.step_tolerance * (1.0 + point_.phases.norm()); }
 
   /// Lets the channels at full drive that the step would have pushed beyond it only turn, until a step is accepted.
@@ -120,9 +122,19 @@ class Surface {
     const auto removed = std::erase_if(
         radial_, [&](Eigen::Index n) { return point_.amplitudes(n) >= kFull && candidate_.amplitudes(n) >= 1.0; });
     if (removed > 0) {
+      held_ = true;
       set_moves();
     }
     return removed > 0;
+  }
+
+  /// Lets those that hold_clipped holds move again. Returns whether there were any.
+  bool release_clipped() {
+    const bool held = held_;
+    if (held) {
+      linearise();
+    }
+    return held;
   }
 
   /// Lets the amplitudes move from here on. Returns whether they were held and may.
@@ -148,6 +160,7 @@ class Surface {
 
   /// A channel at full drive that the cost would push beyond it only turns; any other free one moves in the disc.
   void linearise() {
+    held_ = false;
     radial_.clear();
     jacobian_.set(point_.field, point_.phasors);
     if (!only_phases_) {
@@ -216,7 +229,8 @@ class Surface {
   Point candidate_;
   SkinJacobian jacobian_;
   DampedStep solver_;
-  bool only_phases_;  // amplitudes are not free, or held until the phases have settled
+  bool only_phases_;   // amplitudes are not free, or held until the phases have settled
+  bool held_ = false;  // some channels only turn because a step would have pushed them out
   std::vector<Eigen::Index> radial_;
   std::vector<Eigen::Index> where_radial_;  // column of a channel's radial move, -1 if it only turns
   Eigen::VectorXd gradient_;
@@ -243,10 +257,12 @@ PhaseStatus iterate(Surface& surface, MadsenDamping& damping, const SurfaceOptio
     }
     return PhaseStatus::kIterationLimit;
   }
-  if (tiny) {
-    return PhaseStatus::kConverged;  // the cost cannot be told from its minimum's any more
-  }
-  if (found && surface.hold_clipped()) {
+  if (tiny || (found && surface.promises_nothing())) {
+    // The cost cannot be told from its minimum's any more, unless a channel that is held could still move inwards.
+    if (!surface.release_clipped()) {
+      return PhaseStatus::kConverged;
+    }
+  } else if (found && surface.hold_clipped()) {
     return PhaseStatus::kIterationLimit;  // the same damping again, with these only turning
   }
   damping.reject();

@@ -8,7 +8,7 @@ namespace touchfield {
 struct SurfaceOptions {
   int iterations = 30;                // steps tried, accepted or not; >= 1
   bool free_amplitudes = false;       // bounded 0..1 beside the phases; else all 1
-  double initial_damping = 0.03;      // tau: mu_0 = tau max diag(J J^T); > 0
+  double initial_damping = 0.01;      // tau: mu_0 = tau max diag(J J^T); > 0
   double gradient_tolerance = 1e-10;  // converged if max |J^T f| <= this times the cost; >= 0
   double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0
   double cost_tolerance = 0.0;        // converged if an accepted step lowers the cost by less than this share; >= 0
@@ -34,7 +34,8 @@ struct SurfaceOptions {
 /// stationary point, saddle points and the maxima of symmetric arrays too, is returned as converged after 0 iterations.
 ///
 /// start     drives, N: their phases, 0 where a drive is 0 (and amplitudes, clipped to 0..1, if these are free)
-/// returns   kStalled if no damping up to 1e30 times the first helps
+/// returns   kConverged too where the fall that the model promises is below the rounding of the cost; kStalled if no
+///           damping up to 1e30 times the first helps
 /// throws    std::invalid_argument as require_valid, on a start of another size or not finite, options out of range
 /// source    Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, 2004, ch. 3.2 (damping); Coleman
 ///           and Li, SIAM J. Optim. 6 (1996) 418 (damping towards a bound)
@@ -44,11 +45,18 @@ PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::VectorXcd& 
 /// Drives of amplitude 1 to start from.
 ///
 /// adjoint    the field sent back from the target: arg(H_T^H diag(w) p')
+/// spectral   arg of the channels' part q of the relaxed problem: least z^H Q z, z = [y; q], over
+///            |y|^2 = K, |q|^2 <= N (b_j = sqrt(w_j) p'_j; faces with p' = 0 take no part). Q alone is singular for
+///            r < N, so that its eigenvector says nothing; with the price epsilon >= 1e-10 max eig(A A^H) of drive
+///            energy, A = [diag(sqrt w) H_T; R], at which |q|^2 = N (to 1 % of epsilon), y is the eigenvector of the
+///            smallest eigenvalue of diag(b) epsilon (A A^H + epsilon)^-1_TT diag(b) and
+///            q = A^H (A A^H + epsilon)^-1 [b y; 0]. Costs O((K + r)^3)
 /// random     angles from the generator's bits directly
 ///
 /// A channel that gets nothing has phase 0.
 /// throws     std::invalid_argument as require_valid; random_start on a negative number of channels
 Eigen::VectorXcd adjoint_start(const SkinProblem& problem);
+Eigen::VectorXcd spectral_start(const SkinProblem& problem);
 Eigen::VectorXcd random_start(Eigen::Index channels, unsigned seed);
 
 }  // namespace touchfield

@@ -42,7 +42,8 @@ bool operator==(const SphereShape& a, const SphereShape& b) { return a.radius ==
 bool operator==(const CapsuleShape& a, const CapsuleShape& b) { return a.radius == b.radius && a.length == b.length; }
 bool operator==(const BoxShape& a, const BoxShape& b) { return a.size == b.size; }
 bool operator==(const MeshShape& a, const MeshShape& b) {
-  return a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name && a.landmarks == b.landmarks;  // a unit that was left out is written
+  return a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name &&
+         a.landmarks == b.landmarks;  // a unit that was left out is written
 }
 bool operator==(const TargetBoxSpec& a, const TargetBoxSpec& b) {
   return a.at == b.at && a.offset == b.offset && a.centre == b.centre && a.size == b.size && a.angles == b.angles;
@@ -112,6 +113,7 @@ void expect_same(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.solve.iterations, b.solve.iterations);
   EXPECT_TRUE(a.solve.start == b.solve.start);
   EXPECT_EQ(a.solve.quiet_weight, b.solve.quiet_weight);
+  EXPECT_EQ(a.solve.certificate, b.solve.certificate);
   EXPECT_TRUE(a.solve.solver == b.solve.solver);
   EXPECT_TRUE(a.judge == b.judge);
   EXPECT_TRUE(a.fields == b.fields);
@@ -158,10 +160,9 @@ const std::vector<Variant> kVariants = {
      {"body={hand: {pose: fist, joints: {thumb: {cmc_flexion_deg: -3.3, ip_deg: 7.7}, little: {abduction_deg: 11.1, "
       "mcp_deg: 22.2, pip_deg: 33.3, dip_deg: -4.4}}}, edge_mm: 3.3}"}},
     {"skin_methods",
-     {"solve.methods=[{surface: {free_amplitudes: true, start: {random: 3, restarts: 4}}}, {surface: {as: other, "
-      "iterations: 17, start: zero}}, {surface: {as: third, start: adjoint}}]",
-      "target={box: {at: top, size_mm: [4, 4, 4]}}",
-      "solve.quiet_weight=0.35"}},
+     {"solve.methods=[{surface: {free_amplitudes: true, start: {random: 3, restarts: 4}}}, gs, wgs, gs_pat, eigen, "
+      "{lbfgs: {iterations: 17, start: spectral}}]",
+      "solve.quiet_weight=0.35", "solve.certificate=true"}},
     {"capsule", {"body={capsule: {radius_mm: 8.3, length_mm: 60.1}, edge_mm: 1.1}"}},
     {"box", {"body={box: {size_mm: [10.1, 20.2, 30.3]}, edge_mm: 1.1}"}},
     {"mesh", {"body={mesh: {file: 'a folder/it''s: #1 hand.stl', unit: cm, landmarks: {tip: [0.1, 0.7, -3.3]}}}"}},
@@ -189,8 +190,7 @@ const std::vector<Variant> kVariants = {
     {"matrix_free", {"solve.solver=matrix_free"}},
     {"no_judge", {"judge=none"}},
     {"judge_with_its_own_edge", {"judge={scheme: paper_corrected, edge_mm: 0.7}"}},
-    {"judge_graded",
-     {"judge={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}, whole: true}"}},
+    {"judge_graded", {"judge={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}, whole: true}"}},
     {"graded", {"body.edge_mm={far: 3.3, near_target: 1.1, near: {top: 1.3, y_plus: 0.9}, growth: 0.31}"}},
     {"kept", {"body.keep_within_mm=33.3"}},
     {"sensing", {"sensing={noise_mm_rms: 0.55, correlation_mm: 7.7, offset_mm: [0.1, -0.2, 0.3], seed: 77}"}},

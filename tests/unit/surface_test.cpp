@@ -33,6 +33,50 @@ SurfaceOptions options_of(int iterations, bool free_amplitudes = false) {
   return options;
 }
 
+double silent_cost(const SkinProblem& problem) { return problem.weights.dot(problem.amplitudes.cwiseAbs2()); }
+
+/// Sound of a piston of 4.5 mm radius that looks along z, 40 kHz, on a surface of normal n: the lit side hears twice
+/// the free field, the other side little. Not a solution of anything, but with the matrices' spectrum and scale.
+Complex piston(const Eigen::Vector3d& source, const Eigen::Vector3d& x, const Eigen::Vector3d& n) {
+  constexpr double kWaveNumber = 732.28;
+  const Eigen::Vector3d way = x - source;
+  const double distance = way.norm();
+  const double argument = kWaveNumber * 4.5e-3 * std::hypot(way.x(), way.y()) / distance;
+  const double directivity = argument < 1e-6 ? 1.0 : 2.0 * std::cyl_bessel_j(1, argument) / argument;
+  const double lit = std::max(1.0 - n.dot(way) / distance, 0.02);
+  return std::polar(0.17 * directivity * lit / distance, kWaveNumber * distance);
+}
+
+/// rows x columns of points on the underside of a cylinder along x, 200 mm above the array and off its axes.
+Eigen::MatrixXcd cylinder_rows(double radius, double length, double arc, int rows, int columns) {
+  Eigen::MatrixXcd h(rows * columns, 44 * 34);
+#pragma omp parallel for
+  for (int c = 0; c < 44 * 34; ++c) {
+    const Eigen::Vector3d source((c % 44 - 21.5) * 0.01016 - 0.007, (c / 44 - 16.5) * 0.01016 + 0.004, 0.0);
+    for (int j = 0; j < rows * columns; ++j) {
+      const double angle = arc / radius * ((j % columns + 0.5) / columns - 0.5);
+      const Eigen::Vector3d n(0.0, std::sin(angle), -std::cos(angle));
+      const Eigen::Vector3d axis(length * ((j / columns + 0.5) / rows - 0.5), 0.0, 0.2 + radius);
+      h(j, c) = piston(source, axis + radius * n, n);
+    }
+  }
+  return h;
+}
+
+/// A square target of the given size on a finger of 8 mm radius, the whole finger quiet, r by eigen-decomposition.
+SkinProblem finger_problem(double size) {
+  constexpr int kSide = 8;
+  SkinProblem problem;
+  problem.target = cylinder_rows(8e-3, size, size, kSide, kSide);
+  problem.weights = Eigen::VectorXd::Constant(kSide * kSide, size * size / (kSide * kSide));
+  problem.amplitudes = Eigen::VectorXd::Constant(kSide * kSide, 0.4 * problem.target.cwiseAbs().rowwise().sum().mean());
+  const Eigen::MatrixXcd quiet = std::sqrt(60e-3 * 24e-3 / 336) * cylinder_rows(8e-3, 60e-3, 24e-3, 28, 12);
+  const HermitianEigen eigen = hermitian_eigen(quiet * quiet.adjoint());
+  const Eigen::Index rank = (eigen.values.array() > 1e-6 * eigen.values.maxCoeff()).count();
+  problem.quiet = eigen.vectors.rightCols(rank).adjoint() * quiet;
+  return problem;
+}
+
 // ---- The linear model
 
 /// f as written in surface.h, the quiet rows' parts in turn.
@@ -201,6 +245,42 @@ TEST(Surface, TheCostNeverRisesAndIsThatOfTheDrives) {
   }
 }
 
+/// The complex half gradient in the plane of each drive.
+Eigen::VectorXcd plane_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q) {
+  const Eigen::VectorXcd u = problem.target * q;
+  const Eigen::VectorXcd misfit =
+      problem.weights.array() * (u.array().abs() - problem.amplitudes.array()) * u.array() / u.array().abs();
+  return problem.target.adjoint() * misfit + problem.quiet.adjoint() * (problem.quiet * q);
+}
+
+TEST(Surface, EndsWhereNoAllowedMoveLowersTheCost) {
+  int inside = 0;
+  for (unsigned seed = 300; seed < 320; ++seed) {
+    const SkinProblem problem = random_problem(4, 5, 8, 0.25, seed);
+    for (const bool free_amplitudes : {false, true}) {
+      SurfaceOptions options = options_of(5000, free_amplitudes);
+      options.gradient_tolerance = 1e-9;
+      options.step_tolerance = 0.0;
+      const PhaseSolution solution = solve_surface(problem, random_start(8, seed), options);
+      ASSERT_EQ(solution.status, PhaseStatus::kConverged) << "seed " << seed;
+      const Eigen::VectorXcd q = drive(solution);
+      const Eigen::VectorXcd x = plane_gradient(problem, q);
+      const double zero = 1e-7 * solution.cost_history.front();
+      for (Eigen::Index n = 0; n < 8; ++n) {
+        const Complex in_frame = std::conj(std::polar(1.0, solution.phases(n))) * x(n);
+        EXPECT_NEAR(in_frame.imag(), 0.0, zero);
+        if (solution.amplitudes(n) < 1.0 - 1e-6) {
+          EXPECT_NEAR(in_frame.real(), 0.0, zero);
+          ++inside;
+        } else if (free_amplitudes) {
+          EXPECT_LT(in_frame.real(), zero);  // the cost pulls outwards
+        }
+      }
+    }
+  }
+  EXPECT_GT(inside, 5);  // the case of free amplitudes did occur
+}
+
 TEST(Surface, FreeAmplitudesAreNeverWorseFromTheSameStart) {
   int better = 0;
   for (unsigned seed = 400; seed < 440; ++seed) {
@@ -242,6 +322,17 @@ TEST(Surface, SmallProblemsReachTheBestOfAnExhaustiveSearch) {
         4.0 * ((problem.weights.array() * reach * (2.0 * reach + problem.amplitudes.array())).sum() +
                2.0 * problem.quiet.cwiseAbs().rowwise().sum().squaredNorm());
     EXPECT_GE(best, grid - 0.5 * curvature * std::pow(kPi / steps, 2)) << "seed " << seed;
+  }
+}
+
+TEST(Surface, FewIterationsReachTheEndOnAFinger) {
+  for (const double size : {5e-3, 11e-3}) {
+    const SkinProblem problem = finger_problem(size);
+    const Eigen::VectorXcd zero = Eigen::VectorXcd::Ones(problem.channel_count());
+    const PhaseSolution long_run = solve_surface(problem, zero, options_of(100));
+    expect_falling(long_run);
+    EXPECT_LT(long_run.cost_history[10], 1.015 * long_run.cost_history.back()) << size;  // 0.5 and 1.2 % above
+    EXPECT_LT(long_run.cost_history.back(), 0.65 * silent_cost(problem)) << size;
   }
 }
 
@@ -430,6 +521,23 @@ TEST(Surface, CoincidentTransducersThatStartAlikeStayAlike) {
   EXPECT_NEAR(std::remainder(solution.phases(13) - solution.phases(4), 2.0 * kPi), 0.0, 1e-6);
 }
 
+TEST(Surface, StopsByItsTolerances) {
+  const SkinProblem problem = random_problem(5, 3, 12, 0.9, 740);  // more than it can: a cost is left
+  const Eigen::VectorXcd start = random_start(12, 7);
+  SurfaceOptions options = options_of(1000);
+  options.cost_tolerance = 1e-3;
+  const PhaseSolution coarse = solve_surface(problem, start, options);
+  ASSERT_EQ(coarse.status, PhaseStatus::kConverged);
+  const auto& history = coarse.cost_history;
+  EXPECT_LT(history[history.size() - 2] - history.back(), 1e-3 * history[history.size() - 2]);
+  options = options_of(1000);
+  options.gradient_tolerance = 1e-3;
+  const PhaseSolution flat = solve_surface(problem, start, options);
+  ASSERT_EQ(flat.status, PhaseStatus::kConverged);
+  EXPECT_LE(skin_half_gradient(problem, drive(flat)).cwiseAbs().maxCoeff(), 1.001e-3 * flat.cost_history.back());
+  EXPECT_LT(flat.iterations, solve_surface(problem, start, options_of(1000)).iterations);
+}
+
 TEST(Surface, CallsBackOncePerIteration) {
   const SkinProblem problem = random_problem(5, 3, 12, 0.3, 750);
   std::vector<double> heard;
@@ -473,6 +581,7 @@ TEST(Surface, RefusesWhatIsNoProblem) {
   bad.target(0, 1) = std::nan("");
   EXPECT_THROW(solve_surface(bad, start, {}), std::invalid_argument);
   EXPECT_THROW(adjoint_start(bad), std::invalid_argument);
+  EXPECT_THROW(spectral_start(bad), std::invalid_argument);
   EXPECT_THROW(random_start(-1, 1), std::invalid_argument);
 }
 
@@ -488,6 +597,78 @@ TEST(SurfaceStarts, AdjointSendsTheWantedFieldBack) {
     }
     EXPECT_LT(std::abs(start(n) - sum / std::abs(sum)), 1e-13);
   }
+}
+
+TEST(SurfaceStarts, SpectralFocusesOnASingleFace) {
+  const SkinProblem problem = random_problem(1, 0, 9, 0.3, 810);
+  const Eigen::VectorXcd start = spectral_start(problem);
+  const Complex turn = start(0) / std::polar(1.0, -std::arg(problem.target(0, 0)));
+  for (Eigen::Index n = 0; n < 9; ++n) {
+    EXPECT_LT(std::abs(start(n) - turn * std::polar(1.0, -std::arg(problem.target(0, n)))), 1e-12);
+  }
+}
+
+/// The relaxed problem in the space of the drives, where the code works in that of the rows.
+struct Relaxed {
+  double drive_energy = 0.0;
+  Eigen::VectorXcd drives;
+};
+
+Relaxed relaxed_answer(const SkinProblem& problem, double epsilon) {
+  const Eigen::MatrixXcd h = problem.weights.cwiseSqrt().asDiagonal() * problem.target;
+  const Eigen::VectorXcd b = (problem.weights.cwiseSqrt().array() * problem.amplitudes.array()).cast<Complex>();
+  Eigen::MatrixXcd normal = h.adjoint() * h + problem.quiet.adjoint() * problem.quiet;
+  normal.diagonal().array() += epsilon;
+  const Eigen::MatrixXcd back = normal.inverse() * h.adjoint() * b.asDiagonal();  // q = back y
+  const Eigen::MatrixXcd left = Eigen::MatrixXcd(b.cwiseAbs2().asDiagonal()) - b.asDiagonal() * (h * back);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> eigen(left);
+  const Eigen::VectorXcd y = std::sqrt(static_cast<double>(b.size())) * eigen.eigenvectors().col(0);
+  Relaxed relaxed;
+  relaxed.drives = back * y;
+  relaxed.drive_energy = relaxed.drives.squaredNorm();
+  return relaxed;
+}
+
+TEST(SurfaceStarts, SpectralSolvesTheRelaxedProblem) {
+  for (unsigned seed = 820; seed < 850; ++seed) {
+    const SkinProblem problem = random_problem(3, 4, 20, 0.5, seed);
+    double low = 1e-6;
+    double high = 1e6;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = std::sqrt(low * high);
+      (relaxed_answer(problem, middle).drive_energy > 20.0 ? low : high) = middle;
+    }
+    const Relaxed expected = relaxed_answer(problem, high);
+    ASSERT_LE(expected.drive_energy, 20.0 + 1e-6);
+    const Eigen::VectorXcd phasors = expected.drives.array() / expected.drives.array().abs();
+    const Eigen::VectorXcd start = spectral_start(problem);
+    // Up to the common phase; the price of energy is found to 1 %, and the energy may jump there.
+    EXPECT_GT(std::abs(start.dot(phasors)), 0.995 * 20.0) << seed;
+  }
+}
+
+TEST(SurfaceStarts, SpectralLeavesOutFacesThatWantSilence) {
+  SkinProblem problem = random_problem(4, 3, 12, 0.3, 830);
+  problem.amplitudes(2) = 0.0;
+  SkinProblem less = problem;
+  less.target = problem.target({0, 1, 3}, Eigen::all);
+  less.amplitudes = problem.amplitudes({0, 1, 3});
+  less.weights = problem.weights({0, 1, 3});
+  EXPECT_LT((spectral_start(problem) - spectral_start(less)).norm(), 1e-9);
+  problem.amplitudes.setZero();
+  EXPECT_EQ(spectral_start(problem), Eigen::VectorXcd::Ones(12));
+  EXPECT_EQ(adjoint_start(problem), Eigen::VectorXcd::Ones(12));
+}
+
+TEST(SurfaceStarts, AllAreUnitDrivesAndBeatChance) {
+  const SkinProblem problem = random_problem(4, 6, 60, 0.3, 840);
+  const Eigen::VectorXcd random = random_start(60, 9);
+  for (const Eigen::VectorXcd& start : {adjoint_start(problem), spectral_start(problem), random}) {
+    EXPECT_LT((start.cwiseAbs().array() - 1.0).abs().maxCoeff(), 1e-15);
+  }
+  const auto cost = [&](const Eigen::VectorXcd& q) { return skin_cost(problem, best_level(problem, q) * q); };
+  EXPECT_LT(cost(adjoint_start(problem)), cost(random));
+  EXPECT_LT(cost(spectral_start(problem)), cost(random));
 }
 
 TEST(SurfaceStarts, RandomFollowsItsSeedAndFillsTheCircle) {

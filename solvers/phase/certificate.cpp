@@ -1,0 +1,222 @@
+#include "solvers/phase/certificate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "solvers/phase/low_rank_relaxation.h"
+
+extern "C" {
+// NOLINTBEGIN(readability-identifier-naming): LAPACK's own name; the trailing length is Fortran's for characters.
+void zpotrf_(const char* uplo, const int* n, std::complex<double>* a, const int* lda, int* info,
+             std::size_t uplo_length);
+// NOLINTEND(readability-identifier-naming)
+}
+
+namespace touchfield {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXcd;
+using Eigen::VectorXd;
+
+constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kLeastBound =
+    1e-4;  // of the cost of silence: what the tolerance is measured against where sum d is less
+constexpr double kShiftStep = 4.0;  // from one shift that is tried to the next
+
+/// The problem in units in which the cost of silence is 1, with its constant part apart.
+struct ScaledProblem {
+  LowRankRelaxation relaxation;
+  double unit = 0.0;      // of the cost; 0 where nothing can sound
+  double constant = 0.0;  // of levels that nothing reaches
+};
+
+ScaledProblem scaled(const SkinProblem& problem) {
+  const VectorXd root = problem.weights.cwiseSqrt();
+  const VectorXd levels = root.cwiseProduct(problem.amplitudes);
+  std::vector<Index> wanted;
+  std::vector<Index> unwanted;
+  ScaledProblem result;
+  const double silence = levels.stableNorm();
+  const double loudest = std::hypot((root.asDiagonal() * problem.target).stableNorm(), problem.quiet.stableNorm());
+  const double scale = silence > 0 ? silence : loudest;
+  result.unit = scale * scale;
+  if (!std::isfinite(result.unit) || !std::isfinite(loudest * loudest)) {
+    throw std::invalid_argument("certify: the cost overflows");
+  }
+  if (!(result.unit > 0)) {
+    result.unit = 0.0;
+    return result;
+  }
+  for (Index j = 0; j < levels.size(); ++j) {
+    if (problem.target.row(j).isZero(0.0)) {
+      result.constant += (levels(j) / scale) * (levels(j) / scale);
+    } else {
+      (levels(j) > 0 ? wanted : unwanted).push_back(j);
+    }
+  }
+  const auto count = static_cast<Index>(wanted.size());
+  result.relaxation.levels.resize(count);
+  result.relaxation.columns.resize(problem.channel_count(),
+                                   count + static_cast<Index>(unwanted.size()) + problem.quiet.rows());
+  Index column = 0;
+  for (const std::vector<Index>* faces : {&wanted, &unwanted}) {
+    for (const Index j : *faces) {
+      if (column < count) {
+        result.relaxation.levels(column) = levels(j) / scale;
+      }
+      result.relaxation.columns.col(column++) = (root(j) / scale) * problem.target.row(j).transpose();
+    }
+  }
+  result.relaxation.columns.rightCols(problem.quiet.rows()) = problem.quiet.transpose() / scale;
+  return result;
+}
+
+/// Overwrites a matrix, of which only the lower triangle is read, by the Cholesky factor of matrix + shift. False if
+/// that broke down.
+bool factorise(MatrixXcd& matrix, double shift) {
+  matrix.diagonal().array() += shift;
+  const int n = static_cast<int>(matrix.rows());
+  int info = 0;
+  zpotrf_("L", &n, matrix.data(), &n, &info, 1);
+  return info == 0 && matrix.diagonal().real().allFinite();
+}
+
+/// A point of the dual problem: whatever g > 0 and d are, they prove a bound.
+struct DualPoint {
+  VectorXd g;
+  VectorXd d;
+  double sum = 0.0;        // sum_j (b_j^2 - b_j g_j) + sum_n min(0, d_n)
+  double sum_full = 0.0;   // the same with all of d
+  double magnitude = 0.0;  // of the terms
+};
+
+DualPoint dual_of(const LowRankRelaxation& relaxation, const RelaxedPoint& point) {
+  DualPoint dual;
+  dual.g = positive_loudness(relaxation, point);
+  dual.d = point.d;
+  const auto levels = relaxation.levels.array();
+  dual.sum_full = (levels * (levels - dual.g.array())).sum() + dual.d.sum();
+  dual.sum = dual.sum_full - dual.d.cwiseMax(0.0).sum();
+  dual.magnitude = (levels * (levels + dual.g.array())).sum() + dual.d.cwiseAbs().sum();
+  return dual;
+}
+
+/// The most by which the smallest eigenvalue of S + shift can lie below 0 although its Cholesky factorisation went
+/// through, rounding in S included.
+///
+/// A completed factorisation is the exact one of a matrix that differs by at most gamma |L||L^H| entry by entry, of
+/// norm
+/// <= gamma trace / (1 - gamma), with gamma <= 8 (n + 4) u in complex arithmetic whatever the order of the sums; the
+/// same holds for the sum of m products that makes each entry of S.
+double rounding_of_eigenvalue(const LowRankRelaxation& relaxation, const DualPoint& dual, double shift) {
+  const auto n = static_cast<double>(relaxation.channel_count());
+  const auto m = static_cast<double>(relaxation.columns.cols());
+  VectorXd signs = VectorXd::Ones(relaxation.columns.cols());
+  signs.head(dual.g.size()).array() -= relaxation.levels.array() / dual.g.array();
+  const double energy =
+      (signs.array().abs() * relaxation.columns.cwiseAbs2().colwise().sum().transpose().array()).sum();
+  return 4.0 * kEps * (n + m + 16.0) * (energy + dual.d.cwiseAbs().sum() + n * std::abs(shift));
+}
+
+/// The bound that a dual point proves once S + shift has been factorised.
+double proved_bound(const LowRankRelaxation& relaxation, const DualPoint& dual, double shift) {
+  const auto n = static_cast<double>(relaxation.channel_count());
+  const double terms = n + 2.0 * static_cast<double>(dual.g.size());
+  const double lambda = -shift - rounding_of_eigenvalue(relaxation, dual, shift);
+  return dual.sum + n * std::min(0.0, lambda) - 2.0 * kEps * (terms + 16.0) * dual.magnitude;
+}
+
+/// How far the Newton steps on the relaxation are held back, against the shift that S needs.
+class StepDamping {
+ public:
+  double value() const { return value_; }
+
+  /// gain   what a step brought over what it promised; NaN if it promised nothing
+  void learn(double gain) {
+    if (gain > 0.75) {
+      value_ = std::max(1.0, value_ / 4.0);
+    } else if (!(gain > 0.25)) {
+      value_ *= 4.0;
+    }
+  }
+
+ private:
+  double value_ = 1.0;
+};
+
+void require_valid(const CertificateOptions& options) {
+  if (options.width < 2 || options.width > 64 || options.max_iterations < 0 || !(options.tolerance > 0)) {
+    throw std::invalid_argument("certify: an option is out of range");
+  }
+}
+
+}  // namespace
+
+Certificate certify(const SkinProblem& problem, const CertificateOptions& options) {
+  require_valid(problem, "certify");
+  require_valid(options);
+  const ScaledProblem whole = scaled(problem);
+  const LowRankRelaxation& relaxation = whole.relaxation;
+  Certificate certificate;
+  if (relaxation.columns.cols() == 0) {
+    certificate.relaxed = whole.constant * whole.unit;
+    certificate.bound = certificate.relaxed;
+    certificate.converged = true;
+    return certificate;
+  }
+  const auto n = static_cast<double>(relaxation.channel_count());
+  RelaxedPoint point = relaxed_start(relaxation, options.width, options.seed);
+  StepDamping damping;
+  double shift = 0.1 / n;
+  double best = -std::numeric_limits<double>::infinity();
+  while (true) {
+    const DualPoint dual = dual_of(relaxation, point);
+    const double enough = options.tolerance * std::max(dual.sum_full + whole.constant, kLeastBound) / n;
+    shift = std::max(shift / kShiftStep, 0.25 * enough);
+    const MatrixXcd matrix = dual_matrix(relaxation, dual.g, dual.d);
+    MatrixXcd factor = matrix;
+    while (!factorise(factor, shift)) {
+      shift *= kShiftStep;
+      if (!std::isfinite(shift)) {
+        throw std::domain_error("certify: the relaxation holds a value that is not finite");
+      }
+      factor = matrix;
+    }
+    best = std::max(best, proved_bound(relaxation, dual, shift));
+    certificate.converged = shift + rounding_of_eigenvalue(relaxation, dual, shift) <= enough;
+    if (certificate.converged || certificate.iterations >= options.max_iterations) {
+      break;
+    }
+    ++certificate.iterations;
+    const double sigma = damping.value() * shift;
+    if (sigma > shift) {
+      factor = matrix;
+      factorise(factor, sigma);
+    }
+    double gain = 0.0;
+    RelaxedPoint next = newton_step(relaxation, point, factor, sigma, gain);
+    if (next.cost < point.cost) {
+      point = std::move(next);
+    }
+    damping.learn(gain);
+  }
+  certificate.bound = std::max(0.0, best + whole.constant) * whole.unit;
+  certificate.relaxed = (point.cost + whole.constant) * whole.unit;
+  return certificate;
+}
+
+double optimality_gap(const SkinProblem& problem, const Certificate& certificate, double reached) {
+  const double silence = problem.weights.dot(problem.amplitudes.cwiseAbs2());
+  return certificate.bound > 1e-9 * silence ? (reached - certificate.bound) / certificate.bound
+                                            : std::numeric_limits<double>::quiet_NaN();
+}
+
+}  // namespace touchfield

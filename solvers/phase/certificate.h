@@ -1,0 +1,47 @@
+#pragma once
+
+#include "solvers/phase/skin_problem.h"
+
+namespace touchfield {
+
+struct CertificateOptions {
+  int width = 12;           // columns l of the low-rank relaxation, 2..64
+  int max_iterations = 60;  // of the relaxation, >= 0
+  double tolerance = 1e-4;  // share of the bound that may be missing, > 0
+  unsigned seed = 1;
+};
+
+/// A proved lower bound of skin_cost over all drives |q_n| <= 1, those of full amplitude among them.
+struct Certificate {
+  double bound = 0.0;      // >= 0 [Pa2 m2]
+  double relaxed = 0.0;    // cost of the relaxation where it stopped: no bound, but what the bound grows towards
+  int iterations = 0;      // of the relaxation
+  bool converged = false;  // the bound is as near to the relaxation as the tolerance asks
+};
+
+/// With z = exp(i [theta; phi]), b_j = sqrt(w_j) p'_j, H = diag(sqrt w) H_T the cost, least over theta, is z^H Q z,
+///
+///   Q = [diag(b^2), -diag(b) H; -(diag(b) H)^H, H^H H + R^H R],
+///
+/// and for real d and e:  z^H Q z = sum e + sum d + z^H (Q - diag [e; d]) z. With e_j = b_j^2 - b_j g_j, g_j > 0, the
+/// faces are eliminated,
+///
+///   S = H^H diag(1 - b_j / g_j) H + R^H R - diag d,   cost >= sum_j (b_j^2 - b_j g_j) + sum_n d_n + N min(0, lambda),
+///
+/// lambda the smallest eigenvalue of S; for drives within the circle the positive d_n do not count. g and d come from
+/// minimising the cost over drives that are unit rows of l numbers (regularised Newton steps). That -lambda is no more
+/// than a shift is proved by the Cholesky factorisation of S + shift in double, its rounding bounded a priori: the
+/// bound holds whatever produced g and d. Leaving rows out of R only lowers S, so that it holds for the full cost too.
+///
+/// cost     an iteration: some Cholesky factorisations N x N and 40 solves with them
+/// throws   std::invalid_argument as require_valid, on options out of range or a cost that overflows; std::domain_error
+///          if the arithmetic overflows on the way
+/// source   Burer and Monteiro, Math. Program. B 95 (2003) 329 (the factorisation); Higham, Accuracy and Stability of
+///          Numerical Algorithms, 2nd ed., theorem 10.3 (rounding of Cholesky); weak duality
+Certificate certify(const SkinProblem& problem, const CertificateOptions& options = {});
+
+/// (reached - bound) / bound; NaN where the bound is below 1e-9 of the cost of silence, sum w p'^2, since a share of
+/// nothing says nothing: the difference itself tells there.
+double optimality_gap(const SkinProblem& problem, const Certificate& certificate, double reached);
+
+}  // namespace touchfield

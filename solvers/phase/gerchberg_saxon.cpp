@@ -1,0 +1,140 @@
+#include <algorithm>
+#include <cmath>
+#include <complex>
+
+#include "solvers/linear/hermitian_product.h"
+#include "solvers/phase/baseline_support.h"
+#include "solvers/phase/skin_field.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kStill = 1e-10;       // a drive that moves by less has stopped
+constexpr double kFaintest = 1e-3;     // |u_j| / p'_j over its mean: a fainter point's weight grows no faster
+constexpr double kLeastWeight = 1e-6;  // over the mean: what a weight can come back from
+constexpr double kLargestBoost = 1e3;  // of a point in GS-PAT's last step
+
+/// The weights v_j p'_j of the points; constant for gs.
+class PointWeights {
+ public:
+  PointWeights(const SkinProblem& problem, bool evened)
+      : wanted_((target_energy(problem).array() > 0).select(problem.amplitudes, 0.0)),
+        evened_(evened),
+        weights_(Eigen::VectorXd::Ones(wanted_.size())) {}
+
+  Eigen::VectorXd next(const Eigen::VectorXcd& u) {
+    if (evened_) {
+      even_out(u);
+    }
+    return weights_.cwiseProduct(wanted_);
+  }
+
+ private:
+  void even_out(const Eigen::VectorXcd& u) {
+    const auto points = (wanted_.array() > 0).count();
+    const Eigen::ArrayXd share = (wanted_.array() > 0).select(u.array().abs() / wanted_.array(), 0.0);
+    const double mean = share.sum() / static_cast<double>(points);
+    if (!(mean > 0)) {
+      return;
+    }
+    weights_ = (wanted_.array() > 0).select(weights_.array() * mean / share.max(kFaintest * mean), 0.0);
+    weights_ /= weights_.sum() / static_cast<double>(points);
+    weights_ = (wanted_.array() > 0).select(weights_.array().max(kLeastWeight), 0.0);
+  }
+
+  Eigen::VectorXd wanted_;  // p', 0 where the face cannot be reached
+  bool evened_;
+  Eigen::VectorXd weights_;
+};
+
+PhaseSolution iterate(const SkinProblem& problem, Eigen::VectorXcd q, PointWeights weights,
+                      const BaselineOptions& options, const IterationCallback& callback) {
+  SkinField field;
+  send(problem, q, field);
+  PhaseSolution solution;
+  solution.status = PhaseStatus::kIterationLimit;
+  solution.cost_history.push_back(field_cost(problem, field));
+  SkinField back{field.target, Eigen::VectorXcd::Zero(field.quiet.size())};
+  Eigen::VectorXcd returned;
+  while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
+    ++solution.iterations;
+    const Eigen::VectorXd levels = weights.next(field.target);
+    for (Eigen::Index j = 0; j < levels.size(); ++j) {
+      back.target(j) = levels(j) * phasor(field.target(j), 1.0);
+    }
+    send_back(problem, back, returned);
+    double largest_move = 0.0;
+    for (Eigen::Index n = 0; n < q.size(); ++n) {
+      const std::complex<double> next = phasor(returned(n), q(n));
+      largest_move = std::max(largest_move, std::abs(next - q(n)));
+      q(n) = next;
+    }
+    send(problem, q, field);
+    solution.cost_history.push_back(field_cost(problem, field));
+    if (largest_move <= kStill) {
+      solution.status = PhaseStatus::kConverged;
+    }
+    if (callback) {
+      callback(solution.iterations, solution.cost_history.back());
+    }
+  }
+  solution.phases = wrapped(q.cwiseArg());
+  solution.amplitudes = Eigen::VectorXd::Ones(q.size());
+  return solution;
+}
+
+}  // namespace
+
+PhaseSolution solve_gs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
+                       const IterationCallback& callback) {
+  require_valid(problem, "solve_gs");
+  require_valid(options, "solve_gs");
+  return iterate(problem, unit_start(problem, start, "solve_gs"), {problem, false}, options, callback);
+}
+
+PhaseSolution solve_wgs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
+                        const IterationCallback& callback) {
+  require_valid(problem, "solve_wgs");
+  require_valid(options, "solve_wgs");
+  return iterate(problem, unit_start(problem, start, "solve_wgs"), {problem, true}, options, callback);
+}
+
+PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& options) {
+  require_valid(problem, "solve_gs_pat");
+  require_valid(options, "solve_gs_pat");
+  const Eigen::VectorXd energy = target_energy(problem);
+  const Eigen::VectorXd share = (energy.array() > 0).select(energy.array().inverse(), 0.0);
+  const Eigen::VectorXd wanted = (energy.array() > 0).select(problem.amplitudes, 0.0);
+  const Eigen::MatrixXcd mutual = hermitian_product(problem.target.adjoint()) * share.asDiagonal();
+
+  PhaseSolution solution;
+  solution.status = PhaseStatus::kIterationLimit;
+  Eigen::VectorXcd points = wanted.cast<std::complex<double>>();
+  Eigen::VectorXcd reached = mutual * points;
+  while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
+    ++solution.iterations;
+    bool still = true;
+    for (Eigen::Index j = 0; j < points.size(); ++j) {
+      const std::complex<double> next = wanted(j) * phasor(reached(j), 1.0);
+      still = still && std::abs(next - points(j)) <= kStill * wanted(j);
+      points(j) = next;
+    }
+    reached = mutual * points;
+    if (still) {
+      solution.status = PhaseStatus::kConverged;
+    }
+  }
+  SkinField back{Eigen::VectorXcd(points.size()), Eigen::VectorXcd::Zero(problem.quiet.rows())};
+  for (Eigen::Index j = 0; j < points.size(); ++j) {
+    const double boosted = wanted(j) * wanted(j) / std::max(std::abs(reached(j)), wanted(j) / kLargestBoost);
+    back.target(j) = wanted(j) > 0 ? share(j) * boosted * phasor(reached(j), 1.0) : 0.0;
+  }
+  Eigen::VectorXcd q;
+  send_back(problem, back, q);
+  solution.phases = wrapped(q.cwiseArg());
+  solution.amplitudes = Eigen::VectorXd::Ones(q.size());
+  return solution;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,210 @@
+#include "solvers/phase/certificate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "skin_support.h"
+#include "solvers/phase/surface.h"
+
+namespace touchfield {
+namespace {
+
+constexpr double kTolerance = 1e-4;  // what certify leaves missing by default, as a share of the bound
+
+double silent_cost(const SkinProblem& problem) { return problem.weights.dot(problem.amplitudes.cwiseAbs2()); }
+
+/// The least cost of surface from some random starts.
+double least_found(const SkinProblem& problem, unsigned starts) {
+  double least = std::numeric_limits<double>::infinity();
+  for (unsigned seed = 0; seed < starts; ++seed) {
+    SurfaceOptions options;
+    options.iterations = 200;
+    const Eigen::VectorXcd start = random_start(problem.channel_count(), seed);
+    least = std::min(least, solve_surface(problem, start, options).cost_history.back());
+  }
+  return least;
+}
+
+/// The least cost over a grid of phases, the first of which is 0, and of common levels.
+double exhaustive(const SkinProblem& problem, int steps) {
+  Eigen::VectorXcd q = Eigen::VectorXcd::Ones(problem.channel_count());
+  double least = std::numeric_limits<double>::infinity();
+  const auto total = static_cast<long>(std::pow(steps, q.size() - 1) + 0.5);
+  for (long i = 0; i < total; ++i) {
+    long rest = i;
+    for (Eigen::Index n = 1; n < q.size(); ++n, rest /= steps) {
+      q(n) = std::polar(1.0, 2.0 * std::numbers::pi * static_cast<double>(rest % steps) / steps);
+    }
+    least = std::min(least, skin_cost(problem, q));
+  }
+  return least;
+}
+
+TEST(Certificate, LiesBelowAnExhaustiveSearchAndOftenMeetsIt) {
+  int met = 0;
+  for (unsigned seed = 0; seed < 12; ++seed) {
+    const SkinProblem problem = random_problem(3, 2, 4, 0.8, 900 + seed);
+    const double least = exhaustive(problem, 60);
+    const Certificate certificate = certify(problem);
+    EXPECT_TRUE(certificate.converged);
+    EXPECT_LE(certificate.bound, least) << seed;
+    EXPECT_GE(certificate.bound, 0.0);
+    // The grid is 6 degrees wide, so that its own least cost is some per mille of silence above the true one.
+    met += least - certificate.bound < 0.01 * silent_cost(problem) ? 1 : 0;
+  }
+  EXPECT_GE(met, 8);  // the relaxation is often, not always, tight
+}
+
+TEST(Certificate, LiesBelowManyRestarts) {
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    const SkinProblem problem = random_problem(6, 4, 40, 0.7, 920 + seed);
+    const double least = least_found(problem, 20);
+    const Certificate certificate = certify(problem);
+    EXPECT_LE(certificate.bound, least) << seed;
+    EXPECT_GT(certificate.bound, 0.8 * least) << seed;  // 0.85 to 0.99: the relaxation's own gap
+  }
+}
+
+TEST(Certificate, HoldsForDrivesThatAreNotFull) {
+  for (unsigned seed = 0; seed < 4; ++seed) {
+    SkinProblem problem = random_problem(4, 3, 20, 0.02, 940 + seed);  // far less than full drive is wanted
+    problem.quiet *= 3.0;
+    const Certificate certificate = certify(problem);
+    SurfaceOptions options;
+    options.iterations = 300;
+    options.free_amplitudes = true;
+    for (unsigned start = 0; start < 5; ++start) {
+      const PhaseSolution solution = solve_surface(problem, random_start(20, start), options);
+      EXPECT_LE(certificate.bound, solution.cost_history.back());
+    }
+  }
+}
+
+/// K = 1: all of the reach, or exactly what is wanted.
+TEST(Certificate, IsExactForASingleFace) {
+  SkinProblem problem = random_problem(1, 0, 30, 1.5, 950);
+  const double reach = problem.target.cwiseAbs().sum();
+  const double missing = problem.weights(0) * std::pow(problem.amplitudes(0) - reach, 2);
+  EXPECT_NEAR(certify(problem).bound, missing, 2.0 * kTolerance * missing);
+  EXPECT_LE(certify(problem).bound, missing);
+  problem.amplitudes(0) = 0.5 * reach;
+  const double most_missing = 2e-4 * silent_cost(problem);  // the tolerance's floor is 1e-4 of the cost of silence
+  EXPECT_NEAR(certify(problem).bound, 0.0, most_missing);
+}
+
+TEST(Certificate, IsExactForASingleChannel) {
+  const SkinProblem problem = random_problem(3, 2, 1, 1.5, 960);  // more than it can: full drive is best
+  const double cost = skin_cost(problem, Eigen::VectorXcd::Ones(1));
+  const Certificate certificate = certify(problem);
+  EXPECT_NEAR(certificate.bound, cost, 2.0 * kTolerance * cost);
+  EXPECT_LE(certificate.bound, cost * (1.0 + 1e-12));
+}
+
+TEST(Certificate, IsABoundWhereverItStops) {
+  const SkinProblem problem = random_problem(8, 5, 50, 0.8, 970);
+  const double least = least_found(problem, 10);
+  double before = 0.0;
+  for (const int iterations : {0, 1, 2, 4, 8, 60}) {
+    CertificateOptions options;
+    options.max_iterations = iterations;
+    const Certificate certificate = certify(problem, options);
+    EXPECT_LE(certificate.bound, least) << iterations;
+    EXPECT_GE(certificate.bound, before) << iterations;  // the best of the way is kept
+    EXPECT_LE(certificate.iterations, iterations);
+    before = certificate.bound;
+  }
+  EXPECT_GT(before, 0.8 * least);
+}
+
+TEST(Certificate, ScalesWithTheCostAndKnowsNoOrder) {
+  const SkinProblem problem = random_problem(5, 3, 25, 0.9, 980);
+  const double bound = certify(problem).bound;
+  SkinProblem other = problem;
+  other.target *= 1e4;
+  other.quiet *= 1e4;
+  other.amplitudes *= 1e4;
+  EXPECT_NEAR(certify(other).bound / bound, 1e8, 2e8 * kTolerance);
+  other = problem;
+  other.target = problem.target.colwise().reverse().rowwise().reverse().eval();
+  other.quiet = problem.quiet.rowwise().reverse().eval();
+  other.amplitudes = problem.amplitudes.reverse().eval();
+  other.weights = problem.weights.reverse().eval();
+  EXPECT_NEAR(certify(other).bound / bound, 1.0, 2.0 * kTolerance);
+  other = problem;
+  other.target *= std::polar(1.0, 0.7);
+  EXPECT_NEAR(certify(other).bound / bound, 1.0, 2.0 * kTolerance);
+}
+
+TEST(Certificate, CountsFacesThatNothingReachesAndThoseThatWantSilence) {
+  const SkinProblem problem = random_problem(4, 2, 20, 0.9, 990);
+  const double bound = certify(problem).bound;
+  SkinProblem more = problem;
+  more.target.conservativeResize(5, Eigen::NoChange);
+  more.target.row(4).setZero();
+  more.amplitudes.conservativeResize(5);
+  more.weights.conservativeResize(5);
+  more.amplitudes(4) = 3.0;
+  more.weights(4) = 2.0;
+  EXPECT_NEAR(certify(more).bound, bound + 18.0, 2.0 * kTolerance * (bound + 18.0));
+  // A face that wants silence is a quiet row.
+  more = problem;
+  more.amplitudes(2) = 0.0;
+  SkinProblem moved = problem;
+  moved.target = problem.target({0, 1, 3}, Eigen::all);
+  moved.amplitudes = problem.amplitudes({0, 1, 3});
+  moved.weights = problem.weights({0, 1, 3});
+  moved.quiet.resize(3, 20);
+  moved.quiet << problem.quiet, std::sqrt(problem.weights(2)) * problem.target.row(2);
+  EXPECT_NEAR(certify(more).bound / certify(moved).bound, 1.0, 2.0 * kTolerance);
+  more.amplitudes.setZero();
+  EXPECT_EQ(certify(more).bound, 0.0);
+}
+
+TEST(Certificate, StandsOddProblems) {
+  const Eigen::Index channels = 12;
+  SkinProblem problem = random_problem(40, 6, channels, 0.8, 1000);  // K > N
+  EXPECT_LE(certify(problem).bound, least_found(problem, 10));
+  problem = random_problem(3, 0, channels, 0.8, 1001);
+  problem.target.col(4) = problem.target.col(5);  // coincident transducers
+  problem.target.col(6).setZero();
+  EXPECT_LE(certify(problem).bound, least_found(problem, 10));
+  problem.amplitudes.setConstant(1e6);
+  const double least = least_found(problem, 5);
+  EXPECT_LE(certify(problem).bound, least);
+  EXPECT_GT(certify(problem).bound, 0.999 * least);  // all it can, and still far from enough
+  problem.target.setZero();
+  problem.quiet.resize(0, channels);
+  EXPECT_NEAR(certify(problem).bound / silent_cost(problem), 1.0, 1e-12);
+}
+
+TEST(Certificate, GapIsAShareOfTheBound) {
+  const SkinProblem problem = random_problem(2, 0, 5, 1.5, 1010);
+  Certificate certificate;
+  certificate.bound = 0.5 * silent_cost(problem);
+  EXPECT_DOUBLE_EQ(optimality_gap(problem, certificate, 0.6 * silent_cost(problem)), 0.2);
+  certificate.bound = 1e-10 * silent_cost(problem);
+  EXPECT_TRUE(std::isnan(optimality_gap(problem, certificate, 0.6)));
+}
+
+TEST(Certificate, RefusesWhatMakesNoSense) {
+  const SkinProblem problem = random_problem(2, 1, 5, 0.5, 1020);
+  for (const CertificateOptions& options :
+       {CertificateOptions{.width = 1}, CertificateOptions{.width = 65}, CertificateOptions{.max_iterations = -1},
+        CertificateOptions{.tolerance = 0.0}}) {
+    EXPECT_THROW(certify(problem, options), std::invalid_argument);
+  }
+  SkinProblem bad = problem;
+  bad.target(0, 0) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(certify(bad), std::invalid_argument);
+  bad = problem;
+  bad.amplitudes(0) = 1e200;
+  EXPECT_THROW(certify(bad), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace touchfield
