@@ -8,9 +8,7 @@
 #include "sim/bem/scattering_solver.h"
 #include "sim/bem/scattering_system.h"
 #include "sim/mesh/shapes.h"
-#include "solvers/linear/hermitian_product.h"
 #include "solvers/linear/low_rank.h"
-#include "solvers/phase/incident_problem.h"
 
 namespace touchfield {
 namespace {
@@ -169,30 +167,6 @@ BENCHMARK(compressed_transfer_matrix<Scheme::kBurtonMiller, SolverKind::kGmres>)
     ->Iterations(1)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-
-void gram_matrix(benchmark::State& state) {
-  const Eigen::MatrixXcd g = Eigen::MatrixXcd::Ones(state.range(0), 1496);
-  for (auto unused : state) {
-    benchmark::DoNotOptimize(hermitian_product(g));
-  }
-}
-BENCHMARK(gram_matrix)->Arg(2500)->Arg(10000)->UseRealTime()->Unit(benchmark::kMillisecond);
-
-/// One step of method `paper`: 150 target faces and the given number of channels.
-void paper_iteration(benchmark::State& state) {
-  const Eigen::Index unknowns = 150 + state.range(0);
-  std::srand(1);
-  const Eigen::MatrixXcd c = Eigen::MatrixXcd::Random(2 * unknowns, unknowns);
-  const IncidentProblem problem{hermitian_product(c), 150};
-  LevenbergMarquardtOptions options;
-  options.iterations = 5;
-  for (auto unused : state) {
-    benchmark::DoNotOptimize(solve_incident(problem, Eigen::VectorXd::Zero(unknowns), options));
-  }
-  state.counters["iterations"] =
-      benchmark::Counter(5, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
-}
-BENCHMARK(paper_iteration)->Arg(249)->Arg(996)->Arg(1496)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace touchfield

@@ -35,8 +35,8 @@ struct PlacedBodies {
                                     // radius from them
 };
 
-/// Takes mesh files whose unit is not given, and not surely mm, as in the unit that their size makes likely: for looking
-/// at a scene that a run refuses. Landmarks keep their numbers in the file.
+/// Takes mesh files whose unit is not given, and not surely mm, as in the unit that their size makes likely: for
+/// looking at a scene that a run refuses. Landmarks keep their numbers in the file.
 ///
 /// returns  a warning on each
 /// throws   InputError if no unit makes the file a body
@@ -45,7 +45,8 @@ std::vector<std::string> guess_units(Scene& scene);
 /// Finds anchors and centres without meshing finely.
 ///
 /// near_array   the point of a surface, in the world's frame, that is nearest to the array
-/// throws       InputError on an unknown landmark, a mesh file that is not the closed surface of a body or whose unit is
+/// throws       InputError on an unknown landmark, a mesh file that is not the closed surface of a body or whose unit
+/// is
 ///              not given and not surely mm, keep_within without a target
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array);
 

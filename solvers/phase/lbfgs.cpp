@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
-#include <glog/logging.h>
 #include <cmath>
 #include <complex>
+#include <glog/logging.h>
 #include <utility>
 
 #include "solvers/phase/baseline_support.h"

@@ -8,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "skin_support.h"
 #include "solvers/phase/surface.h"
+#include "tests/unit/skin_support.h"
 
 namespace touchfield {
 namespace {

@@ -127,7 +127,9 @@ inline Run bare_run(const TriangleMesh& mesh) {
           .alarm = kNotComputed,
           .warnings = {},
           .provenance = {},
-          .complete = false};
+          .complete = false,
+          .bodies = {},
+          .owner = {}};
 }
 
 /// A run with something in every place: a target, a judge with its own mesh, two methods, a plane and a cube.

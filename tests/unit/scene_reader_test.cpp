@@ -342,7 +342,8 @@ TEST(SceneReader, ResolvesFilesOfOverridesAgainstTheWorkingDirectory) {
   const TempFolder folder;
   const auto file = folder.write("scene.yaml", kSmallScene);
   const Scene scene = read_scene(file, {"body={mesh: {file: some/hand.stl}}"});
-  EXPECT_EQ(std::get<MeshShape>(scene.bodies.at(0).shape).file, (std::filesystem::current_path() / "some/hand.stl").string());
+  EXPECT_EQ(std::get<MeshShape>(scene.bodies.at(0).shape).file,
+            (std::filesystem::current_path() / "some/hand.stl").string());
 }
 
 TEST(SceneReader, PositionsEmitUpwardsUnlessTold) {

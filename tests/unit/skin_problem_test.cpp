@@ -106,8 +106,8 @@ TEST(SkinProblem, BestLevelIsTheBestOfAScan) {
     }
     EXPECT_LE(reached, best * (1.0 + kRounding));
     // The scan misses its minimum by at most half a step: cost'' / 2 (limit / 2000)^2 with cost'' / 2 = energy of q.
-    const double energy = (problem.weights.array() * (problem.target * q).array().abs2()).sum() +
-                          (problem.quiet * q).squaredNorm();
+    const double energy =
+        (problem.weights.array() * (problem.target * q).array().abs2()).sum() + (problem.quiet * q).squaredNorm();
     EXPECT_GE(reached, best - energy * std::pow(limit / 2000.0, 2) * (1.0 + 1e-9) - kRounding * best);
   }
   EXPECT_GT(at_the_limit, 2);
@@ -136,7 +136,10 @@ TEST(SkinProblem, RefusesWhatIsNoProblem) {
   const double infinity = std::numeric_limits<double>::infinity();
   const std::vector<std::pair<std::string, std::function<void(SkinProblem&)>>> damages = {
       {"NaN in target", [&](SkinProblem& p) { p.target(1, 2) = nan; }},
-      {"infinity in target", [&](SkinProblem& p) { p.target(0, 0) = {0.0, infinity}; }},
+      {"infinity in target",
+       [&](SkinProblem& p) {
+         p.target(0, 0) = {0.0, infinity};
+       }},
       {"NaN in quiet", [&](SkinProblem& p) { p.quiet(1, 3) = nan; }},
       {"NaN amplitude", [&](SkinProblem& p) { p.amplitudes(0) = nan; }},
       {"negative amplitude", [&](SkinProblem& p) { p.amplitudes(2) = -1e-9; }},
@@ -147,8 +150,7 @@ TEST(SkinProblem, RefusesWhatIsNoProblem) {
       {"too many weights", [&](SkinProblem& p) { p.weights = Eigen::VectorXd::Ones(4); }},
       {"quiet of other channels", [&](SkinProblem& p) { p.quiet = Eigen::MatrixXcd::Ones(2, 3); }},
       {"no channels", [&](SkinProblem& p) { p.target.resize(3, 0), p.quiet.resize(0, 0); }},
-      {"no faces",
-       [&](SkinProblem& p) { p.target.resize(0, 4), p.amplitudes.resize(0), p.weights.resize(0); }}};
+      {"no faces", [&](SkinProblem& p) { p.target.resize(0, 4), p.amplitudes.resize(0), p.weights.resize(0); }}};
   for (const auto& [name, damage] : damages) {
     SkinProblem bad = good;
     damage(bad);

@@ -45,8 +45,8 @@ double cost_of(const Skin& skin, double quiet_weight, const VectorXcd& q) {
     while (k < 3 && skin.target.faces[static_cast<std::size_t>(k)] != f) {
       ++k;
     }
-    cost += skin.areas(f) * (k < 3 ? std::pow(std::abs(p(f)) - skin.target.amplitudes(k), 2)
-                                   : quiet_weight * std::norm(p(f)));
+    cost += skin.areas(f) *
+            (k < 3 ? std::pow(std::abs(p(f)) - skin.target.amplitudes(k), 2) : quiet_weight * std::norm(p(f)));
   }
   return cost;
 }
