@@ -1,5 +1,6 @@
-#include <chrono>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -17,6 +18,7 @@
 #include "sim/mesh/surface_report.h"
 #include "sim/mesh/unit_guess.h"
 #include "sim/mesh/weld.h"
+#include "sim/run/stages.h"
 
 namespace touchfield {
 
@@ -70,11 +72,8 @@ void require_no_fault(const MeshCommand& command, const std::vector<std::string>
 
 template <class Work>
 auto as_stage(Progress& progress, const char* what, const Work& work) {
-  progress.begin(what);
-  const auto start = std::chrono::steady_clock::now();
-  auto result = work();
-  progress.end(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  return result;
+  std::vector<std::pair<std::string, double>> unused;
+  return timed(progress, unused, what, what, work);
 }
 
 /// The mesh after all that the command asks for; adds a line a step.

@@ -65,16 +65,12 @@ void require_no_intersection(const TriangleMesh& mesh, const CutPlace& place) {
   for (const auto& [one, other] : self_intersections(mesh)) {
     if (is_near(one) || is_near(other)) {
       throw InputError(fmt::format("mesh: {} leaves a surface that cuts itself near {}; change it a little", place.what,
-                                   place_text(mesh.centroids().col(one))));
+                                   place_in_mm(mesh.centroids().col(one))));
     }
   }
 }
 
 }  // namespace
-
-std::string place_text(const Vector3& x) {
-  return fmt::format("({:.2f}, {:.2f}, {:.2f}) mm", x.x() * 1e3, x.y() * 1e3, x.z() * 1e3);
-}
 
 TriangleMesh as_mesh(const ClippedSurface& surface) {
   Points points(3, static_cast<Eigen::Index>(surface.points.size()));

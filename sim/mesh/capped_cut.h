@@ -30,7 +30,6 @@ struct CutPlace {
   std::function<double(const Vector3&)> tolerance;  // as of CappedSurface
 };
 
-std::string place_text(const Vector3& x);
 TriangleMesh as_mesh(const ClippedSurface& surface);
 std::vector<std::vector<int>> loops_of(const ClippedSurface& surface);
 

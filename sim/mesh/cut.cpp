@@ -13,6 +13,7 @@
 #include "sim/mesh/capped_cut.h"
 #include "sim/mesh/clip_mesh.h"
 #include "sim/mesh/edges.h"
+#include "sim/mesh/inspect.h"
 
 namespace touchfield {
 
@@ -106,7 +107,7 @@ TriangleMesh cut_by_plane(const TriangleMesh& mesh, const Vector3& point, const 
   }
   const Plane plane{point, normal.normalized()};
   const std::string what = fmt::format("the cut by the plane through {} with normal ({:.3g}, {:.3g}, {:.3g})",
-                                       place_text(point), normal.x(), normal.y(), normal.z());
+                                       place_in_mm(point), normal.x(), normal.y(), normal.z());
   const std::vector<int> sides = sides_of(mesh, plane);
   const auto [least, most] = std::minmax_element(sides.begin(), sides.end());
   if (*least >= 0 || *most <= 0) {

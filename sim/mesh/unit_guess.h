@@ -12,8 +12,9 @@ namespace touchfield {
 struct LengthUnit {
   const char* name;
   double metres;
+  int power;  // metres = 10^power
 };
-inline constexpr std::array<LengthUnit, 3> kFileUnits = {{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}}};
+inline constexpr std::array<LengthUnit, 3> kFileUnits = {{{"mm", 1e-3, -3}, {"cm", 1e-2, -2}, {"m", 1.0, 0}}};
 
 /// The file unit of this name.
 /// throws   InputError that lists the names

@@ -250,17 +250,17 @@ void require_apart(const Scene& scene, const std::vector<Body>& bodies) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       const Clearance clearance = least_clearance(bodies[i].mesh, bodies[j].mesh);
       const std::string pair = fmt::format("{} and {}", scene.bodies[i].name, scene.bodies[j].name);
-      const Vector3 at = clearance.on_first / kMillimetre;
+      const std::string at = place_in_mm(clearance.on_first);
       if (clearance.meeting != Meeting::kApart) {
-        throw InputError(fmt::format(
-            "bodies: {} {} near ({:.2f}, {:.2f}, {:.2f}) mm; move one by its place.at_mm", pair,
-            clearance.meeting == Meeting::kCut ? "cut each other" : "lie one in the other", at.x(), at.y(), at.z()));
+        throw InputError(fmt::format("bodies: {} {} near {}; move one by its place.at_mm", pair,
+                                     clearance.meeting == Meeting::kCut ? "cut each other" : "lie one in the other",
+                                     at));
       }
       if (clearance.distance < kLeast) {
         throw InputError(
-            fmt::format("bodies: {} are {:.3f} mm apart near ({:.2f}, {:.2f}, {:.2f}) mm, they must be >= {} mm apart; "
+            fmt::format("bodies: {} are {:.3f} mm apart near {}, they must be >= {} mm apart; "
                         "move one by its place.at_mm",
-                        pair, clearance.distance / kMillimetre, at.x(), at.y(), at.z(), kLeast / kMillimetre));
+                        pair, clearance.distance / kMillimetre, at, kLeast / kMillimetre));
       }
     }
   }

@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/mesh/hand.h"
+#include "sim/mesh/unit_guess.h"
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
@@ -75,20 +76,6 @@ Codec<BoxShape> box_codec() {
   return Map<BoxShape>()
       .required("size_mm", &BoxShape::size, vector3(kMillimetres, above(0)), "[20, 60, 10]", "Side lengths [mm].")
       .codec();
-}
-
-struct FileUnit {
-  const char* name;
-  double metres;
-  int power;  // metres = 10^power
-};
-constexpr FileUnit kFileUnits[] = {{"mm", 1e-3, -3}, {"cm", 1e-2, -2}, {"m", 1.0, 0}};
-
-const FileUnit& file_unit(const std::string& name) {
-  for (const auto& unit : kFileUnits) {
-    if (unit.name == name) return unit;
-  }
-  return kFileUnits[0];
 }
 
 Codec<Vector3> landmark_codec(const std::string& unit) {

@@ -119,19 +119,17 @@ DualPoint dual_of(const LowRankRelaxation& relaxation, const RelaxedPoint& point
 double rounding_of_eigenvalue(const LowRankRelaxation& relaxation, const DualPoint& dual, double shift) {
   const auto n = static_cast<double>(relaxation.channel_count());
   const auto m = static_cast<double>(relaxation.columns.cols());
-  VectorXd signs = VectorXd::Ones(relaxation.columns.cols());
-  signs.head(dual.g.size()).array() -= relaxation.levels.array() / dual.g.array();
-  const double energy =
-      (signs.array().abs() * relaxation.columns.cwiseAbs2().colwise().sum().transpose().array()).sum();
+  const double energy = (dual_weights(relaxation, dual.g).array().abs() *
+                         relaxation.columns.cwiseAbs2().colwise().sum().transpose().array())
+                            .sum();
   return 4.0 * kEps * (n + m + 16.0) * (energy + dual.d.cwiseAbs().sum() + n * std::abs(shift));
 }
 
-/// The bound that a dual point proves once S + shift has been factorised.
-double proved_bound(const LowRankRelaxation& relaxation, const DualPoint& dual, double shift) {
+/// The bound that a dual point proves where no eigenvalue of S lies more than `deficit` > 0 below 0.
+double proved_bound(const LowRankRelaxation& relaxation, const DualPoint& dual, double deficit) {
   const auto n = static_cast<double>(relaxation.channel_count());
   const double terms = n + 2.0 * static_cast<double>(dual.g.size());
-  const double lambda = -shift - rounding_of_eigenvalue(relaxation, dual, shift);
-  return dual.sum + n * std::min(0.0, lambda) - 2.0 * kEps * (terms + 16.0) * dual.magnitude;
+  return dual.sum - n * deficit - 2.0 * kEps * (terms + 16.0) * dual.magnitude;
 }
 
 /// How far the Newton steps on the relaxation are held back, against the shift that S needs.
@@ -190,8 +188,9 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
       }
       factor = matrix;
     }
-    best = std::max(best, proved_bound(relaxation, dual, shift));
-    certificate.converged = shift + rounding_of_eigenvalue(relaxation, dual, shift) <= enough;
+    const double deficit = shift + rounding_of_eigenvalue(relaxation, dual, shift);
+    best = std::max(best, proved_bound(relaxation, dual, deficit));
+    certificate.converged = deficit <= enough;
     if (certificate.converged || certificate.iterations >= options.max_iterations) {
       break;
     }
@@ -214,9 +213,8 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
 }
 
 double optimality_gap(const SkinProblem& problem, const Certificate& certificate, double reached) {
-  const double silence = problem.weights.dot(problem.amplitudes.cwiseAbs2());
-  return certificate.bound > 1e-9 * silence ? (reached - certificate.bound) / certificate.bound
-                                            : std::numeric_limits<double>::quiet_NaN();
+  return certificate.bound > 1e-9 * silent_cost(problem) ? (reached - certificate.bound) / certificate.bound
+                                                         : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace touchfield

@@ -107,9 +107,8 @@ PhaseSolution solve_lbfgs(const SkinProblem& problem, const Eigen::VectorXcd& st
   Eigen::VectorXd phases = q.cwiseArg();
 
   PhaseSolution solution;
-  const double silence = (problem.weights.array() * problem.amplitudes.array().square()).sum();
   solution.cost_history.push_back(skin_cost(problem, q));
-  const double unit = std::max(silence, solution.cost_history.front());
+  const double unit = std::max(silent_cost(problem), solution.cost_history.front());
   if (unit > 0) {
     Reporter reporter(solution, unit, callback);
     ceres::GradientProblemSolver::Options settings;

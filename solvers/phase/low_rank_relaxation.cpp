@@ -189,18 +189,23 @@ RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, Index width, uns
   return point;
 }
 
+VectorXd dual_weights(const LowRankRelaxation& relaxation, const VectorXd& g) {
+  VectorXd weights = VectorXd::Ones(relaxation.columns.cols());
+  weights.head(relaxation.level_count()).array() -= relaxation.levels.array() / g.array();
+  return weights;
+}
+
 MatrixXcd dual_matrix(const LowRankRelaxation& relaxation, const VectorXd& g, const VectorXd& d) {
   const Index n = relaxation.channel_count();
   const Index m = relaxation.columns.cols();
-  VectorXd signs = VectorXd::Ones(m);
-  signs.head(relaxation.level_count()).array() -= relaxation.levels.array() / g.array();
+  const VectorXd weights = dual_weights(relaxation, g);
   MatrixXcd matrix = MatrixXcd::Zero(n, n);
   MatrixXcd part(n, m);
   for (const double sign : {1.0, -1.0}) {
     Index count = 0;
     for (Index j = 0; j < m; ++j) {
-      if (sign * signs(j) > 0) {
-        part.col(count++) = std::sqrt(std::abs(signs(j))) * relaxation.columns.col(j);
+      if (sign * weights(j) > 0) {
+        part.col(count++) = std::sqrt(std::abs(weights(j))) * relaxation.columns.col(j);
       }
     }
     if (count > 0) {

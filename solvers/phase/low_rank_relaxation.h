@@ -32,9 +32,12 @@ struct RelaxedPoint {
 /// Random rows, sent back from random phases on the levels, with l = width: what looks like sound from the first step.
 RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, Eigen::Index width, unsigned seed);
 
+/// s, m: 1 - b_j / g_j on the levels, 1 on T.
+Eigen::VectorXd dual_weights(const LowRankRelaxation& relaxation, const Eigen::VectorXd& g);
+
 /// The matrix whose smallest eigenvalue is the proof,
 ///
-///   S = A^H diag(s) A - diag(d),   s_j = 1 - b_j / g_j on the levels, 1 on T,
+///   S = A^H diag(s) A - diag(d),   s by dual_weights,
 ///
 /// complex conjugated as the rows of `columns` give it; the lower triangle.
 ///

@@ -40,6 +40,8 @@ void require_valid(const SkinProblem& problem, const char* who) {
   require(problem.weights.allFinite() && (problem.weights.array() > 0).all(), who, "weights must be finite and > 0");
 }
 
+double silent_cost(const SkinProblem& problem) { return problem.weights.dot(problem.amplitudes.cwiseAbs2()); }
+
 double skin_cost(const SkinProblem& problem, const Eigen::VectorXcd& q) {
   SkinField field;
   send(problem, q, field);

@@ -24,6 +24,9 @@ struct SkinProblem {
 ///          amplitude or a weight that is not > 0; `who` begins the message
 void require_valid(const SkinProblem& problem, const char* who);
 
+/// The cost of no sound at all, sum_j w_j p'_j^2.
+double silent_cost(const SkinProblem& problem);
+
 /// The cost at drives q (N).
 double skin_cost(const SkinProblem& problem, const Eigen::VectorXcd& q);
 

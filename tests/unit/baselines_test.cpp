@@ -375,7 +375,7 @@ TEST(Baselines, LbfgsNeverRaisesTheCostAndEndsWhereItIsFlat) {
     if (solution.status == PhaseStatus::kConverged) {
       ++converged;
       // A step that lowers the cost by 1e-10 at most: g^2 is about 1e-10 cost curvature; 100 for a poor last step.
-      const double silence = problem.weights.dot(problem.amplitudes.cwiseAbs2());
+      const double silence = silent_cost(problem);
       const double flat = 10.0 * std::sqrt(1e-10 * history.back() * greatest_curvature(problem)) +
                           1e-10 * std::max(silence, history.front());
       EXPECT_LT(2.0 * skin_half_gradient(problem, drive(solution)).lpNorm<Eigen::Infinity>(), flat) << "seed " << seed;

@@ -16,8 +16,6 @@ namespace {
 
 constexpr double kTolerance = 1e-4;  // what certify leaves missing by default, as a share of the bound
 
-double silent_cost(const SkinProblem& problem) { return problem.weights.dot(problem.amplitudes.cwiseAbs2()); }
-
 /// The least cost of surface from some random starts.
 double least_found(const SkinProblem& problem, unsigned starts) {
   double least = std::numeric_limits<double>::infinity();

@@ -19,6 +19,7 @@
 #include "sim/mesh/triangle_pair.h"
 #include "tests/unit/error_support.h"
 #include "tests/unit/mesh_support.h"
+#include "tests/unit/random_support.h"
 
 namespace touchfield {
 namespace {
@@ -28,19 +29,6 @@ using ::testing::HasSubstr;
 using Index = Eigen::Index;
 
 constexpr double kRounding = 1e-13;  // [m], of coordinates of some m after some products and quotients
-
-double uniform(std::mt19937& random, double least, double most) {
-  return least + (most - least) * static_cast<double>(random()) / 0x1p32;
-}
-
-Vector3 point_in_cube(std::mt19937& random) {
-  return {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
-}
-
-Eigen::Matrix3d some_rotation(std::mt19937& random) {
-  return Eigen::AngleAxisd(uniform(random, 0, 2 * std::numbers::pi), point_in_cube(random).normalized())
-      .toRotationMatrix();
-}
 
 TriangleMesh turned_inside_out(const TriangleMesh& mesh) {
   return {mesh.vertices(), mesh.triangles().colwise().reverse()};

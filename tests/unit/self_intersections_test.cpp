@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <random>
 #include <string>
@@ -17,6 +16,7 @@
 #include "sim/mesh/hand.h"
 #include "sim/mesh/shapes.h"
 #include "tests/unit/mesh_support.h"
+#include "tests/unit/random_support.h"
 
 namespace touchfield {
 namespace {
@@ -27,19 +27,6 @@ using ::testing::Pair;
 
 using Index = Eigen::Index;
 using Pairs = std::vector<std::pair<Index, Index>>;
-
-double uniform(std::mt19937& random, double least, double most) {
-  return least + (most - least) * static_cast<double>(random()) / 0x1p32;
-}
-
-Vector3 point_in_cube(std::mt19937& random) {
-  return {uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
-}
-
-Eigen::Matrix3d some_rotation(std::mt19937& random) {
-  return Eigen::AngleAxisd(uniform(random, 0, 2 * std::numbers::pi), point_in_cube(random).normalized())
-      .toRotationMatrix();
-}
 
 bool shares_corner(const TriangleMesh& mesh, Index f, int v) { return (mesh.triangles().col(f).array() == v).any(); }
 

@@ -33,8 +33,6 @@ SurfaceOptions options_of(int iterations, bool free_amplitudes = false) {
   return options;
 }
 
-double silent_cost(const SkinProblem& problem) { return problem.weights.dot(problem.amplitudes.cwiseAbs2()); }
-
 /// Sound of a piston of 4.5 mm radius that looks along z, 40 kHz, on a surface of normal n: the lit side hears twice
 /// the free field, the other side little. Not a solution of anything, but with the matrices' spectrum and scale.
 Complex piston(const Eigen::Vector3d& source, const Eigen::Vector3d& x, const Eigen::Vector3d& n) {
