@@ -12,7 +12,7 @@
 namespace touchfield {
 namespace {
 
-constexpr int kIterations = 5;
+constexpr int kIterations = 20;
 
 void count_iterations(benchmark::State& state, int iterations) {
   state.counters["iteration"] =

@@ -9,14 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "solvers/linear/cholesky.h"
 #include "solvers/phase/low_rank_relaxation.h"
-
-extern "C" {
-// NOLINTBEGIN(readability-identifier-naming): LAPACK's own name; the trailing length is Fortran's for characters.
-void zpotrf_(const char* uplo, const int* n, std::complex<double>* a, const int* lda, int* info,
-             std::size_t uplo_length);
-// NOLINTEND(readability-identifier-naming)
-}
 
 namespace touchfield {
 
@@ -83,10 +77,7 @@ ScaledProblem scaled(const SkinProblem& problem) {
 /// that broke down.
 bool factorise(MatrixXcd& matrix, double shift) {
   matrix.diagonal().array() += shift;
-  const int n = static_cast<int>(matrix.rows());
-  int info = 0;
-  zpotrf_("L", &n, matrix.data(), &n, &info, 1);
-  return info == 0 && matrix.diagonal().real().allFinite();
+  return cholesky_factorise(static_cast<int>(matrix.rows()), matrix.data());
 }
 
 /// A point of the dual problem: whatever g > 0 and d are, they prove a bound.

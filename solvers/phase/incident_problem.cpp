@@ -1,27 +1,66 @@
 #include "solvers/phase/incident_problem.h"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <stdexcept>
+#include <utility>
 
-#include <Eigen/Cholesky>
+#include <cblas.h>
 
+#include "solvers/linear/cholesky.h"
 #include "solvers/phase/levenberg_marquardt.h"
 
 namespace touchfield {
 
 namespace {
 
-Eigen::VectorXcd unit_phasors(const Eigen::VectorXd& x) {
-  Eigen::VectorXcd z(x.size());
-  for (Eigen::Index i = 0; i < x.size(); ++i) {
-    z(i) = std::polar(1.0, x(i));
+using Complex = std::complex<double>;
+
+/// The angles x with z = exp(i x), Q z and the cost.
+struct Point {
+  Eigen::VectorXd x;
+  Eigen::VectorXcd z;
+  Eigen::VectorXcd gram_z;
+  double cost = 0.0;
+
+  void evaluate(const Eigen::MatrixXcd& gram) {
+    z.resize(x.size());
+    gram_z.resize(x.size());
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      z(i) = std::polar(1.0, x(i));
+    }
+    const Complex one = 1.0;
+    const Complex zero = 0.0;
+    const int size = static_cast<int>(x.size());
+    cblas_zgemv(CblasColMajor, CblasNoTrans, size, size, &one, gram.data(), std::max(size, 1), z.data(), 1, &zero,
+                gram_z.data(), 1);
+    cost = z.dot(gram_z).real();
   }
-  return z;
+
+  /// Re(conj(i z) .* (Q z))
+  Eigen::VectorXd half_gradient() const { return (z.conjugate().array() * gram_z.array()).imag(); }
+};
+
+Point point_at(const IncidentProblem& problem, const Eigen::VectorXd& x) {
+  Point point;
+  point.x = x;
+  point.evaluate(problem.gram);
+  return point;
 }
 
-/// Re(conj(i z) .* v)
-Eigen::VectorXd tangential_part(const Eigen::VectorXcd& z, const Eigen::VectorXcd& v) {
-  return (z.conjugate().array() * v.array()).imag();
+/// normal = Re(diag(conj z) Q diag(z)), its lower triangle.
+void fill_normal_matrix(const Eigen::MatrixXcd& gram, const Eigen::VectorXcd& z, Eigen::MatrixXd& normal) {
+  const Eigen::Index size = z.size();
+#pragma omp parallel for schedule(static, 16)
+  for (Eigen::Index j = 0; j < size; ++j) {
+    const Complex* column = gram.data() + j * size;
+    double* to = normal.data() + j * size;
+    for (Eigen::Index i = j; i < size; ++i) {
+      const Complex turned = column[i] * z(j);
+      to[i] = z(i).real() * turned.real() + z(i).imag() * turned.imag();
+    }
+  }
 }
 
 void require_valid(const IncidentProblem& problem, const Eigen::VectorXd& start,
@@ -44,74 +83,58 @@ void require_valid(const IncidentProblem& problem, const Eigen::VectorXd& start,
 
 }  // namespace
 
-double incident_cost(const IncidentProblem& problem, const Eigen::VectorXd& x) {
-  const Eigen::VectorXcd z = unit_phasors(x);
-  return z.dot(problem.gram * z).real();
-}
+double incident_cost(const IncidentProblem& problem, const Eigen::VectorXd& x) { return point_at(problem, x).cost; }
 
 Eigen::VectorXd incident_half_gradient(const IncidentProblem& problem, const Eigen::VectorXd& x) {
-  const Eigen::VectorXcd z = unit_phasors(x);
-  return tangential_part(z, problem.gram * z);
+  return point_at(problem, x).half_gradient();
 }
 
 Eigen::MatrixXd incident_normal_matrix(const IncidentProblem& problem, const Eigen::VectorXd& x) {
-  const Eigen::VectorXcd z = unit_phasors(x);
   Eigen::MatrixXd normal(x.size(), x.size());
-  for (Eigen::Index j = 0; j < x.size(); ++j) {
-    normal.col(j) = (z.conjugate().array() * problem.gram.col(j).array() * z(j)).real();
-  }
-  return normal;
+  fill_normal_matrix(problem.gram, point_at(problem, x).z, normal);
+  return normal.selfadjointView<Eigen::Lower>();
 }
 
 PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::VectorXd& start,
                              const LevenbergMarquardtOptions& options, const IterationCallback& callback) {
   require_valid(problem, start, options);
-  Eigen::VectorXd x = start;
-  Eigen::VectorXcd z = unit_phasors(x);
-  Eigen::VectorXcd gram_z = problem.gram * z;
-  double cost = z.dot(gram_z).real();
+  const Eigen::Index size = start.size();
+  Point point = point_at(problem, start);
+  Point candidate = point;
+  Eigen::VectorXd gradient = point.half_gradient();
+  Eigen::VectorXd step(size);
+  Eigen::MatrixXd normal(size, size);
+  const auto is_flat = [&] {
+    return gradient.cwiseAbs().maxCoeff() <= options.gradient_tolerance * std::abs(point.cost);
+  };
 
   PhaseSolution solution;
-  solution.status = PhaseStatus::kIterationLimit;
-  solution.cost_history.push_back(cost);
-
-  Eigen::MatrixXd normal = incident_normal_matrix(problem, x);
-  Eigen::VectorXd gradient = tangential_part(z, gram_z);
-  MadsenDamping damping(x.size() > 0 ? options.initial_damping * normal.diagonal().maxCoeff() : 0.0);
-  const auto is_flat = [&] { return gradient.cwiseAbs().maxCoeff() <= options.gradient_tolerance * std::abs(cost); };
-
-  if (x.size() == 0 || is_flat()) {
-    solution.status = PhaseStatus::kConverged;
-  }
+  solution.status = size == 0 || is_flat() ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
+  solution.cost_history.push_back(point.cost);
+  // The diagonal of J^T J is that of Q, since |z| = 1.
+  MadsenDamping damping(size > 0 ? options.initial_damping * problem.gram.diagonal().real().maxCoeff() : 0.0);
   while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
     ++solution.iterations;
-    Eigen::MatrixXd damped = normal;
-    damped.diagonal().array() += damping.value();
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> cholesky(damped);
+    fill_normal_matrix(problem.gram, point.z, normal);
+    normal.diagonal().array() += damping.value();
     bool accepted = false;
-    if (cholesky.info() == Eigen::Success) {
-      const Eigen::VectorXd step = cholesky.solve(-gradient);
-      const Eigen::VectorXd candidate = x + step;
-      const Eigen::VectorXcd candidate_z = unit_phasors(candidate);
-      const Eigen::VectorXcd candidate_gram_z = problem.gram * candidate_z;
-      const double candidate_cost = candidate_z.dot(candidate_gram_z).real();
+    if (cholesky_factorise(static_cast<int>(size), normal.data())) {
+      step = -gradient;
+      cholesky_solve(static_cast<int>(size), normal.data(), step.data());
+      candidate.x = point.x + step;
+      candidate.evaluate(problem.gram);
       const double predicted = step.dot(damping.value() * step - gradient);
-      const double gain = (cost - candidate_cost) / predicted;
-      accepted = candidate_cost < cost && predicted > 0;
+      const double gain = (point.cost - candidate.cost) / predicted;
+      const bool tiny = step.norm() <= options.step_tolerance * (1.0 + point.x.norm());
+      accepted = candidate.cost < point.cost && predicted > 0;
       if (accepted) {
-        const bool tiny = step.norm() <= options.step_tolerance * (1.0 + x.norm());
-        x = candidate;
-        z = candidate_z;
-        gram_z = candidate_gram_z;
-        cost = candidate_cost;
-        normal = incident_normal_matrix(problem, x);
-        gradient = tangential_part(z, gram_z);
+        std::swap(point, candidate);
+        gradient = point.half_gradient();
         damping.accept(gain);
-        if (tiny || is_flat()) {
-          solution.status = PhaseStatus::kConverged;
-        }
-      } else if (step.norm() <= options.step_tolerance * (1.0 + x.norm())) {
-        solution.status = PhaseStatus::kConverged;  // the cost cannot be told from its minimum's any more
+      }
+      // A tiny step that was refused: the cost cannot be told from its minimum's any more.
+      if (tiny || (accepted && is_flat())) {
+        solution.status = PhaseStatus::kConverged;
       }
     }
     if (!accepted) {
@@ -120,12 +143,12 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
         solution.status = PhaseStatus::kStalled;
       }
     }
-    solution.cost_history.push_back(cost);
+    solution.cost_history.push_back(point.cost);
     if (callback) {
-      callback(solution.iterations, cost);
+      callback(solution.iterations, point.cost);
     }
   }
-  solution.phases = wrapped(x.tail(problem.channel_count()));
+  solution.phases = wrapped(point.x.tail(problem.channel_count()));
   solution.amplitudes = Eigen::VectorXd::Ones(problem.channel_count());
   return solution;
 }

@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <complex>
 
+#include <cblas.h>
+#include <omp.h>
+
 namespace touchfield {
 
 namespace {
 
 using Complex = std::complex<double>;
+
+constexpr Eigen::Index kBlock = 16;  // columns: a block of 500 rows stays in a core's cache for its second use
 
 Complex tangent(Complex phasor) { return {-phasor.imag(), phasor.real()}; }
 
@@ -26,6 +31,23 @@ void fill_column(const Eigen::VectorXcd& directions, const Complex* target, cons
     column[faces + 2 * i] = static_cast<Real>(moved.real());
     column[faces + 2 * i + 1] = static_cast<Real>(moved.imag());
   }
+}
+
+/// x = A(:, at..at+width-1)^H v + beta x
+void block_adjoint(const Eigen::MatrixXcd& a, Eigen::Index at, Eigen::Index width, const Eigen::VectorXcd& v,
+                   Complex beta, Complex* x) {
+  const Complex one = 1.0;
+  const int rows = static_cast<int>(a.rows());
+  cblas_zgemv(CblasColMajor, CblasConjTrans, rows, static_cast<int>(width), &one, a.data() + at * a.rows(), rows,
+              v.data(), 1, &beta, x, 1);
+}
+
+/// v += A(:, at..at+width-1) x
+void add_block(const Eigen::MatrixXcd& a, Eigen::Index at, Eigen::Index width, const Complex* x, Eigen::VectorXcd& v) {
+  const Complex one = 1.0;
+  const int rows = static_cast<int>(a.rows());
+  cblas_zgemv(CblasColMajor, CblasNoTrans, rows, static_cast<int>(width), &one, a.data() + at * a.rows(), rows, x, 1,
+              &one, v.data(), 1);
 }
 
 }  // namespace
@@ -52,7 +74,33 @@ void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) 
   send_back(problem_, field_, drive_gradient_);
 }
 
-void SkinJacobian::set_radial(const std::vector<Eigen::Index>& radial) { radial_ = radial; }
+void SkinJacobian::set_radial(const std::vector<Eigen::Index>& radial) {
+  radial_ = radial;
+  radial_column_.assign(static_cast<std::size_t>(phasors_.size()), -1);
+  for (std::size_t i = 0; i < radial_.size(); ++i) {
+    radial_column_[static_cast<std::size_t>(radial_[i])] = phasors_.size() + static_cast<Eigen::Index>(i);
+  }
+}
+
+/// The rows of a field.
+void SkinJacobian::gather(const SkinField& field, Eigen::VectorXd& y) const {
+  const Eigen::Index faces = problem_.target_count();
+  y.resize(rows());
+  y.head(faces) = (directions_.array().conjugate() * field.target.array()).real();
+  for (Eigen::Index i = 0; i < field.quiet.size(); ++i) {
+    y(faces + 2 * i) = field.quiet(i).real();
+    y(faces + 2 * i + 1) = field.quiet(i).imag();
+  }
+}
+
+/// Its adjoint.
+void SkinJacobian::spread(const Eigen::VectorXd& y, SkinField& field) const {
+  const Eigen::Index faces = problem_.target_count();
+  field.target = directions_.array() * y.head(faces).array();
+  for (Eigen::Index i = 0; i < field.quiet.size(); ++i) {
+    field.quiet(i) = {y(faces + 2 * i), y(faces + 2 * i + 1)};
+  }
+}
 
 void SkinJacobian::apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
   const Eigen::Index channels = phasors_.size();
@@ -64,23 +112,59 @@ void SkinJacobian::apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
     drives_(radial_[i]) += x(channels + static_cast<Eigen::Index>(i)) * phasors_(radial_[i]);
   }
   send(problem_, drives_, field_);
-  const Eigen::Index faces = problem_.target_count();
-  y.resize(rows());
-  y.head(faces) = (directions_.array().conjugate() * field_.target.array()).real();
-  for (Eigen::Index i = 0; i < field_.quiet.size(); ++i) {
-    y(faces + 2 * i) = field_.quiet(i).real();
-    y(faces + 2 * i + 1) = field_.quiet(i).imag();
-  }
+  gather(field_, y);
 }
 
 void SkinJacobian::apply_transpose(const Eigen::VectorXd& y, Eigen::VectorXd& x) const {
-  const Eigen::Index faces = problem_.target_count();
-  field_.target = directions_.array() * y.head(faces).array();
-  for (Eigen::Index i = 0; i < field_.quiet.size(); ++i) {
-    field_.quiet(i) = {y(faces + 2 * i), y(faces + 2 * i + 1)};
-  }
+  spread(y, field_);
   send_back(problem_, field_, drives_);
   project(drives_, x);
+}
+
+void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorXd& y, Eigen::VectorXd& inner,
+                              Eigen::VectorXd& outer) const {
+  const Eigen::Index channels = phasors_.size();
+  const Eigen::Index rank = problem_.quiet.rows();
+  inner.resize(columns());
+  drives_.resize(channels);
+  spread(y, field_);
+  shares_.resize(static_cast<std::size_t>(omp_get_max_threads()));
+  for (SkinField& share : shares_) {
+    share.target.setZero(field_.target.size());
+    share.quiet.setZero(rank);
+  }
+#pragma omp parallel
+  {
+    SkinField& share = shares_[static_cast<std::size_t>(omp_get_thread_num())];
+#pragma omp for schedule(static)
+    for (Eigen::Index at = 0; at < channels; at += kBlock) {
+      const Eigen::Index width = std::min(kBlock, channels - at);
+      Complex* block = drives_.data() + at;
+      block_adjoint(problem_.target, at, width, field_.target, 0.0, block);
+      if (rank > 0) {
+        block_adjoint(problem_.quiet, at, width, field_.quiet, 1.0, block);
+      }
+      for (Eigen::Index n = at; n < at + width; ++n) {
+        const Complex pull = std::conj(phasors_(n)) * drives_(n);  // in the channel's frame
+        inner(n) = scale(n) * pull.imag();
+        Complex move(0.0, scale(n) * inner(n));
+        if (const Eigen::Index radial = radial_column_[static_cast<std::size_t>(n)]; radial >= 0) {
+          inner(radial) = scale(radial) * pull.real();
+          move += scale(radial) * inner(radial);
+        }
+        drives_(n) = move * phasors_(n);
+      }
+      add_block(problem_.target, at, width, block, share.target);
+      if (rank > 0) {
+        add_block(problem_.quiet, at, width, block, share.quiet);
+      }
+    }
+  }
+  for (std::size_t i = 1; i < shares_.size(); ++i) {
+    shares_.front().target += shares_[i].target;
+    shares_.front().quiet += shares_[i].quiet;
+  }
+  gather(shares_.front(), outer);
 }
 
 void SkinJacobian::project(const Eigen::VectorXcd& x, Eigen::VectorXd& moves) const {

@@ -38,6 +38,10 @@ class SkinJacobian {
   /// x = J^T y.
   void apply_transpose(const Eigen::VectorXd& y, Eigen::VectorXd& x) const;
 
+  /// inner = S J^T y and outer = J S inner in one pass over the matrix, S = diag(scale).
+  void apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorXd& y, Eigen::VectorXd& inner,
+                  Eigen::VectorXd& outer) const;
+
   /// The complex drive-space gradient H_T^H v_T + R^H v_Z of the residual: J^T f is its part along each move.
   const Eigen::VectorXcd& drive_gradient() const { return drive_gradient_; }
 
@@ -55,6 +59,8 @@ class SkinJacobian {
   /// The channel that a column moves and the change of its drive.
   std::pair<Eigen::Index, std::complex<double>> move_of(Eigen::Index column) const;
   void project(const Eigen::VectorXcd& x, Eigen::VectorXd& moves) const;
+  void gather(const SkinField& field, Eigen::VectorXd& y) const;
+  void spread(const Eigen::VectorXd& y, SkinField& field) const;
 
   const SkinProblem& problem_;
   Eigen::VectorXd reach_;
@@ -62,10 +68,12 @@ class SkinJacobian {
   Eigen::VectorXcd directions_;  // sqrt(w_j) u_j / |u_j|
   Eigen::VectorXcd phasors_;
   std::vector<Eigen::Index> radial_;
+  std::vector<Eigen::Index> radial_column_;  // of each channel, -1 if its amplitude stays
   Eigen::VectorXd residual_;
   Eigen::VectorXcd drive_gradient_;
   mutable SkinField field_;  // of the moves, kept to spare allocations
   mutable Eigen::VectorXcd drives_;
+  mutable std::vector<SkinField> shares_;  // of the threads
 };
 
 }  // namespace touchfield

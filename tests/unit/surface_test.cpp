@@ -142,7 +142,7 @@ TEST(SkinJacobian, EqualsCentralDifferencesOfTheResidual) {
 }
 
 TEST(SkinJacobian, TransposeGradientAndFilledMatrixAgree) {
-  const Linearised at(5, 4, 8, {0, 3, 7}, 110);
+  const Linearised at(5, 4, 37, {0, 3, 17, 36}, 110);  // three blocks of columns
   const Eigen::MatrixXd j = at.dense();
   Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(j.rows(), -1.0, 2.0);
   Eigen::VectorXd x;
@@ -150,12 +150,16 @@ TEST(SkinJacobian, TransposeGradientAndFilledMatrixAgree) {
   EXPECT_LT((x - j.transpose() * y).norm(), 1e-14 * j.norm() * y.norm());
   at.jacobian.gradient(x);
   EXPECT_LT((x - j.transpose() * at.jacobian.residual()).norm(), 1e-14 * j.norm() * at.jacobian.residual().norm());
-  EXPECT_LT((x.head(8).array() * at.q.array().abs() - skin_half_gradient(at.problem, at.q).array()).matrix().norm(),
+  EXPECT_LT((x.head(37).array() * at.q.array().abs() - skin_half_gradient(at.problem, at.q).array()).matrix().norm(),
             1e-13 * x.norm());
   EXPECT_NEAR(at.jacobian.largest_row(), (j * j.transpose()).diagonal().maxCoeff(), 1e-13 * j.squaredNorm());
 
   const Eigen::VectorXd scale = Eigen::VectorXd::LinSpaced(j.cols(), 0.5, 2.0);
   const Eigen::MatrixXd scaled = j * scale.asDiagonal();
+  Eigen::VectorXd outer;
+  at.jacobian.apply_gram(scale, y, x, outer);
+  EXPECT_LT((x - scaled.transpose() * y).norm(), 1e-14 * scaled.norm() * y.norm());
+  EXPECT_LT((outer - scaled * scaled.transpose() * y).norm(), 1e-14 * scaled.squaredNorm() * y.norm());
   Eigen::MatrixXd filled(j.rows(), j.cols());
   at.jacobian.fill(scale, filled.data());
   EXPECT_LT((filled - scaled).norm(), 1e-14 * scaled.norm());
@@ -181,8 +185,8 @@ TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
     Eigen::VectorXd h;
     ASSERT_TRUE(solver.solve(at.jacobian, d, h));
     EXPECT_EQ(solver.double_count(), 0);
-    // Residual 1e-8, condition about 1e3.
-    EXPECT_LT((h - expected).norm(), 1e-6 * expected.norm()) << channels << " channels";
+    // Residual 1e-6, condition about 1e3; the error is spread over all of its eigenvalues.
+    EXPECT_LT((h - expected).norm(), 1e-4 * expected.norm()) << channels << " channels";
   }
 }
 
@@ -349,7 +353,7 @@ TEST(Surface, PermutedChannelsGiveThePermutedAnswer) {
   for (const bool free_amplitudes : {false, true}) {
     const PhaseSolution a = solve_surface(problem, start, options_of(8, free_amplitudes));
     const PhaseSolution b = solve_surface(permuted, start(order), options_of(8, free_amplitudes));
-    // The steps are accurate to 1e-8; eight iterations far from the minimum let that grow.
+    // The steps are accurate to 1e-6; eight iterations far from the minimum let that grow.
     EXPECT_NEAR(a.cost_history.back(), b.cost_history.back(), 1e-6 * a.cost_history.front());
     EXPECT_LT((drive(a)(order) - drive(b)).norm(), 1e-4 * drive(b).norm());
   }
