@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <filesystem>
 #include <map>
 #include <new>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/compare_command.h"
 #include "apps/commands/interrupt_guard.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
@@ -30,11 +32,15 @@ void add_common(CLI::App* command, CommonFlags& flags) {
   command->add_flag("--json", flags.json, "Print results as JSON");
 }
 
-void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& overrides) {
-  command->add_option("SCENE", scene, "Scene file (YAML)")->required();
+void add_overrides(CLI::App* command, std::vector<std::string>& overrides) {
   command->add_option("--set", overrides, "Change a key of the scene: key.path=value, value in YAML; may be repeated")
       ->take_all()
       ->expected(1);
+}
+
+void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& overrides) {
+  command->add_option("SCENE", scene, "Scene file (YAML)")->required();
+  add_overrides(command, overrides);
 }
 
 std::string version_line() {
@@ -42,6 +48,9 @@ std::string version_line() {
   return fmt::format("touchfield {} ({})\n{}, {} build, flags {}", build.version, build.revision, build.compiler,
                      build.build_type, build.flags);
 }
+
+/// The file this program was started from.
+std::string own_path() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
 
 std::map<std::string, touchfield::Scheme> named_schemes() {
   std::map<std::string, touchfield::Scheme> names;
@@ -63,7 +72,10 @@ int dispatch(int argc, char** argv) {
 
   touchfield::RunCommand run;
   CLI::App* run_app = app.add_subcommand("run", "Compute a scene and write its results");
-  add_scene(run_app, run.scene, run.overrides);
+  auto* run_scene = run_app->add_option("SCENE", run.scene, "Scene file (YAML)");
+  run_app->add_option("--from", run.from, "Repeat a run: its run.h5, or the directory that holds it")
+      ->excludes(run_scene);
+  add_overrides(run_app, run.overrides);
   run_app->add_option("-o,--output", run.output,
                       "Output directory; default: results/runs/NAME-NNNN, the next free number");
   run_app->add_flag("--force", run.force, "Replace the run that the output directory holds");
@@ -110,10 +122,37 @@ int dispatch(int argc, char** argv) {
       ->capture_default_str();
   add_common(study_app, flags);
 
+  touchfield::SweepCommand sweep;
+  CLI::App* sweep_app = app.add_subcommand("sweep", "Compute many scenes: a base with changes");
+  auto* sweep_file = sweep_app->add_option("SWEEP", sweep.sweep, "Sweep file (YAML)");
+  sweep_app->add_option("-o,--output", sweep.output,
+                        "Output directory; default: results/runs/NAME_sweep-NNNN, the next free number");
+  add_overrides(sweep_app, sweep.overrides);
+  sweep_app->add_option("--jobs", sweep.jobs, "Cases at a time; default: one for each body, at most one a thread")
+      ->check(CLI::Range(1, 4096));
+  sweep_app->add_option("--shard", sweep.shard, "Compute part i of n only: i/n")->capture_default_str();
+  sweep_app->add_flag("--resume", sweep.resume,
+                      "Go on with the sweep in the output directory; begin it if there is none");
+  sweep_app->add_flag("--retry-failed", sweep.retry_failed, "Go on, and compute failed cases anew");
+  sweep_app->add_option("--plot", sweep.metric, "Metric of the plot")->capture_default_str();
+  sweep_app->add_option("--collect", sweep.collect, "Write the tables of a directory, its shards merged, instead")
+      ->excludes(sweep_file);
+  add_common(sweep_app, flags);
+  CLI::App* worker_app = app.add_subcommand("sweep-worker")->group("");  // started by sweep
+
   std::string run_file;
   CLI::App* info_app = app.add_subcommand("info", "Describe a run.h5");
   info_app->add_option("RUN", run_file, "run.h5, or the directory that holds it")->required();
   add_common(info_app, flags);
+
+  touchfield::CompareCommand compare;
+  CLI::App* compare_app = app.add_subcommand("compare", "Say how two runs differ");
+  compare_app->add_option("A", compare.a, "run.h5, or the directory that holds it")->required();
+  compare_app->add_option("B", compare.b, "The other one")->required();
+  compare_app
+      ->add_option("--tolerance", compare.tolerance, "Exit code 1 if a result differs by more than this, relatively")
+      ->check(CLI::NonNegativeNumber);
+  add_common(compare_app, flags);
 
   touchfield::HandCommand hand;
   double breadth_mm = 88.3;
@@ -184,7 +223,7 @@ int dispatch(int argc, char** argv) {
   const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), is_named)) {
     throw touchfield::InputError(
-        fmt::format("unknown command '{}'; there are run, check, study, info, hand, mesh and schema", argv[1]));
+        fmt::format("unknown command '{}'; there are run, check, study, sweep, compare, info, hand, mesh and schema", argv[1]));
   }
   try {
     app.parse(argc, argv);
@@ -192,6 +231,9 @@ int dispatch(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kBadInput;
   }
   if (run_app->parsed()) {
+    if (run.scene.empty() && run.from.empty()) {
+      throw touchfield::InputError("run: a scene file, or --from RUN.h5, is missing");
+    }
     run.command_line = touchfield::joined_command_line(argc, argv);
     return touchfield::run_command(run, flags);
   }
@@ -204,8 +246,22 @@ int dispatch(int argc, char** argv) {
     }
     return touchfield::study_command(study, flags);
   }
+  if (sweep_app->parsed()) {
+    if (sweep.sweep.empty() && sweep.collect.empty()) {
+      throw touchfield::InputError("sweep: a sweep file, or --collect DIR, is missing");
+    }
+    sweep.program = own_path();
+    sweep.command_line = touchfield::joined_command_line(argc, argv);
+    return touchfield::sweep_command(sweep, flags);
+  }
+  if (worker_app->parsed()) {
+    return touchfield::sweep_worker_command();
+  }
   if (info_app->parsed()) {
     return touchfield::info_command(run_file, flags);
+  }
+  if (compare_app->parsed()) {
+    return touchfield::compare_command(compare, flags);
   }
   if (hand_app->parsed()) {
     hand.options.breadth = breadth_mm * touchfield::kMillimetre;

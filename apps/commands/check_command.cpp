@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <optional>
 
 #include <fmt/format.h>
@@ -9,13 +10,67 @@
 #include "sim/run/accuracy.h"
 #include "sim/run/bodies.h"
 #include "sim/run/check.h"
+#include "sim/run/sweep_case.h"
 #include "sim/run/warnings.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/scene/sweep_reader.h"
 
 namespace touchfield {
 
+namespace {
+
+/// A sweep: how many cases and bodies, and what the first case of each body takes.
+int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
+  const SweepPlan plan = read_sweep(command.scene, command.overrides);
+  const std::vector<Scene> scenes = read_cases(plan);
+  const std::vector<int> groups = body_groups(scenes);
+  const int bodies = 1 + *std::ranges::max_element(groups);
+  nlohmann::ordered_json shown = nlohmann::ordered_json::array();
+  double largest = 0;
+  std::string text =
+      fmt::format("sweep {}: {} cases of {} {}\n", plan.name, scenes.size(), bodies, bodies == 1 ? "body" : "bodies");
+  constexpr int kMostShown = 20;
+  for (int body = 0; body < std::min(bodies, kMostShown); ++body) {
+    const auto first = static_cast<std::size_t>(std::ranges::find(groups, body) - groups.begin());
+    const auto sharing = static_cast<int>(std::ranges::count(groups, body));
+    const Model model = build_model(scenes[first]);
+    const CheckReport report = check_model(scenes[first], model, sharing);
+    largest = std::max(largest, report.memory_mib);
+    text += fmt::format("  case {} and {} more: {} faces, {} channels, {}; about {:.0f} MiB, and {:.0f} s on its own\n",
+                        plan.cases[first].number, sharing - 1, report.faces, report.channels,
+                        to_string(report.decision.options.kind), report.memory_mib, report.seconds);
+    shown.push_back({{"case", plan.cases[first].number},
+                     {"sharing", sharing},
+                     {"faces", report.faces},
+                     {"channels", report.channels},
+                     {"solver", to_string(report.decision.options.kind)},
+                     {"memory_mib", report.memory_mib},
+                     {"seconds", report.seconds}});
+  }
+  if (bodies > kMostShown) {
+    text += fmt::format("  and {} bodies more\n", bodies - kMostShown);
+  }
+  if (flags.json) {
+    fmt::print("{}\n", nlohmann::ordered_json{{"name", plan.name},
+                                              {"cases", scenes.size()},
+                                              {"bodies", bodies},
+                                              {"memory_mib", largest},
+                                              {"available_mib", available_memory() / (1024.0 * 1024.0)},
+                                              {"first_cases", shown}}
+                           .dump(2));
+  } else if (!flags.quiet) {
+    fmt::print("{}", text);
+  }
+  return 0;
+}
+
+}  // namespace
+
 int check_command(const CheckCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
+  if (is_sweep_file(command.scene)) {
+    return check_sweep(command, flags);
+  }
   Scene scene = read_scene(command.scene, command.overrides);
   if (command.resolved) {
     fmt::print("{}", resolved_yaml(scene));

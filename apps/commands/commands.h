@@ -13,6 +13,7 @@ namespace touchfield {
 
 struct RunCommand {
   std::string scene;
+  std::string from;                    // run.h5 whose scene is run again instead
   std::string output;                  // empty: results/runs/NAME-NNNN
   std::vector<std::string> overrides;  // key.path=value
   bool force = false;
@@ -36,6 +37,20 @@ struct StudyCommand {
   std::optional<double> error;   // [%]
 };
 
+struct SweepCommand {
+  std::string sweep;
+  std::string output;                  // empty: results/runs/NAME_sweep-NNNN
+  std::vector<std::string> overrides;  // of every case
+  std::string collect;                 // directory to collect instead; then `sweep` is empty
+  std::string shard = "1/1";
+  std::string metric = "relative_error";  // of the plot
+  int jobs = 0;
+  bool resume = false;
+  bool retry_failed = false;
+  std::string program;  // path of this program
+  std::string command_line;
+};
+
 struct HandCommand {
   std::string output;
   HandOptions options;
@@ -57,6 +72,9 @@ struct MeshCommand {
 int run_command(const RunCommand& command, const CommonFlags& flags);
 int check_command(const CheckCommand& command, const CommonFlags& flags);
 int study_command(const StudyCommand& command, const CommonFlags& flags);
+int sweep_command(const SweepCommand& command, const CommonFlags& flags);
+/// The process that computes cases of a sweep: see serve_cases.
+int sweep_worker_command();
 int info_command(const std::string& path, const CommonFlags& flags);
 int hand_command(const HandCommand& command, const CommonFlags& flags);
 int mesh_command(const MeshCommand& command, const CommonFlags& flags);

@@ -27,10 +27,10 @@ void ConsoleProgress::log_to(const std::string& path) {
 }
 
 void ConsoleProgress::begin(std::string_view what) {
-  stage_ = what;
+  stages_.emplace_back(what);
   shown_percent_ = -1;
   if (terminal_ && !quiet_) {
-    fmt::print(stderr, "\r\033[K  {} ...", stage_);
+    fmt::print(stderr, "\r\033[K  {} ...", stages_.back());
     std::fflush(stderr);
     bar_shown_ = true;
   }
@@ -38,19 +38,22 @@ void ConsoleProgress::begin(std::string_view what) {
 
 void ConsoleProgress::advance(double fraction) {
   const int percent = static_cast<int>(100.0 * std::clamp(fraction, 0.0, 1.0));
-  if (!terminal_ || quiet_ || percent == shown_percent_) {
+  if (!terminal_ || quiet_ || percent == shown_percent_ || stages_.empty()) {
     return;
   }
   shown_percent_ = percent;
   constexpr int kWidth = 24;
   const int full = percent * kWidth / 100;
-  fmt::print(stderr, "\r\033[K  {} [{}{}] {:3d} %", stage_, std::string(static_cast<std::size_t>(full), '#'),
+  fmt::print(stderr, "\r\033[K  {} [{}{}] {:3d} %", stages_.back(), std::string(static_cast<std::size_t>(full), '#'),
              std::string(static_cast<std::size_t>(kWidth - full), '.'), percent);
   std::fflush(stderr);
   bar_shown_ = true;
 }
 
-void ConsoleProgress::end(double seconds) { note(fmt::format("  {}: {:.2f} s", stage_, seconds)); }
+void ConsoleProgress::end(double seconds) {
+  note(fmt::format("  {}: {:.2f} s", stages_.back(), seconds));
+  stages_.pop_back();
+}
 
 void ConsoleProgress::warn(std::string_view message) {
   clear_bar();

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <spdlog/logger.h>
 
@@ -34,7 +35,7 @@ class ConsoleProgress : public Progress {
   bool terminal_;
   bool bar_shown_ = false;
   int shown_percent_ = -1;
-  std::string stage_;
+  std::vector<std::string> stages_;  // begun and not ended, one within another
   std::shared_ptr<spdlog::logger> log_;
 };
 

@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <memory>
 #include <mutex>
 
@@ -37,6 +38,16 @@ std::shared_ptr<RunDirectory> claim(const RunCommand& command, const std::string
                                                                : RunDirectory::at(command.output, command.force));
 }
 
+/// The scene of the command: a file, or the one that a run has kept, whose paths are absolute.
+Scene scene_of(const RunCommand& command) {
+  if (command.from.empty()) {
+    return read_scene(command.scene, command.overrides);
+  }
+  const std::filesystem::path path = command.from;
+  const std::string file = std::filesystem::is_directory(path) ? (path / "run.h5").string() : path.string();
+  return read_scene_text(read_run_file(file).scene, file, "", command.overrides);
+}
+
 /// What an interrupt has to close: nothing until a directory is claimed.
 struct OpenRun {
   std::mutex mutex;
@@ -65,7 +76,7 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
   const int threads = apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   // All that can be wrong with the input is found before the output directory exists.
-  const Scene scene = read_scene(command.scene, command.overrides);
+  const Scene scene = scene_of(command);
   const Model model = build_model(scene);
   const CheckReport report = check_model(scene, model);
   require_memory(report);

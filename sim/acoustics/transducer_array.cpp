@@ -1,6 +1,7 @@
 #include "sim/acoustics/transducer_array.h"
 
 #include <cmath>
+#include <stdexcept>
 
 #include <fmt/format.h>
 
@@ -131,6 +132,16 @@ TransducerArray make_array(const ArrayLayout& layout, const Directivity& directi
           directivity,
           layout.device,
           layout.channel};
+}
+
+TransducerArray moved(const TransducerArray& array, const RigidMotion& motion) {
+  if (array.kind != TransducerArray::Kind::kTransducers) {
+    throw std::logic_error("a plane wave cannot be moved");
+  }
+  TransducerArray result = array;
+  result.positions = motion(array.positions);
+  result.axes = motion.rotation * array.axes;
+  return result;
 }
 
 TransducerArray plane_wave(const Vector3& direction, double amplitude) {

@@ -4,6 +4,7 @@
 
 #include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/core/types.h"
 
 namespace touchfield {
@@ -64,6 +65,10 @@ ArrayLayout joined(const std::vector<ArrayLayout>& layouts);
 /// throws            InputError on a value out of range, on no transducer, or on an axis that is not of unit length
 TransducerArray make_array(const ArrayLayout& layout, const Directivity& directivity, double level,
                            double source_strength);
+
+/// The same transducers moved: x -> rotation x + shift.
+/// throws   std::logic_error on a plane wave, which has no place
+TransducerArray moved(const TransducerArray& array, const RigidMotion& motion);
 
 /// One channel: a plane wave of the given amplitude [Pa] along the unit vector `direction`, phase 0 at the origin.
 TransducerArray plane_wave(const Vector3& direction, double amplitude);

@@ -6,6 +6,7 @@
 #include "sim/bem/chief_operator.h"
 #include "sim/bem/static_sums.h"
 #include "sim/mesh/interior_points.h"
+#include "solvers/linear/hermitian_product.h"
 
 namespace touchfield {
 
@@ -34,7 +35,7 @@ Eigen::MatrixXcd unit_columns(Eigen::Index rows, const std::vector<Eigen::Index>
 
 IncidentField driven(const IncidentField& unit, const Eigen::MatrixXcd& drive) {
   const auto times = [&](const Eigen::MatrixXcd& g) -> Eigen::MatrixXcd {
-    return g.size() > 0 ? Eigen::MatrixXcd(g * drive) : Eigen::MatrixXcd(g.rows(), drive.cols());
+    return g.size() > 0 ? matrix_product(g, drive) : Eigen::MatrixXcd(g.rows(), drive.cols());
   };
   return {times(unit.pressure), times(unit.slope), times(unit.interior)};
 }

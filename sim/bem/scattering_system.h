@@ -62,6 +62,8 @@ class ScatteringSystem {
   Eigen::MatrixXcd right_hand_side(const IncidentField& incident) const;
   /// Surface pressures M x S [Pa] from the solutions of B p = b.
   Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const;
+  /// Whether pressure() reads incident.pressure; it reads nothing else of it.
+  bool needs_incident_pressure() const { return polisher_ != nullptr; }
 
   /// Rows of H, p = H q, by transposed solves: first the right-hand sides, unknowns x K, of B^T x = r for the pressures
   /// of the given faces; then from those x and the unit field the rows, K x N [Pa].

@@ -29,6 +29,12 @@ class IoError : public Error {
   using Error::Error;
 };
 
+/// A device that is missing, refused, silent or lost. Exit code 4.
+class DeviceError : public Error {
+ public:
+  using Error::Error;
+};
+
 /// Something this build was made without. Exit code 3.
 class NotBuiltError : public Error {
  public:

@@ -49,8 +49,8 @@ struct HandOptions {
   double breadth = 88.3e-3;       // [m], across the metacarpal heads; 0.05 to 0.15
   double length = 193.3e-3;       // [m], crease of the wrist to middle fingertip with the hand flat; 0.12 to 0.26
   HandSide side = HandSide::kRight;
-  double edge = 3e-3;  // wanted edge length of a uniform mesh [m]; kLeastHandEdge to kMostHandEdge
-  HandJoints joints;   // joints turned away from the pose
+  double edge = 3e-3;   // wanted edge length of a uniform mesh [m]; kLeastHandEdge to kMostHandEdge
+  HandJoints joints{};  // joints turned away from the pose
 };
 
 inline constexpr double kLeastHandEdge = 0.4e-3;  // [m]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include <vtkActor.h>
 #include <vtkActor2D.h>
@@ -25,6 +26,7 @@
 #include <vtkUnsignedCharArray.h>
 #include <vtkWindowToImageFilter.h>
 
+#include "sim/core/version.h"
 #include "sim/output/vtk_points.h"
 
 namespace touchfield {
@@ -88,11 +90,12 @@ vtkNew<vtkActor> lines(const Points& vertices, const Eigen::Matrix2Xi& edges, co
 
 }  // namespace
 
-/// The window, with the panels below and flat drawing above.
+/// The window, with the panels below and flat drawing above, and the texts beside them.
 struct Canvas::Scene {
   vtkNew<vtkRenderWindow> window;
   vtkNew<vtkRenderer> paper;
   vtkNew<vtkRenderer> overlay;
+  std::map<std::string, std::string> texts;
 };
 
 Canvas::Canvas(int width, int height) : scene_(std::make_unique<Scene>()) {
@@ -106,6 +109,9 @@ Canvas::Canvas(int width, int height) : scene_(std::make_unique<Scene>()) {
   window->AddRenderer(scene_->paper);
   scene_->overlay->SetLayer(1);
   window->AddRenderer(scene_->overlay);
+  const BuildInfo build = build_info();
+  describe("Software", "touchfield " + build.version);
+  describe("Source", build.revision);
 }
 
 Canvas::~Canvas() = default;
@@ -222,6 +228,8 @@ void Canvas::surface(const SkinView& view, const TriangleMesh& mesh, const std::
   scene_->window->AddRenderer(renderer);
 }
 
+void Canvas::describe(const std::string& name, const std::string& text) { scene_->texts[name] = text; }
+
 std::string Canvas::png() {
   scene_->window->Render();
   vtkNew<vtkWindowToImageFilter> grab;
@@ -230,6 +238,9 @@ std::string Canvas::png() {
   vtkNew<vtkPNGWriter> writer;
   writer->SetInputConnection(grab->GetOutputPort());
   writer->WriteToMemoryOn();
+  for (const auto& [name, text] : scene_->texts) {
+    writer->AddText(name.c_str(), text.c_str());
+  }
   writer->Write();
   vtkUnsignedCharArray* bytes = writer->GetResult();
   return {reinterpret_cast<const char*>(bytes->GetPointer(0)), static_cast<std::size_t>(bytes->GetNumberOfValues())};

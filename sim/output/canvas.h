@@ -21,6 +21,7 @@ struct TextStyle {
 };
 
 /// A white picture that is drawn off screen by VTK. Needs can_draw(). Positions are pixels from the lower left corner.
+/// Its file names the program that drew it in the PNG texts Software and Source (its revision).
 class Canvas {
  public:
   Canvas(int width, int height);
@@ -40,6 +41,9 @@ class Canvas {
   /// shaded down to 70 % of it. `edges` are 2 x E vertices, drawn as lines on the skin.
   void surface(const SkinView& view, const TriangleMesh& mesh, const std::vector<Colour>& colours,
                const Eigen::Matrix2Xi& edges, const Colour& edge_colour);
+
+  /// A text that the PNG file carries beside its pixels, in place of an older one of this name.
+  void describe(const std::string& name, const std::string& text);
 
   /// The picture as a PNG file.
   std::string png();

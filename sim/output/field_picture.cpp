@@ -56,8 +56,8 @@ PlaneView plane_view(const FieldGrid& grid) {
   return {horizontal, vertical, normal, box};
 }
 
-std::string field_picture(const FieldResult& field, const Eigen::VectorXcd& pressure, double top,
-                          const std::string& title, const std::string& subtitle) {
+std::string field_picture(const Run& run, const FieldResult& field, const Eigen::VectorXcd& pressure, double top,
+                          const std::string& subtitle) {
   const FieldGrid& grid = field.grid;
   const PlaneView view = plane_view(grid);
   const PixelBox& box = view.box;
@@ -68,6 +68,7 @@ std::string field_picture(const FieldResult& field, const Eigen::VectorXcd& pres
   };
 
   Canvas canvas(kPictureWidth, kPictureHeight);
+  describe(canvas, run);
   canvas.image(box, [&](int i, int j) {
     const Eigen::Index at = nearest(i, box.width, view.horizontal) + nearest(j, box.height, view.vertical);
     return field.inside[static_cast<std::size_t>(at)] != 0 ? kBody : viridis(std::abs(pressure(at)) / top);
@@ -81,7 +82,7 @@ std::string field_picture(const FieldResult& field, const Eigen::VectorXcd& pres
   canvas.text(box.x + 0.5 * box.width, box.y - 48, axis_name(view.horizontal), {.size = 20, .align = Align::kCentre});
   canvas.text(box.x - 12, box.y + box.height + 24, axis_name(view.vertical), {.size = 20, .align = Align::kRight});
   draw_colour_bar(canvas, top);
-  draw_title(canvas, title, subtitle);
+  draw_title(canvas, run.name, subtitle);
   draw_caption(
       canvas,
       fmt::format("|p| in the plane {} = {:.6g} mm; grey: inside a body", kAxes[static_cast<std::size_t>(view.normal)],

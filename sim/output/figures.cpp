@@ -108,7 +108,7 @@ void draw_planes(const Run& run, std::vector<Picture>& pictures) {
     for (const auto& [method, pressure] : field.pressure) {
       pictures.emplace_back(
           fmt::format("field_{}_{}.png", field.grid.name, method),
-          field_picture(field, pressure, top, run.name, fmt::format("field {}, method {}", field.grid.name, method)));
+          field_picture(run, field, pressure, top, fmt::format("field {}, method {}", field.grid.name, method)));
     }
   }
 }

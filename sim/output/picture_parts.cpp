@@ -1,7 +1,9 @@
 #include "sim/output/picture_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 
@@ -22,6 +24,37 @@ struct Decade {
 Decade decade(double value) {
   const double unit = std::pow(10.0, std::floor(std::log10(value)));
   return {unit, value / unit};
+}
+
+constexpr Colour kPaper = {255, 255, 255};
+constexpr double kRadius = 8.0;  // of a marker [pixels]
+
+/// A regular polygon, its first corner at an angle.
+struct Marker {
+  int corners;
+  double angle;  // [deg], counter-clockwise from the right
+  Colour colour;
+};
+
+// The colours of Okabe and Ito, which people with colour-blindness tell apart, each with a shape of its own.
+constexpr std::array<Marker, 6> kMarkers = {{{24, 0.0, {213, 94, 0}},
+                                             {4, 45.0, {230, 159, 0}},
+                                             {3, 90.0, {0, 158, 115}},
+                                             {4, 0.0, {86, 180, 233}},
+                                             {3, -90.0, {0, 70, 140}},
+                                             {6, 0.0, {204, 121, 167}}}};
+
+std::vector<Eigen::Vector2d> corners(const Marker& marker, const Eigen::Vector2d& centre, double growth) {
+  // Shapes of one area, so that none looks more important; an outline is equally wide on every side.
+  const double turn = 2.0 * std::numbers::pi / marker.corners;
+  const double area = 0.5 * marker.corners * std::sin(turn);
+  const double radius = kRadius * std::sqrt(std::numbers::pi / area) + growth / std::cos(0.5 * turn);
+  std::vector<Eigen::Vector2d> result;
+  for (int i = 0; i < marker.corners; ++i) {
+    const double angle = marker.angle * std::numbers::pi / 180.0 + i * turn;
+    result.emplace_back(centre.x() + radius * std::cos(angle), centre.y() + radius * std::sin(angle));
+  }
+  return result;
 }
 
 }  // namespace
@@ -76,7 +109,14 @@ double quantile(std::vector<double> values, double share) {
   return *place;
 }
 
+void describe(Canvas& canvas, const Run& run) {
+  canvas.describe("Software", "touchfield " + run.provenance.version);
+  canvas.describe("Source", run.provenance.revision);
+  canvas.describe("Scene hash", run.provenance.scene_hash);
+}
+
 void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle) {
+  canvas.describe("Description", title);
   canvas.text(kLeft, kPictureHeight - 36, title, {.size = 28, .bold = true});
   canvas.text(kLeft, kPictureHeight - 74, subtitle, {.size = 22});
 }
@@ -110,5 +150,13 @@ void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pix
   canvas.text(x + 0.5 * pixels, y + 16.0, fmt::format("{:.6g} mm", 1e3 * length),
               {.size = 16, .align = Align::kCentre});
 }
+
+void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre, bool outlined) {
+  const Marker& marker = kMarkers[number % kMarkers.size()];
+  canvas.polygon(corners(marker, centre, outlined ? 2.0 : 1.0), outlined ? kInk : kPaper);
+  canvas.polygon(corners(marker, centre, 0.0), marker.colour);
+}
+
+Colour marker_colour(std::size_t number) { return kMarkers[number % kMarkers.size()].colour; }
 
 }  // namespace touchfield

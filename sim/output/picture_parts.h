@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/output/canvas.h"
+#include "sim/output/run_data.h"
 
 /// What all pictures of a run share.
 namespace touchfield {
@@ -30,7 +31,11 @@ std::vector<LogTick> log_ticks(double low, double high);
 /// The value that a share of the finite ones among `values` does not exceed; 0 if there is none.
 double quantile(std::vector<double> values, double share);
 
-/// A bold line and one below it, at the top of the picture.
+/// Says in the picture's file which run it shows: Software and Source are of the program that computed it, Scene hash
+/// is of its scene.
+void describe(Canvas& canvas, const Run& run);
+
+/// A bold line and one below it, at the top of the picture; the first is its file's Description too.
 void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle);
 
 /// Lines at the foot of the picture.
@@ -41,5 +46,9 @@ void draw_colour_bar(Canvas& canvas, double top);
 
 /// A bar with its length in mm in the lower left corner of a panel.
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel);
+
+/// A marker of a plot; its shape and colour, which people with colour-blindness tell apart, follow from its number.
+void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre, bool outlined);
+Colour marker_colour(std::size_t number);
 
 }  // namespace touchfield

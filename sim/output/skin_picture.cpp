@@ -94,6 +94,7 @@ std::string skin_picture(const Run& run, const Eigen::VectorXd& values, double t
   const SkinPanels panels = skin_panels(run);
 
   Canvas canvas(kPictureWidth, kPictureHeight);
+  describe(canvas, run);
   canvas.surface(panels.body, run.mesh, colours, outline, kOutline);
   draw_scale_bar(canvas, panels.body.panel, panels.body.scale);
   if (panels.target) {

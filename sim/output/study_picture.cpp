@@ -22,27 +22,10 @@ constexpr PixelBox kPlot = {110, 160, 760, 620};
 constexpr double kLegend = kPlot.x + kPlot.width + 40.0;  // its left side
 constexpr double kLegendLine = 34.0;                      // [pixels]
 constexpr Colour kInk = {25, 25, 25};
-constexpr Colour kPaper = {255, 255, 255};
 constexpr Colour kDecadeLine = {205, 205, 205};
 constexpr Colour kTickLine = {234, 234, 234};
 constexpr int kTickSize = 16;        // of the labels at ticks [pixels]
 constexpr double kDigitWidth = 9.2;  // of one in such a label, and its share of the space between two [pixels]
-constexpr double kRadius = 8.0;      // of a marker [pixels]
-
-/// A regular polygon, its first corner at an angle.
-struct Marker {
-  int corners;
-  double angle;  // [deg], counter-clockwise from the right
-  Colour colour;
-};
-
-// The colours of Okabe and Ito, which people with colour-blindness tell apart, each with a shape of its own.
-constexpr std::array<Marker, 6> kMarkers = {{{24, 0.0, {213, 94, 0}},
-                                             {4, 45.0, {230, 159, 0}},
-                                             {3, 90.0, {0, 158, 115}},
-                                             {4, 0.0, {86, 180, 233}},
-                                             {3, -90.0, {0, 70, 140}},
-                                             {6, 0.0, {204, 121, 167}}}};
 
 struct Axis {
   std::vector<LogTick> ticks;
@@ -88,25 +71,6 @@ std::vector<std::string> schemes_of(const std::vector<StudyRung>& rungs) {
   }
   std::sort(schemes.begin() + static_cast<std::ptrdiff_t>(known), schemes.end());
   return schemes;
-}
-
-std::vector<Eigen::Vector2d> corners(const Marker& marker, const Eigen::Vector2d& centre, double growth) {
-  // Shapes of one area, so that none looks more important; an outline is equally wide on every side.
-  const double turn = 2.0 * std::numbers::pi / marker.corners;
-  const double area = 0.5 * marker.corners * std::sin(turn);
-  const double radius = kRadius * std::sqrt(std::numbers::pi / area) + growth / std::cos(0.5 * turn);
-  std::vector<Eigen::Vector2d> result;
-  for (int i = 0; i < marker.corners; ++i) {
-    const double angle = marker.angle * std::numbers::pi / 180.0 + i * turn;
-    result.emplace_back(centre.x() + radius * std::cos(angle), centre.y() + radius * std::sin(angle));
-  }
-  return result;
-}
-
-void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre, bool outlined) {
-  const Marker& marker = kMarkers[number % kMarkers.size()];
-  canvas.polygon(corners(marker, centre, outlined ? 2.0 : 1.0), outlined ? kInk : kPaper);
-  canvas.polygon(corners(marker, centre, 0.0), marker.colour);
 }
 
 void draw_ring(Canvas& canvas, const Eigen::Vector2d& centre) {

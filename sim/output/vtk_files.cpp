@@ -14,6 +14,7 @@
 #include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkStringArray.h>
 #include <vtkUnsignedCharArray.h>
 #include <vtkXMLImageDataWriter.h>
 #include <vtkXMLPolyDataWriter.h>
@@ -48,9 +49,25 @@ void add_pressure(vtkFieldData* data, const std::string& method, const Eigen::Ve
   }
 }
 
+void add_text(vtkFieldData* data, const std::string& name, const std::string& text) {
+  vtkNew<vtkStringArray> array;
+  array->SetName(name.c_str());
+  array->InsertNextValue(text);
+  data->AddArray(array);
+}
+
+void add_provenance(vtkFieldData* data, const Run& run) {
+  for (const ProvenanceField& field : provenance_fields()) {
+    add_text(data, field.name, run.provenance.*field.value);
+  }
+  add_text(data, "threads", fmt::to_string(run.provenance.threads));
+  add_text(data, "scene", run.scene);
+}
+
 /// Inline binary with zlib: ParaView 5.11 of Debian 12 cannot open the appended mode that is VTK's default.
 template <class Writer, class Data>
-void write_vtk(const std::string& path, Data* data) {
+void write_vtk(const std::string& path, const Run& run, Data* data) {
+  add_provenance(data->GetFieldData(), run);
   vtkNew<Writer> writer;
   writer->SetInputData(data);
   writer->SetDataModeToBinary();
@@ -63,9 +80,8 @@ void write_vtk(const std::string& path, Data* data) {
 }
 
 /// The pressures of the methods that have one, on a mesh; `owner`: the body of each face, empty if there is one.
-void write_skin_vtp(const std::string& path, const TriangleMesh& mesh, const std::vector<int>& owner,
-                    const std::optional<Target>& target, const std::vector<MethodResult>& methods,
-                    Eigen::VectorXcd MethodResult::*pressure) {
+void write_skin_vtp(const std::string& path, const Run& run, const TriangleMesh& mesh, const std::vector<int>& owner,
+                    const std::optional<Target>& target, Eigen::VectorXcd MethodResult::*pressure) {
   vtkNew<vtkPolyData> surface;
   vtkNew<vtkPoints> points;
   set_points(points, mesh.vertices());
@@ -85,19 +101,19 @@ void write_skin_vtp(const std::string& path, const TriangleMesh& mesh, const std
     add_array<vtkDoubleArray>(surface->GetCellData(), "target_pa", wanted.size(),
                               [&](Eigen::Index f) { return wanted(f); });
   }
-  for (const MethodResult& result : methods) {
+  for (const MethodResult& result : run.methods) {
     if ((result.*pressure).size() != 0) {
       add_pressure(surface->GetCellData(), result.name, result.*pressure, true);
     }
   }
-  write_vtk<vtkXMLPolyDataWriter>(path, surface.GetPointer());
+  write_vtk<vtkXMLPolyDataWriter>(path, run, surface.GetPointer());
 }
 
 }  // namespace
 
 void write_surface_vtp(const std::string& path, const Run& run) {
   check_run(run);
-  write_skin_vtp(path, run.mesh, run.owner, run.target, run.methods, &MethodResult::pressure);
+  write_skin_vtp(path, run, run.mesh, run.owner, run.target, &MethodResult::pressure);
 }
 
 void write_judge_vtp(const std::string& path, const Run& run) {
@@ -105,7 +121,7 @@ void write_judge_vtp(const std::string& path, const Run& run) {
   if (!run.judge_model) {
     throw InputError(fmt::format("{}: the judge '{}' has no model of its own", path, run.judge));
   }
-  write_skin_vtp(path, run.judge_model->mesh, {}, run.judge_model->target, run.methods, &MethodResult::judge_pressure);
+  write_skin_vtp(path, run, run.judge_model->mesh, {}, run.judge_model->target, &MethodResult::judge_pressure);
 }
 
 void write_array_vtp(const std::string& path, const Run& run) {
@@ -137,10 +153,10 @@ void write_array_vtp(const std::string& path, const Run& run) {
     add_array<vtkDoubleArray>(data, result.name + "_amplitude", array.size(),
                               [&](Eigen::Index n) { return result.solution.amplitudes(n); });
   }
-  write_vtk<vtkXMLPolyDataWriter>(path, channels.GetPointer());
+  write_vtk<vtkXMLPolyDataWriter>(path, run, channels.GetPointer());
 }
 
-void write_field_vti(const std::string& path, const FieldResult& field) {
+void write_field_vti(const std::string& path, const Run& run, const FieldResult& field) {
   check_field(field);
   const FieldGrid& grid = field.grid;
   vtkNew<vtkImageData> image;
@@ -153,7 +169,7 @@ void write_field_vti(const std::string& path, const FieldResult& field) {
   for (const auto& [name, pressure] : field.pressure) {
     add_pressure(data, name, pressure, false);
   }
-  write_vtk<vtkXMLImageDataWriter>(path, image.GetPointer());
+  write_vtk<vtkXMLImageDataWriter>(path, run, image.GetPointer());
 }
 
 }  // namespace touchfield

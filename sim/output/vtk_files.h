@@ -4,6 +4,8 @@
 
 #include "sim/output/run_data.h"
 
+/// Every file holds the run's provenance as field data, a text array each, named as in /provenance of run.h5, and the
+/// resolved scene as `scene`.
 namespace touchfield {
 
 /// surface.vtp: the solving mesh with per-face arrays `target_pa` (0 off target) and, for every method NAME,
@@ -19,7 +21,8 @@ void write_judge_vtp(const std::string& path, const Run& run);
 /// `NAME_amplitude`.
 void write_array_vtp(const std::string& path, const Run& run);
 
-/// A .vti of one field: `inside` and, for every method NAME, `NAME_abs_pa`, `NAME_re_pa`, `NAME_im_pa` as point data.
-void write_field_vti(const std::string& path, const FieldResult& field);
+/// A .vti of one field of a run: `inside` and, for every method NAME, `NAME_abs_pa`, `NAME_re_pa`, `NAME_im_pa` as
+/// point data.
+void write_field_vti(const std::string& path, const Run& run, const FieldResult& field);
 
 }  // namespace touchfield

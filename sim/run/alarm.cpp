@@ -20,9 +20,9 @@ constexpr double kShare = 0.5;         // of the run's own solving
 
 }  // namespace
 
-double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const TransducerArray& array,
-                        const Eigen::VectorXcd& drive, const Eigen::VectorXcd& own, double spent,
-                        std::vector<SolveRecord>& records, Progress& progress) {
+double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const Eigen::VectorXcd& drive,
+                        const Eigen::VectorXcd& own, double spent, std::vector<SolveRecord>& records,
+                        Progress& progress) {
   const double nothing = std::numeric_limits<double>::quiet_NaN();
   const TriangleMesh& mesh = scattering.system().mesh();
   const Wave& wave = scattering.system().wave();
@@ -43,7 +43,7 @@ double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec
   quick.refine = false;
   quick.tolerance = kTolerance;
   quick.max_steps = kMaxSteps;
-  SkinScattering compared(mesh, wave, other, quick, array, records, progress);
+  SkinScattering compared(mesh, wave, other, quick, scattering.array(), records, progress);
   const Eigen::VectorXcd p = compared.pressure(drive, "alarm");
   const Eigen::VectorXcd& reference = plain ? p : own;
   const double alarm = relative_difference(mesh.areas(), plain ? own : p, reference);

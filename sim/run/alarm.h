@@ -16,8 +16,8 @@ namespace touchfield {
 /// own       the pressures that `scattering` found for the drive, M [Pa]
 /// spent     seconds the run has spent on solving so far
 /// returns   NaN if it was left out
-double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const TransducerArray& array,
-                        const Eigen::VectorXcd& drive, const Eigen::VectorXcd& own, double spent,
-                        std::vector<SolveRecord>& records, Progress& progress);
+double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const Eigen::VectorXcd& drive,
+                        const Eigen::VectorXcd& own, double spent, std::vector<SolveRecord>& records,
+                        Progress& progress);
 
 }  // namespace touchfield

@@ -1,6 +1,7 @@
 #include "sim/run/bodies.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <type_traits>
@@ -18,6 +19,7 @@
 #include "sim/mesh/shapes.h"
 #include "sim/mesh/surface_remesh.h"
 #include "sim/mesh/unit_guess.h"
+#include "sim/scene/scene_reader.h"
 
 namespace touchfield {
 
@@ -112,12 +114,13 @@ Body meshed(const BodySpec& spec, const EdgeSpec* edge, const EdgeSizing* sizing
 /// What is known of a body before it is meshed as it is asked for.
 class Locator {
  public:
-  explicit Locator(const BodySpec& spec) : spec_(spec) {}
+  explicit Locator(const BodySpec& spec, KeptBodies* kept = nullptr) : spec_(spec), kept_(kept) {}
 
   /// A landmark in the body's own frame.
   Vector3 landmark(const std::string& name) {
     if (const auto* shape = std::get_if<HandShape>(&spec_.shape)) {
-      return hand_landmark(hand_options(*shape, HandOptions().edge), name);
+      const auto find = [&] { return hand_landmark(hand_options(*shape, HandOptions().edge), name); };
+      return kept_ != nullptr ? kept_->landmark(shape_text(spec_) + name, find) : find();
     }
     return position(base().mesh, find_landmark(base(), name));
   }
@@ -140,6 +143,7 @@ class Locator {
 
  private:
   const BodySpec& spec_;
+  KeptBodies* kept_;
   std::optional<Body> base_;
 };
 
@@ -244,6 +248,30 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   }
 }
 
+/// A point to 1 nm: a body that only moves has the same one in its own frame but for rounding.
+std::string place_key(const Vector3& x) { return fmt::format("({:.9f} {:.9f} {:.9f})", x.x(), x.y(), x.z()); }
+
+/// All that a body's mesh in its own frame follows from.
+///
+/// kept_about   centre of keep_within; null: the whole body
+std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& sizing, const Vector3* kept_about) {
+  std::string key = shape_text(spec);
+  if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
+    const auto written = std::filesystem::last_write_time(shape->file);
+    key += fmt::format(" {} {}", std::filesystem::file_size(shape->file), written.time_since_epoch().count());
+  }
+  if (sizing) {
+    key += fmt::format(" far {} growth {}", sizing->far(), sizing->growth());
+    for (const SizingZone& zone : sizing->zones()) {
+      key += fmt::format(" {} {} {}", place_key(zone.centre), zone.edge, zone.within);
+    }
+  }
+  if (kept_about != nullptr) {
+    key += fmt::format(" kept {} {}", *spec.keep_within, place_key(*kept_about));
+  }
+  return key;
+}
+
 void require_apart(const Scene& scene, const std::vector<Body>& bodies) {
   constexpr double kLeast = 0.05 * kMillimetre;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -268,9 +296,10 @@ void require_apart(const Scene& scene, const std::vector<Body>& bodies) {
 
 }  // namespace
 
-Vector3 BodyPlan::to_own(const Scene& scene, std::size_t body, const Vector3& world) const {
+RigidMotion BodyPlan::own_frame(const Scene& scene, std::size_t body) const {
   const Placement& place = scene.bodies[body].place;
-  return bodies[body].anchor + extrinsic_rotation(place.angles).transpose() * (world - place.at);
+  const Eigen::Matrix3d back = extrinsic_rotation(place.angles).transpose();
+  return {back, bodies[body].anchor - back * place.at};
 }
 
 std::vector<std::string> guess_units(Scene& scene) {
@@ -300,11 +329,12 @@ std::vector<std::string> guess_units(Scene& scene) {
   return warnings;
 }
 
-BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array) {
+BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
+                     KeptBodies* kept) {
   std::vector<Locator> locators;
   locators.reserve(scene.bodies.size());
   for (const BodySpec& spec : scene.bodies) {
-    locators.emplace_back(spec);
+    locators.emplace_back(spec, kept);
   }
   BodyPlan plan;
   for (const BodySpec& spec : scene.bodies) {
@@ -385,7 +415,8 @@ std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan)
   return EdgeSizing(own.far(), std::move(zones), own.growth());
 }
 
-PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge, bool whole) {
+PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge, bool whole,
+                          KeptBodies* kept) {
   std::vector<Body> bodies;
   std::vector<int> owner;
   std::vector<unsigned char> skin;
@@ -396,15 +427,27 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
     if (own != nullptr) {
       sizing = sizing_of(scene, plan, i, *own);
     }
-    Body body = meshed(spec, own, sizing ? &*sizing : nullptr);
-    require_closed_surface(body.mesh, called(scene, i));
-    std::vector<unsigned char> own_skin(static_cast<std::size_t>(body.mesh.face_count()), 1);
-    if (spec.keep_within && !whole) {
-      keep_part(scene, plan, i, sizing.value_or(EdgeSizing(body.mesh.mean_edge())), body, own_skin);
+    const bool part = spec.keep_within && !whole;
+    const auto make = [&] {
+      MeshedBody made{meshed(spec, own, sizing ? &*sizing : nullptr), {}};
+      require_closed_surface(made.body.mesh, called(scene, i));
+      made.skin.assign(static_cast<std::size_t>(made.body.mesh.face_count()), 1);
+      if (part) {
+        keep_part(scene, plan, i, sizing.value_or(EdgeSizing(made.body.mesh.mean_edge())), made.body, made.skin);
+      }
+      return made;
+    };
+    const auto place = [&](const MeshedBody& made) {
+      owner.insert(owner.end(), made.skin.size(), static_cast<int>(i));
+      skin.insert(skin.end(), made.skin.begin(), made.skin.end());
+      bodies.push_back(placed(made.body, plan.bodies[i].anchor, spec.place.at, spec.place.angles));
+    };
+    if (kept != nullptr) {
+      place(kept->get(fmt::format("{} {}", edge != nullptr ? "judge" : "solver", i),
+                      meshing_key(spec, sizing, part ? &plan.bodies[i].kept_about : nullptr), make));
+    } else {
+      place(make());
     }
-    owner.insert(owner.end(), own_skin.size(), static_cast<int>(i));
-    skin.insert(skin.end(), own_skin.begin(), own_skin.end());
-    bodies.push_back(placed(body, plan.bodies[i].anchor, spec.place.at, spec.place.angles));
   }
   require_apart(scene, bodies);
   return {{joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin)};

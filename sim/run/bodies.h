@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "sim/core/rigid_motion.h"
 #include "sim/mesh/body.h"
+#include "sim/run/kept_bodies.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {
@@ -22,8 +24,12 @@ struct BodyPlan {
   std::vector<Vector3> targets;       // centres of the target's boxes, in the world [m]
   std::vector<std::string> warnings;  // about the units of mesh files
 
+  /// From the world's frame into a body's own.
+  RigidMotion own_frame(const Scene& scene, std::size_t body) const;
   /// A point of the world in a body's own frame.
-  Vector3 to_own(const Scene& scene, std::size_t body, const Vector3& world) const;
+  Vector3 to_own(const Scene& scene, std::size_t body, const Vector3& world) const {
+    return own_frame(scene, body)(world);
+  }
 };
 
 /// All bodies of a scene as one surface, in the world's frame.
@@ -45,17 +51,21 @@ std::vector<std::string> guess_units(Scene& scene);
 /// Finds anchors and centres without meshing finely.
 ///
 /// near_array   the point of a surface, in the world's frame, that is nearest to the array
+/// kept         landmarks of scenes before this one
 /// throws       InputError on an unknown landmark, a mesh file that is not the closed surface of a body or whose unit
 /// is
 ///              not given and not surely mm, keep_within without a target
-BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array);
+BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
+                     KeptBodies* kept = nullptr);
 
 /// Meshes every body by its edge lengths and puts it into its place.
 ///
 /// edge    taken for every body's own edge_mm where it is given
 /// whole   leaves keep_within out
+/// kept    meshes of scenes before this one, used where a body is the same in its own frame
 /// throws  InputError if two bodies touch or one lies in another, or nothing of a body is within keep_within
-PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge = nullptr, bool whole = false);
+PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge = nullptr, bool whole = false,
+                          KeptBodies* kept = nullptr);
 
 /// The size field in the world's frame of a scene with one body; nothing if there are several, or no edge_mm.
 std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan);

@@ -10,6 +10,7 @@
 #include "sim/run/cost.h"
 #include "sim/run/judging.h"
 #include "sim/run/speed.h"
+#include "sim/run/transfer.h"
 #include "sim/run/warnings.h"
 
 namespace touchfield {
@@ -21,7 +22,28 @@ constexpr double kComplex = 16.0;  // bytes
 // Operations of a product A^H A, of a Cholesky factorisation, times their sizes.
 constexpr double kGramFlops = 4.0;
 constexpr double kCholeskyFlops = 1.0 / 3.0;
+constexpr double kSolvedBlocks = 6.5;     // b, p, what refines and polishes them: numbers a face and right-hand side
 constexpr double kKernelSeconds = 25e-9;  // one kernel on one core outside the solver: sine, cosine, directivity
+
+/// Whether a method needs what every channel makes of the skin, by the scene's own scheme.
+bool spans_channels(const Scene& scene) { return largest_block(scene.solve, scene.solve.scheme, 2) > 1; }
+
+/// Whether a method asks for the field of every channel.
+bool drives_channels(const Scene& scene) {
+  return scene.solve.certificate || std::ranges::any_of(scene.solve.methods, [](const MethodSpec& method) {
+           return method.kind != MethodKind::kFixed;
+         });
+}
+
+int surface_iterations(const Scene& scene) {
+  int iterations = 0;
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (method.kind == MethodKind::kSurface || method.kind == MethodKind::kLbfgs) {
+      iterations += method.iterations * method.start.restarts;
+    }
+  }
+  return iterations;
+}
 
 /// Faces of a mesh by the judge's edge lengths: the areas of the model's faces over those asked for in their places.
 double judge_edge_faces(const Scene& scene, const Model& model) {
@@ -56,7 +78,7 @@ double judge_faces(const Scene& scene, const Model& model) {
 
 }  // namespace
 
-CheckReport check_model(const Scene& scene, const Model& model) {
+CheckReport check_model(const Scene& scene, const Model& model, int sharing) {
   CheckReport report;
   report.faces = model.body.mesh.face_count();
   report.channels = model.array.size();
@@ -90,18 +112,31 @@ CheckReport check_model(const Scene& scene, const Model& model) {
   const Scheme scheme = scene.solve.scheme;
   const double unknowns = m + (scheme == Scheme::kChief ? chief_points(model) : 0.0);
   report.available_mib = available_memory() / kMebibyte;
-  report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
+  report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
+                                  sharing * largest_block(scene.solve, scheme, model.array.size(), sharing > 1));
   const auto solves = static_cast<double>(scene.solve.methods.size());
   const double product = product_seconds(model.body.mesh, model.wave);
   const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, product);
-  // b of every channel: the pressure, and where the slope enters, that and the sum of both.
-  const double fields = optimisers > 0 ? (is_burton_miller(scheme) ? 3.0 : 1.0) : 0.0;
+  // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
+  // while it is compressed twice over.
+  const double drives =
+      spans_channels(scene) ? expected_drives(model.body.mesh, model.array, model.wave.wavelength()) : 0;
+  const double fields = drives_channels(scene) ? (is_burton_miller(scheme) ? 2.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
-  double bytes = own.bytes + kComplex * (m * (n * fields + 2.0 * k) + 4.0 * gram);
+  const double kept =
+      m * n * (fields + (optimisers > 0 && is_burton_miller(scheme) ? 1.0 : 0.0)) + 2.0 * m * k + 4.0 * gram;
+  const double compressing = drives > 0 ? 2.0 * m * n + 2.0 * m * drives : 0.0;
+  const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
+  double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
   report.seconds = own.seconds + kKernelSeconds * ((fields + 1.0) * m * n + points * (m + n));
-  if (optimisers > 0) {  // Cholesky runs on one thread, at a quarter of the speed
-    report.seconds +=
-        (kGramFlops * m * n * n + 4.0 * kCholeskyFlops * iterations * std::pow(k + n, 3)) / measured_flops();
+  if (optimisers > 0) {
+    report.seconds += (kGramFlops * m * n * n + kCholeskyFlops * iterations * std::pow(k + n, 3)) / measured_flops();
+  }
+  if (drives > 0) {  // products with the field of every channel, LU's solves, steps of surface
+    const double steps = static_cast<double>(surface_iterations(scene));
+    report.seconds += (4.0 * kGramFlops * m * n * drives + kGramFlops * unknowns * unknowns * drives +
+                       std::pow(k + 2.0 * drives, 2) * n * steps) /
+                      measured_flops();
   }
   const double judged = judge_faces(scene, model);
   if (judged > 0) {

@@ -25,7 +25,8 @@ struct CheckReport {
   SolverDecision decision;       // how B p = b would be solved
 };
 
-CheckReport check_model(const Scene& scene, const Model& model);
+/// sharing   how many scenes of a sweep share the body: a factorisation then pays earlier
+CheckReport check_model(const Scene& scene, const Model& model, int sharing = 1);
 
 /// Refuses a run that would not fit the memory that is free now.
 /// throws   InputError naming the faces, what they need and what there is

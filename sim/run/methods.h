@@ -31,8 +31,10 @@ class MethodSolver {
   /// reaches the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each
   /// trial of a golden-section search over 1/50 to 1 of the largest pressure the array can make on the target's central
   /// face; the others do not depend on the scale and get the one at which they fit best.
-  double best_scale(const MethodSpec& method, const Wave& wave, const std::vector<TargetBox>& boxes,
-                    Progress& progress);
+  ///
+  /// mesh   in the frame of the boxes
+  double best_scale(const MethodSpec& method, const TriangleMesh& mesh, const Wave& wave,
+                    const std::vector<TargetBox>& boxes, Progress& progress);
 
  private:
   PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);

@@ -173,11 +173,11 @@ bool judged_elsewhere(const Scene& scene) {
          (kind == JudgeSpec::Kind::kSame && scene.sensing);
 }
 
-JudgeMesh build_judge_mesh(const Scene& scene, const Model& model) {
+JudgeMesh build_judge_mesh(const Scene& scene, const Model& model, KeptBodies* kept) {
   const TriangleMesh& own = model.truth ? *model.truth : model.body.mesh;
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge: {
-      TriangleMesh mesh = build_bodies(scene, model.plan, &scene.judge.edge, scene.judge.whole).body.mesh;
+      TriangleMesh mesh = build_bodies(scene, model.plan, &scene.judge.edge, scene.judge.whole, kept).body.mesh;
       require_closed_surface(mesh, "judge");
       return {std::move(mesh), std::nullopt};
     }
@@ -199,20 +199,22 @@ JudgeMesh build_judge_mesh(const Scene& scene, const Model& model) {
   throw std::logic_error("this judge has no mesh of its own");
 }
 
-Model build_model(const Scene& scene) {
+Model build_model(const Scene& scene, KeptBodies* kept) {
   const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
   TransducerArray array = build_array(scene.array, wave);
   const auto near_array = [&](const TriangleMesh& mesh) { return nearest_to_array(array, mesh); };
-  BodyPlan plan = plan_bodies(scene, near_array);
-  PlacedBodies bodies = build_bodies(scene, plan);
+  BodyPlan plan = plan_bodies(scene, near_array, kept);
+  PlacedBodies bodies = build_bodies(scene, plan, nullptr, false, kept);
   require_closed_surface(bodies.body.mesh, "body");
   const bool on_boards = !std::holds_alternative<PositionsArray>(scene.array.layout);
   require_clear_array(array, bodies.body.mesh, on_boards);
   require_fitting_phases(scene.solve.methods, array.size());
   bodies.body.landmarks.push_back(nearest_landmark(bodies.body.mesh, kNearestToArray, near_array(bodies.body.mesh)));
+  const RigidMotion own_frame = plan.own_frame(scene, 0);
   Model model{wave,
               std::move(array),
               std::move(plan),
+              own_frame,
               std::move(bodies.body),
               std::move(bodies.owner),
               std::move(bodies.skin),

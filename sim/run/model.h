@@ -17,6 +17,7 @@ struct Model {
   Wave wave;
   TransducerArray array;
   BodyPlan plan;
+  RigidMotion own_frame;              // from the world's frame into the first body's own
   Body body;                          // what the solver sees: of several bodies one mesh, one behind the other
   std::vector<int> owner;             // M: number of the body a face is of
   std::vector<unsigned char> skin;    // M: 0 near the caps of keep_within, else 1
@@ -31,7 +32,9 @@ struct Model {
 /// throws   InputError on a mesh that is no closed surface, an unknown landmark, bodies that touch, a transducer inside
 ///          a body or nearer than 1 mm to its skin, a body that crosses the board of an array's unit, a target that
 ///          holds no face, every face or a cap of keep_within, a list of fixed phases that does not fit the channels
-Model build_model(const Scene& scene);
+///
+/// kept     meshes of scenes before this one
+Model build_model(const Scene& scene, KeptBodies* kept = nullptr);
 
 /// The mesh a judge computes on, and how it corresponds to the one that was solved.
 struct JudgeMesh {
@@ -42,7 +45,7 @@ struct JudgeMesh {
 /// The mesh that a scene's judge computes on: the bodies meshed anew with the judge's edge lengths, in the places of
 /// the model's own, or the model's mesh with every face split in four. With sensing it is of the bodies as they are.
 /// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
-JudgeMesh build_judge_mesh(const Scene& scene, const Model& model);
+JudgeMesh build_judge_mesh(const Scene& scene, const Model& model, KeptBodies* kept = nullptr);
 
 /// Whether a scene is judged on a mesh other than the one that was solved.
 bool judged_elsewhere(const Scene& scene);

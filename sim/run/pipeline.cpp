@@ -1,13 +1,13 @@
 #include "sim/run/pipeline.h"
 
 #include <algorithm>
-#include <cstdint>
 #include <map>
 #include <memory>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/text_hash.h"
 #include "sim/core/version.h"
 #include "sim/field/evaluate.h"
 #include "sim/field/judge.h"
@@ -27,15 +27,6 @@ namespace touchfield {
 namespace {
 
 constexpr double kSmallestReciprocalCondition = 1e-8;
-
-/// FNV-1a, 64 bit: tells scenes apart, guards against nothing.
-std::string text_hash(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325U;
-  for (const char c : text) {
-    hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3U;
-  }
-  return fmt::format("fnv1a64:{:016x}", hash);
-}
 
 std::string used_seeds(const Scene& scene) {
   std::string seeds = scene.sensing ? fmt::format("sensing={}", scene.sensing->seed) : "";
@@ -89,20 +80,26 @@ void warn(const std::vector<std::string>& warnings, Run& run, Progress& progress
   }
 }
 
-/// The largest block of right-hand sides that a scheme's model will be asked for: the drives that span all channels.
-Eigen::Index largest_block(const SolveSpec& solve, Scheme scheme, const TransducerArray& array) {
-  constexpr Eigen::Index kUsualRank = 400;  // of 1,500 channels seen from a hand
-  const bool transfer = std::any_of(solve.methods.begin(), solve.methods.end(), [&](const MethodSpec& method) {
-    return uses_transfer(method.kind) && method.scheme == scheme;
-  });
-  return transfer || (solve.certificate && scheme == solve.scheme) ? std::min(array.size(), kUsualRank) : 1;
+/// A body in a scheme with the scene's array. Where models are kept it is set up in the first body's own frame, in
+/// which a scene that only moves has the same mesh.
+std::unique_ptr<SkinScattering> make_scattering(const std::string& role, const TriangleMesh& mesh, Scheme scheme,
+                                                const SolverSpec& spec, Eigen::Index right_hand_sides,
+                                                const Model& model, const RunOptions& options, Run& run,
+                                                Progress& progress) {
+  if (options.models == nullptr || model.array.kind != TransducerArray::Kind::kTransducers) {
+    return std::make_unique<SkinScattering>(mesh, model.wave, scheme, spec, model.array, run.solves, progress,
+                                            right_hand_sides);
+  }
+  const TriangleMesh own(model.own_frame(mesh.vertices()), mesh.triangles());
+  return std::make_unique<SkinScattering>(options.models->get(role, own, model.wave, scheme, spec, right_hand_sides),
+                                          moved(model.array, model.own_frame), run.solves, progress);
 }
 
 /// The models that a scene's methods work on, one a scheme, made when first asked for.
 class Models {
  public:
-  Models(const Scene& scene, const Model& model, Run& run, Progress& progress)
-      : scene_(scene), model_(model), run_(run), progress_(progress) {}
+  Models(const Scene& scene, const Model& model, const RunOptions& options, Run& run, Progress& progress)
+      : scene_(scene), model_(model), options_(options), run_(run), progress_(progress) {}
 
   MethodSolver& of(Scheme scheme) {
     auto& entry = entries_[scheme];
@@ -125,9 +122,10 @@ class Models {
     const std::string name = to_string(scheme);
     auto made = timed(progress_, run_.seconds, "set_up_" + name,
                       fmt::format("set up scheme {} on {} faces", name, run_.mesh.face_count()), [&] {
-                        return std::make_unique<SkinScattering>(run_.mesh, model_.wave, scheme, scene_.solve.solver,
-                                                                model_.array, run_.solves, progress_,
-                                                                largest_block(scene_.solve, scheme, model_.array));
+                        return make_scattering("solve " + name, run_.mesh, scheme, scene_.solve.solver,
+                                               largest_block(scene_.solve, scheme, model_.array.size(),
+                                                             options_.models != nullptr && options_.models->shared()),
+                                               model_, options_, run_, progress_);
                       });
     progress_.note(describe_decision(*made));
     return made;
@@ -135,6 +133,7 @@ class Models {
 
   const Scene& scene_;
   const Model& model_;
+  const RunOptions& options_;
   Run& run_;
   Progress& progress_;
   std::map<Scheme, std::unique_ptr<Entry>> entries_;
@@ -244,9 +243,9 @@ Eigen::MatrixXcd pressures_of(const Run& run) {
 }
 
 /// Every method on the judge's own mesh, all of them at once.
-void judge_elsewhere(const Scene& scene, const Model& model, Run& run, Progress& progress) {
-  const JudgeMesh judge_mesh =
-      timed(progress, run.seconds, "judge_mesh", "mesh of the judge", [&] { return build_judge_mesh(scene, model); });
+void judge_elsewhere(const Scene& scene, const Model& model, const RunOptions& options, Run& run, Progress& progress) {
+  const JudgeMesh judge_mesh = timed(progress, run.seconds, "judge_mesh", "mesh of the judge",
+                                     [&] { return build_judge_mesh(scene, model, options.bodies); });
   const TriangleMesh& mesh = judge_mesh.mesh;
   const Scheme scheme = scene.judge.kind == JudgeSpec::Kind::kSame ? scene.solve.scheme : scene.judge.scheme;
   JudgeModel judge_model{to_string(scheme), mesh, std::nullopt};
@@ -259,11 +258,12 @@ void judge_elsewhere(const Scene& scene, const Model& model, Run& run, Progress&
   SolverSpec spec = scene.solve.solver;
   spec.solver = SolverChoice::kAuto;
   spec.precision = PrecisionChoice::kAuto;
-  auto scattering = timed(progress, run.seconds, "judge_set_up",
-                          fmt::format("set up the judge: {} on {} faces", judge_model.scheme, mesh.face_count()), [&] {
-                            return std::make_unique<SkinScattering>(mesh, model.wave, scheme, spec, model.array,
-                                                                    run.solves, progress);
-                          });
+  auto scattering =
+      timed(progress, run.seconds, "judge_set_up",
+            fmt::format("set up the judge: {} on {} faces", judge_model.scheme, mesh.face_count()), [&] {
+              return make_scattering("judge", mesh, scheme, spec, static_cast<Eigen::Index>(run.methods.size()), model,
+                                     options, run, progress);
+            });
   progress.note(describe_decision(*scattering));
   const Eigen::MatrixXcd pressures =
       timed(progress, run.seconds, "judge", fmt::format("judge {} methods", run.methods.size()),
@@ -305,14 +305,14 @@ void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progre
   }
 }
 
-void raise_alarm(const Scene& scene, const Model& model, Models& models, Run& run, Progress& progress) {
+void raise_alarm(const Scene& scene, Models& models, Run& run, Progress& progress) {
   const MethodSpec& first = scene.solve.methods.front();
   double spent = 0.0;
   for (const SolveRecord& solve : run.solves) {
     spent += solve.seconds;
   }
   run.alarm = timed(progress, run.seconds, "alarm", "compare plain and Burton-Miller pressures", [&] {
-    return fictitious_alarm(models.of(first.scheme).scattering(), scene.solve.solver, model.array,
+    return fictitious_alarm(models.of(first.scheme).scattering(), scene.solve.solver,
                             drive(run.methods.front().solution), run.methods.front().pressure, spent, run.solves,
                             progress);
   });
@@ -338,7 +338,7 @@ void write_vtk(const Scene& scene, const Run& run, const RunDirectory& directory
   }
   if (scene.write.vti) {
     for (const FieldResult& field : run.fields) {
-      write_field_vti(directory.file(field.grid.name + ".vti"), field);
+      write_field_vti(directory.file(field.grid.name + ".vti"), run, field);
     }
   }
 }
@@ -364,11 +364,11 @@ Run run_scene(const Scene& scene, const Model& model, const RunOptions& options,
   directory.plan(names);
 
   warn(model_warnings(model), run, progress);
-  Models models(scene, model, run, progress);
+  Models models(scene, model, options, run, progress);
   if (scene.target && !scene.target->pressure) {
     const MethodSpec& first = scene.solve.methods.front();
     const auto find_scale = [&] {
-      return models.of(first.scheme).best_scale(first, model.wave, model.boxes, progress);
+      return models.of(first.scheme).best_scale(first, run.mesh, model.wave, model.boxes, progress);
     };
     run.target->amplitudes *= timed(progress, run.seconds, "scale",
                                     fmt::format("find the target's best pressure for {}", first.name), find_scale);
@@ -379,9 +379,9 @@ Run run_scene(const Scene& scene, const Model& model, const RunOptions& options,
     directory.finished(method.name);
   }
   warn_of_conditioning(models.of(scene.solve.methods.front().scheme), run, progress);
-  raise_alarm(scene, model, models, run, progress);
+  raise_alarm(scene, models, run, progress);
   if (judged_elsewhere(scene)) {
-    judge_elsewhere(scene, model, run, progress);
+    judge_elsewhere(scene, model, options, run, progress);
   }
   if (scene.solve.certificate && run.target) {
     certify_methods(scene, models, run, progress);

@@ -2,14 +2,17 @@
 
 #include "sim/core/progress.h"
 #include "sim/output/run_data.h"
+#include "sim/run/kept_models.h"
 #include "sim/run/model.h"
 #include "sim/run/run_directory.h"
 
 namespace touchfield {
 
 struct RunOptions {
-  std::string command_line;  // kept as provenance
-  int threads = 1;           // likewise; the caller has set them
+  std::string command_line;      // kept as provenance
+  int threads = 1;               // likewise; the caller has set them
+  KeptBodies* bodies = nullptr;  // meshes and models of scenes before this one
+  KeptModels* models = nullptr;
 };
 
 /// Computes a scene and writes its results: B p = G q assembled and factorised, every method solved and judged by the

@@ -19,6 +19,9 @@ class RunDirectory {
   /// throws   InputError if it holds a run and force is false, is no directory, or cannot be made or written to
   static RunDirectory at(const std::string& path, bool force);
 
+  /// A directory that was made for one run.
+  static RunDirectory made(const std::string& path) { return RunDirectory(path); }
+
   RunDirectory(RunDirectory&& other) noexcept;
 
   const std::string& path() const { return path_; }

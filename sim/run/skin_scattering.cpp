@@ -7,6 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "solvers/linear/hermitian_product.h"
+
 namespace touchfield {
 
 namespace {
@@ -24,35 +26,48 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
-SkinScattering::SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
-                               const TransducerArray& array, std::vector<SolveRecord>& records, Progress& progress,
-                               Eigen::Index right_hand_sides)
+SkinModel::SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
+                     Eigen::Index right_hand_sides)
     : system_(std::move(mesh), wave, scheme, system_options(spec)),
-      decision_(choose_solver(spec, scheme, system_.unknowns(), available_memory(), right_hand_sides)),
-      array_(array),
-      records_(records),
-      progress_(progress) {}
+      decision_(choose_solver(spec, scheme, system_.unknowns(), available_memory(), right_hand_sides)) {}
 
-const IncidentField& SkinScattering::unit_field() {
-  if (!unit_) {
-    unit_ = system_.incident(array_);
-  }
-  return *unit_;
-}
-
-IncidentField SkinScattering::driven_field(const Eigen::MatrixXcd& drives) {
-  return unit_ ? driven(*unit_, drives) : system_.incident(array_, drives);
-}
-
-const ScatteringSolver& SkinScattering::solver() {
+const ScatteringSolver& SkinModel::solver() {
   if (!solver_) {
     solver_ = make_solver(system_, decision_.options);
   }
   return *solver_;
 }
 
+double SkinModel::reciprocal_condition() {
+  if (!reciprocal_condition_ && solver_) {
+    reciprocal_condition_ = solver_->reciprocal_condition();
+  }
+  return reciprocal_condition_.value_or(std::numeric_limits<double>::quiet_NaN());
+}
+
+SkinScattering::SkinScattering(std::shared_ptr<SkinModel> model, TransducerArray array,
+                               std::vector<SolveRecord>& records, Progress& progress)
+    : model_(std::move(model)), array_(std::move(array)), records_(records), progress_(progress) {}
+
+SkinScattering::SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
+                               TransducerArray array, std::vector<SolveRecord>& records, Progress& progress,
+                               Eigen::Index right_hand_sides)
+    : SkinScattering(std::make_shared<SkinModel>(std::move(mesh), wave, scheme, spec, right_hand_sides),
+                     std::move(array), records, progress) {}
+
+const IncidentField& SkinScattering::unit_field() {
+  if (!unit_) {
+    unit_ = system().incident(array_);
+  }
+  return *unit_;
+}
+
+IncidentField SkinScattering::driven_field(const Eigen::MatrixXcd& drives) {
+  return unit_ ? driven(*unit_, drives) : system().incident(array_, drives);
+}
+
 ScatteringSolver::Report SkinScattering::reporter() {
-  const double target = std::log(decision_.options.tolerance);
+  const double target = std::log(decision().options.tolerance);
   return [this, target](int /*step*/, double worst) {
     if (worst > 0) {
       progress_.advance(std::min(0.99, std::max(0.0, std::log(worst) / target)));
@@ -64,10 +79,10 @@ void SkinScattering::record(const std::string& stage, const Eigen::MatrixXcd& b,
                             double seconds) {
   SolveRecord record;
   record.stage = stage;
-  record.scheme = to_string(system_.scheme());
-  record.solver = to_string(decision_.options.kind);
-  record.precision = precision_name(decision_.options);
-  record.unknowns = system_.unknowns();
+  record.scheme = to_string(system().scheme());
+  record.solver = to_string(decision().options.kind);
+  record.precision = precision_name(decision().options);
+  record.unknowns = system().unknowns();
   record.right_hand_sides = static_cast<int>(b.cols());
   record.steps = report.steps;
   record.refinements = report.refinements;
@@ -79,24 +94,32 @@ void SkinScattering::record(const std::string& stage, const Eigen::MatrixXcd& b,
 
 Eigen::MatrixXcd SkinScattering::pressure(const Eigen::MatrixXcd& drives, const std::string& stage) {
   const IncidentField field = driven_field(drives);
-  const Eigen::MatrixXcd b = system_.right_hand_side(field);
+  return solved(system().right_hand_side(field), field, stage);
+}
+
+Eigen::MatrixXcd SkinScattering::spanned_pressure(const LowRank& drives, const std::string& stage) {
+  IncidentField field;
+  if (system().needs_incident_pressure()) {
+    field.pressure = matrix_product(unit_field().pressure, drives.basis);
+  }
+  return solved(drives.coefficients.adjoint(), field, stage);
+}
+
+Eigen::MatrixXcd SkinScattering::solved(const Eigen::MatrixXcd& b, const IncidentField& field,
+                                        const std::string& stage) {
   const auto start = std::chrono::steady_clock::now();
-  const Solved solved = solver().solve(b, reporter());
-  Eigen::MatrixXcd p = system_.pressure(solved.x, field);
+  const Solved solved = model_->solver().solve(b, reporter());
+  Eigen::MatrixXcd p = system().pressure(solved.x, field);
   record(stage, b, solved.report, seconds_since(start));
   return p;
 }
 
 Eigen::MatrixXcd SkinScattering::transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage) {
-  const Eigen::MatrixXcd b = system_.transposed_right_hand_side(faces);
+  const Eigen::MatrixXcd b = system().transposed_right_hand_side(faces);
   const auto start = std::chrono::steady_clock::now();
-  const Solved solved = solver().solve_transpose(b, reporter());
+  const Solved solved = model_->solver().solve_transpose(b, reporter());
   record(stage, b, solved.report, seconds_since(start));
-  return system_.transfer_rows(faces, solved.x, unit_field());
-}
-
-double SkinScattering::reciprocal_condition() const {
-  return solver_ ? solver_->reciprocal_condition() : std::numeric_limits<double>::quiet_NaN();
+  return system().transfer_rows(faces, solved.x, unit_field());
 }
 
 std::string describe_decision(const SkinScattering& scattering) {

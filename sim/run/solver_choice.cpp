@@ -1,5 +1,6 @@
 #include "sim/run/solver_choice.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <stdexcept>
@@ -70,6 +71,17 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
       break;
   }
   return decision;
+}
+
+Eigen::Index largest_block(const SolveSpec& solve, Scheme scheme, Eigen::Index channels, bool shared) {
+  constexpr Eigen::Index kUsualRank = 400;  // of 1,500 channels seen from a hand
+  const bool transfer = std::any_of(solve.methods.begin(), solve.methods.end(), [&](const MethodSpec& method) {
+    return uses_transfer(method.kind) && method.scheme == scheme;
+  });
+  if (transfer || (solve.certificate && scheme == solve.scheme)) {
+    return std::min(channels, kUsualRank);
+  }
+  return shared ? 2 * static_cast<Eigen::Index>(solve.methods.size()) : 1;
 }
 
 std::string precision_name(const SolverOptions& options) {

@@ -214,7 +214,8 @@ class Ladder {
     SkinScattering scattering(model.body.mesh, model.wave, Scheme::kBurtonMillerPolished, SolverSpec{}, model.array,
                               records, progress_);
     MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
-    scene_.target->pressure = methods.best_scale(scene_.solve.methods.front(), model.wave, model.boxes, progress_);
+    scene_.target->pressure =
+        methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.wave, model.boxes, progress_);
   }
 
   StudyRung rung(const Model& model, double edge, Scheme scheme, const SolverSpec& spec,

@@ -15,6 +15,18 @@ struct Transfer {
   double channels_left_out = 0;  // share, by norm, of b of all channels that the drives leave out
 };
 
+/// About how many drives span what all channels do to a body, to the accuracy of make_transfer:
+///
+///   r = 25 sqrt(D) + 0.65 D,  at most N,   D = sum_n sum_j a A_j cos(theta_n) cos(theta_j) / (R^2 lambda^2)
+///
+/// D, the etendue of array and skin over lambda^2, counts the degrees of freedom of the waves between them; a is the
+/// square of the channels' distance. Fitted: within 5 % of the rank on a fingertip, a hand 150 and 300 mm above 1,496
+/// channels, a grasp, and a capsule over 256.
+///
+/// returns  1 for a plane wave
+/// source   D: D. A. B. Miller, Adv. Opt. Photon. 11 (2019) 679
+double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, double wavelength);
+
 /// Solves for H in the cheaper way:
 ///
 ///   forwards       b of all channels is compressed to r drives V, P = pressures of V, H = P V^H: all of H, r solves

@@ -28,13 +28,23 @@ std::string description(const Node& node) {
 }  // namespace
 
 Reading::Reading(std::string file, std::vector<std::string> overrides)
-    : file_(std::move(file)), overrides_(std::move(overrides)) {}
+    : file_(std::move(file)),
+      overrides_(std::move(overrides)),
+      folder_(std::filesystem::path(file_).parent_path().string()) {}
+
+Reading::Reading(std::string name, std::vector<std::string> overrides, std::string folder, std::string changes)
+    : file_(std::move(name)),
+      overrides_(std::move(overrides)),
+      folder_(std::move(folder)),
+      override_folder_(folder_),
+      changes_(std::move(changes)) {}
 
 void Reading::add(const Place& place, std::string text) {
   const std::string where =
       place.source == 0
           ? fmt::format("{}:{}:{}", file_, place.line, place.column)
-          : fmt::format("--set {}", quoted_for_message(overrides_.at(static_cast<std::size_t>(place.source) - 1), 100));
+          : fmt::format("{} {}", changes_,
+                        quoted_for_message(overrides_.at(static_cast<std::size_t>(place.source) - 1), 100));
   problems_.push_back({place, fmt::format("{}: {}", where, text)});
 }
 
@@ -55,7 +65,7 @@ std::string Reading::message() const {
 }
 
 std::string Reading::resolve(const Place& place, const std::string& name) const {
-  const std::filesystem::path folder = place.source == 0 ? std::filesystem::path(file_).parent_path() : "";
+  const std::filesystem::path folder = place.source == 0 ? folder_ : override_folder_;
   return (folder / name).lexically_normal().string();
 }
 

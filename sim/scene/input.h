@@ -14,6 +14,9 @@ class Reading {
   /// file        the scene file as the user named it
   /// overrides   the --set texts; source n of a Place is the n-th, from 1
   Reading(std::string file, std::vector<std::string> overrides);
+  /// folder    what relative paths count from, in the text and in the overrides
+  /// changes   what messages call an override
+  Reading(std::string name, std::vector<std::string> overrides, std::string folder, std::string changes);
 
   /// A problem at a place, its text without the place.
   void add(const Place& place, std::string text);
@@ -36,6 +39,9 @@ class Reading {
 
   std::string file_;
   std::vector<std::string> overrides_;
+  std::string folder_;           // of the scene
+  std::string override_folder_;  // of the overrides
+  std::string changes_ = "--set";
   std::vector<Problem> problems_;
 };
 

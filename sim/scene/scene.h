@@ -169,6 +169,8 @@ struct SolverSpec {
   AlarmChoice alarm = AlarmChoice::kAuto;  // whether the plain and the Burton-Miller pressures are compared
   double coupling = 1.0;                   // of Burton-Miller: eta = coupling i/k
   double split_ratio = 1.4;                // near faces are split while distance < split_ratio sqrt(area of the piece)
+
+  bool operator==(const SolverSpec&) const = default;
 };
 
 struct SolveSpec {

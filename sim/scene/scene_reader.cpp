@@ -27,9 +27,8 @@ void explain_tab(const std::string& text, schema::SyntaxError& error) {
   error.what = "not YAML: indented by a tab, must be spaces";
 }
 
-// The file's values; a text that is not YAML ends the reading.
-Node load(const std::string& path, schema::Reading& reading) {
-  const std::string text = schema::read_text_file(path);
+// The text's values; one that is not YAML ends the reading.
+Node load(const std::string& text, schema::Reading& reading) {
   const auto fault = schema::find_text_fault(text);
   if (fault.column > 0) {
     reading.add({0, fault.line, fault.column}, "not a character of UTF-8 text, a scene is a text file");
@@ -48,11 +47,8 @@ Node load(const std::string& path, schema::Reading& reading) {
   throw InputError(reading.message());
 }
 
-}  // namespace
-
-Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
-  schema::Reading reading(path, overrides);
-  Node root = load(path, reading);
+Scene read(const std::string& text, const std::vector<std::string>& overrides, schema::Reading reading) {
+  Node root = load(text, reading);
   int source = 0;
   for (const auto& override_text : overrides) schema::apply_override(root, override_text, ++source, reading);
   Scene scene;
@@ -61,7 +57,24 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& overri
   return scene;
 }
 
+}  // namespace
+
+Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
+  return read(schema::read_text_file(path), overrides, schema::Reading(path, overrides));
+}
+
+Scene read_scene_text(const std::string& text, const std::string& name, const std::string& folder,
+                      const std::vector<std::string>& overrides, const std::string& changes) {
+  return read(text, overrides, schema::Reading(name, overrides, folder, changes));
+}
+
 std::string resolved_yaml(const Scene& scene) { return schema::block_text(schema::scene_codec().write(scene)); }
+
+std::string shape_text(const BodySpec& body) {
+  BodySpec shape;
+  shape.shape = body.shape;
+  return schema::block_text(schema::body_codec().write(shape));
+}
 
 double EdgeSpec::finest() const {
   double edge = std::min(far, near_target.value_or(far));

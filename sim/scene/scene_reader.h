@@ -15,8 +15,19 @@ namespace touchfield {
 ///             (a problem in an override: `--set key.path: ...`)
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides);
 
+/// The same for a scene's text, as a run or a sweep keeps it.
+///
+/// name       what messages call the text
+/// folder     what relative paths in the text and in the overrides count from
+/// changes    what messages call an override, instead of --set
+Scene read_scene_text(const std::string& text, const std::string& name, const std::string& folder,
+                      const std::vector<std::string>& overrides = {}, const std::string& changes = "--set");
+
 /// The scene as YAML text with every default written out; read back it gives the same scene.
 std::string resolved_yaml(const Scene& scene);
+
+/// The shape of a body as YAML text: its mesh in its own frame, but for the edge lengths.
+std::string shape_text(const BodySpec& body);
 
 /// The schema, made from the reader's own table: a Markdown page, a JSON Schema for editors, and a template scene in
 /// which every key is explained.

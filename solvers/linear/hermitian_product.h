@@ -11,4 +11,8 @@ Eigen::MatrixXcd hermitian_product(const Eigen::MatrixXcd& a);
 /// A^H B of an m x n and an m x s matrix, n x s; likewise independent of the number of threads.
 Eigen::MatrixXcd adjoint_product(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 
+/// A B by GEMM on all threads.
+/// throws   std::invalid_argument if the sizes do not fit
+Eigen::MatrixXcd matrix_product(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
+
 }  // namespace touchfield

@@ -8,8 +8,8 @@
 #include <stdexcept>
 
 #include <Eigen/QR>
-#include <cblas.h>
 
+#include "solvers/linear/hermitian_eigen.h"
 #include "solvers/linear/hermitian_product.h"
 
 namespace touchfield {
@@ -30,19 +30,23 @@ MatrixXcd random_block(Index rows, Index columns, std::mt19937_64& generator) {
   return block;
 }
 
-MatrixXcd product(const MatrixXcd& a, const MatrixXcd& b) {
-  MatrixXcd c = MatrixXcd::Zero(a.rows(), b.cols());
-  const std::complex<double> one = 1.0;
-  const std::complex<double> zero = 0.0;
-  cblas_zgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, static_cast<int>(a.rows()), static_cast<int>(b.cols()),
-              static_cast<int>(a.cols()), &one, a.data(), static_cast<int>(a.rows()), b.data(),
-              static_cast<int>(b.rows()), &zero, c.data(), static_cast<int>(c.rows()));
-  return c;
-}
-
 MatrixXcd orthonormal(const MatrixXcd& y) {
   const Eigen::HouseholderQR<MatrixXcd> qr(y);
   return qr.householderQ() * MatrixXcd::Identity(y.rows(), y.cols());
+}
+
+/// Turns the basis to the principal directions of what it holds and leaves out the least of them, so that no more than
+/// `allowed` of the squared norm is left out in all.
+void trim(LowRank& found, double& left, double allowed) {
+  const HermitianEigen eigen = hermitian_eigen(hermitian_product(found.coefficients.adjoint()));
+  Index dropped = 0;
+  while (dropped < found.rank() && left + std::max(eigen.values(dropped), 0.0) <= allowed) {
+    left += std::max(eigen.values(dropped), 0.0);
+    ++dropped;
+  }
+  const MatrixXcd kept = eigen.vectors.rightCols(found.rank() - dropped);
+  found.basis = matrix_product(found.basis, kept);
+  found.coefficients = adjoint_product(kept, found.coefficients);
 }
 
 }  // namespace
@@ -62,11 +66,11 @@ LowRank compressed(const MatrixXcd& a, double tolerance, Index block) {
   while (left > tolerance * tolerance * total && result.rank() < most) {
     const Index found = result.rank();
     const Index width = std::min(block, most - found);
-    MatrixXcd y = product(a, random_block(a.cols(), width, generator));
+    MatrixXcd y = matrix_product(a, random_block(a.cols(), width, generator));
     if (found > 0) {
-      y -= product(result.basis, adjoint_product(result.basis, y));
+      y -= matrix_product(result.basis, adjoint_product(result.basis, y));
       y = orthonormal(y);  // and once more: near the end of the rank little but rounding was left
-      y -= product(result.basis, adjoint_product(result.basis, y));
+      y -= matrix_product(result.basis, adjoint_product(result.basis, y));
     }
     y = orthonormal(y);
     const MatrixXcd rows = adjoint_product(y, a);
@@ -75,6 +79,9 @@ LowRank compressed(const MatrixXcd& a, double tolerance, Index block) {
     result.basis.rightCols(width) = y;
     result.coefficients.conservativeResize(found + width, Eigen::NoChange);
     result.coefficients.bottomRows(width) = rows;
+  }
+  if (result.rank() > 0) {
+    trim(result, left, tolerance * tolerance * total);
   }
   result.left_out = total > 0 ? std::sqrt(std::max(left, 0.0) / total) : 0.0;
   return result;

@@ -159,6 +159,22 @@ TEST_F(Figures, PlanesAreDrawnAndCubesAreNot) {
   }
 }
 
+TEST_F(Figures, EveryPictureSaysWhichRunItShows) {
+  const TemporaryDirectory directory;
+  RunData run = full_run();
+  run.name = "width_5mm";
+  const std::vector<std::string> files = draw_figures(directory.path(), run);
+  ASSERT_EQ(files.size(), 1U + 2U + 2U);  // the target, two methods on the skin and in the plane
+  for (const std::string& file : files) {
+    SCOPED_TRACE(file);
+    const Picture picture(file);
+    EXPECT_EQ(picture.text("Software"), "touchfield 0.1.0");
+    EXPECT_EQ(picture.text("Source"), "0123456789ab");
+    EXPECT_EQ(picture.text("Description"), "width_5mm");
+    EXPECT_EQ(picture.text("Scene hash"), "abc");
+  }
+}
+
 TEST_F(Figures, PressureThatIsNoNumberIsGrey) {
   const TemporaryDirectory directory;
   RunData run = graded_run();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <optional>
@@ -30,6 +31,13 @@ class Picture {
   Colour at(int x, int y) const {
     const auto* p = static_cast<const unsigned char*>(reader_->GetOutput()->GetScalarPointer(x, y, 0));
     return {p[0], p[1], p[2]};
+  }
+  /// The text that the file carries under a name; "(none)" or "(several)" where that is not one.
+  std::string text(const char* name) const {
+    std::array<int, 2> range{};
+    reader_->GetTextChunks(name, range.data());
+    const int count = range[1] - range[0];
+    return count == 1 ? reader_->GetTextValue(range[0]) : count == 0 ? "(none)" : "(several)";
   }
   Colour at(const Eigen::Vector2d& pixel) const {
     return at(static_cast<int>(std::floor(pixel.x())), static_cast<int>(std::floor(pixel.y())));

@@ -56,10 +56,6 @@ bool operator==(const MethodSpec& a, const MethodSpec& b) {
                             a.free_amplitudes == b.free_amplitudes;
   return a.kind == b.kind && a.name == b.name && a.scheme == b.scheme && same_options && a.phases == b.phases;
 }
-bool operator==(const SolverSpec& a, const SolverSpec& b) {
-  return a.solver == b.solver && a.precision == b.precision && a.tolerance == b.tolerance && a.refine == b.refine &&
-         a.max_steps == b.max_steps && a.alarm == b.alarm && a.coupling == b.coupling && a.split_ratio == b.split_ratio;
-}
 bool operator==(const EdgeSpec& a, const EdgeSpec& b) {
   return a.far == b.far && a.near_target == b.near_target && a.near == b.near && a.within == b.within &&
          a.growth == b.growth;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/version.h"
 #include "sim/output/figures.h"
 #include "tests/unit/error_support.h"
 #include "tests/unit/output_support.h"
@@ -168,6 +169,9 @@ TEST_F(StudyPicture, BothAxesAreLogarithmic) {
   const Picture picture(path);
   ASSERT_EQ(picture.width(), 1200);
   ASSERT_EQ(picture.height(), 900);
+  EXPECT_EQ(picture.text("Description"), "a study");
+  EXPECT_EQ(picture.text("Software"), "touchfield " + build_info().version);
+  EXPECT_EQ(picture.text("Source"), build_info().revision);
   const Eigen::Vector2d first = middle_of(picture, kPaperColour);
   const Eigen::Vector2d second = middle_of(picture, kChiefColour);
   const Eigen::Vector2d third = middle_of(picture, kBurtonMillerColour);

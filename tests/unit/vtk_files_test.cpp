@@ -11,6 +11,7 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
+#include <vtkStringArray.h>
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLPolyDataReader.h>
 
@@ -72,6 +73,24 @@ void expect_points(vtkPointSet* data, const Points& expected) {
   }
 }
 
+/// Where the file came from, as field data: all that /provenance of run.h5 says, and the scene.
+void expect_provenance(vtkDataObject* data, const RunData& run) {
+  const Provenance& from = run.provenance;
+  const std::vector<std::pair<std::string, std::string>> expected = {
+      {"version", from.version}, {"revision", from.revision},         {"compiler", from.compiler},
+      {"flags", from.flags},     {"machine", from.machine},           {"threads", std::to_string(from.threads)},
+      {"seeds", from.seeds},     {"command_line", from.command_line}, {"start", from.start},
+      {"end", from.end},         {"scene_hash", from.scene_hash},     {"scene", run.scene}};
+  for (const auto& [name, text] : expected) {
+    SCOPED_TRACE(name);
+    auto* array = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray(name.c_str()));
+    ASSERT_NE(array, nullptr);
+    ASSERT_EQ(array->GetNumberOfValues(), 1);
+    EXPECT_EQ(array->GetValue(0), text);
+  }
+  EXPECT_EQ(data->GetFieldData()->GetNumberOfArrays(), static_cast<int>(expected.size()));
+}
+
 /// What ParaView 5.11 of Debian 12 can open: inline binary, not the appended mode that is VTK's default.
 void expect_inline_binary(const std::string& path) {
   EXPECT_THAT(read_bytes(path), AllOf(HasSubstr("format=\"binary\""), HasSubstr("vtkZLibDataCompressor"),
@@ -108,6 +127,7 @@ TEST(SurfaceVtp, HoldsMeshTargetAndPressures) {
                   [&](Eigen::Index f) { return std::arg(result.pressure(f)); });
   }
   EXPECT_EQ(data->GetNumberOfArrays(), 1 + 2 * 4);
+  expect_provenance(surface, run);
 }
 
 TEST(SurfaceVtp, WithoutTargetAndMethodsIsTheMeshAlone) {
@@ -116,6 +136,7 @@ TEST(SurfaceVtp, WithoutTargetAndMethodsIsTheMeshAlone) {
   const auto reader = read_vtk<vtkXMLPolyDataReader>(directory.file("surface.vtp"));
   EXPECT_EQ(reader->GetOutput()->GetNumberOfCells(), 2);
   EXPECT_EQ(reader->GetOutput()->GetCellData()->GetNumberOfArrays(), 0);
+  expect_provenance(reader->GetOutput(), bare_run(sheet(1, 1, 0.01)));  // empty texts are texts too
 }
 
 TEST(JudgeVtp, HoldsTheJudgesMeshTargetAndPressures) {
@@ -137,6 +158,7 @@ TEST(JudgeVtp, HoldsTheJudgesMeshTargetAndPressures) {
     expect_pressure(data, run.methods[method].name, run.methods[method].judge_pressure);
   }
   EXPECT_EQ(data->GetNumberOfArrays(), 1 + 2 * 4);
+  expect_provenance(surface, run);
 }
 
 TEST(JudgeVtp, IsRefusedWhereTheJudgeHasNoModelOfItsOwn) {
@@ -150,6 +172,7 @@ TEST(ArrayVtp, IsAVertexAChannel) {
   const std::string path = directory.file("array.vtp");
   RunData run = full_run();
   run.array.device(4) = 7;
+  run.provenance.seeds = "sensing=1 paper=7";
   write_array_vtp(path, run);
   expect_inline_binary(path);
   const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
@@ -171,6 +194,7 @@ TEST(ArrayVtp, IsAVertexAChannel) {
     expect_values(data, result.name + "_phase_rad", 6, [&](Eigen::Index n) { return result.solution.phases(n); });
     expect_values(data, result.name + "_amplitude", 6, [&](Eigen::Index n) { return result.solution.amplitudes(n); });
   }
+  expect_provenance(array, run);
 }
 
 TEST(FieldVti, KeepsGridMaskAndPressures) {
@@ -178,7 +202,7 @@ TEST(FieldVti, KeepsGridMaskAndPressures) {
   const RunData run = full_run();
   for (const FieldResult& field : run.fields) {
     const std::string path = directory.file(field.grid.name + ".vti");
-    write_field_vti(path, field);
+    write_field_vti(path, run, field);
     expect_inline_binary(path);
     const auto reader = read_vtk<vtkXMLImageDataReader>(path);
     vtkImageData* image = reader->GetOutput();
@@ -195,6 +219,7 @@ TEST(FieldVti, KeepsGridMaskAndPressures) {
     for (const auto& [name, pressure] : field.pressure) {
       expect_pressure(data, name, pressure);
     }
+    expect_provenance(image, run);
   }
 }
 
@@ -204,7 +229,7 @@ TEST(VtkFiles, AFailureIsAnIoErrorThatNamesThePath) {
   const std::string path = directory.file("missing/x.vtp");
   for (const auto& write : std::initializer_list<std::function<void()>>{
            [&] { write_surface_vtp(path, run); }, [&] { write_judge_vtp(path, run); },
-           [&] { write_array_vtp(path, run); }, [&] { write_field_vti(path, run.fields[0]); }}) {
+           [&] { write_array_vtp(path, run); }, [&] { write_field_vti(path, run, run.fields[0]); }}) {
     try {
       write();
       ADD_FAILURE() << "no error";
@@ -222,7 +247,7 @@ TEST(VtkFiles, PartsThatDoNotFitAreRefused) {
   run.fields[0].pressure[0].second.conservativeResize(3);
   EXPECT_THROW(write_surface_vtp(directory.file("x"), run), InputError);
   EXPECT_THROW(write_array_vtp(directory.file("x"), run), InputError);
-  EXPECT_THROW(write_field_vti(directory.file("x"), run.fields[0]), InputError);
+  EXPECT_THROW(write_field_vti(directory.file("x"), run, run.fields[0]), InputError);
   EXPECT_EQ(directory.entries(), 0U);
 }
 

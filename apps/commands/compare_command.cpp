@@ -1,0 +1,67 @@
+#include "apps/commands/compare_command.h"
+
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "apps/commands/compare_json.h"
+#include "sim/core/errors.h"
+#include "sim/output/run_compare.h"
+#include "sim/output/run_file.h"
+#include "sim/run/scene_changes.h"
+
+namespace touchfield {
+
+namespace {
+
+std::string run_file(const std::string& path) {
+  return std::filesystem::is_directory(path) ? (std::filesystem::path(path) / "run.h5").string() : path;
+}
+
+Run read(const std::string& path) {
+  try {
+    return read_run_file(path);
+  } catch (const IoError& error) {
+    throw InputError(error.what());
+  }
+}
+
+std::string heading(char letter, const std::string& path, const Run& run) {
+  return fmt::format("{:<9} {}: {}, {}\n", letter, path, run.name, run.complete ? "complete" : "NOT COMPLETE");
+}
+
+std::string tolerance_line(double tolerance, const Deviation& largest) {
+  if (largest.relative <= tolerance) {
+    return fmt::format("{:<9} {:g}: every result is within it\n", "tolerance", tolerance);
+  }
+  const std::string far = std::isfinite(largest.relative) ? fmt::format(" differs by {:.2g}", largest.relative) : "";
+  return fmt::format("{:<9} {:g}: EXCEEDED: {}{}\n", "tolerance", tolerance, largest.what, far);
+}
+
+}  // namespace
+
+int compare_command(const CompareCommand& command, const CommonFlags& flags) {
+  const std::string path_a = run_file(command.a);
+  const std::string path_b = run_file(command.b);
+  const Run a = read(path_a);
+  const Run b = read(path_b);
+  const RunDifference difference = compare_runs(a, b, scene_changes(a.scene, b.scene));
+  const bool within = !command.tolerance || difference.largest_result.relative <= *command.tolerance;
+  if (flags.json) {
+    nlohmann::ordered_json json = {{"a", {{"file", path_a}, {"name", a.name}, {"complete", a.complete}}},
+                                   {"b", {{"file", path_b}, {"name", b.name}, {"complete", b.complete}}}};
+    json["tolerance"] = command.tolerance ? nlohmann::ordered_json(*command.tolerance) : nullptr;
+    json["within_tolerance"] = command.tolerance ? nlohmann::ordered_json(within) : nullptr;
+    json.update(difference_json(difference));
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print("{}{}{}", heading('A', path_a, a), heading('B', path_b, b), describe_difference(difference));
+    if (command.tolerance) {
+      fmt::print("{}", tolerance_line(*command.tolerance, difference.largest_result));
+    }
+  }
+  return within ? 0 : 1;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,247 @@
+#include <algorithm>
+#include <charconv>
+#include <csignal>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/commands.h"
+#include "apps/commands/interrupt_guard.h"
+#include "apps/commands/run_json.h"
+#include "sim/core/errors.h"
+#include "sim/output/figures.h"
+#include "sim/run/check.h"
+#include "sim/run/run_directory.h"
+#include "sim/run/sweep.h"
+#include "sim/run/sweep_case.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Shard shard_of(const std::string& text) {
+  const auto slash = text.find('/');
+  const auto number = [&](std::size_t from, std::size_t to) {
+    int value = 0;
+    const auto [end, error] = std::from_chars(text.data() + from, text.data() + to, value);
+    return error == std::errc{} && end == text.data() + to ? value : 0;
+  };
+  const Shard shard =
+      slash == std::string::npos ? Shard{0, 0} : Shard{number(0, slash), number(slash + 1, text.size())};
+  if (shard.count < 1 || shard.index < 1 || shard.index > shard.count) {
+    throw InputError(fmt::format("--shard {}: must be i/n with 1 <= i <= n", text));
+  }
+  return shard;
+}
+
+std::string duration(double seconds) {
+  if (!(seconds >= 0)) {
+    return "?";
+  }
+  const int whole = static_cast<int>(seconds + 0.5);
+  if (whole < 60) {
+    return fmt::format("{} s", whole);
+  }
+  return whole < 3600 ? fmt::format("{} min {:02d} s", whole / 60, whole % 60)
+                      : fmt::format("{} h {:02d} min", whole / 3600, whole / 60 % 60);
+}
+
+std::string inputs_text(const SweepRecord& record) {
+  std::string text;
+  for (const auto& [path, value] : record.inputs) {
+    text += fmt::format("{}{}={}", text.empty() ? "" : " ", path, value);
+  }
+  return text;
+}
+
+Json record_json(const SweepRecord& record, const SweepProgress& progress) {
+  Json json = Json::parse(to_json(record, -1));
+  json["event"] = "case";
+  json["done"] = progress.done;
+  json["failed"] = progress.failed;
+  json["cases"] = progress.cases;
+  json["seconds_left"] = number_or_null(progress.seconds_left);
+  return json;
+}
+
+/// Says how far the sweep is: on a terminal in one line, elsewhere a line a case; or as JSON lines.
+class Reporter {
+ public:
+  explicit Reporter(const CommonFlags& flags)
+      : json_(flags.json), quiet_(flags.quiet || flags.json), terminal_(isatty(fileno(stderr)) == 1) {}
+
+  void note(const std::string& line) const {
+    if (!quiet_) {
+      fmt::print(stderr, "{}\n", line);
+    }
+  }
+
+  void on_case(const SweepRecord& record, const SweepProgress& progress) const {
+    if (json_) {
+      fmt::print("{}\n", record_json(record, progress).dump());
+      std::fflush(stdout);
+    }
+    const bool failed = record.status != "ok";
+    if (quiet_ && !failed) {
+      return;
+    }
+    const std::string bar = terminal_ && !quiet_ ? "\r\033[K" : "";
+    if (failed) {
+      fmt::print(stderr, "{}touchfield: case {} ({}) failed: {}\n", bar, record.number, inputs_text(record),
+                 record.reason);
+    }
+    const std::string count = fmt::format("{} of {} cases{}, {} left", progress.done, progress.cases,
+                                          progress.failed > 0 ? fmt::format(", {} failed", progress.failed) : "",
+                                          duration(progress.seconds_left));
+    if (!quiet_ && terminal_) {
+      fmt::print(stderr, "{}  {}{}", bar, count, progress.done == progress.cases ? "\n" : "");
+    } else if (!quiet_ && !failed) {
+      fmt::print(
+          stderr, "  case {} ({}): {:.1f} s{}; {}\n", record.number, inputs_text(record), record.seconds,
+          record.models > 0 ? fmt::format(", {} of {} models used again", record.models_reused, record.models) : "",
+          count);
+    }
+    std::fflush(stderr);
+  }
+
+ private:
+  bool json_;
+  bool quiet_;
+  bool terminal_;
+};
+
+void draw(const std::string& directory, const SweepSummary& summary, const std::string& metric,
+          const Reporter& reporter) {
+  if (!can_draw()) {
+    reporter.note("no display answers, so no plot is drawn; scripts/with_display or xvfb-run -a gives one");
+    return;
+  }
+  draw_sweep(fmt::format("{}/sweep_{}.png", directory, metric), summary, metric);
+}
+
+/// What the command prints at its end, and its exit code.
+int report(const SweepSummary& summary, const std::string& directory, const CommonFlags& flags, int computed) {
+  const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
+  const auto missing = summary.cases - static_cast<int>(summary.records.size());
+  if (flags.json) {
+    fmt::print("{}\n", Json{{"event", "end"},
+                            {"name", summary.name},
+                            {"directory", directory},
+                            {"cases", summary.cases},
+                            {"done", summary.records.size()},
+                            {"computed", computed},
+                            {"failed", failed},
+                            {"missing", missing}}
+                           .dump());
+  } else {
+    fmt::print("{}", sweep_table(summary));
+    fmt::print("{} of {} cases done, {} failed{}; table in {}/sweep.csv and sweep.h5\n", summary.records.size(),
+               summary.cases, failed, missing > 0 ? fmt::format(", {} missing", missing) : "", directory);
+  }
+  return failed > 0 || missing > 0 ? 1 : 0;
+}
+
+int collect(const SweepCommand& command, const CommonFlags& flags) {
+  const SweepSummary summary = collect_sweep(command.collect);
+  write_sweep_tables(command.collect, summary);
+  draw(command.collect, summary, command.metric, Reporter(flags));
+  return report(summary, command.collect, flags, 0);
+}
+
+std::string output_directory(const SweepCommand& command, const SweepPlan& plan, Shard shard) {
+  if (command.output.empty()) {
+    if (command.resume || command.retry_failed || shard.count > 1) {
+      throw InputError("--resume, --retry-failed and --shard need the sweep's directory: -o DIR");
+    }
+    return RunDirectory::next_free("results/runs", plan.name + "_sweep").path();
+  }
+  return shard_directory(command.output, shard);
+}
+
+/// What a case is expected to take, from the first one; a scene that cannot be built fails as a case.
+std::optional<CheckReport> first_case(const std::vector<Scene>& scenes) {
+  try {
+    const std::vector<int> groups = body_groups(scenes);
+    return check_model(scenes.front(), build_model(scenes.front()),
+                       static_cast<int>(std::ranges::count(groups, groups.front())));
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace
+
+int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
+  if (!command.collect.empty()) {
+    return collect(command, flags);
+  }
+  std::signal(SIGPIPE, SIG_IGN);  // a worker that has died is met when it is read from
+  block_interrupts();
+  struct Open {
+    std::mutex mutex;
+    SweepRunner* runner = nullptr;
+    std::string path;
+  };
+  const auto open = std::make_shared<Open>();
+  handle_interrupts([open](const char* signal_name) {
+    const std::lock_guard lock(open->mutex);
+    if (open->runner == nullptr) {
+      fmt::print(stderr, "\ntouchfield: interrupted by {} before any case was begun\n", signal_name);
+      return;
+    }
+    const SweepResult result = open->runner->interrupt();
+    fmt::print(stderr,
+               "\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, those under way were dropped; "
+               "the same command with -o and --resume goes on\n",
+               signal_name, result.summary.records.size(), result.summary.cases, open->path);
+  });
+  const int threads = apply_threads(flags);
+  const Reporter reporter(flags);
+  const Shard shard = shard_of(command.shard);
+  const SweepPlan plan = read_sweep(command.sweep, command.overrides);
+  const std::vector<Scene> scenes = read_cases(plan);
+  const SweepIdentity identity(plan, plan_hash(plan, scenes), shard);
+  SweepDirectory directory = SweepDirectory::open(output_directory(command, plan, shard), identity,
+                                                  command.resume || command.retry_failed || command.output.empty());
+  SweepOptions options;
+  options.worker = {command.program, "sweep-worker"};
+  options.threads = threads;
+  options.jobs = command.jobs;
+  options.retry_failed = command.retry_failed;
+  options.command_line = command.command_line;
+  SweepRunner runner(plan, scenes, identity, directory, options);
+  if (const auto expected = runner.left() > 0 ? first_case(scenes) : std::nullopt) {
+    runner.limit_jobs(expected->memory_mib, expected->available_mib);
+    reporter.note(fmt::format("a case: {} faces, {} channels, about {:.0f} MiB and, on its own, {:.0f} s",
+                              expected->faces, expected->channels, expected->memory_mib, expected->seconds));
+  }
+  reporter.note(fmt::format("{}: {} cases to compute, {} {}; {} at a time with {} thread{} each, in {}", plan.name,
+                            runner.left(), runner.groups(), runner.groups() == 1 ? "body" : "bodies", runner.jobs(),
+                            std::max(1, threads / runner.jobs()), threads / runner.jobs() > 1 ? "s" : "",
+                            directory.path()));
+  {
+    const std::lock_guard lock(open->mutex);
+    open->runner = &runner;
+    open->path = directory.path();
+  }
+  const SweepResult result =
+      runner.run([&](const SweepRecord& record, const SweepProgress& progress) { reporter.on_case(record, progress); });
+  {
+    const std::lock_guard lock(open->mutex);
+    open->runner = nullptr;
+  }
+  draw(directory.path(), result.summary, command.metric, reporter);
+  return report(result.summary, directory.path(), flags, result.computed);
+}
+
+int sweep_worker_command() { return serve_cases(); }
+
+}  // namespace touchfield

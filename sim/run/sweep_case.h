@@ -1,0 +1,42 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/core/progress.h"
+#include "sim/output/sweep_files.h"
+#include "sim/run/pipeline.h"
+
+namespace touchfield {
+
+/// What the process that computes a case is told.
+struct CaseJob {
+  int number = 0;
+  std::string scratch;                                      // folder to compute it in
+  std::string scene;                                        // its resolved text
+  std::vector<std::pair<std::string, std::string>> inputs;  // what it changes, for the record
+  int scenes = 1;                                           // how many cases of the sweep share its body
+  std::string command_line;
+  int threads = 1;
+};
+
+std::string to_json(const CaseJob& job);  // one line
+/// throws   IoError on a text that is no job
+CaseJob job_from_json(const std::string& text);
+
+/// What one case of a sweep leaves to the next.
+struct KeptWork {
+  KeptBodies bodies;
+  KeptModels models;
+};
+
+/// Computes a case into its scratch folder and returns its record. A case that fails has a record that says why, and a
+/// failed.json beside what was finished. Nothing is thrown.
+SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress);
+
+/// For every scene the number of its group, from 0: scenes of a group have the same bodies, medium and schemes, and
+/// share models if they only stand elsewhere.
+std::vector<int> body_groups(const std::vector<Scene>& scenes);
+
+}  // namespace touchfield

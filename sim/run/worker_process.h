@@ -1,0 +1,51 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+namespace touchfield {
+
+/// A child process that is given lines and answers lines. It dies with its parent, however that ends, and does not get
+/// the terminal's interrupts.
+class WorkerProcess {
+ public:
+  /// arguments   program and its arguments
+  /// log         file that its standard error is appended to
+  /// throws      IoError naming the system's reason
+  WorkerProcess(const std::vector<std::string>& arguments, const std::string& log);
+  WorkerProcess(WorkerProcess&& other) noexcept;
+  WorkerProcess(const WorkerProcess&) = delete;
+  WorkerProcess& operator=(const WorkerProcess&) = delete;
+  WorkerProcess& operator=(WorkerProcess&&) = delete;
+  /// Kills it if it still runs.
+  ~WorkerProcess();
+
+  /// False if it does not take the line any more.
+  bool send(const std::string& line);
+
+  /// What to wait for with poll(): readable once there is an answer or the process has ended.
+  int answers() const { return from_; }
+
+  struct Answer {
+    std::optional<std::string> line;  // nothing yet if empty and not ended
+    bool ended = false;
+  };
+  /// Reads what is there without waiting.
+  Answer receive();
+
+  /// Waits for the end of a process that has closed its answers, and says how it ended: "signal 9 (Killed)", "exit code
+  /// 3".
+  std::string how_it_ended();
+
+  void kill() noexcept;
+
+ private:
+  pid_t pid_ = -1;
+  int to_ = -1;
+  int from_ = -1;
+  std::string buffer_;
+};
+
+}  // namespace touchfield

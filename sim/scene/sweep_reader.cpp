@@ -1,0 +1,446 @@
+#include "sim/scene/sweep_reader.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/text_hash.h"
+#include "sim/scene/input.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/scene/suggest.h"
+#include "sim/scene/text_file.h"
+
+namespace touchfield {
+namespace {
+
+using schema::Entry;
+using schema::Node;
+using schema::Reading;
+
+/// Changes that go together, several times over: one part of a sweep.
+using Part = std::vector<std::vector<SceneChange>>;
+
+std::optional<double> number_of(const Node& node) {
+  double value = 0;
+  const char* end = node.text.data() + node.text.size();
+  const auto [rest, error] = std::from_chars(node.text.data(), end, value);
+  const bool good = node.kind == Node::Kind::kScalar && !node.quoted && error == std::errc{} && rest == end;
+  return good && std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+/// Uniform numbers in [0, 1), the same everywhere: the standard library's distributions differ from one to another.
+class Uniform {
+ public:
+  explicit Uniform(std::uint64_t seed) : engine_(seed) {}
+  double operator()() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+/// What a random value is drawn from.
+struct Range {
+  enum class Kind { kUniform, kInteger, kLog, kNormal };
+  Kind kind = Kind::kUniform;
+  double first = 0;
+  double second = 1;
+
+  /// Every kind takes two numbers, so that a draw does not depend on the others' kinds.
+  std::string draw(Uniform& uniform) const {
+    const double u = uniform();
+    const double v = uniform();
+    switch (kind) {
+      case Kind::kUniform:
+        return fmt::format("{}", first + u * (second - first));
+      case Kind::kInteger:
+        return fmt::format("{:.0f}", first + std::floor(u * (second - first + 1.0)));
+      case Kind::kLog:
+        return fmt::format("{}", first * std::pow(second / first, u));
+      case Kind::kNormal:
+        return fmt::format("{}",
+                           first + second * std::sqrt(-2.0 * std::log1p(-u)) * std::cos(2.0 * std::numbers::pi * v));
+    }
+    return "";
+  }
+};
+
+class SweepFile {
+ public:
+  SweepFile(const Node& root, Reading& reading) : root_(root), reading_(reading) {}
+
+  const Node* find(const char* key, Node::Kind kind, const char* rule) {
+    const Entry* entry = root_.find(key);
+    if (entry == nullptr) return nullptr;
+    if (entry->value.kind != kind) {
+      reading_.add(entry->value.place, fmt::format("{}: must be {}", key, rule));
+      return nullptr;
+    }
+    return &entry->value;
+  }
+
+  void check_keys() {
+    static const std::vector<std::string> known = {"name", "base", "set", "grid", "zip", "cases", "random"};
+    std::set<std::string> seen;
+    for (const Entry& entry : root_.entries) {
+      if (std::ranges::find(known, entry.key) == known.end()) {
+        const std::string near = schema::nearest_word(known, entry.key);
+        reading_.add(entry.place, fmt::format("unknown key {}{}", schema::quoted_for_message(entry.key),
+                                              near.empty() ? "; a sweep has name, base, set, grid, zip, cases, random"
+                                                           : fmt::format("; did you mean {}?", near)));
+      } else if (!seen.insert(entry.key).second) {
+        reading_.add(entry.place, fmt::format("{} is given twice", entry.key));
+      }
+    }
+  }
+
+  /// The changes of a map {path: value}; their paths must be new, or be given together in one item of `cases`.
+  std::vector<SceneChange> changes(const Node& node, const std::string& where) {
+    std::vector<SceneChange> result;
+    for (const Entry& entry : node.entries) {
+      result.push_back({entry.key, schema::flow_text(entry.value)});
+      claim(entry, where);
+    }
+    return result;
+  }
+
+  /// {path: [values]}
+  std::vector<std::pair<std::string, const Node*>> lists(const Node& node, const std::string& where) {
+    std::vector<std::pair<std::string, const Node*>> result;
+    for (const Entry& entry : node.entries) {
+      if (entry.value.kind != Node::Kind::kList || entry.value.items.empty()) {
+        reading_.add(entry.value.place, fmt::format("{}.{}: must be a list of values", where, entry.key));
+        continue;
+      }
+      claim(entry, where);
+      result.emplace_back(entry.key, &entry.value);
+    }
+    return result;
+  }
+
+  /// Notes that a part changes a path. Two parts that change the same one, or one inside the other, would leave open
+  /// which of them counts.
+  void claim(const Entry& entry, const std::string& where) {
+    for (const auto& [path, owner] : claimed_) {
+      if (path == entry.key && owner == where && where == "cases") return;
+      const bool same = path == entry.key;
+      const auto within = [](const std::string& inner, const std::string& outer) {
+        return inner.size() > outer.size() && inner.starts_with(outer) &&
+               (inner[outer.size()] == '.' || inner[outer.size()] == '[');
+      };
+      if (same || within(entry.key, path) || within(path, entry.key)) {
+        reading_.add(entry.place, same ? fmt::format("{}.{}: {} changes it already", where, entry.key, owner)
+                                       : fmt::format("{}.{}: {} changes {}, one of which is part of the other", where,
+                                                     entry.key, owner, path));
+        return;
+      }
+    }
+    claimed_.emplace_back(entry.key, where);
+  }
+
+  Part grid(const Node& node) {
+    Part part(1);
+    for (const auto& [path, values] : lists(node, "grid")) {
+      Part longer;
+      if (part.size() * values->items.size() > static_cast<std::size_t>(kMostCases)) {
+        reading_.add(node.place, fmt::format("grid: more than {} cases", kMostCases));
+        return {};
+      }
+      for (const auto& before : part) {
+        for (const Node& value : values->items) {
+          longer.push_back(before);
+          longer.back().push_back({path, schema::flow_text(value)});
+        }
+      }
+      part = std::move(longer);
+    }
+    return part;
+  }
+
+  Part zip(const Node& node) {
+    Part part;
+    for (const auto& [path, values] : lists(node, "zip")) {
+      if (part.empty()) part.resize(values->items.size());
+      if (part.size() != values->items.size()) {
+        reading_.add(values->place, fmt::format("zip.{}: {} values, must be as many as the first list has, {}", path,
+                                                values->items.size(), part.size()));
+        return {};
+      }
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        part[i].push_back({path, schema::flow_text(values->items[i])});
+      }
+    }
+    return part;
+  }
+
+  Part cases(const Node& node) {
+    Part part;
+    for (const Node& item : node.items) {
+      if (item.kind != Node::Kind::kMap) {
+        reading_.add(item.place, "cases: each must be a map of paths to values");
+        continue;
+      }
+      std::set<std::string> own;
+      for (const Entry& entry : item.entries) {
+        if (!own.insert(entry.key).second) {
+          reading_.add(entry.place, fmt::format("cases: {} is given twice", entry.key));
+        }
+      }
+      part.push_back(changes(item, "cases"));
+    }
+    return part;
+  }
+
+  Part random(const Node& node) {
+    for (const Entry& entry : node.entries) {
+      if (entry.key != "count" && entry.key != "seed" && entry.key != "ranges") {
+        reading_.add(entry.place, fmt::format("random: unknown key {}; it has count, seed, ranges", entry.key));
+      }
+    }
+    const auto whole = [&](const char* key, double least, double most) -> std::optional<double> {
+      const Entry* entry = node.find(key);
+      const auto value = entry != nullptr ? number_of(entry->value) : std::nullopt;
+      if (!value || *value < least || *value > most || *value != std::floor(*value)) {
+        reading_.add(entry != nullptr ? entry->value.place : node.place,
+                     fmt::format("random.{}: must be a whole number, {:.0f} to {:.0f}", key, least, most));
+        return std::nullopt;
+      }
+      return value;
+    };
+    const auto count = whole("count", 1, kMostCases);
+    const auto seed = whole("seed", 0, 4294967295.0);
+    const Entry* table = node.find("ranges");
+    if (table == nullptr || table->value.kind != Node::Kind::kMap || table->value.entries.empty()) {
+      reading_.add(table != nullptr ? table->value.place : node.place,
+                   "random.ranges: must be a map of paths to ranges");
+      return {};
+    }
+    std::vector<std::pair<std::string, Range>> ranges;
+    for (const Entry& entry : table->value.entries) {
+      claim(entry, "random");
+      if (const auto range = range_of(entry)) ranges.emplace_back(entry.key, *range);
+    }
+    if (!count || !seed || reading_.failed()) return {};
+    Uniform uniform(static_cast<std::uint64_t>(*seed));
+    Part part(static_cast<std::size_t>(*count));
+    for (auto& changes : part) {
+      for (const auto& [path, range] : ranges) {
+        changes.push_back({path, range.draw(uniform)});
+      }
+    }
+    return part;
+  }
+
+ private:
+  std::optional<Range> range_of(const Entry& entry) {
+    const Node* pair = &entry.value;
+    Range range;
+    if (pair->kind == Node::Kind::kMap && pair->entries.size() == 1) {
+      const std::string& kind = pair->entries.front().key;
+      range.kind = kind == "integer"  ? Range::Kind::kInteger
+                   : kind == "log"    ? Range::Kind::kLog
+                   : kind == "normal" ? Range::Kind::kNormal
+                                      : Range::Kind::kUniform;
+      pair = range.kind == Range::Kind::kUniform ? pair : &pair->entries.front().value;
+    }
+    const bool two = pair->kind == Node::Kind::kList && pair->items.size() == 2;
+    const auto first = two ? number_of(pair->items[0]) : std::nullopt;
+    const auto second = two ? number_of(pair->items[1]) : std::nullopt;
+    if (!first || !second) {
+      reading_.add(entry.value.place, fmt::format("random.ranges.{}: must be [low, high], {{integer: [low, high]}}, "
+                                                  "{{log: [low, high]}} or {{normal: [mean, sigma]}}",
+                                                  entry.key));
+      return std::nullopt;
+    }
+    range.first = *first;
+    range.second = *second;
+    const bool whole = range.first == std::floor(range.first) && range.second == std::floor(range.second);
+    const char* rule = nullptr;
+    if (range.kind == Range::Kind::kNormal) {
+      rule = range.second >= 0 ? nullptr : "sigma >= 0";
+    } else if (!(range.first <= range.second)) {
+      rule = "low <= high";
+    } else if (range.kind == Range::Kind::kLog && !(range.first > 0)) {
+      rule = "low > 0";
+    } else if (range.kind == Range::Kind::kInteger && !whole) {
+      rule = "whole numbers";
+    }
+    if (rule != nullptr) {
+      reading_.add(entry.value.place, fmt::format("random.ranges.{}: must have {}", entry.key, rule));
+      return std::nullopt;
+    }
+    return range;
+  }
+
+  const Node& root_;
+  Reading& reading_;
+  std::vector<std::pair<std::string, std::string>> claimed_;  // path, part
+};
+
+void fail_if_any(const Reading& reading) {
+  if (reading.failed()) throw InputError(reading.message());
+}
+
+Node load(const std::string& text, Reading& reading) {
+  try {
+    Node root = schema::parse_yaml(text, 0);
+    if (root.kind == Node::Kind::kMap) return root;
+    reading.add(root.place, "a sweep must be a map of keys");
+  } catch (const schema::SyntaxError& error) {
+    reading.add(error.place, error.what);
+  }
+  throw InputError(reading.message());
+}
+
+/// Every case of each part combined with every case of the others, the last part fastest.
+std::vector<SweepCase> combined(const std::vector<Part>& parts) {
+  std::vector<SweepCase> cases(1);
+  for (const Part& part : parts) {
+    std::vector<SweepCase> longer;
+    if (cases.size() * part.size() > static_cast<std::size_t>(kMostCases)) {
+      throw InputError(fmt::format("a sweep must have at most {} cases", kMostCases));
+    }
+    longer.reserve(cases.size() * part.size());
+    for (const SweepCase& before : cases) {
+      for (const auto& changes : part) {
+        longer.push_back(before);
+        longer.back().changes.insert(longer.back().changes.end(), changes.begin(), changes.end());
+      }
+    }
+    cases = std::move(longer);
+  }
+  for (std::size_t i = 0; i < cases.size(); ++i) cases[i].number = static_cast<int>(i) + 1;
+  return cases;
+}
+
+std::vector<std::string> parameters_of(const std::vector<SweepCase>& cases) {
+  std::vector<std::string> parameters;
+  std::set<std::string> known;
+  for (const SweepCase& item : cases) {
+    for (const SceneChange& change : item.changes) {
+      if (known.insert(change.path).second) parameters.push_back(change.path);
+    }
+  }
+  return parameters;
+}
+
+/// Files that a scene names and whose content its text does not hold.
+void add_files(const Scene& scene, std::set<std::string>& files) {
+  for (const BodySpec& body : scene.bodies) {
+    if (const auto* mesh = std::get_if<MeshShape>(&body.shape)) files.insert(mesh->file);
+  }
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (!method.start.file.empty()) files.insert(method.start.file);
+  }
+}
+
+}  // namespace
+
+bool is_sweep_file(const std::string& path) {
+  try {
+    const std::string text = schema::read_text_file(path);
+    if (schema::find_text_fault(text).column > 0) return false;
+    const Node root = schema::parse_yaml(text, 0);
+    return root.kind == Node::Kind::kMap && root.find("base") != nullptr;
+  } catch (const schema::SyntaxError&) {
+    return false;
+  }
+}
+
+SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& overrides) {
+  Reading reading(path, {});
+  SweepPlan plan;
+  plan.text = schema::read_text_file(path);
+  const Node root = load(plan.text, reading);
+  SweepFile file(root, reading);
+  file.check_keys();
+
+  plan.name = std::filesystem::path(path).stem().string();
+  if (const Node* name = file.find("name", Node::Kind::kScalar, "a text")) plan.name = name->text;
+  if (!schema::is_name(plan.name)) {
+    const Entry* entry = root.find("name");
+    reading.add(entry != nullptr ? entry->value.place : schema::Place{},
+                fmt::format("name: {} must be letters, digits, _ and -", schema::quoted_for_message(plan.name)));
+  }
+  if (const Node* base = file.find("base", Node::Kind::kScalar, "the path of a scene file")) {
+    plan.base = reading.resolve(base->place, base->text);
+  } else if (root.find("base") == nullptr) {
+    reading.add(root.place, "base is missing: the path of a scene file");
+  }
+  if (const Node* set = file.find("set", Node::Kind::kMap, "a map of paths to values")) {
+    plan.common = file.changes(*set, "set");
+  }
+  std::vector<Part> parts;
+  if (const Node* grid = file.find("grid", Node::Kind::kMap, "a map of paths to lists")) {
+    parts.push_back(file.grid(*grid));
+  }
+  if (const Node* zip = file.find("zip", Node::Kind::kMap, "a map of paths to lists")) parts.push_back(file.zip(*zip));
+  if (const Node* cases = file.find("cases", Node::Kind::kList, "a list of maps")) parts.push_back(file.cases(*cases));
+  if (const Node* random = file.find("random", Node::Kind::kMap, "a map with count, seed and ranges")) {
+    parts.push_back(file.random(*random));
+  }
+  if (parts.empty()) reading.add(root.place, "nothing varies: a sweep needs grid, zip, cases or random");
+  fail_if_any(reading);
+  for (const std::string& text : overrides) {
+    const auto equals = text.find('=');
+    if (equals == std::string::npos) throw InputError(fmt::format("--set {}: must be key.path=value", text));
+    plan.common.push_back({text.substr(0, equals), text.substr(equals + 1)});
+  }
+  plan.cases = combined(parts);
+  if (plan.cases.empty()) throw InputError(fmt::format("{}: no case at all", path));
+  plan.parameters = parameters_of(plan.cases);
+  plan.base_text = schema::read_text_file(plan.base);
+  return plan;
+}
+
+Scene read_case(const SweepPlan& plan, const SweepCase& item) {
+  std::vector<std::string> changes;
+  for (const std::vector<SceneChange>* part : {&plan.common, &item.changes}) {
+    for (const SceneChange& change : *part) changes.push_back(change.path + "=" + change.value);
+  }
+  return read_scene_text(plan.base_text, plan.base, std::filesystem::path(plan.base).parent_path().string(), changes,
+                         fmt::format("{}: case {}:", plan.name, item.number));
+}
+
+std::vector<Scene> read_cases(const SweepPlan& plan) {
+  constexpr std::size_t kMostProblems = 20;
+  std::vector<Scene> scenes;
+  std::string problems;
+  std::size_t bad = 0;
+  for (const SweepCase& item : plan.cases) {
+    try {
+      scenes.push_back(read_case(plan, item));
+    } catch (const InputError& error) {
+      if (++bad <= kMostProblems) {
+        problems += (problems.empty() ? "" : "\n") + std::string(error.what());
+      }
+    }
+  }
+  if (bad > 0) {
+    throw InputError(bad > kMostProblems ? fmt::format("{}\nand {} cases more", problems, bad - kMostProblems)
+                                         : problems);
+  }
+  return scenes;
+}
+
+std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes) {
+  std::string all;
+  std::set<std::string> files;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    all += fmt::format("{}\n", plan.cases[i].number);
+    for (const SceneChange& change : plan.cases[i].changes) all += change.path + "=" + change.value + "\n";
+    all += text_hash(resolved_yaml(scenes[i])) + "\n";
+    add_files(scenes[i], files);
+  }
+  for (const std::string& file : files) all += file + " " + text_hash(schema::read_text_file(file)) + "\n";
+  return text_hash(all);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,458 @@
+"""Sweeps from end to end: what the cases are, that nothing is lost, that work is used again."""
+
+import csv
+import json
+import math
+import os
+import pathlib
+import random
+import re
+import resource
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+import h5py
+import numpy
+
+from support import PROGRAM, CommandTest
+
+# A case takes some hundredths of a second.
+TINY = """\
+name: tiny
+array:
+  grid: {count: [4, 4], pitch_mm: 10.16}
+body:
+  sphere: {radius_mm: 6}
+  place: {at_mm: [0, 0, 60]}
+  edge_mm: 3
+target:
+  box: {at: nearest_array, size_mm: [8, 8, 8]}
+  pressure_pa: 100
+solve:
+  methods: [focus, paper]
+  iterations: 4
+  scheme: paper_corrected
+  alarm: never
+judge: none
+write: [h5]
+"""
+SECONDS = {"seconds", "seconds_solve", "seconds_total", "peak_mib"}
+# Which case of a process is first decides which one sets a model up.
+HISTORY = SECONDS | {"models_reused"}
+
+
+def table(directory):
+    with open(directory / "sweep.csv", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+class SweepTest(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.write("tiny.yaml", TINY)
+
+    def sweep(self, name, text):
+        return self.write(name, "base: tiny.yaml\n" + text)
+
+    def start(self, *arguments):
+        return subprocess.Popen([PROGRAM, "sweep", *map(str, arguments)], cwd=self.folder, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def same_tables(self, a, b):
+        """Inputs equal as texts, results to rounding."""
+        self.assertEqual(len(a), len(b))
+        for left, right in zip(a, b):
+            self.assertEqual(left.keys(), right.keys())
+            for key in left.keys() - HISTORY:
+                try:
+                    x, y = float(left[key]), float(right[key])
+                except ValueError:
+                    self.assertEqual(left[key], right[key], key)
+                    continue
+                # The body's own frame is reached by a rotation and a shift: rounding of the coordinates only.
+                self.assertTrue(x == y or (math.isnan(x) and math.isnan(y)) or abs(x - y) <= 1e-8 * max(abs(x), abs(y)),
+                                f"case {left['case']} {key}: {x} {y}")
+
+    # What the cases are
+
+    def test_a_grid_is_every_combination(self):
+        self.sweep("s.yaml", "grid: {'body.place.at_mm[2]': [60, 70], target.pressure_pa: [100, 2.5e2, 300]}\n")
+        done = self.run_ok("sweep", "s.yaml", "-o", "out")
+        rows = [row for row in table(self.folder / "out") if row["name"] == "focus"]
+        self.assertEqual([(row["body.place.at_mm[2]"], row["target.pressure_pa"]) for row in rows],
+                         [(z, p) for z in ("60", "70") for p in ("100", "2.5e2", "300")])
+        self.assertEqual([row["case"] for row in rows], [str(i) for i in range(1, 7)])
+        self.assertIn("6 of 6 cases done, 0 failed", done.stdout)
+        for i in range(1, 7):
+            with h5py.File(self.folder / f"out/cases/{i:05d}/run.h5") as run:
+                self.assertEqual(run.attrs["complete"], 1)
+                scene = run["scene"][()].decode()
+                self.assertIn(f"pressure_pa: {float(rows[i - 1]['target.pressure_pa']):g}", scene)
+
+    def test_zip_lists_and_draws_combine(self):
+        self.sweep("s.yaml", "name: mixed\n"
+                   "set: {solve.iterations: 2}\n"
+                   "zip: {array.level: [0.5, 1], medium.temperature_c: [10, 30]}\n"
+                   "cases: [{solve.methods: [focus]}, {solve.methods: [paper], target.pressure_pa: 50}]\n"
+                   "random: {count: 3, seed: 7, ranges: {'body.place.at_mm[0]': [-2, 2], "
+                   "solve.quiet_weight: {log: [0.1, 10]}, 'body.place.at_mm[1]': {normal: [0, 1]}, "
+                   "solve.max_steps: {integer: [50, 60]}}}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
+        rows = table(self.folder / "out")
+        self.assertEqual(len(rows), 12)
+        self.assertEqual([row["array.level"] for row in rows], ["0.5"] * 6 + ["1"] * 6)
+        self.assertEqual([row["medium.temperature_c"] for row in rows], ["10"] * 6 + ["30"] * 6)
+        self.assertEqual([row["name"] for row in rows], (["focus"] * 3 + ["paper"] * 3) * 2)
+        self.assertEqual([row["target.pressure_pa"] for row in rows], ([""] * 3 + ["50"] * 3) * 2)
+        draws = [(row["body.place.at_mm[0]"], row["solve.quiet_weight"], row["body.place.at_mm[1]"],
+                  row["solve.max_steps"]) for row in rows]
+        self.assertEqual(draws, draws[:3] * 4)
+        self.assertEqual(len(set(draws)), 3)
+        for x, weight, _, steps in draws[:3]:
+            self.assertTrue(-2 <= float(x) < 2 and 0.1 <= float(weight) < 10 and 50 <= int(steps) <= 60)
+        # A longer draw begins with the shorter one.
+        self.sweep("longer.yaml", (self.folder / "s.yaml").read_text().split("\n", 1)[1].replace("count: 3", "count: 5"))
+        self.run_ok("sweep", "longer.yaml", "-o", "longer", "--quiet")
+        longer = table(self.folder / "longer")
+        self.assertEqual([row["body.place.at_mm[0]"] for row in longer[:3]], [draw[0] for draw in draws[:3]])
+        with h5py.File(self.folder / "out/sweep.h5") as h5:
+            self.assertEqual(h5.attrs["name"], "mixed")
+            self.assertEqual(h5["inputs/array.level"].dtype, numpy.float64)
+            numpy.testing.assert_array_equal(h5["inputs/array.level"][:], [0.5] * 6 + [1.0] * 6)
+            self.assertTrue(numpy.isnan(h5["inputs/target.pressure_pa"][0]))
+            self.assertEqual(h5["inputs/solve.methods"][0].decode(), "[focus]")
+            for i, row in enumerate(rows):
+                self.assertEqual(h5["metrics/relative_error"][i], float(row["relative_error"]))
+                self.assertEqual(h5["case"][i], int(row["case"]))
+            self.assertIn("revision", h5["provenance"].attrs)
+
+    def test_bad_sweeps_are_refused_before_anything_is_written(self):
+        cases = {
+            "grid: {target.presure_pa: [1, 2]}\n": "case 1: target.presure_pa=1",
+            "grid: {target.pressure_pa: 3}\n": "s.yaml:2:28: grid.target.pressure_pa: must be a list of values",
+            "gird: {target.pressure_pa: [3]}\n": "unknown key gird; did you mean grid?",
+            "zip: {a: [1, 2], b: [1]}\n": "zip.b: 1 values, must be as many as the first list has, 2",
+            "grid: {a: [1]}\nzip: {a: [2]}\n": "zip.a: grid changes it already",
+            "grid: {body: [1]}\nzip: {body.place: [2]}\n": "zip.body.place: grid changes body, one of which is part",
+            "random: {count: 0, seed: 1, ranges: {a: [0, 1]}}\n": "random.count: must be a whole number, 1 to 1000000",
+            "random: {count: 1, seed: 1, ranges: {a: [2, 1]}}\n": "random.ranges.a: must have low <= high",
+            "random: {count: 1, seed: 1, ranges: {a: {log: [0, 1]}}}\n": "random.ranges.a: must have low > 0",
+            "set: {solve.iterations: 3}\n": "nothing varies",
+            "grid: [1, 2\n": "s.yaml:3:1",
+        }
+        for text, message in cases.items():
+            with self.subTest(text=text):
+                self.sweep("s.yaml", text)
+                done = self.touchfield("sweep", "s.yaml", "-o", "out")
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(message, done.stderr)
+                self.assertFalse((self.folder / "out").exists())
+        done = self.touchfield("sweep", "missing.yaml")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("missing.yaml: no such file", done.stderr)
+        self.write("nobase.yaml", "grid: {a: [1]}\n")
+        self.assertIn("base is missing", self.touchfield("sweep", "nobase.yaml").stderr)
+        self.sweep("s.yaml", "grid: {target.pressure_pa: [1, 2]}\n")
+        for wrong in ["0/2", "3/2", "1", "a/b", "1/2x"]:
+            self.assertIn("must be i/n", self.touchfield("sweep", "s.yaml", "-o", "out", "--shard", wrong).stderr)
+        self.assertIn("-o DIR", self.touchfield("sweep", "s.yaml", "--resume").stderr)
+
+    # Nothing is lost
+
+    def test_two_hundred_cases_killed_twenty_times(self):
+        self.sweep("s.yaml", "set: {solve.methods: [focus]}\ngrid: {target.pressure_pa: [100, 200, 300, 400]}\n"
+                   "random: {count: 50, seed: 3, ranges: {'body.place.at_mm[0]': [-5, 5], "
+                   "'body.sphere.radius_mm': {integer: [5, 6]}}}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "whole", "--quiet", "--jobs", 2)
+        chance = random.Random(11)
+        kills = 0
+        while kills < 20:
+            going = self.start("s.yaml", "-o", "broken", "--resume", "--quiet", "--jobs", 2)
+            try:
+                going.wait(timeout=chance.uniform(0.05, 0.6))
+            except subprocess.TimeoutExpired:
+                going.kill()
+            kills += going.wait() == -signal.SIGKILL
+            going.stdout.close()
+            going.stderr.close()
+            if going.returncode == 0:  # finished before the 20 kills: begin again, with some cases left out
+                for done in sorted((self.folder / "broken/cases").iterdir())[chance.randrange(20):]:
+                    shutil.rmtree(done)
+        done = self.run_ok("sweep", "s.yaml", "-o", "broken", "--resume", "--json")
+        end = json.loads(done.stdout.splitlines()[-1])
+        self.assertEqual((end["done"], end["failed"], end["missing"]), (200, 0, 0))
+        self.same_tables(table(self.folder / "whole"), table(self.folder / "broken"))
+        left = [path.name for path in (self.folder / "broken/cases").iterdir()]
+        self.assertEqual(sorted(left), [f"{i:05d}" for i in range(1, 201)])
+        with h5py.File(self.folder / "broken/sweep.h5") as a, h5py.File(self.folder / "whole/sweep.h5") as b:
+            numpy.testing.assert_array_equal(a["inputs/body.place.at_mm[0]"][:], b["inputs/body.place.at_mm[0]"][:])
+
+    def test_a_finished_case_is_not_computed_again(self):
+        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200, 300]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out")
+        written = [path.stat().st_mtime_ns for path in sorted((self.folder / "out/cases").rglob("run.h5"))]
+        shutil.rmtree(self.folder / "out/cases/00002")
+        done = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
+        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 1)
+        again = [path.stat().st_mtime_ns for path in sorted((self.folder / "out/cases").rglob("run.h5"))]
+        self.assertEqual((written[0], written[2]), (again[0], again[2]))
+        self.assertNotEqual(written[1], again[1])
+        # A record that was damaged counts as missing.
+        record = self.folder / "out/cases/00003/case.json"
+        record.write_text(record.read_text()[:50])
+        done = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
+        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 1)
+
+    def test_a_changed_sweep_is_not_mixed_in(self):
+        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
+        done = self.touchfield("sweep", "s.yaml", "-o", "out")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("--resume", done.stderr)
+
+        def refused(message, *more):
+            before = (self.folder / "out/sweep.json").read_text()
+            done = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume", *more)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(message, done.stderr)
+            self.assertEqual((self.folder / "out/sweep.json").read_text(), before)
+
+        refused("solve.iterations=9 asked for", "--set", "solve.iterations=9")
+        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 201]}\n")
+        refused("case 2: target.pressure_pa=200 there, target.pressure_pa=201 asked for")
+        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200, 300]}\n")
+        refused("2 cases there, 3 asked for")
+        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
+        self.write("tiny.yaml", TINY.replace("radius_mm: 6", "radius_mm: 5.5"))
+        refused("the base scene has changed")
+        self.write("tiny.yaml", TINY + "# a remark changes nothing\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--quiet")
+
+    def test_a_changed_mesh_file_is_noticed(self):
+        self.run_ok("hand", "-o", "a.stl", "--edge-mm", 6)
+        self.write("tiny.yaml", TINY.replace("sphere: {radius_mm: 6}", "mesh: {file: a.stl, unit: mm}")
+                   .replace("  edge_mm: 3\n", "")
+                   .replace("[0, 0, 60]", "[0, 0, 200]"))
+        self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
+        self.run_ok("hand", "-o", "a.stl", "--edge-mm", 7)
+        done = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("a file that the scenes name has changed", done.stderr)
+
+    def test_a_failed_case_is_recorded_and_the_rest_go_on(self):
+        # At 5 mm the sphere reaches through the array: found only when the scene is built.
+        self.sweep("s.yaml", "grid: {'body.place.at_mm[2]': [60, 5, 70]}\n")
+        done = self.touchfield("sweep", "s.yaml", "-o", "out")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("3 of 3 cases done, 1 failed", done.stdout)
+        self.assertRegex(done.stderr, r"case 2 \(body\.place\.at_mm\[2\]=5\) failed: array: ")
+        rows = table(self.folder / "out")
+        self.assertEqual([row["status"] for row in rows], ["ok", "ok", "failed", "ok", "ok"])
+        self.assertIn("array: ", rows[2]["reason"])
+        self.assertEqual(rows[2]["relative_error"], "nan")
+        again = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume", "--json")
+        self.assertEqual(again.returncode, 1)
+        self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 0)
+        retried = self.touchfield("sweep", "s.yaml", "-o", "out", "--retry-failed", "--json")
+        self.assertEqual(retried.returncode, 1)
+        self.assertEqual(json.loads(retried.stdout.splitlines()[-1])["computed"], 1)
+
+    def workers(self, pid):
+        out = subprocess.run(["ps", "-o", "pid=", "--ppid", str(pid)], capture_output=True, text=True, check=False)
+        return [int(word) for word in out.stdout.split()]
+
+    def wait_for(self, what, seconds=30):
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            result = what()
+            if result:
+                return result
+            time.sleep(0.01)
+        self.fail("waited in vain")
+
+    def test_a_process_that_dies_takes_its_case_only(self):
+        self.sweep("s.yaml", "set: {body.edge_mm: 0.5}\n"
+                   "grid: {array.level: [1, 0.9, 0.8]}\n")
+        going = self.start("s.yaml", "-o", "out", "--jobs", 1)
+        worker = self.wait_for(lambda: self.workers(going.pid))[0]
+        self.wait_for(lambda: list((self.folder / "out/cases").glob(".00001*/run.log")))
+        os.kill(worker, signal.SIGSEGV)
+        out, err = going.communicate(timeout=300)
+        self.assertEqual(going.returncode, 1, err)
+        self.assertIn("case 1 (array.level=1) failed: the process that computed it ended by signal 11", err)
+        self.assertIn("3 of 3 cases done, 1 failed", out)
+
+    def test_an_interrupt_keeps_what_is_done_and_says_how_to_go_on(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8, 0.7, 0.6, 0.5]}\nset: {solve.iterations: 3000}\n")
+        for number, signum in enumerate([signal.SIGINT, signal.SIGTERM]):
+            going = self.start("s.yaml", "-o", f"out{number}")
+            self.wait_for(lambda: (self.folder / f"out{number}/cases/00001").exists())
+            worker = self.workers(going.pid)
+            going.send_signal(signum)
+            _, err = going.communicate(timeout=60)
+            self.assertEqual(going.returncode, 128 + signum, err)
+            self.assertIn("--resume goes on", err)
+            self.assertEqual([pid for pid in worker if pathlib.Path(f"/proc/{pid}").exists()], [])
+            done = [path.name for path in (self.folder / f"out{number}/cases").iterdir()]
+            self.assertTrue(all(re.fullmatch(r"\d{5}", name) for name in done), done)
+            self.assertEqual(len({row["case"] for row in table(self.folder / f"out{number}")}), len(done))
+        self.run_ok("sweep", "s.yaml", "-o", "out0", "--resume", "--quiet")
+        self.assertEqual(len(table(self.folder / "out0")), 12)
+
+    def test_workers_die_with_their_owner(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\nset: {body.edge_mm: 0.5}\n")
+        going = self.start("s.yaml", "-o", "out")
+        worker = self.wait_for(lambda: self.workers(going.pid))[0]
+        going.kill()
+        going.communicate()
+        self.wait_for(lambda: not pathlib.Path(f"/proc/{worker}").exists() or
+                      "State:\tZ" in pathlib.Path(f"/proc/{worker}/status").read_text())
+
+    def test_a_second_process_is_refused_and_a_killed_owner_leaves_no_lock(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\nset: {body.edge_mm: 0.5}\n")
+        going = self.start("s.yaml", "-o", "out")
+        self.wait_for(lambda: self.workers(going.pid))
+        second = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume")
+        self.assertEqual(second.returncode, 2)
+        self.assertIn(f"another process ({going.pid}) works in it", second.stderr)
+        going.kill()
+        going.communicate()
+        self.write("s.yaml", "base: tiny.yaml\ngrid: {array.level: [1, 0.9]}\nset: {body.edge_mm: 0.5}\n")
+        third = self.start("s.yaml", "-o", "out", "--resume")
+        self.wait_for(lambda: self.workers(third.pid))
+        third.kill()
+        third.communicate()
+
+    def test_a_folder_that_cannot_be_written_to(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
+        self.write("in_the_way", "")
+        done = self.touchfield("sweep", "s.yaml", "-o", "in_the_way")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("in the way", done.stderr)
+        done = self.touchfield("sweep", "s.yaml", "-o", "/proc/out")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("output directory /proc/out cannot be made", done.stderr)
+
+    def test_files_that_grow_too_large_fail_their_cases(self):
+        # The limit stands for a full disk: what needs more than 12 KiB cannot be written.
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
+
+        def limit():
+            signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+            resource.setrlimit(resource.RLIMIT_FSIZE, (12288, 12288))
+
+        done = subprocess.run([PROGRAM, "sweep", "s.yaml", "-o", "out"], cwd=self.folder, capture_output=True,
+                              text=True, timeout=300, check=False, preexec_fn=limit)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("File too large", done.stderr)
+        # With room again the failed ones can be computed.
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--retry-failed", "--quiet")
+        self.assertEqual([row["status"] for row in table(self.folder / "out")], ["ok"] * 4)
+
+    def test_a_full_disk_keeps_what_is_finished(self):
+        disk = self.folder / "disk"
+        disk.mkdir()
+        mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=600k", "tmpfs", disk], capture_output=True,
+                               check=False)
+        if mount.returncode != 0:
+            self.skipTest("no right to mount a small disk here")
+        self.addCleanup(subprocess.run, ["umount", disk], check=False)
+        self.sweep("s.yaml", f"grid: {{array.level: {[round(1 - 0.005 * i, 3) for i in range(60)]}}}\n")
+        done = self.touchfield("sweep", "s.yaml", "-o", disk / "out")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("No space left on device", done.stderr)
+        whole = 0
+        for case in sorted((disk / "out/cases").iterdir()):
+            record = case / "case.json"
+            if record.exists() and record.stat().st_size and json.loads(record.read_text())["status"] == "ok":
+                with h5py.File(case / "run.h5") as run:
+                    self.assertEqual(run.attrs["complete"], 1)
+                whole += 1
+        self.assertGreater(whole, 0)
+        subprocess.run(["mount", "-o", "remount,size=40m", disk], check=True)
+        self.run_ok("sweep", "s.yaml", "-o", disk / "out", "--retry-failed", "--quiet")
+        self.assertEqual({row["status"] for row in table(disk / "out")}, {"ok"})
+
+    def test_a_folder_removed_meanwhile(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8]}\nset: {solve.iterations: 4000}\n")
+        going = self.start("s.yaml", "-o", "out")
+        self.wait_for(lambda: (self.folder / "out/cases/00001").exists())
+        os.rename(self.folder / "out/cases", self.folder / "moved")
+        _, err = going.communicate(timeout=120)
+        self.assertEqual(going.returncode, 1, err)
+        self.assertIn("No such file or directory", err)
+        self.assertTrue((self.folder / "moved/00001/run.h5").exists())
+
+    # Several machines
+
+    def test_shards_together_are_the_whole(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8, 0.7, 0.6]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "whole", "--quiet")
+        for i in (1, 2, 3):
+            self.run_ok("sweep", "s.yaml", "-o", "parts", "--shard", f"{i}/3", "--resume", "--quiet")
+        self.assertEqual(sorted(path.name for path in (self.folder / "parts").iterdir()),
+                         [f"shard-{i}-of-3" for i in (1, 2, 3)])
+        done = self.run_ok("sweep", "--collect", "parts")
+        self.assertIn("5 of 5 cases done, 0 failed", done.stdout)
+        self.same_tables(table(self.folder / "whole"), table(self.folder / "parts"))
+        shutil.rmtree(self.folder / "parts/shard-2-of-3")
+        done = self.touchfield("sweep", "--collect", "parts")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("2 missing", done.stdout)
+        self.sweep("other.yaml", "grid: {array.level: [0.4, 0.3]}\n")
+        self.run_ok("sweep", "other.yaml", "-o", "parts", "--shard", "2/3", "--quiet")
+        done = self.touchfield("sweep", "--collect", "parts")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("are of different sweeps", done.stderr)
+        self.assertIn("holds no sweep", self.touchfield("sweep", "--collect", self.folder / "whole/cases").stderr)
+
+    # Work is used again
+
+    def test_a_body_that_moves_keeps_its_factorisation(self):
+        self.sweep("s.yaml", "set: {solve.solver: lu, judge: {scheme: paper_corrected, split: 1}}\ncases:\n"
+                   "  - {array.level: 0.9}\n"
+                   "  - {'body.place.at_mm': [3, 4, 70]}\n"
+                   "  - {body.place.rotate_deg: [0, 0, 30]}\n"
+                   "  - {array.at_mm: [5, 0, -10]}\n"
+                   "  - {medium.temperature_c: 25}\n"
+                   "  - {frequency_khz: 41}\n"
+                   "  - {body.sphere.radius_mm: 6.5}\n"
+                   "  - {solve.scheme: paper}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--jobs", 1, "--quiet")
+        rows = [row for row in table(self.folder / "out") if row["name"] == "paper"]
+        reused = {int(row["case"]): int(row["models_reused"]) for row in rows}
+        self.assertEqual({int(row["models"]) for row in rows}, {2})  # to solve, and the judge's
+        self.assertEqual([reused[i] for i in (1, 2, 3, 4)], [0, 2, 2, 2])
+        self.assertEqual([reused[i] for i in (5, 6, 7)], [0, 0, 0])
+        # Each equals the run of its own.
+        for row in rows:
+            with h5py.File(self.folder / f"out/cases/{int(row['case']):05d}/run.h5") as run:
+                self.write("one.yaml", run["scene"][()].decode())
+            self.run_ok("run", "one.yaml", "-o", f"one{row['case']}", "--quiet")
+            with open(self.folder / f"one{row['case']}/metrics.csv", newline="") as file:
+                alone = next(line for line in csv.DictReader(file) if line["name"] == "paper")
+            # A rotation and a shift of the mesh: rounding, of which the condition of B makes some ten times as much.
+            for name in ("relative_error", "leakage", "force_target_n", "judge_difference", "peak_pa"):
+                self.assertAlmostEqual(float(row[name]) / float(alone[name]), 1.0, delta=1e-8, msg=name)
+
+    def test_progress_for_machines(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
+        done = self.run_ok("sweep", "s.yaml", "-o", "out", "--json")
+        lines = [json.loads(line) for line in done.stdout.splitlines()]
+        self.assertEqual([line["event"] for line in lines], ["case", "case", "end"])
+        self.assertEqual(lines[0]["inputs"], {"array.level": "1"})
+        self.assertEqual([line["done"] for line in lines], [1, 2, 2])
+        self.assertGreaterEqual(lines[0]["seconds_left"], 0)
+        self.assertEqual(lines[1]["methods"][0]["metrics"]["relative_error"],
+                         float(table(self.folder / "out")[2]["relative_error"]))
+        plain = self.run_ok("sweep", "s.yaml", "-o", "again")
+        self.assertRegex(plain.stderr, r"case 2 \(array\.level=0\.9\): [\d.]+ s, 1 of 1 models used again; "
+                                       r"2 of 2 cases, 0 s left")
+
+
+if __name__ == "__main__":
+    unittest.main()
