@@ -12,6 +12,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/compare_command.h"
+#include "apps/commands/device_cli.h"
 #include "apps/commands/interrupt_guard.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
@@ -24,6 +25,7 @@ using touchfield::CommonFlags;
 constexpr int kFailed = 1;
 constexpr int kBadInput = 2;
 constexpr int kNotBuilt = 3;
+constexpr int kDevice = 4;
 
 void add_common(CLI::App* command, CommonFlags& flags) {
   command->add_option("--threads", flags.threads, "Number of threads; default: all cores, or OMP_NUM_THREADS")
@@ -213,6 +215,9 @@ int dispatch(int argc, char** argv) {
                      ->check(CLI::PositiveNumber);
   add_common(mesh_app, flags);
 
+  touchfield::DeviceCommands devices;
+  touchfield::add_device_commands(app, devices, [&](CLI::App* command) { add_common(command, flags); });
+
   std::string schema_format = "markdown";
   CLI::App* schema_app = app.add_subcommand("schema", "Print the schema of scene files");
   schema_app->add_option("--format", schema_format, "markdown, json (for editors) or template (a scene with every key)")
@@ -222,8 +227,9 @@ int dispatch(int argc, char** argv) {
   const auto known = app.get_subcommands([](const CLI::App*) { return true; });
   const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), is_named)) {
-    throw touchfield::InputError(
-        fmt::format("unknown command '{}'; there are run, check, study, sweep, compare, info, hand, mesh and schema", argv[1]));
+    throw touchfield::InputError(fmt::format(
+        "unknown command '{}'; there are run, check, study, sweep, compare, info, hand, mesh, send, array and schema",
+        argv[1]));
   }
   try {
     app.parse(argc, argv);
@@ -232,7 +238,7 @@ int dispatch(int argc, char** argv) {
   }
   if (run_app->parsed()) {
     if (run.scene.empty() && run.from.empty()) {
-      throw touchfield::InputError("run: a scene file, or --from RUN.h5, is missing");
+      throw touchfield::InputError("run: SCENE is missing: a scene file, or --from RUN.h5");
     }
     run.command_line = touchfield::joined_command_line(argc, argv);
     return touchfield::run_command(run, flags);
@@ -248,7 +254,7 @@ int dispatch(int argc, char** argv) {
   }
   if (sweep_app->parsed()) {
     if (sweep.sweep.empty() && sweep.collect.empty()) {
-      throw touchfield::InputError("sweep: a sweep file, or --collect DIR, is missing");
+      throw touchfield::InputError("sweep: SWEEP is missing: a sweep file, or --collect DIR");
     }
     sweep.program = own_path();
     sweep.command_line = touchfield::joined_command_line(argc, argv);
@@ -259,6 +265,9 @@ int dispatch(int argc, char** argv) {
   }
   if (info_app->parsed()) {
     return touchfield::info_command(run_file, flags);
+  }
+  if (const auto code = touchfield::run_device_commands(devices, flags)) {
+    return *code;
   }
   if (compare_app->parsed()) {
     return touchfield::compare_command(compare, flags);
@@ -295,6 +304,8 @@ int main(int argc, char** argv) {
     return report(error.what(), kBadInput);
   } catch (const touchfield::NotBuiltError& error) {
     return report(error.what(), kNotBuilt);
+  } catch (const touchfield::DeviceError& error) {
+    return report(error.what(), kDevice);
   } catch (const std::bad_alloc&) {
     return report("out of memory; choose a larger body.edge_mm", kFailed);
   } catch (const std::exception& error) {

@@ -123,6 +123,9 @@ std::string target_text(const TargetDifference& target) {
   if (target.identical) {
     return fmt::format("the same: {} faces", target.faces.first);
   }
+  if (target.relative == 0.0) {
+    return fmt::format("the same {} faces, in other boxes or with signs of zeros", target.faces.first);
+  }
   std::string text = fmt::format("{} -> {} faces", target.faces.first, target.faces.second);
   if (target.only_faces.first + target.only_faces.second > 0) {
     text += fmt::format(", {} in A alone, {} in B alone", target.only_faces.first, target.only_faces.second);

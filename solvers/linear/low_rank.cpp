@@ -9,7 +9,6 @@
 
 #include <Eigen/QR>
 
-#include "solvers/linear/hermitian_eigen.h"
 #include "solvers/linear/hermitian_product.h"
 
 namespace touchfield {
@@ -33,20 +32,6 @@ MatrixXcd random_block(Index rows, Index columns, std::mt19937_64& generator) {
 MatrixXcd orthonormal(const MatrixXcd& y) {
   const Eigen::HouseholderQR<MatrixXcd> qr(y);
   return qr.householderQ() * MatrixXcd::Identity(y.rows(), y.cols());
-}
-
-/// Turns the basis to the principal directions of what it holds and leaves out the least of them, so that no more than
-/// `allowed` of the squared norm is left out in all.
-void trim(LowRank& found, double& left, double allowed) {
-  const HermitianEigen eigen = hermitian_eigen(hermitian_product(found.coefficients.adjoint()));
-  Index dropped = 0;
-  while (dropped < found.rank() && left + std::max(eigen.values(dropped), 0.0) <= allowed) {
-    left += std::max(eigen.values(dropped), 0.0);
-    ++dropped;
-  }
-  const MatrixXcd kept = eigen.vectors.rightCols(found.rank() - dropped);
-  found.basis = matrix_product(found.basis, kept);
-  found.coefficients = adjoint_product(kept, found.coefficients);
 }
 
 }  // namespace
@@ -79,9 +64,6 @@ LowRank compressed(const MatrixXcd& a, double tolerance, Index block) {
     result.basis.rightCols(width) = y;
     result.coefficients.conservativeResize(found + width, Eigen::NoChange);
     result.coefficients.bottomRows(width) = rows;
-  }
-  if (result.rank() > 0) {
-    trim(result, left, tolerance * tolerance * total);
   }
   result.left_out = total > 0 ? std::sqrt(std::max(left, 0.0) / total) : 0.0;
   return result;

@@ -14,12 +14,11 @@ struct LowRank {
 };
 
 /// Finds the range of A by products with random blocks, each made orthogonal to what is found, until no more than the
-/// tolerance is left out; then drops the principal directions that it does without. Costs two products of A with r
-/// columns.
+/// tolerance is left out. Costs two products of A with r columns.
 ///
 /// a           n x s, finite
 /// tolerance   on ||E||_F / ||A||_F, 1e-7 to 1
-/// returns     rank min(n, s) at most, close to the least that would do; 0 for a zero matrix.
+/// returns     rank min(n, s) at most, some `block` columns more than the least that would do; 0 for a zero matrix.
 ///             The same for every number of threads, to rounding
 /// throws      std::invalid_argument on a tolerance out of range; std::domain_error on a value that is not finite
 /// source      Halko, Martinsson and Tropp, SIAM Review 53 (2011) 217, algorithm 4.2 in blocks

@@ -13,7 +13,7 @@ namespace touchfield {
 /// The matrix is formed and factorised in single precision and the solution refined against J in double; where that
 /// does not converge (d far below eps ||J||^2 of single precision) both happen in double.
 ///
-/// accuracy   residual of the inner system below 1e-6 of its right-hand side
+/// accuracy   residual of the inner system below 1e-8 of its right-hand side
 class DampedStep {
  public:
   /// d   columns() values > 0

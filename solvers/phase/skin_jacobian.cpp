@@ -61,6 +61,7 @@ SkinJacobian::SkinJacobian(const SkinProblem& problem)
 
 void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) {
   phasors_ = phasors;
+  radial_column_.resize(static_cast<std::size_t>(phasors.size()), -1);
   pressure_directions(problem_, reach_, field, phasors, directions_);
   const Eigen::Index faces = problem_.target_count();
   residual_.head(faces) = root_weights_.array() * (field.target.array().abs() - problem_.amplitudes.array());

@@ -240,6 +240,10 @@ TEST(TargetDifference, CountsFacesOfOneAlone) {
   EXPECT_TRUE(compare_targets(target, target).identical);
   EXPECT_TRUE(compare_targets(std::nullopt, std::nullopt).identical);
   std::optional<Target> other = target;
+  other->box[2] = 0;
+  EXPECT_FALSE(compare_targets(target, other).identical);
+  EXPECT_EQ(compare_targets(target, other).relative, 0.0);
+  other = target;
   other->faces[0] = 2;
   other->amplitudes(1) = 1500;
   const TargetDifference difference = compare_targets(target, other);

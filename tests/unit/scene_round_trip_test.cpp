@@ -158,8 +158,7 @@ const std::vector<Variant> kVariants = {
     {"skin_methods",
      {"solve.methods=[{surface: {free_amplitudes: true, start: {random: 3, restarts: 4}}}, gs, wgs, gs_pat, eigen, "
       "{lbfgs: {iterations: 17, start: spectral}}, {surface: {as: third, start: adjoint}}]",
-      "target={box: {at: top, size_mm: [4, 4, 4]}}",
-      "solve.quiet_weight=0.35", "solve.certificate=true"}},
+      "target={box: {at: top, size_mm: [4, 4, 4]}}", "solve.quiet_weight=0.35", "solve.certificate=true"}},
     {"capsule", {"body={capsule: {radius_mm: 8.3, length_mm: 60.1}, edge_mm: 1.1}"}},
     {"box", {"body={box: {size_mm: [10.1, 20.2, 30.3]}, edge_mm: 1.1}"}},
     {"mesh", {"body={mesh: {file: 'a folder/it''s: #1 hand.stl', unit: cm, landmarks: {tip: [0.1, 0.7, -3.3]}}}"}},

@@ -1,0 +1,204 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/device_commands.h"
+#include "apps/commands/emission.h"
+#include "sim/acoustics/incident_field.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/output/run_file.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kFrequency = 40e3;  // [Hz] of every array there is a link for
+constexpr double kNearest = 10e-3;   // of a focus to a transducer [m]
+constexpr const char* kLinks[][2] = {
+    {"dry-run[:FILE][?levels=N]", "no device: rounds, reports and writes the phases"},
+    {"sonicsurface:PORT[?firmware=primary|secondary|tactile&order=fpga|natural]", "16 x 16 at 10.5 mm, a serial port"},
+    {"autd3:audit", "the AUTD3 vendor's emulator of its firmware; as all of autd3 with --library"},
+    {"autd3:nop", "AUTD3 units that are not there"},
+    {"autd3:remote:HOST:PORT", "AUTD3 units of another machine, or the vendor's simulator"},
+    {"autd3:twincat", "AUTD3 units on this machine's EtherCAT"}};
+
+std::vector<std::string> serial_ports() {
+  std::vector<std::string> ports;
+  const auto collect = [&](const char* folder, const std::vector<std::string>& beginnings) {
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+      const std::string name = entry.path().filename().string();
+      if (std::any_of(beginnings.begin(), beginnings.end(),
+                      [&](const std::string& beginning) { return name.starts_with(beginning); })) {
+        ports.push_back(entry.path().string());
+      }
+    }
+  };
+  collect("/dev/serial/by-id", {""});
+  collect("/dev", {"ttyUSB", "ttyACM"});
+  std::sort(ports.begin(), ports.end());
+  return ports;
+}
+
+std::optional<TransducerArray> array_of(const std::string& path) {
+  if (path.empty()) {
+    return std::nullopt;
+  }
+  return read_run_file(std::filesystem::is_directory(path) ? path + "/run.h5" : path).array;
+}
+
+EmissionPlan plan_of(const ArrayCommand& command) {
+  EmissionPlan plan;
+  plan.device = command.device;
+  if (const auto array = array_of(command.run)) {
+    plan.array = layout_of(*array);
+    plan.must_match.push_back(*array);
+  }
+  return plan;
+}
+
+// Every transducer in phase at one point.
+Drive focus(const ArrayLayout& layout, const Vector3& at, const Wave& wave) {
+  for (Eigen::Index n = 0; n < layout.positions.cols(); ++n) {
+    const double distance = (layout.positions.col(n) - at).norm();
+    if (!(distance >= kNearest)) {
+      throw InputError(fmt::format("--at-mm: {:.1f} mm from transducer {}, must be >= {:g} mm", distance / kMillimetre,
+                                   n, kNearest / kMillimetre));
+    }
+  }
+  const TransducerArray array = make_array(layout, Directivity::omni(), 1, 1);
+  const Eigen::RowVectorXcd arriving = incident_matrix(array, wave, at);
+  return {-arriving.transpose().array().arg().matrix(), Eigen::VectorXd::Ones(layout.positions.cols())};
+}
+
+int list(const ArrayCommand& command, const CommonFlags& flags) {
+  nlohmann::ordered_json json;
+  if (command.device.link != DeviceOptions{}.link) {
+    const auto array = array_of(command.run);
+    const std::unique_ptr<ArrayLink> link =
+        local_link(command.device, array ? layout_of(*array) : ArrayLayout{}, false);
+    const LinkAbilities abilities = link->abilities();
+    const ArrayLayout& layout = link->layout();
+    json = {{"device", link->describe()},
+            {"transducers", layout.positions.cols()},
+            {"units", layout.device.maxCoeff() + 1},
+            {"phase_levels", abilities.steps.phase_levels},
+            {"intensity_levels", abilities.steps.intensity_levels},
+            {"frames_per_second", abilities.most_frames_per_second},
+            {"modulation_samples_per_second", abilities.modulation.rate},
+            {"own_modulation_hz", abilities.modulation.own_frequencies},
+            {"reads_back", abilities.reads_back}};
+  } else {
+    for (const auto& [form, what] : kLinks) {
+      json["links"].push_back({{"link", form}, {"what", what}});
+    }
+    json["serial_ports"] = serial_ports();
+  }
+  if (flags.json) {
+    fmt::print("{}\n", json.dump(2));
+    return 0;
+  }
+  if (!json.contains("links")) {
+    for (const auto& [key, value] : json.items()) {
+      fmt::print("{:<30} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+    }
+    return 0;
+  }
+  fmt::print("links:\n");
+  for (const auto& [form, what] : kLinks) {
+    fmt::print("  {}\n      {}\n", form, what);
+  }
+  fmt::print("serial ports:{}\n", json["serial_ports"].empty() ? " none" : "");
+  for (const auto& port : json["serial_ports"]) {
+    fmt::print("  {}\n", port.get<std::string>());
+  }
+  return 0;
+}
+
+int off(const ArrayCommand& command, const CommonFlags& flags) {
+  const auto array = array_of(command.run);
+  const std::unique_ptr<ArrayLink> link = local_link(command.device, array ? layout_of(*array) : ArrayLayout{}, false);
+  link->open();
+  link->quiet();
+  link->close();
+  if (flags.json) {
+    fmt::print("{}\n", nlohmann::ordered_json{{"device", link->describe()}, {"off", true}}.dump(2));
+  } else if (!flags.quiet) {
+    fmt::print("{}: every transducer is off\n", link->describe());
+  }
+  return 0;
+}
+
+int test(const ArrayCommand& command, const CommonFlags& flags) {
+  EmissionPlan plan = plan_of(command);
+  plan.seconds = command.seconds;
+  const Wave wave(air(command.temperature), kFrequency);
+  plan.drives = [&](const ArrayLayout& layout) { return std::vector<Drive>{focus(layout, command.at, wave)}; };
+  const EmissionReport report = emit(plan);
+  if (flags.json) {
+    fmt::print("{}", emission_json(report, command.device));
+  } else if (!flags.quiet) {
+    fmt::print("focus at ({:g}, {:g}, {:g}) mm\n{}", command.at.x() / kMillimetre, command.at.y() / kMillimetre,
+               command.at.z() / kMillimetre, describe_emission(report, command.device));
+  }
+  return report.exit_code;
+}
+
+int walk(const ArrayCommand& command, const CommonFlags& flags) {
+  EmissionPlan plan = plan_of(command);
+  plan.rate = 1 / command.dwell;
+  ArrayLayout layout;
+  plan.drives = [&](const ArrayLayout& device) {
+    layout = device;
+    const auto n = static_cast<long>(device.positions.cols());
+    const long count = command.count.value_or(n - command.first);
+    if (command.first >= n || count > n - command.first) {
+      throw InputError(
+          fmt::format("--first = {}, --count = {}: the device has transducers 0 to {}", command.first, count, n - 1));
+    }
+    std::vector<Drive> drives;
+    for (long k = 0; k < count; ++k) {
+      drives.push_back({Eigen::VectorXd::Zero(n), Eigen::VectorXd::Unit(n, command.first + k)});
+    }
+    return drives;
+  };
+  const bool lines = !flags.json && !flags.quiet;
+  plan.observer = [&](std::size_t k, const DriveFrame&) {
+    const auto n = static_cast<Eigen::Index>(k) + command.first;
+    if (lines) {
+      fmt::print("transducer {}: unit {} channel {} at ({:.2f}, {:.2f}, {:.2f}) mm\n", n, layout.device(n),
+                 layout.channel(n), layout.positions(0, n) / kMillimetre, layout.positions(1, n) / kMillimetre,
+                 layout.positions(2, n) / kMillimetre);
+      std::fflush(stdout);
+    }
+  };
+  const EmissionReport report = emit(plan);
+  if (flags.json) {
+    fmt::print("{}", emission_json(report, command.device));
+  } else if (lines) {
+    fmt::print("{}", describe_emission(report, command.device));
+  }
+  return report.exit_code;
+}
+
+}  // namespace
+
+int array_command(const ArrayCommand& command, const CommonFlags& flags) {
+  switch (command.action) {
+    case ArrayCommand::Action::kList:
+      return list(command, flags);
+    case ArrayCommand::Action::kTest:
+      return test(command, flags);
+    case ArrayCommand::Action::kWalk:
+      return walk(command, flags);
+    case ArrayCommand::Action::kOff:
+      return off(command, flags);
+  }
+  throw std::logic_error("unknown action");
+}
+
+}  // namespace touchfield

@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/emission.h"
+#include "sim/core/units.h"
+
+namespace touchfield {
+
+namespace {
+
+std::string outcome(const EmissionReport& report, const DeviceOptions& options) {
+  if (report.written > 0) {
+    return fmt::format("{} file{} written", report.written, report.written == 1 ? "" : "s");
+  }
+  if (!report.emitted) {
+    return parse_link_address(options.link).kind == LinkAddress::Kind::kDryRun ? "nothing was sent: a dry run"
+                                                                               : "nothing was sent: it takes --emit";
+  }
+  if (!report.quiet) {
+    return "stopped by the guard, which says how it left the array";
+  }
+  return fmt::format("{} sent, {} dropped, {} late (at most {:.1f} ms) in {:.2f} s; the array is quiet{}",
+                     report.play.sent, report.play.dropped, report.play.late, report.play.worst_delay * 1e3,
+                     report.play.seconds, report.read_back ? "; every byte was read back and equal" : "");
+}
+
+}  // namespace
+
+std::string describe_emission(const EmissionReport& report, const DeviceOptions& options) {
+  const QuantisationReport& rounding = report.quantisation;
+  return fmt::format(
+      "{}: {} transducers\n"
+      "  {} frame{} at {:g} a second, {:g} s, level {:g}, modulation: {}\n"
+      "  {} phase steps: off by {:.2f} degrees at worst, {:.2f} rms; loss in drives {:.3f} %\n"
+      "  {}\n",
+      report.device, report.transducers, report.frames, report.frames == 1 ? "" : "s", report.rate, report.seconds,
+      report.level, report.modulation, rounding.steps.phase_levels, rounding.worst_phase_error / kDegree,
+      rounding.rms_phase_error / kDegree, 100 * rounding.worst_drive_loss, outcome(report, options));
+}
+
+std::string emission_json(const EmissionReport& report, const DeviceOptions& options) {
+  const QuantisationReport& rounding = report.quantisation;
+  nlohmann::ordered_json json = {{"link", options.link},
+                                 {"device", report.device},
+                                 {"transducers", report.transducers},
+                                 {"frames", report.frames},
+                                 {"rate_hz", report.rate},
+                                 {"seconds", report.seconds},
+                                 {"level", report.level},
+                                 {"modulation", report.modulation},
+                                 {"phase_levels", rounding.steps.phase_levels},
+                                 {"intensity_levels", rounding.steps.intensity_levels},
+                                 {"worst_phase_error_rad", rounding.worst_phase_error},
+                                 {"rms_phase_error_rad", rounding.rms_phase_error},
+                                 {"drive_loss", rounding.worst_drive_loss},
+                                 {"files", report.written},
+                                 {"emitted", report.emitted}};
+  if (report.emitted) {
+    json["quiet"] = report.quiet;
+    json["sent"] = report.play.sent;
+    json["dropped"] = report.play.dropped;
+    json["late"] = report.play.late;
+    json["worst_delay_s"] = report.play.worst_delay;
+    json["seconds_played"] = report.play.seconds;
+    json["read_back"] = report.read_back;
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace touchfield

@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "hardware/drive_frame.h"
+#include "hardware/modulation.h"
+#include "sim/acoustics/transducer_array.h"
+
+namespace touchfield {
+
+/// What a device can do.
+struct LinkAbilities {
+  DriveSteps steps;
+  double most_frames_per_second = 0;  // that the link carries, > 0
+  ModulationAbility modulation;
+  bool reads_back = false;  // read_back and read_back_modulation have something to say
+};
+
+/// A real array, or what stands for one. Made by make_link, or for another process by GuardedLink.
+///
+/// Order of calls: layout, abilities and describe at any time, without touching the device; open; set_modulation and
+/// send any number of times; quiet; close. No call takes longer than kLinkPatience: a device that does not take what it
+/// is sent within that time is lost. After a DeviceError only quiet and close may be called.
+///
+/// throws   DeviceError from everything that touches the device: missing, refused, silent, lost. InputError if the
+///          caller asks for what the device cannot do, before a byte is sent.
+class ArrayLink {
+ public:
+  ArrayLink() = default;
+  ArrayLink(const ArrayLink&) = delete;
+  ArrayLink& operator=(const ArrayLink&) = delete;
+  /// Closes what is open, as close().
+  virtual ~ArrayLink() = default;
+
+  /// The device in a few words, for a person, e.g. "sonicsurface on /dev/ttyUSB0, primary firmware".
+  virtual std::string describe() const = 0;
+  /// Where the device's transducers sit, in its own order, up to a rigid motion of the whole.
+  virtual const ArrayLayout& layout() const = 0;
+  virtual LinkAbilities abilities() const = 0;
+
+  /// Takes hold of the device; it emits nothing yet.
+  virtual void open() = 0;
+  /// From the next frame on. Without this call: static, or what the firmware always does.
+  virtual void set_modulation(const Modulation& modulation) = 0;
+  /// Emits a frame from now on, until the next.
+  /// frame   of layout().positions.cols() transducers, steps below those of abilities().steps
+  virtual void send(const DriveFrame& frame) = 0;
+  /// Notices a device that went away while nothing was sent; called some times a second while a frame is held.
+  virtual void check() {}
+  /// What the device says it emits; nothing if it cannot say.
+  virtual std::optional<DriveFrame> read_back() { return std::nullopt; }
+  /// The modulation buffer the device says it holds; nothing if it cannot say.
+  virtual std::optional<std::vector<std::uint8_t>> read_back_modulation() { return std::nullopt; }
+  /// Every transducer off, committed, and on its way out of this machine when the call returns.
+  virtual void quiet() = 0;
+  /// Lets go of the device. Does not quiet it. Errors are swallowed: nothing can be done about them.
+  virtual void close() noexcept = 0;
+};
+
+/// Longest time that a call of ArrayLink may wait for the device [s]; an open() may take longer.
+inline constexpr double kLinkPatience = 0.1;
+
+/// Refuses a frame that does not fit a device: a wrong count, a step out of range.
+/// device   its name, for the message
+/// throws   InputError
+void require_fits(const DriveFrame& frame, const LinkAbilities& abilities, std::size_t count,
+                  const std::string& device);
+
+/// Where one unit of several sits: a point x of its own layout is at rotation x + position.
+struct UnitPlacement {
+  Vector3 position = Vector3::Zero();  // [m]
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+};
+
+}  // namespace touchfield

@@ -1,0 +1,89 @@
+#include "hardware/guard/guard_channel.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr std::uint32_t kMostBytes = 1U << 24;  // of a message; an array of a hundred thousand transducers has fewer
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+}  // namespace
+
+void GuardChannel::adopt(int descriptor) {
+  close();
+  descriptor_ = descriptor;
+}
+
+bool GuardChannel::send(const GuardMessage& message) {
+  const auto size = static_cast<std::uint32_t>(message.bytes().size());
+  const auto* length = reinterpret_cast<const std::uint8_t*>(&size);
+  std::vector<std::uint8_t> bytes(length, length + sizeof size);
+  bytes.insert(bytes.end(), message.bytes().begin(), message.bytes().end());
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t sent = ::send(descriptor_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
+    if (sent < 0 && errno != EINTR) {
+      return false;
+    }
+    at += static_cast<std::size_t>(std::max<ssize_t>(sent, 0));
+  }
+  return true;
+}
+
+std::optional<GuardMessage> GuardChannel::receive(double patience) {
+  const double until = now() + patience;
+  std::uint32_t size = 0;
+  if (!receive_bytes(reinterpret_cast<std::uint8_t*>(&size), sizeof size, until)) {
+    return std::nullopt;
+  }
+  if (size > kMostBytes) {
+    throw IoError("link guard: a message that is none");
+  }
+  std::vector<std::uint8_t> bytes(size);
+  if (!receive_bytes(bytes.data(), bytes.size(), until)) {
+    return std::nullopt;
+  }
+  return GuardMessage(std::move(bytes));
+}
+
+bool GuardChannel::receive_bytes(std::uint8_t* data, std::size_t size, double until) {
+  while (size > 0) {
+    pollfd watched{descriptor_, POLLIN, 0};
+    const int ready = ::poll(&watched, 1, static_cast<int>(std::ceil(std::max(0.0, until - now()) * 1e3)));
+    if (ready < 0 && errno == EINTR) {
+      continue;
+    }
+    if (ready == 0) {
+      throw IoError("link guard: no answer");
+    }
+    const ssize_t got = ::recv(descriptor_, data, size, 0);
+    if (got < 0 && errno == EINTR) {
+      continue;
+    }
+    if (got <= 0) {
+      return false;
+    }
+    data += got;
+    size -= static_cast<std::size_t>(got);
+  }
+  return true;
+}
+
+void GuardChannel::close() {
+  if (descriptor_ >= 0) {
+    ::close(descriptor_);
+    descriptor_ = -1;
+  }
+}
+
+}  // namespace touchfield

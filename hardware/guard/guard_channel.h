@@ -1,0 +1,35 @@
+#pragma once
+
+#include <optional>
+
+#include "hardware/guard/guard_message.h"
+
+namespace touchfield {
+
+/// One end of the socket between a link's owner and its guard: whole messages, each with its length before it.
+class GuardChannel {
+ public:
+  /// Takes over a descriptor.
+  explicit GuardChannel(int descriptor) : descriptor_(descriptor) {}
+  ~GuardChannel() { close(); }
+  GuardChannel(const GuardChannel&) = delete;
+  GuardChannel& operator=(const GuardChannel&) = delete;
+
+  /// Takes over another descriptor.
+  void adopt(int descriptor);
+  int descriptor() const { return descriptor_; }
+  /// returns  false if the other end is gone
+  bool send(const GuardMessage& message);
+  /// patience   for the whole message [s]
+  /// returns    nothing if the other end is gone
+  /// throws     IoError if the message does not come, or is none
+  std::optional<GuardMessage> receive(double patience);
+  void close();
+
+ private:
+  bool receive_bytes(std::uint8_t* data, std::size_t size, double until);
+
+  int descriptor_;
+};
+
+}  // namespace touchfield

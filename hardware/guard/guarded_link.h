@@ -1,0 +1,50 @@
+#pragma once
+
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+#include "hardware/array_link.h"
+#include "hardware/guard/guard_channel.h"
+#include "hardware/make_link.h"
+
+namespace touchfield {
+
+/// The descriptor on which a guard finds its channel.
+inline constexpr int kGuardDescriptor = 3;
+
+/// A link that lives in a process of its own, the guard, which owns the device and quiets it when this process, or it
+/// itself, is told to stop, or when this process is gone, however it went. See run_guard.
+class GuardedLink final : public ArrayLink {
+ public:
+  /// Starts the guard; touches no device.
+  /// command   program and arguments that call run_guard(kGuardDescriptor)
+  /// throws    InputError as make_link; IoError if the guard cannot be started
+  GuardedLink(const std::vector<std::string>& command, const LinkSettings& settings, const GuardLimits& limits);
+  ~GuardedLink() override;
+
+  std::string describe() const override { return description_; }
+  const ArrayLayout& layout() const override { return layout_; }
+  LinkAbilities abilities() const override { return abilities_; }
+  void open() override;
+  void set_modulation(const Modulation& modulation) override;
+  /// throws   InputError also on a frame above the limits
+  void send(const DriveFrame& frame) override;
+  void check() override;
+  std::optional<DriveFrame> read_back() override;
+  std::optional<std::vector<std::uint8_t>> read_back_modulation() override;
+  void quiet() override;
+  void close() noexcept override;
+
+ private:
+  GuardMessage ask(const GuardMessage& request, double patience);
+  GuardMessage ask(GuardRequest request);
+
+  GuardChannel channel_;
+  pid_t guard_ = -1;
+  std::string description_;
+  LinkAbilities abilities_;
+  ArrayLayout layout_;
+};
+
+}  // namespace touchfield

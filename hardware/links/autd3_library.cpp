@@ -1,0 +1,163 @@
+#include "hardware/links/autd3_library.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <dlfcn.h>
+#include <filesystem>
+#include <initializer_list>
+
+#include <fmt/format.h>
+
+namespace touchfield {
+
+namespace {
+
+constexpr const char* kMainFile = "libautd3capi.so";
+constexpr const char* kRemoteFile = "libautd3capi_link_remote.so";
+constexpr const char* kTwincatFile = "libautd3capi_link_twincat.so";
+constexpr const char* kFirmware = "v12.";  // what version 38 is made for
+
+std::string main_file(const std::string& path) {
+  if (path.empty()) {
+    throw InputError("autd3: no library is named: --library takes the path of the vendor's libautd3capi.so");
+  }
+  const std::filesystem::path given(path);
+  std::error_code failed;
+  if (!std::filesystem::exists(given, failed)) {
+    throw InputError(fmt::format("autd3: library: there is no {}", path));
+  }
+  std::filesystem::path file = given;
+  if (std::filesystem::is_directory(given, failed)) {
+    for (const char* below : {"", "bin", "pyautd3/bin"}) {
+      file = given / below / kMainFile;
+      if (std::filesystem::exists(file, failed)) {
+        break;
+      }
+    }
+    if (!std::filesystem::exists(file, failed)) {
+      throw InputError(fmt::format("autd3: library: the folder {} holds no {}", path, kMainFile));
+    }
+  }
+  // Without a slash the loader would look the name up in the system's folders.
+  return std::filesystem::absolute(file).lexically_normal().string();
+}
+
+void* load(const std::string& file) {
+  void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+  if (handle == nullptr) {
+    const char* reason = dlerror();
+    throw InputError(fmt::format("autd3: library: cannot load {}: {}", file, reason != nullptr ? reason : "unknown"));
+  }
+  return handle;
+}
+
+template <class Function>
+void find(void* handle, const std::string& file, const char* symbol, Function*& function) {
+  void* address = dlsym(handle, symbol);
+  if (address == nullptr) {
+    throw InputError(
+        fmt::format("autd3: library: {} has no {}: it is not the AUTD3 vendor's C library, version 38, or a part of it",
+                    file, symbol));
+  }
+  function = reinterpret_cast<Function*>(address);
+}
+
+autd3::Calls find_calls(void* handle, const std::string& file) {
+  autd3::Calls call{};
+  const auto get = [&](const char* symbol, auto& function) { find(handle, file, symbol, function); };
+  get("AUTDGetErr", call.take_error);
+  get("AUTDFirmwareLatest", call.latest_firmware);
+  get("AUTDControllerOpen", call.open);
+  get("AUTDControllerClose", call.close);
+  get("AUTDLinkGet", call.link_of);
+  get("AUTDSenderOptionIsDefault", call.is_default);
+  get("AUTDSetDefaultSenderOption", call.set_default);
+  get("AUTDSender", call.sender);
+  get("AUTDSenderSend", call.send);
+  get("AUTDControllerFPGAState", call.fpga_states);
+  get("AUTDControllerFPGAStateDelete", call.delete_fpga_states);
+  get("AUTDGeometry", call.geometry);
+  get("AUTDGeometryNumDevices", call.device_count);
+  get("AUTDDevice", call.device);
+  get("AUTDDeviceNumTransducers", call.transducer_count);
+  get("AUTDDeviceDirectionAxial", call.axis);
+  get("AUTDTransducer", call.transducer);
+  get("AUTDTransducerPosition", call.position);
+  get("AUTDGainCustom", call.custom_gain);
+  get("AUTDGainNull", call.null_gain);
+  get("AUTDGainIntoDatagram", call.gain_datagram);
+  get("AUTDSamplingConfigFromDivide", call.sampling_of_divider);
+  get("AUTDModulationCustom", call.custom_modulation);
+  get("AUTDModulationIntoDatagram", call.modulation_datagram);
+  get("AUTDDatagramSilencerFromCompletionSteps", call.silencer_datagram);
+  get("AUTDLinkNop", call.nop_link);
+  get("AUTDLinkAudit", call.audit_link);
+  get("AUTDLinkAuditBreakDown", call.audit_break);
+  get("AUTDLinkAuditFpgaCurrentStmSegment", call.audit_gain_segment);
+  get("AUTDLinkAuditFpgaCurrentModSegment", call.audit_modulation_segment);
+  get("AUTDLinkAuditCpuNumTransducers", call.audit_transducer_count);
+  get("AUTDLinkAuditFpgaDrivesAt", call.audit_drives);
+  get("AUTDLinkAuditFpgaModulationCycle", call.audit_modulation_count);
+  get("AUTDLinkAuditFpgaModulationFreqDivide", call.audit_modulation_divider);
+  get("AUTDLinkAuditFpgaModulationBuffer", call.audit_modulation);
+  get("AUTDLinkAuditFpgaSilencerCompletionStepsPhase", call.audit_phase_steps);
+  get("AUTDLinkAuditFpgaSilencerCompletionStepsIntensity", call.audit_intensity_steps);
+  get("AUTDLinkAuditFpgaSilencerFixedCompletionStepsMode", call.audit_fixed_steps);
+  return call;
+}
+
+// The library tells no version of its own, and version 37 has the same names with other arguments. This call takes its
+// arguments by value and only compares them, so it can be asked of any version: another one reads other members there.
+bool has_known_arguments(const autd3::Calls& call) {
+  return call.is_default({autd3_duration(1e-3), autd3_duration(1e-3), autd3_duration(-1)});
+}
+
+}  // namespace
+
+Autd3Library::Autd3Library(const std::string& path)
+    : file_(main_file(path)), folder_(std::filesystem::path(file_).parent_path().string()) {
+  call_ = find_calls(load(file_), file_);
+  std::array<char, 257> text{};
+  call_.latest_firmware(text.data());
+  firmware_ = text.data();
+  if (!firmware_.starts_with(kFirmware) || !has_known_arguments(call_)) {
+    throw InputError(
+        fmt::format("autd3: library: {} (for firmware {}) is not version 38 of the vendor's library, which "
+                    "is for firmware {}x",
+                    file_, firmware_, kFirmware));
+  }
+}
+
+autd3::Link* Autd3Library::remote_link(const std::string& address, double patience) const {
+  struct RemoteOption {
+    autd3::OptionalDuration timeout;
+  };
+  autd3::Result<autd3::Link*> (*make)(const char*, RemoteOption) = nullptr;
+  const std::string file = folder_ + "/" + kRemoteFile;
+  find(load(file), file, "AUTDLinkRemote", make);
+  return value_of(make(address.c_str(), RemoteOption{autd3_duration(patience)}), "remote " + address);
+}
+
+autd3::Link* Autd3Library::twincat_link() const {
+  autd3::Result<autd3::Link*> (*make)() = nullptr;
+  const std::string file = folder_ + "/" + kTwincatFile;
+  find(load(file), file, "AUTDLinkTwinCAT", make);
+  return value_of(make(), "twincat");
+}
+
+std::string Autd3Library::error_of(const void* error, std::uint32_t length) const {
+  std::string text(static_cast<std::size_t>(length) + 1, '\0');
+  call_.take_error(error, text.data());
+  text.resize(std::strlen(text.c_str()));
+  return text;
+}
+
+autd3::OptionalDuration autd3_duration(double seconds) {
+  if (seconds < 0) {
+    return {false, 0};
+  }
+  return {true, static_cast<std::uint64_t>(std::llround(1e9 * seconds))};
+}
+
+}  // namespace touchfield

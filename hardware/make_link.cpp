@@ -1,0 +1,42 @@
+#include "hardware/make_link.h"
+
+#include <stdexcept>
+
+#include "hardware/links/autd3_link.h"
+#include "hardware/links/autd3_units.h"
+#include "hardware/links/dry_run_link.h"
+#include "hardware/links/sonicsurface_link.h"
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+std::unique_ptr<ArrayLink> make_link(const LinkSettings& settings) {
+  const LinkAddress address = parse_link_address(settings.address);
+  const bool has_array = settings.array.positions.cols() > 0;
+  switch (address.kind) {
+    case LinkAddress::Kind::kDryRun:
+      if (!has_array) {
+        throw InputError("dry-run: it stands for the array of a run, and there is none");
+      }
+      return std::make_unique<DryRunLink>(settings.array, address.path, address.levels, settings.sequence);
+    case LinkAddress::Kind::kSonicsurface:
+      return std::make_unique<SonicsurfaceLink>(address.path, address.firmware, address.order);
+    case LinkAddress::Kind::kAutd3: {
+      Autd3Options options;
+      options.library = settings.library;
+      options.mode = address.mode;
+      if (address.mode == "remote") {
+        options.host = address.host;
+        options.port = address.port;
+      }
+      options.break_after = address.break_after;
+      if (has_array) {
+        options.units = autd3_placements(settings.array);
+      }
+      return make_autd3_link(options);
+    }
+  }
+  throw std::logic_error("unknown link");
+}
+
+}  // namespace touchfield

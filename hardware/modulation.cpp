@@ -1,0 +1,151 @@
+#include "hardware/modulation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kFull = 255;
+constexpr double kPeriodTolerance = 1e-9;  // of the frequency
+
+void require_sine(const SineModulation& sine) {
+  if (!(sine.frequency > 0) || !std::isfinite(sine.frequency)) {
+    throw InputError(fmt::format("modulation: frequency = {} Hz must be > 0", sine.frequency));
+  }
+  if (!(sine.depth > 0 && sine.depth <= 1)) {
+    throw InputError(fmt::format("modulation: depth = {} must be > 0 and <= 1", sine.depth));
+  }
+}
+
+void require_samples(const SampledModulation& samples) {
+  if (samples.samples.empty()) {
+    throw InputError("modulation: it has no sample");
+  }
+  if (!(samples.rate > 0) || !std::isfinite(samples.rate)) {
+    throw InputError(fmt::format("modulation: rate = {} samples/s must be > 0", samples.rate));
+  }
+}
+
+// The fewest samples of whole periods.
+std::size_t sine_length(double frequency, const ModulationAbility& ability) {
+  if (!(2 * frequency < ability.rate)) {
+    throw InputError(fmt::format("modulation: frequency = {} Hz must be below half of the buffer's {} samples/s",
+                                 frequency, ability.rate));
+  }
+  for (std::size_t n = 2; n <= ability.most_samples; ++n) {
+    const double periods = frequency * static_cast<double>(n) / ability.rate;
+    const double whole = std::round(periods);
+    if (whole >= 1 && std::abs(periods - whole) <= kPeriodTolerance * whole) {
+      return n;
+    }
+  }
+  throw InputError(fmt::format("modulation: frequency = {} Hz: no whole periods fit into {} samples at {} samples/s",
+                               frequency, ability.most_samples, ability.rate));
+}
+
+struct Describer {
+  std::string operator()(const StaticModulation&) const { return "none"; }
+  std::string operator()(const SineModulation& sine) const {
+    return fmt::format("{:g} Hz sine, depth {:g}", sine.frequency, sine.depth);
+  }
+  std::string operator()(const SampledModulation& samples) const {
+    return fmt::format("{} samples at {:g} Hz", samples.samples.size(), samples.rate);
+  }
+};
+
+struct Sampler {
+  const ModulationAbility& ability;
+
+  std::vector<std::uint8_t> operator()(const StaticModulation&) const { return {static_cast<std::uint8_t>(kFull)}; }
+  std::vector<std::uint8_t> operator()(const SineModulation& sine) const {
+    require_sine(sine);
+    std::vector<std::uint8_t> bytes(sine_length(sine.frequency, ability));
+    const double periods = std::round(sine.frequency * static_cast<double>(bytes.size()) / ability.rate);
+    for (std::size_t k = 0; k < bytes.size(); ++k) {
+      const double angle = 2 * std::numbers::pi * periods * static_cast<double>(k) / static_cast<double>(bytes.size());
+      bytes[k] = static_cast<std::uint8_t>(std::lround(kFull * (1 - sine.depth * (1 - std::sin(angle)) / 2)));
+    }
+    return bytes;
+  }
+  std::vector<std::uint8_t> operator()(const SampledModulation& samples) const {
+    require_samples(samples);
+    if (samples.rate != ability.rate) {
+      throw InputError(
+          fmt::format("modulation: samples at {:g} Hz, the device plays {:g} a second", samples.rate, ability.rate));
+    }
+    if (samples.samples.size() > ability.most_samples) {
+      throw InputError(
+          fmt::format("modulation: {} samples, the device holds {}", samples.samples.size(), ability.most_samples));
+    }
+    return samples.samples;
+  }
+};
+
+// The device's own frequencies, highest and lowest.
+std::string own_text(const ModulationAbility& ability) {
+  const auto [least, most] = std::minmax_element(ability.own_frequencies.begin(), ability.own_frequencies.end());
+  return fmt::format("its firmware modulates by itself, in full depth, at {} frequencies from {:.4g} to {:.4g} Hz",
+                     ability.own_frequencies.size(), *least, *most);
+}
+
+std::size_t nearest_own(double frequency, const ModulationAbility& ability) {
+  const auto nearest =
+      std::min_element(ability.own_frequencies.begin(), ability.own_frequencies.end(),
+                       [&](double a, double b) { return std::abs(a - frequency) < std::abs(b - frequency); });
+  return static_cast<std::size_t>(nearest - ability.own_frequencies.begin());
+}
+
+}  // namespace
+
+std::string describe(const Modulation& modulation) { return std::visit(Describer{}, modulation); }
+
+std::string describe(const Modulation& modulation, const ModulationAbility& ability) {
+  const auto* sine = std::get_if<SineModulation>(&modulation);
+  if (sine == nullptr || ability.own_frequencies.empty()) {
+    return describe(modulation);
+  }
+  const double frequency = ability.own_frequencies[nearest_own(sine->frequency, ability)];
+  return fmt::format("{:.4g} Hz of the firmware's own, {:g} Hz asked for", frequency, sine->frequency);
+}
+
+std::vector<std::uint8_t> modulation_samples(const Modulation& modulation, const ModulationAbility& ability) {
+  return std::visit(Sampler{ability}, modulation);
+}
+
+std::size_t own_frequency(const SineModulation& sine, const ModulationAbility& ability, const std::string& device) {
+  require_sine(sine);
+  const std::size_t nearest = nearest_own(sine.frequency, ability);
+  const double frequency = ability.own_frequencies.at(nearest);
+  if (sine.depth != 1 || std::abs(frequency - sine.frequency) > kOwnFrequencyTolerance * sine.frequency) {
+    throw InputError(fmt::format("{}: {}, the nearest {:.4g} Hz; it cannot do: {}", device, own_text(ability),
+                                 frequency, describe(sine)));
+  }
+  return nearest;
+}
+
+void require_ability(const Modulation& modulation, const ModulationAbility& ability, const std::string& device) {
+  const auto* sine = std::get_if<SineModulation>(&modulation);
+  if (!ability.own_frequencies.empty()) {
+    if (sine == nullptr) {
+      throw InputError(fmt::format("{}: {}; it cannot do: {}", device, own_text(ability), describe(modulation)));
+    }
+    own_frequency(*sine, ability, device);
+    return;
+  }
+  if (std::holds_alternative<StaticModulation>(modulation)) {
+    return;
+  }
+  if (ability.rate <= 0) {
+    throw InputError(fmt::format("{}: it cannot modulate: {}", device, describe(modulation)));
+  }
+  modulation_samples(modulation, ability);
+}
+
+}  // namespace touchfield

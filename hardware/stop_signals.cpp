@@ -1,0 +1,81 @@
+#include "hardware/stop_signals.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <poll.h>
+#include <pthread.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+sigset_t stopping() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGINT);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGHUP);
+  return set;
+}
+
+}  // namespace
+
+StopSignals::StopSignals() {
+  const sigset_t set = stopping();
+  pthread_sigmask(SIG_BLOCK, &set, &before_);
+  descriptor_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
+  if (descriptor_ < 0) {
+    throw IoError(fmt::format("signals cannot be waited for: {}", std::strerror(errno)));
+  }
+}
+
+StopSignals::~StopSignals() {
+  ::close(descriptor_);
+  pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
+
+bool StopSignals::wait(double seconds) {
+  if (signal_ != 0) {
+    return true;
+  }
+  pollfd watched{descriptor_, POLLIN, 0};
+  const double whole = std::floor(std::clamp(seconds, 0.0, 1e6));
+  const double rest = std::clamp(seconds, 0.0, 1e6) - whole;
+  const timespec time{static_cast<time_t>(whole), static_cast<long>(rest * 1e9)};
+  if (::ppoll(&watched, 1, &time, nullptr) <= 0) {
+    return false;
+  }
+  signalfd_siginfo info{};
+  if (::read(descriptor_, &info, sizeof info) == static_cast<ssize_t>(sizeof info)) {
+    signal_ = static_cast<int>(info.ssi_signo);
+  }
+  return signal_ != 0;
+}
+
+const char* StopSignals::name(int signal) {
+  return signal == SIGINT ? "SIGINT" : signal == SIGTERM ? "SIGTERM" : "SIGHUP";
+}
+
+double SignalledPace::now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+bool SignalledPace::wait_until(double t) {
+  do {
+    if (signals_.wait(t - now())) {
+      return false;
+    }
+  } while (now() < t);
+  return true;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,519 @@
+"""`send` and `array` on a SonicSurface: every byte as its firmware would take it, faults of the port, and that it
+always ends up quiet."""
+
+import fcntl
+import json
+import os
+import pathlib
+import shutil
+import signal
+import subprocess
+import sys
+import time
+import unittest
+import zlib
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+
+from support import PROGRAM, CommandTest, h5py, numpy  # noqa: E402
+from sonicsurface_board import OFF, Board  # noqa: E402
+
+# A sphere coarse enough for a run of a moment; only the array and the phases matter here.
+SCENE = """\
+name: bench
+array: {ARRAY, at_mm: [10, 5, 0], rotate_deg: [0, 0, 30]}
+body:
+  sphere: {radius_mm: 8}
+  place: {at_mm: [0, 0, 100]}
+  edge_mm: 4
+solve: {methods: [{fixed: {phases_rad: 1.3}}]}
+judge: none
+write: [h5]
+"""
+
+FULL = ["--max-level", "1"]  # the board has no other level
+QUIET_WITHIN = 0.2  # s
+DEVICE_FAILED = 4
+BAD_INPUT = 2
+
+
+def scene(array="sonicsurface: {}"):
+    return SCENE.replace("ARRAY", array)
+
+
+def positions(order=range(256), pitch=10.5, mirrored=False):
+    """The board's places written out, in an order of choice."""
+    places = [((n % 16 - 7.5) * (-pitch if mirrored else pitch), (n // 16 - 7.5) * pitch, 0) for n in order]
+    points = ", ".join(f"[{x}, {y}, {z}]" for x, y, z in places)
+    return f"positions: {{points_mm: [{points}], axes: [{', '.join(['[0, 0, 1]'] * len(places))}]}}"
+
+
+class BoardTest(CommandTest):
+    solved = {}  # scene -> bytes of its run.h5
+
+    def board(self, **options):
+        board = Board(**options)
+        self.addCleanup(board.close)
+        return board
+
+    def run_of(self, name="a", array="sonicsurface: {}"):
+        run = self.folder / name / "run.h5"
+        if array not in self.solved:
+            self.run_ok("run", self.write(f"{name}.yaml", scene(array)), "-o", name)
+            self.solved[array] = run.read_bytes()
+        run.parent.mkdir(exist_ok=True)
+        run.write_bytes(self.solved[array])
+        return run
+
+    def with_drives(self, run, name, phases, amplitudes=None):
+        """A copy of a run with other drives."""
+        path = self.folder / f"{name}.h5"
+        shutil.copy(run, path)
+        with h5py.File(path, "r+") as file:
+            file["methods/fixed/phase"][:] = phases
+            if amplitudes is not None:
+                file["methods/fixed/amplitude"][:] = amplitudes
+        data = path.read_bytes()
+        path.write_bytes(data + f"touchfield-crc32 {zlib.crc32(data):08x}\n".encode())
+        return path
+
+    def send(self, board, *arguments, options="", emit=True):
+        return self.touchfield("send", *arguments, "--to", f"sonicsurface:{board.port}{options}", *FULL,
+                               *(["--emit"] if emit else []))
+
+    def send_ok(self, board, *arguments, options=""):
+        done = self.send(board, *arguments, options=options)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertEqual(board.firmware.faults, [])
+        return done
+
+    def start(self, board, *arguments):
+        """An emission that goes on until it is stopped."""
+        process = subprocess.Popen(
+            [PROGRAM, "send", *map(str, arguments), "--to", f"sonicsurface:{board.port}", *FULL, "--emit", "--seconds",
+             "60", "--max-seconds", "60"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.kill)
+        self.assertTrue(board.wait(lambda b: b.loud() and len(b.events) > 2), "it never emitted")
+        return process
+
+    def refused(self, board, *arguments, says, code=BAD_INPUT, command="send", full=True):
+        done = self.touchfield(command, *arguments, *(FULL if full else []), "--emit")
+        self.assertEqual(done.returncode, code, done.stderr)
+        for phrase in [says] if isinstance(says, str) else says:
+            self.assertIn(phrase, done.stderr)
+        if board is not None:
+            time.sleep(0.1)
+            self.assertEqual(bytes(board.heard), b"")
+
+
+class Bytes(BoardTest):
+    def test_every_phase_of_100_patterns(self):
+        run = self.run_of()
+        random = numpy.random.default_rng(1)
+        phases = random.uniform(0, 2 * numpy.pi, (100, 256))
+        phases[0] = numpy.linspace(0, 2 * numpy.pi, 256, endpoint=False)
+        phases[1] = numpy.nextafter(2 * numpy.pi, 0)  # rounds up to a whole period, which is 0 and not `off`
+        runs = [self.with_drives(run, f"p{i:03}", phases[i]) for i in range(100)]
+        # The nearest of 32 steps of delay, all round the circle.
+        wanted = [tuple(row) for row in numpy.floor(phases * 16 / numpy.pi + 0.5).astype(int) % 32]
+        self.assertEqual(set(wanted[1]), {0})
+        pending = list(range(100))
+        for _ in range(8):  # a busy machine may drop frames of a sequence
+            board = self.board()
+            said = json.loads(self.send_ok(board, *[runs[i] for i in pending], "--rate", 40, "--json").stdout)
+            sent = [tuple(pattern) for pattern in board.patterns()]
+            self.assertEqual((said["sent"], said["frames"]), (len(sent), len(pending)))
+            self.assertEqual(sent, [wanted[i] for i in pending if wanted[i] in sent], "another pattern or order")
+            self.assertFalse(any(OFF in pattern for pattern in sent))
+            if len(pending) == 100:
+                error = numpy.abs(numpy.angle(numpy.exp(1j * (numpy.array(wanted) * numpy.pi / 16 - phases))))
+                self.assertAlmostEqual(said["worst_phase_error_rad"], error.max(), places=12)
+                self.assertAlmostEqual(said["rms_phase_error_rad"], numpy.sqrt((error ** 2).mean()), places=12)
+            pending = [i for i in pending if wanted[i] not in sent]
+            if not pending:
+                return
+        self.fail(f"{len(pending)} patterns were never sent")
+
+    def test_only_amplitude_0_is_off(self):
+        amplitudes = numpy.ones(256)
+        amplitudes[[0, 17, 255]] = 0
+        run = self.with_drives(self.run_of(), "some_off", numpy.full(256, 1.0), amplitudes)
+        board = self.board()
+        self.send_ok(board, run)
+        self.assertEqual([n for n, byte in enumerate(board.patterns()[0]) if byte == OFF], [0, 17, 255])
+        half = self.with_drives(self.run_of("b"), "half", numpy.zeros(256), numpy.full(256, 0.5))
+        self.refused(None, half, "--to", f"sonicsurface:{board.port}", says=["fully or not at all", "0.5"])
+
+    def test_it_starts_and_ends_quiet(self):
+        run = self.run_of()
+        board = self.board()
+        self.assertTrue(board.loud(), "a board that was just powered emits")
+        self.send_ok(board, run)
+        self.assertEqual(set(board.events[0][1]), {OFF})
+        self.assertTrue(board.firmware.quiet())
+        self.assertTrue(board.firmware.clocks)
+
+    def test_the_second_board(self):
+        board = self.board(number=1)
+        self.send_ok(board, self.run_of(), options="?firmware=secondary")
+        self.assertEqual(len(board.patterns()), 1)
+        # The same bytes leave the first board of the pair alone.
+        board = self.board(number=0)
+        self.send(board, self.run_of("b"), options="?firmware=secondary")
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertEqual(board.patterns(), [])
+
+    def test_natural_order(self):
+        phases = 2 * numpy.pi * (numpy.arange(256) % 32) / 32
+        run = self.with_drives(self.run_of(), "ramp", phases)
+        board = self.board(order=list(range(256)))
+        self.send_ok(board, run, options="?order=natural")
+        self.assertEqual(board.patterns(), [[n % 32 for n in range(256)]])
+
+    def test_frames_keep_within_the_line(self):
+        run = self.run_of()
+        runs = [self.with_drives(run, f"p{i}", numpy.full(256, 2 * numpy.pi * i / 32)) for i in range(32)]
+        board = self.board()
+        self.refused(board, *runs, "--to", f"sonicsurface:{board.port}", "--rate", 90, says=["90", "<= 89"])
+        said = json.loads(self.send_ok(board, *runs, "--rate", 89, "--repeat", "--seconds", 2, "--json").stdout)
+        times = [when for when, phases in board.events if set(phases) != {OFF}]
+        self.assertEqual(len(times), said["sent"])
+        # A frame is 2580 bits long. A busy machine sends fewer.
+        self.assertGreater(len(times), 20)
+        self.assertLessEqual(len(times) - 1, (times[-1] - times[0]) * 230400 / 2580 + 1)
+
+    def test_tactile_firmware(self):
+        phases = numpy.random.default_rng(2).uniform(0, 2 * numpy.pi, 256)
+        run = self.with_drives(self.run_of(), "random", phases)
+        board = self.board(tactile=True)
+        where = f"sonicsurface:{board.port}?firmware=tactile"
+        self.refused(board, run, "--to", where, says=["modulates by itself", "none"])
+        self.refused(board, run, "--to", where, "--modulation", 500, says=["500 Hz", "416.7"])
+        self.refused(board, run, "--to", where, "--modulation", 200, "--depth", 0.5, says="depth 0.5")
+        done = self.send_ok(board, run, "--modulation", 200, options="?firmware=tactile")
+        # 512 times a step of s + 1 ticks of 0.64 MHz make a period: s = 5 is the nearest to 200 Hz.
+        self.assertEqual(board.firmware.step, 5)
+        self.assertIn("208.3 Hz", done.stdout)
+        # It drops the lowest bit of a phase: 16 steps.
+        error = numpy.array(board.patterns()[0]) // 2 * numpy.pi / 8 - phases
+        error -= 2 * numpy.pi * numpy.round(error / (2 * numpy.pi))
+        self.assertLessEqual(numpy.abs(error).max(), numpy.pi / 16 * (1 + 1e-12))
+
+    def test_the_others_do_not_modulate(self):
+        board = self.board()
+        run = self.run_of()
+        self.refused(board, run, "--to", f"sonicsurface:{board.port}", "--modulation", 200, says="cannot modulate")
+        samples = self.write("samples.txt", "0 128 255\n")
+        self.refused(board, run, "--to", f"sonicsurface:{board.port}", "--modulation-samples", samples,
+                     says="cannot modulate")
+
+    def test_what_the_board_says_is_ignored(self):
+        board = self.board()
+        process = self.start(board, self.run_of())
+        for _ in range(20):
+            os.write(board.master, bytes(range(256)))
+            time.sleep(0.01)
+        self.assertTrue(board.loud())
+        process.send_signal(signal.SIGTERM)
+        self.assertEqual(process.wait(5), 128 + signal.SIGTERM)
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertEqual((len(board.patterns()), board.firmware.faults), (1, []))
+
+
+class Permission(BoardTest):
+    def test_nothing_without_emit(self):
+        board = self.board()
+        run = self.run_of()
+        done = self.send(board, run, emit=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("--emit", done.stdout)
+        for action in ("test", "walk", "list"):
+            more = FULL + (["--count", "3"] if action == "walk" else []) if action != "list" else []
+            self.run_ok("array", action, "--to", f"sonicsurface:{board.port}", *more)
+        time.sleep(0.1)
+        self.assertEqual(bytes(board.heard), b"")
+
+    def test_caps(self):
+        board = self.board()
+        run = self.run_of()
+        to = ["--to", f"sonicsurface:{board.port}"]
+        self.refused(board, run, *to, full=False, says=["level = 1 must be <= 0.5", "--max-level"])
+        self.refused(board, run, *to, "--level", 0.5, says=["--level = 0.5", "supply"])
+        self.refused(board, run, *to, "--level", 1.5, says="--level = 1.5 must be > 0 and <= 1")
+        self.refused(board, run, *to, "--seconds", 10.5, says=["10.5 s", "--max-seconds"])
+        self.refused(board, run, *to, "--seconds", 0, says="--seconds = 0")
+        self.refused(board, run, *to, "--seconds", "nan", says="--seconds")
+        self.refused(board, run, *to, "--rate", 0, says="0 frames a second")
+        self.refused(board, run, "--to", "dry-run", "--level", 0.6, full=False, says="level = 0.6 must be <= 0.5")
+
+    def test_only_this_array(self):
+        board = self.board()
+        to = ["--to", f"sonicsurface:{board.port}"]
+        turned = [16 * (n % 16) + 15 - n // 16 for n in range(256)]  # by a quarter: the same board
+        swapped = list(range(256))
+        swapped[3], swapped[200] = swapped[200], swapped[3]
+        for name, array, says in [("few", "grid: {count: [16, 15], pitch_mm: 10.5}", ["240 transducers"]),
+                                  ("pitch", "grid: {count: [16, 16], pitch_mm: 10.16}", ["pitch 10.160 mm", "10.500"]),
+                                  ("units", "autd3: {layout: [1, 1]}", ["249 transducers"]),
+                                  ("wave", "plane_wave: {amplitude_pa: 1}", ["plane wave"]),
+                                  ("swapped", positions(swapped), ["another order"]),
+                                  ("mirrored", positions(mirrored=True), ["mirrored"])]:
+            with self.subTest(name):
+                self.refused(board, self.run_of(name, array), *to, says=["the run's array is not that of", *says])
+        self.send_ok(board, self.run_of("same", "grid: {count: [16, 16], pitch_mm: 10.5}"))
+        self.send_ok(board, self.run_of("turned", positions(turned)))
+        # One of a sequence is enough.
+        self.refused(None, self.folder / "same", self.folder / "pitch", *to, says="pitch")
+
+    def test_bad_commands(self):
+        run = self.run_of()
+        self.refused(None, run, "--to", "sonicsurface:", says="sonicsurface:PORT")
+        self.refused(None, run, "--to", "sonicsurface:x?firmware=other", says=["other", "primary, secondary, tactile"])
+        self.refused(None, run, "--to", "sonicsurface:x?speed=9600", says="no option 'speed'")
+        self.refused(None, run, "--to", "lamp:x", says=["lamp:x", "dry-run"])
+        self.refused(None, run, "--to", "dry-run", "--method", "paper", says=["no method 'paper'", "fixed"])
+        self.refused(None, self.folder / "missing.h5", says="missing.h5")
+        self.refused(None, "test", "--at-mm", 5.25, 5.25, 3, "--to", "sonicsurface:x", command="array",
+                     says=["--at-mm", "3.0 mm from transducer"])
+        self.refused(None, "walk", "--first", 256, "--to", "sonicsurface:x", command="array", says="0 to 255")
+        self.refused(None, "walk", "--to", "sonicsurface:x", command="array", says=["128 s", "--max-seconds"])
+
+
+class Faults(BoardTest):
+    def device_fails(self, port, says, *more):
+        self.refused(None, self.run_of(), "--to", f"sonicsurface:{port}", *more, code=DEVICE_FAILED, says=says)
+
+    def test_missing_port(self):
+        self.device_fails("/dev/ttyNONE", ["/dev/ttyNONE", "none of this name"])
+
+    def test_not_a_port(self):
+        self.device_fails("/dev/null", "not a serial port")
+        self.device_fails(self.folder, "not a serial port")
+        file = self.write("file", "in the way")
+        self.device_fails(file, "not a serial port")
+        self.assertEqual(file.read_text(), "in the way")
+        os.mkfifo(self.folder / "pipe")
+        self.device_fails(self.folder / "pipe", "not a serial port")
+
+    def test_busy_port(self):
+        board = self.board()
+        fcntl.flock(board.slave, fcntl.LOCK_EX)
+        self.device_fails(board.port, "busy")
+        self.assertEqual(bytes(board.heard), b"")
+
+    def test_busy_with_ourselves(self):
+        board = self.board()
+        process = self.start(board, self.run_of())
+        self.device_fails(board.port, "busy")
+        self.assertTrue(board.loud())
+        process.send_signal(signal.SIGTERM)
+        process.wait(5)
+
+    def unplugged(self, *arguments):
+        board = self.board()
+        process = self.start(board, *arguments)
+        board.unplug()
+        start = time.monotonic()
+        self.assertEqual(process.wait(5), DEVICE_FAILED)
+        self.assertLess(time.monotonic() - start, 2)
+        said = process.stderr.read()
+        self.assertIn("the device is lost", said)
+        self.assertIn("could not be quieted", said)
+
+    def test_unplugged_while_it_holds(self):
+        self.unplugged(self.run_of())
+
+    def test_unplugged_while_it_streams(self):
+        run = self.run_of()
+        runs = [self.with_drives(run, f"p{i}", numpy.full(256, 0.1 * i)) for i in range(8)]
+        self.unplugged(*runs, "--rate", 80, "--repeat")
+
+    def test_a_port_that_takes_nothing(self):
+        run = self.run_of()
+        runs = [self.with_drives(run, f"p{i}", numpy.full(256, 0.1 * i)) for i in range(8)]
+        board = self.board()
+        process = self.start(board, *runs, "--rate", 80, "--repeat")
+        board.stop_reading()
+        self.assertEqual(process.wait(10), DEVICE_FAILED)
+        self.assertIn("took no more bytes", process.stderr.read())
+
+
+class Stops(BoardTest):
+    def guard_of(self, process):
+        children = pathlib.Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        self.assertEqual(len(children), 1, "one guard")
+        return int(children[0])
+
+    @staticmethod
+    def runs(process):
+        """Whether a process is there that is more than a record for its parent."""
+        try:
+            status = pathlib.Path(f"/proc/{process}/stat").read_text()
+        except FileNotFoundError:
+            return False
+        return status.rpartition(")")[2].split()[0] != "Z"
+
+    def quiet_after(self, board, stop):
+        start = time.monotonic()
+        stop()
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None), "it is still on")
+        self.assertLessEqual(board.quiet_at - start, QUIET_WITHIN)
+        self.assertEqual(board.firmware.faults, [])
+
+    def stopped_by(self, number, streaming):
+        board = self.board()
+        run = self.run_of(f"r{number}{streaming}")
+        runs = [run]
+        if streaming:
+            runs = [self.with_drives(run, f"p{number}{i}", numpy.full(256, 0.1 * i)) for i in range(8)]
+        process = self.start(board, *runs, "--rate", 80, *(["--repeat"] if streaming else []))
+        guard = self.guard_of(process)
+        self.quiet_after(board, lambda: process.send_signal(number))
+        process.wait(5)
+        said = process.stderr.read()  # ends when the guard has ended too
+        end = time.monotonic() + 2
+        while self.runs(guard) and time.monotonic() < end:
+            time.sleep(0.01)
+        self.assertFalse(self.runs(guard))
+        time.sleep(0.2)
+        self.assertTrue(board.firmware.quiet(), "something resumed")
+        return process.returncode, said
+
+    def test_signals_to_the_program(self):
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            for streaming in (False, True):
+                with self.subTest(number=number, streaming=streaming):
+                    code, said = self.stopped_by(number, streaming)
+                    self.assertEqual(code, 128 + number)
+                    self.assertIn(f"stopped by {number.name}", said)
+
+    def test_the_program_killed(self):
+        for streaming in (False, True):
+            with self.subTest(streaming=streaming):
+                code, said = self.stopped_by(signal.SIGKILL, streaming)
+                self.assertEqual(code, -signal.SIGKILL)
+                self.assertIn("the program that drove the array is gone; the array is quiet", said)
+
+    def test_signals_to_the_guard(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            with self.subTest(number=number):
+                board = self.board()
+                process = self.start(board, self.run_of(f"g{number}"))
+                guard = self.guard_of(process)
+                self.quiet_after(board, lambda: os.kill(guard, number))
+                self.assertEqual(process.wait(5), DEVICE_FAILED)
+                self.assertIn(f"stopped by {number.name}; the array is quiet", process.stderr.read())
+
+    def test_a_signal_to_both_as_from_a_terminal(self):
+        board = self.board()
+        process = self.start(board, self.run_of())
+        guard = self.guard_of(process)
+
+        def both():
+            os.kill(guard, signal.SIGINT)
+            process.send_signal(signal.SIGINT)
+
+        self.quiet_after(board, both)
+        self.assertEqual(process.wait(5), 128 + signal.SIGINT)
+
+    def test_a_program_that_hangs(self):
+        board = self.board()
+        process = subprocess.Popen(
+            [PROGRAM, "send", str(self.run_of()), "--to", f"sonicsurface:{board.port}", *FULL, "--emit", "--seconds",
+             "1"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self.addCleanup(process.kill)
+        self.assertTrue(board.wait(lambda b: b.loud() and len(b.events) > 2))
+        start = time.monotonic()
+        process.send_signal(signal.SIGSTOP)
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None), "it is still on")
+        # Its time, and the quarter second that the guard lets it be late.
+        self.assertLessEqual(board.quiet_at - start, 1.25 + QUIET_WITHIN)
+        process.send_signal(signal.SIGCONT)
+        self.assertIn(process.wait(5), (0, DEVICE_FAILED))
+
+    def test_a_guard_that_was_killed_is_told_of(self):
+        board = self.board()
+        process = self.start(board, self.run_of())
+        os.kill(self.guard_of(process), signal.SIGKILL)
+        self.assertEqual(process.wait(5), DEVICE_FAILED)
+        self.assertIn("may still be on", process.stderr.read())
+        self.run_ok("array", "off", "--to", f"sonicsurface:{board.port}")
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+
+
+class Bench(BoardTest):
+    def test_off(self):
+        board = self.board()
+        self.run_ok("array", "off", "--to", f"sonicsurface:{board.port}")
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertEqual(board.patterns(), [])
+
+    def test_walk(self):
+        board = self.board()
+        done = self.run_ok("array", "walk", "--to", f"sonicsurface:{board.port}", "--first", 14, "--count", 4,
+                           "--dwell", 0.5, *FULL, "--emit")
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        self.assertEqual([[n for n, byte in enumerate(pattern) if byte != OFF] for pattern in board.patterns()],
+                         [[14], [15], [16], [17]])
+        self.assertIn("transducer 16: unit 0 channel 16 at (-78.75, -68.25, 0.00) mm", done.stdout)
+
+    def test_focus(self):
+        board = self.board()
+        point = numpy.array([20.0, -10.0, 120.0])
+        self.run_ok("array", "test", "--to", f"sonicsurface:{board.port}", "--at-mm", *point, *FULL, "--emit",
+                    "--temperature-c", 25)
+        self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
+        delays = numpy.array(board.patterns()[0]) / 32  # [periods]
+        places = numpy.array([[(n % 16 - 7.5) * 10.5, (n // 16 - 7.5) * 10.5, 0] for n in range(256)])
+        wavelength = 343.21 * (298.15 / 293.15) ** 0.5 / 40  # [mm]
+        arrival = numpy.linalg.norm(places - point, axis=1) / wavelength + delays  # [periods]
+        # All in step but for half a step of rounding.
+        spread = numpy.angle(numpy.exp(2j * numpy.pi * arrival) / numpy.exp(2j * numpy.pi * arrival).mean())
+        self.assertLessEqual(numpy.abs(spread).max(), 1.5 * numpy.pi / 32)
+
+    def test_list(self):
+        said = json.loads(self.run_ok("array", "list", "--json").stdout)
+        self.assertEqual(len(said["links"]), 6)
+        said = json.loads(self.run_ok("array", "list", "--to", "sonicsurface:x", "--json").stdout)
+        self.assertEqual((said["transducers"], said["phase_levels"], said["own_modulation_hz"]), (256, 32, []))
+
+
+class DryRun(BoardTest):
+    def test_a_scene_reads_it_back(self):
+        phases = numpy.random.default_rng(3).uniform(0, 2 * numpy.pi, 256)
+        run = self.with_drives(self.run_of(), "random", phases)
+        for levels in (256, 32, 16):
+            self.run_ok("send", run, "--to", f"dry-run:q{levels}.txt?levels={levels}")
+            text = scene().replace("{phases_rad: 1.3}", f"{{phases_file: q{levels}.txt}}")
+            self.run_ok("run", self.write("again.yaml", text), "-o", f"q{levels}")
+            with h5py.File(self.folder / f"q{levels}/run.h5") as file:
+                read = file["methods/fixed/phase"][:]
+            steps = read * levels / (2 * numpy.pi)
+            self.assertLessEqual(numpy.abs(steps - numpy.round(steps)).max(), 1e-9)
+            error = numpy.angle(numpy.exp(1j * (read - phases)))
+            self.assertLessEqual(numpy.abs(error).max(), numpy.pi / levels * (1 + 1e-9))
+
+    def test_a_sequence(self):
+        run = self.run_of()
+        runs = [self.with_drives(run, f"p{i}", numpy.full(256, 0.5 * i)) for i in range(3)]
+        (self.folder / "frames").mkdir()
+        said = json.loads(self.run_ok("send", *runs, "--to", "dry-run:frames/f.txt?levels=32", "--json").stdout)
+        self.assertEqual(said["files"], 3)
+        self.assertEqual(sorted(path.name for path in (self.folder / "frames").iterdir()),
+                         ["f-0001.txt", "f-0002.txt", "f-0003.txt"])
+        first = [line.split()[0] for line in (self.folder / "frames/f-0003.txt").read_text().splitlines()
+                 if not line.startswith("#")]
+        self.assertEqual(len(first), 256)
+        self.assertAlmostEqual(float(first[0]), 5 * 2 * numpy.pi / 32, places=12)  # 1 rad is 5.09 steps
+
+    def test_a_file_that_cannot_be_written(self):
+        done = self.touchfield("send", self.run_of(), "--to", "dry-run:nowhere/f.txt")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("nowhere/f.txt", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

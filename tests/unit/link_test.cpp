@@ -1,0 +1,187 @@
+#include <numbers>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "hardware/guard/guard_message.h"
+#include "hardware/link_address.h"
+#include "hardware/links/dry_run_link.h"
+#include "hardware/links/sonicsurface_protocol.h"
+#include "sim/core/errors.h"
+
+namespace touchfield {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+void expect_refused(const std::string& text, const char* says) {
+  EXPECT_THAT([&] { parse_link_address(text); },
+              ThrowsMessage<InputError>(testing::AllOf(HasSubstr("link '" + text + "'"), HasSubstr(says))));
+}
+
+TEST(LinkAddress, DryRun) {
+  EXPECT_EQ(parse_link_address("dry-run").path, "");
+  const LinkAddress address = parse_link_address("dry-run:C:/a.txt?levels=32");
+  EXPECT_EQ(address.kind, LinkAddress::Kind::kDryRun);
+  EXPECT_EQ(address.path, "C:/a.txt");
+  EXPECT_EQ(address.levels, 32);
+  expect_refused("dry-run?levels=1", "from 2 to 256");
+  expect_refused("dry-run?levels=3e1", "whole number");
+  expect_refused("dry-run?levels=32&levels=16", "twice");
+  expect_refused("dry-run?levels", "KEY=VALUE");
+}
+
+TEST(LinkAddress, Sonicsurface) {
+  const LinkAddress address = parse_link_address("sonicsurface:/dev/ttyUSB0");
+  EXPECT_EQ(address.kind, LinkAddress::Kind::kSonicsurface);
+  EXPECT_EQ(address.path, "/dev/ttyUSB0");
+  EXPECT_EQ(address.firmware, SonicsurfaceFirmware::kPrimary);
+  EXPECT_EQ(address.order, SonicsurfaceOrder::kFpga);
+  const LinkAddress other = parse_link_address("sonicsurface:p?order=natural&firmware=tactile");
+  EXPECT_EQ(other.firmware, SonicsurfaceFirmware::kTactile);
+  EXPECT_EQ(other.order, SonicsurfaceOrder::kNatural);
+  expect_refused("sonicsurface", "sonicsurface:PORT");
+  expect_refused("sonicsurface:p?firmware=stock", "primary, secondary, tactile");
+  expect_refused("sonicsurface:p?levels=16", "no option 'levels'");
+}
+
+TEST(LinkAddress, Autd3) {
+  EXPECT_EQ(parse_link_address("autd3:audit").break_after, -1);
+  EXPECT_EQ(parse_link_address("autd3:audit?break_after=3").break_after, 3);
+  EXPECT_EQ(parse_link_address("autd3:nop").mode, "nop");
+  EXPECT_EQ(parse_link_address("autd3:twincat").mode, "twincat");
+  const LinkAddress remote = parse_link_address("autd3:remote:lab.local:8080");
+  EXPECT_EQ(remote.mode, "remote");
+  EXPECT_EQ(remote.host, "lab.local");
+  EXPECT_EQ(remote.port, 8080);
+  EXPECT_EQ(parse_link_address("autd3:remote:[::1]:8080").host, "::1");
+  expect_refused("autd3", "audit, nop, remote:HOST:PORT or twincat");
+  expect_refused("autd3:audit:x", "audit, nop");
+  expect_refused("autd3:nop?break_after=3", "no option 'break_after'");
+  expect_refused("autd3:remote", "autd3:remote:HOST:PORT");
+  expect_refused("autd3:remote:host", "autd3:remote:HOST:PORT");
+  expect_refused("autd3:remote:host:0", "from 1 to 65535");
+  expect_refused("autd3:remote:host:80x", "whole number");
+}
+
+TEST(LinkAddress, OthersAreRefused) {
+  expect_refused("", "dry-run");
+  expect_refused("serial:x", "sonicsurface:PORT");
+}
+
+TEST(RequireFits, CountAndSteps) {
+  const LinkAbilities abilities{{32, 2}, 1, {}, false};
+  const DriveFrame frame{{31, 0}, {1, 0}};
+  EXPECT_NO_THROW(require_fits(frame, abilities, 2, "board"));
+  EXPECT_THROW(require_fits(frame, abilities, 3, "board"), InputError);
+  EXPECT_THROW(require_fits({{32, 0}, {1, 0}}, abilities, 2, "board"), InputError);
+  EXPECT_THROW(require_fits({{0, 0}, {2, 0}}, abilities, 2, "board"), InputError);
+  EXPECT_THROW(require_fits({{0, 0}, {0}}, abilities, 2, "board"), InputError);
+}
+
+// Each byte drives one transducer; the first block is the four columns at -x, and its first bytes the row at -y.
+TEST(Sonicsurface, Wiring) {
+  const auto byte_of = sonicsurface::wiring(SonicsurfaceOrder::kFpga);
+  EXPECT_EQ(std::set<int>(byte_of.begin(), byte_of.end()).size(), 256U);
+  EXPECT_THAT(std::vector<int>(byte_of.begin(), byte_of.begin() + 8), ElementsAre(0, 7, 1, 2, 64, 71, 65, 66));
+  EXPECT_THAT(std::vector<int>(byte_of.begin() + 16, byte_of.begin() + 20), ElementsAre(4, 3, 6, 5));
+  EXPECT_EQ(byte_of[32], 8);
+  EXPECT_EQ(byte_of[255], 253);
+  EXPECT_EQ(sonicsurface::wiring(SonicsurfaceOrder::kNatural)[77], 77);
+}
+
+TEST(Sonicsurface, FrameBytes) {
+  DriveFrame frame{std::vector<std::uint8_t>(256, 31), std::vector<std::uint8_t>(256, 1)};
+  frame.phase[1] = 5;
+  frame.intensity[255] = 0;
+  const auto bytes = sonicsurface::frame_bytes(frame, SonicsurfaceFirmware::kPrimary, SonicsurfaceOrder::kFpga);
+  ASSERT_EQ(bytes.size(), 258U);
+  EXPECT_EQ(bytes.front(), 254);
+  EXPECT_EQ(bytes.back(), 253);
+  EXPECT_EQ(bytes[1 + 7], 5);
+  EXPECT_EQ(bytes[1 + 253], 32);
+  EXPECT_EQ(std::count(bytes.begin(), bytes.end(), 32), 1);
+  EXPECT_EQ(std::count(bytes.begin(), bytes.end(), 31), 254);
+  // The tactile firmware drops the lowest bit: its step is two of the byte's.
+  frame.phase.assign(256, 15);
+  const auto tactile = sonicsurface::frame_bytes(frame, SonicsurfaceFirmware::kTactile, SonicsurfaceOrder::kFpga);
+  EXPECT_EQ(std::count(tactile.begin(), tactile.end(), 30), 255);
+}
+
+// 258 bytes of ten bits at 230,400 bits a second.
+TEST(Sonicsurface, RateOfTheLine) {
+  EXPECT_LE(sonicsurface::kFramesPerSecond, 230400.0 / 2580);
+  EXPECT_GE(sonicsurface::kFramesPerSecond, 230400.0 / 2580 - 1);
+}
+
+TEST(Sonicsurface, ModulationOfTheTactileFirmware) {
+  EXPECT_THAT(sonicsurface::modulation_frequencies(SonicsurfaceFirmware::kPrimary), testing::IsEmpty());
+  const auto frequencies = sonicsurface::modulation_frequencies(SonicsurfaceFirmware::kTactile);
+  ASSERT_EQ(frequencies.size(), 32U);
+  EXPECT_DOUBLE_EQ(frequencies[5], 0.64e6 / 512 / 6);
+  EXPECT_EQ(sonicsurface::modulation_byte(0), 0xA0);
+  EXPECT_EQ(sonicsurface::modulation_byte(31), 0xBF);
+}
+
+TEST(DryRun, SaysWhatItWasSent) {
+  DryRunLink link(grid_layout(2, 1, 0.01), "", 32, false);
+  EXPECT_EQ(link.read_back(), quiet_frame(2));
+  const DriveFrame frame{{3, 31}, {255, 0}};
+  link.send(frame);
+  EXPECT_EQ(link.read_back(), frame);
+  EXPECT_THROW(link.send({{3}, {255}}), InputError);
+  EXPECT_THROW(link.send({{32, 0}, {255, 0}}), InputError);
+  link.set_modulation(SineModulation{200, 1});
+  EXPECT_EQ(link.read_back_modulation()->size(), 20U);
+}
+
+TEST(GuardMessage, BringsBackWhatWentIn) {
+  const LinkAbilities abilities{{32, 2}, 89, {4000, 123, {250, 125}}, true};
+  const LinkSettings settings{"autd3:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), true};
+  const DriveFrame frame{{1, 2, 3}, {4, 5, 6}};
+  GuardMessage out;
+  out.put(GuardRequest::kSend).put(0.25).put(std::string("a text")).put(frame).put(abilities).put(settings);
+  const std::vector<Modulation> modulations{StaticModulation{}, SineModulation{30, 0.5},
+                                            SampledModulation{{7, 8}, 8000}};
+  for (const Modulation& modulation : modulations) out.put(modulation);
+
+  GuardMessage in(out.bytes());
+  EXPECT_EQ(static_cast<GuardRequest>(in.take_number()), GuardRequest::kSend);
+  EXPECT_EQ(in.take_real(), 0.25);
+  EXPECT_EQ(in.take_text(), "a text");
+  EXPECT_EQ(in.take_frame(), frame);
+  const LinkAbilities able = in.take_abilities();
+  EXPECT_EQ(able.steps.phase_levels, 32);
+  EXPECT_EQ(able.steps.intensity_levels, 2);
+  EXPECT_EQ(able.most_frames_per_second, 89);
+  EXPECT_EQ(able.modulation.rate, 4000);
+  EXPECT_EQ(able.modulation.most_samples, 123U);
+  EXPECT_THAT(able.modulation.own_frequencies, ElementsAre(250, 125));
+  EXPECT_TRUE(able.reads_back);
+  const LinkSettings set = in.take_settings();
+  EXPECT_EQ(set.address, settings.address);
+  EXPECT_EQ(set.library, settings.library);
+  EXPECT_EQ(set.array.positions, settings.array.positions);
+  EXPECT_EQ(set.array.axes, settings.array.axes);
+  EXPECT_EQ(set.array.device, settings.array.device);
+  EXPECT_EQ(set.array.channel, settings.array.channel);
+  EXPECT_TRUE(set.sequence);
+  for (const Modulation& modulation : modulations) EXPECT_EQ(in.take_modulation(), modulation);
+  EXPECT_THROW(in.take_number(), IoError);
+}
+
+// Cut anywhere, it is an error and not a read past the end.
+TEST(GuardMessage, CutShort) {
+  GuardMessage out;
+  out.put(LinkSettings{"dry-run", "", grid_layout(2, 2, 0.01), false}).put(DriveFrame{{1}, {2}});
+  for (std::size_t length = 0; length < out.bytes().size(); ++length) {
+    GuardMessage in({out.bytes().begin(), out.bytes().begin() + static_cast<std::ptrdiff_t>(length)});
+    EXPECT_THROW((in.take_settings(), in.take_frame()), IoError) << length;
+  }
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,169 @@
+#include "hardware/player.h"
+
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+namespace {
+
+using testing::ElementsAre;
+
+/// A clock that only waiting, and whoever says that he took time, moves on.
+class FakePace final : public Pace {
+ public:
+  double now() override { return time_; }
+  bool wait_until(double t) override {
+    time_ = std::max(time_, t);
+    return time_ < stop_at_;
+  }
+  void pass(double seconds) { time_ += seconds; }
+  void stop_at(double t) { stop_at_ = t; }
+
+ private:
+  double time_ = 100;  // of no meaning
+  double stop_at_ = 1e9;
+};
+
+/// Notes what it is sent and when; takes a time of choice for it.
+class NotingLink final : public ArrayLink {
+ public:
+  explicit NotingLink(FakePace& pace) : pace_(pace) {}
+
+  std::string describe() const override { return "noting link"; }
+  const ArrayLayout& layout() const override { return layout_; }
+  LinkAbilities abilities() const override { return {{256, 256}, 50, {}, false}; }
+  void open() override {}
+  void set_modulation(const Modulation&) override {}
+  void send(const DriveFrame& frame) override {
+    numbers.push_back(frame.phase[0]);
+    times.push_back(pace_.now() - 100);
+    pace_.pass(busy);
+  }
+  void check() override {
+    if (++checks == lost_at) throw DeviceError("lost");
+  }
+  void quiet() override {}
+  void close() noexcept override {}
+
+  std::vector<int> numbers;
+  std::vector<double> times;
+  double busy = 0;  // [s] that a frame takes
+  int checks = 0;
+  int lost_at = -1;
+
+ private:
+  FakePace& pace_;
+  ArrayLayout layout_ = grid_layout(1, 1, 0.01);
+};
+
+DriveFrame numbered(std::size_t n) { return {{static_cast<std::uint8_t>(n)}, {255}}; }
+
+class Player : public testing::Test {
+ protected:
+  FakePace pace_;
+  NotingLink link_{pace_};
+};
+
+TEST_F(Player, SendsEachFrameInItsTime) {
+  const PlayReport report = play(4, numbered, link_, {10, 0.4, false}, pace_);
+  EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2, 3));
+  for (std::size_t n = 0; n < 4; ++n) {
+    EXPECT_NEAR(link_.times[n], 0.1 * static_cast<double>(n), 1e-6);
+  }
+  EXPECT_EQ(report.sent, 4U);
+  EXPECT_EQ(report.dropped, 0U);
+  EXPECT_EQ(report.late, 0U);
+  EXPECT_NEAR(report.seconds, 0.4, 1e-9);
+  EXPECT_FALSE(report.stopped);
+}
+
+// A frame takes 2.5 periods: of every three or so one is sent, the newest, and never one that is overtaken.
+TEST_F(Player, ASlowDeviceDropsFramesAndMakesNoQueue) {
+  link_.busy = 0.25;
+  const PlayReport report = play(100, numbered, link_, {10, 1.0, false}, pace_);
+  EXPECT_THAT(link_.numbers, ElementsAre(0, 2, 5, 7));
+  EXPECT_EQ(report.dropped, 1U + 2U + 1U);
+  for (std::size_t k = 0; k < link_.numbers.size(); ++k) {
+    EXPECT_NEAR(link_.times[k], 0.1 * link_.numbers[k], 0.1) << "a frame older than a period";
+  }
+}
+
+// A source that takes 0.16 s for a frame of 0.1 s: what it makes is sent late, and what was due meanwhile drops out.
+TEST_F(Player, ASlowSourceIsLate) {
+  const auto slow = [&](std::size_t n) {
+    pace_.pass(0.16);
+    return numbered(n);
+  };
+  const PlayReport report = play(6, slow, link_, {10, 1.0, false}, pace_);
+  // Asked for at 0, 0.16, 0.32, 0.48, 0.64: the newest due then.
+  EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 3, 4, 5));
+  EXPECT_EQ(report.dropped, 1U);
+  EXPECT_EQ(report.late, 5U);
+  EXPECT_NEAR(report.worst_delay, 0.3, 1e-9);  // number 5 was due at 0.5, is asked for at 0.64 and there at 0.8
+}
+
+TEST_F(Player, TheLastFrameIsAlwaysSent) {
+  link_.busy = 0.35;
+  play(4, numbered, link_, {10, 2.0, false}, pace_);
+  EXPECT_THAT(link_.numbers, ElementsAre(0, 3));
+}
+
+TEST_F(Player, HoldsTheLastFrameAndWatchesTheDevice) {
+  play(1, numbered, link_, {10, 1.0, false}, pace_);
+  EXPECT_THAT(link_.numbers, ElementsAre(0));
+  EXPECT_GE(link_.checks, 10);
+  link_.lost_at = link_.checks + 3;
+  EXPECT_THROW(play(1, numbered, link_, {10, 1.0, false}, pace_), DeviceError);
+}
+
+TEST_F(Player, Repeats) {
+  play(3, numbered, link_, {10, 0.75, true}, pace_);
+  EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2, 0, 1, 2, 0, 1));
+}
+
+TEST_F(Player, EndsInTheMiddleOfASequence) {
+  play(100, numbered, link_, {10, 0.25, false}, pace_);
+  EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2));
+}
+
+TEST_F(Player, IsStopped) {
+  pace_.stop_at(100.25);
+  const PlayReport report = play(100, numbered, link_, {10, 5, false}, pace_);
+  EXPECT_TRUE(report.stopped);
+  EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2));
+}
+
+TEST_F(Player, TellsOfEachFrame) {
+  std::vector<std::size_t> told;
+  play(3, numbered, link_, {10, 0.3, false}, pace_, [&](std::size_t n, const DriveFrame& frame) {
+    EXPECT_EQ(frame, numbered(n));
+    told.push_back(n);
+  });
+  EXPECT_THAT(told, ElementsAre(0, 1, 2));
+}
+
+// No frame is counted twice by rounding, at a rate that no binary number hits.
+TEST_F(Player, KeepsCountOverTime) {
+  const PlayReport report = play(200, numbered, link_, {30, 200 / 30.0, false}, pace_);
+  EXPECT_EQ(report.sent, 200U);
+  EXPECT_EQ(report.dropped, 0U);
+}
+
+TEST_F(Player, RefusesWhatCannotBePlayed) {
+  EXPECT_THROW(play(0, numbered, link_, {10, 1, false}, pace_), InputError);
+  EXPECT_THROW(play(1, numbered, link_, {0, 1, false}, pace_), InputError);
+  EXPECT_THROW(play(1, numbered, link_, {10, 0, false}, pace_), InputError);
+  EXPECT_THAT(
+      [&] {
+        play(1, numbered, link_, {51, 1, false}, pace_);
+      },
+      testing::ThrowsMessage<InputError>(testing::HasSubstr("<= 50 Hz, what noting link carries")));
+  EXPECT_THAT(link_.numbers, testing::IsEmpty());
+}
+
+}  // namespace
+}  // namespace touchfield
