@@ -20,8 +20,8 @@ struct Transfer {
 ///   r = 25 sqrt(D) + 0.65 D,  at most N,   D = sum_n sum_j a A_j cos(theta_n) cos(theta_j) / (R^2 lambda^2)
 ///
 /// D, the etendue of array and skin over lambda^2, counts the degrees of freedom of the waves between them; a is the
-/// square of the channels' distance. Fitted to the numerical rank: within 5 % on a fingertip, a hand 150 and 300 mm above
-/// 1,496 channels, a grasp, and a capsule over 256; `compressed` takes up to two blocks more.
+/// square of the distance of channels. Fitted to the numerical rank: within 5 % on a fingertip, a hand 150 and 300 mm
+/// above 1,496 channels, a grasp, and a capsule over 256; `compressed` takes up to two blocks more.
 ///
 /// returns  1 for a plane wave
 /// source   D: D. A. B. Miller, Adv. Opt. Photon. 11 (2019) 679

@@ -262,8 +262,15 @@ class SweepTest(CommandTest):
         self.assertEqual(json.loads(retried.stdout.splitlines()[-1])["computed"], 1)
 
     def workers(self, pid):
-        out = subprocess.run(["ps", "-o", "pid=", "--ppid", str(pid)], capture_output=True, text=True, check=False)
-        return [int(word) for word in out.stdout.split()]
+        found = []
+        for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+            try:
+                name_and_rest = stat.read_text().rpartition(")")[2].split()
+            except (FileNotFoundError, ProcessLookupError):
+                continue  # it has ended meanwhile
+            if int(name_and_rest[1]) == pid:
+                found.append(int(stat.parent.name))
+        return found
 
     def wait_for(self, what, seconds=30):
         end = time.monotonic() + seconds
