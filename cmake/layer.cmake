@@ -6,7 +6,7 @@ target_compile_options(touchfield_flags INTERFACE -Wall -Wextra -Wpedantic -Wcon
 target_compile_options(touchfield_flags INTERFACE
                        $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized> $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
                        $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
-                       $<$<CXX_COMPILER_ID:GNU>:-Wno-use-after-free>)
+                       $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread> $<$<CXX_COMPILER_ID:GNU>:-Wno-use-after-free>)
 # Complex products without the Annex G test for infinities: the scalar kernels are several times faster, and no kernel
 # here multiplies by an infinity. errno is never read after a math call.
 target_compile_options(touchfield_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fcx-limited-range> -fno-math-errno)

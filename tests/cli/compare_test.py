@@ -177,5 +177,22 @@ class Compare(CommandTest):
             self.assertEqual(self.touchfield("compare", *arguments).returncode, 2, arguments)
 
 
+class Repeat(CommandTest):
+    def test_a_run_is_repeated_from_its_file_alone(self):
+        scene = self.write("scene.yaml", FINGER)
+        self.run_ok("run", scene, "-o", "first", "--quiet", "--set", "array.level=0.5", "--threads", 1)
+        scene.unlink()
+        for source in ("first", "first/run.h5"):
+            self.run_ok("run", "--from", source, "-o", "again", "--force", "--quiet", "--threads", 1)
+            said = self.run_ok("compare", "first", "again", "--tolerance", "0").stdout  # the same program and threads
+            self.assertIn("identical", said)
+        changed = self.touchfield("run", "--from", "first", "-o", "other", "--quiet", "--set", "array.level=0.6")
+        self.assertEqual(changed.returncode, 0, changed.stderr)
+        self.assertIn("array.level: 0.5 -> 0.6", self.run_ok("compare", "first", "other").stdout)
+        both = self.touchfield("run", "scene.yaml", "--from", "first")
+        self.assertEqual(both.returncode, 2)
+        self.assertIn("--from", both.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()
