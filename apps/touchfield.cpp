@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
-#include <filesystem>
 #include <map>
 #include <new>
 #include <optional>
@@ -50,9 +49,6 @@ std::string version_line() {
   return fmt::format("touchfield {} ({})\n{}, {} build, flags {}", build.version, build.revision, build.compiler,
                      build.build_type, build.flags);
 }
-
-/// The file this program was started from.
-std::string own_path() { return std::filesystem::read_symlink("/proc/self/exe").string(); }
 
 std::map<std::string, touchfield::Scheme> named_schemes() {
   std::map<std::string, touchfield::Scheme> names;
@@ -256,7 +252,6 @@ int dispatch(int argc, char** argv) {
     if (sweep.sweep.empty() && sweep.collect.empty()) {
       throw touchfield::InputError("sweep: SWEEP is missing: a sweep file, or --collect DIR");
     }
-    sweep.program = own_path();
     sweep.command_line = touchfield::joined_command_line(argc, argv);
     return touchfield::sweep_command(sweep, flags);
   }

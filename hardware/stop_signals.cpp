@@ -16,9 +16,7 @@
 
 namespace touchfield {
 
-namespace {
-
-sigset_t stopping() {
+sigset_t StopSignals::set() {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
@@ -27,10 +25,8 @@ sigset_t stopping() {
   return set;
 }
 
-}  // namespace
-
 StopSignals::StopSignals() {
-  const sigset_t set = stopping();
+  const sigset_t set = StopSignals::set();
   pthread_sigmask(SIG_BLOCK, &set, &before_);
   descriptor_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
   if (descriptor_ < 0) {

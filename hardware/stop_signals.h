@@ -25,6 +25,8 @@ class StopSignals {
   bool wait(double seconds);
   /// The first signal that came; 0: none.
   int signal() const { return signal_; }
+  /// SIGINT, SIGTERM and SIGHUP.
+  static sigset_t set();
   /// "SIGINT", ...
   static const char* name(int signal);
 

@@ -48,7 +48,7 @@ std::optional<TransducerArray> array_of(const std::string& path) {
   if (path.empty()) {
     return std::nullopt;
   }
-  return read_run_file(std::filesystem::is_directory(path) ? path + "/run.h5" : path).array;
+  return read_run_file(run_file_at(path)).array;
 }
 
 EmissionPlan plan_of(const ArrayCommand& command) {

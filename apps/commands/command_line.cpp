@@ -1,5 +1,7 @@
 #include "apps/commands/command_line.h"
 
+#include <filesystem>
+
 #include <omp.h>
 
 namespace touchfield {
@@ -9,6 +11,10 @@ int apply_threads(const CommonFlags& flags) {
     omp_set_num_threads(flags.threads);  // the OpenMP flavour of OpenBLAS follows
   }
   return omp_get_max_threads();
+}
+
+std::string run_file_at(const std::string& path) {
+  return std::filesystem::is_directory(path) ? (std::filesystem::path(path) / "run.h5").string() : path;
 }
 
 std::string joined_command_line(int argc, char** argv) {

@@ -14,6 +14,9 @@ struct CommonFlags {
 /// Sets the number of threads of our loops and of OpenBLAS; returns the number in use.
 int apply_threads(const CommonFlags& flags);
 
+/// The run.h5 that a path on the command line names: the file itself, or the directory that holds it.
+std::string run_file_at(const std::string& path);
+
 /// The command as it was typed, for provenance.
 std::string joined_command_line(int argc, char** argv);
 

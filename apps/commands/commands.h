@@ -47,7 +47,6 @@ struct SweepCommand {
   int jobs = 0;
   bool resume = false;
   bool retry_failed = false;
-  std::string program;  // path of this program
   std::string command_line;
 };
 

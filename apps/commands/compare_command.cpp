@@ -1,7 +1,6 @@
 #include "apps/commands/compare_command.h"
 
 #include <cmath>
-#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -14,10 +13,6 @@
 namespace touchfield {
 
 namespace {
-
-std::string run_file(const std::string& path) {
-  return std::filesystem::is_directory(path) ? (std::filesystem::path(path) / "run.h5").string() : path;
-}
 
 Run read(const std::string& path) {
   try {
@@ -42,8 +37,8 @@ std::string tolerance_line(double tolerance, const Deviation& largest) {
 }  // namespace
 
 int compare_command(const CompareCommand& command, const CommonFlags& flags) {
-  const std::string path_a = run_file(command.a);
-  const std::string path_b = run_file(command.b);
+  const std::string path_a = run_file_at(command.a);
+  const std::string path_b = run_file_at(command.b);
   const Run a = read(path_a);
   const Run b = read(path_b);
   const RunDifference difference = compare_runs(a, b, scene_changes(a.scene, b.scene));

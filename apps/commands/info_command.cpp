@@ -1,5 +1,3 @@
-#include <filesystem>
-
 #include <fmt/format.h>
 
 #include "apps/commands/commands.h"
@@ -9,7 +7,7 @@
 namespace touchfield {
 
 int info_command(const std::string& path, const CommonFlags& flags) {
-  const Run run = read_run_file(std::filesystem::is_directory(path) ? path + "/run.h5" : path);
+  const Run run = read_run_file(run_file_at(path));
   if (!flags.json) {
     fmt::print("{}", describe_run(run));
     return 0;

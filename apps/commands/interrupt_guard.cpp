@@ -5,32 +5,21 @@
 #include <unistd.h>
 #include <utility>
 
+#include "hardware/stop_signals.h"
+
 namespace touchfield {
 
-namespace {
-
-sigset_t interrupts() {
-  sigset_t set;
-  sigemptyset(&set);
-  sigaddset(&set, SIGINT);
-  sigaddset(&set, SIGTERM);
-  sigaddset(&set, SIGHUP);
-  return set;
-}
-
-}  // namespace
-
 void block_interrupts() {
-  const sigset_t set = interrupts();
+  const sigset_t set = StopSignals::set();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
 }
 
 void handle_interrupts(std::function<void(const char* signal_name)> on_interrupt) {
   std::thread([act = std::move(on_interrupt)] {
-    const sigset_t set = interrupts();
+    const sigset_t set = StopSignals::set();
     int signal = 0;
     if (sigwait(&set, &signal) == 0) {
-      act(signal == SIGINT ? "SIGINT" : signal == SIGTERM ? "SIGTERM" : "SIGHUP");
+      act(StopSignals::name(signal));
       _exit(128 + signal);
     }
   }).detach();

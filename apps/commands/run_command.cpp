@@ -1,4 +1,3 @@
-#include <filesystem>
 #include <memory>
 #include <mutex>
 
@@ -43,8 +42,7 @@ Scene scene_of(const RunCommand& command) {
   if (command.from.empty()) {
     return read_scene(command.scene, command.overrides);
   }
-  const std::filesystem::path path = command.from;
-  const std::string file = std::filesystem::is_directory(path) ? (path / "run.h5").string() : path.string();
+  const std::string file = run_file_at(command.from);
   return read_scene_text(read_run_file(file).scene, file, "", command.overrides);
 }
 

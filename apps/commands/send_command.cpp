@@ -1,5 +1,3 @@
-#include <filesystem>
-
 #include <fmt/format.h>
 
 #include "apps/commands/device_commands.h"
@@ -37,7 +35,7 @@ int send_command(const SendCommand& command, const CommonFlags& flags) {
   plan.repeat = command.repeat;
   std::vector<Drive> drives;
   for (const std::string& path : command.runs) {
-    const Run run = read_run_file(std::filesystem::is_directory(path) ? path + "/run.h5" : path);
+    const Run run = read_run_file(run_file_at(path));
     const MethodResult& method = chosen_method(run, command.method, path);
     drives.push_back({method.solution.phases, method.solution.amplitudes});
     plan.must_match.push_back(run.array);

@@ -212,7 +212,7 @@ int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
   SweepDirectory directory = SweepDirectory::open(output_directory(command, plan, shard), identity,
                                                   command.resume || command.retry_failed || command.output.empty());
   SweepOptions options;
-  options.worker = {command.program, "sweep-worker"};
+  options.worker = {"/proc/self/exe", "sweep-worker"};
   options.threads = threads;
   options.jobs = command.jobs;
   options.retry_failed = command.retry_failed;
