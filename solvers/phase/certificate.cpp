@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "solvers/linear/cholesky.h"
+#include "solvers/phase/dual_factor.h"
 #include "solvers/phase/low_rank_relaxation.h"
 
 namespace touchfield {
@@ -21,9 +21,9 @@ using Eigen::MatrixXcd;
 using Eigen::VectorXd;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
-constexpr double kLeastBound =
-    1e-4;  // of the cost of silence: what the tolerance is measured against where sum d is less
-constexpr double kShiftStep = 4.0;  // from one shift that is tried to the next
+constexpr double kLeastBound = 1e-4;  // of the cost of silence: the tolerance is a share of no less
+constexpr double kNewtonStep = 4.0;   // from one shift of the Newton step that is tried to the next
+constexpr double kBoundStep = 2.0;    // of the bound
 
 /// The problem in units in which the cost of silence is 1, with its constant part apart.
 struct ScaledProblem {
@@ -73,29 +73,21 @@ ScaledProblem scaled(const SkinProblem& problem) {
   return result;
 }
 
-/// Overwrites a matrix, of which only the lower triangle is read, by the Cholesky factor of matrix + shift. False if
-/// that broke down.
-bool factorise(MatrixXcd& matrix, double shift) {
-  matrix.diagonal().array() += shift;
-  return cholesky_factorise(static_cast<int>(matrix.rows()), matrix.data());
-}
-
-/// A point of the dual problem: whatever g > 0 and d are, they prove a bound.
+/// A point of the dual problem: whatever g > 0 and d <= 0 are, they prove a bound.
 struct DualPoint {
   VectorXd g;
   VectorXd d;
-  double sum = 0.0;        // sum_j (b_j^2 - b_j g_j) + sum_n min(0, d_n)
-  double sum_full = 0.0;   // the same with all of d
+  double sum = 0.0;        // sum_j (b_j^2 - b_j g_j) + sum_n d_n
   double magnitude = 0.0;  // of the terms
 };
 
+/// The positive part of d would not count, and leaving it out only raises S.
 DualPoint dual_of(const LowRankRelaxation& relaxation, const RelaxedPoint& point) {
   DualPoint dual;
   dual.g = positive_loudness(relaxation, point);
-  dual.d = point.d;
+  dual.d = point.d.cwiseMin(0.0);
   const auto levels = relaxation.levels.array();
-  dual.sum_full = (levels * (levels - dual.g.array())).sum() + dual.d.sum();
-  dual.sum = dual.sum_full - dual.d.cwiseMax(0.0).sum();
+  dual.sum = (levels * (levels - dual.g.array())).sum() + dual.d.sum();
   dual.magnitude = (levels * (levels + dual.g.array())).sum() + dual.d.cwiseAbs().sum();
   return dual;
 }
@@ -117,7 +109,7 @@ double rounding_of_eigenvalue(const LowRankRelaxation& relaxation, const DualPoi
 }
 
 /// The bound that a dual point proves where no eigenvalue of S lies more than `deficit` > 0 below 0.
-double proved_bound(const LowRankRelaxation& relaxation, const DualPoint& dual, double deficit) {
+double bound_with(const LowRankRelaxation& relaxation, const DualPoint& dual, double deficit) {
   const auto n = static_cast<double>(relaxation.channel_count());
   const double terms = n + 2.0 * static_cast<double>(dual.g.size());
   return dual.sum - n * deficit - 2.0 * kEps * (terms + 16.0) * dual.magnitude;
@@ -147,6 +139,38 @@ void require_valid(const CertificateOptions& options) {
   }
 }
 
+/// The dual point that promises the highest bound.
+struct Candidate {
+  DualPoint dual;
+  double shift = 0.0;
+  double bound = -std::numeric_limits<double>::infinity();
+};
+
+/// The first of shift, step shift, step^2 shift, ... that makes S + shift positive definite; `factor` then holds it.
+double least_shift(DualFactor& factor, const VectorXd& g, const VectorXd& d, double shift, double step) {
+  while (!factor.factorise(g, d, shift)) {
+    shift *= step;
+    if (!std::isfinite(shift)) {
+      throw std::domain_error("certify: the relaxation holds a value that is not finite");
+    }
+  }
+  return shift;
+}
+
+double bound_at(const LowRankRelaxation& relaxation, const DualPoint& dual, double shift) {
+  return bound_with(relaxation, dual, shift + rounding_of_eigenvalue(relaxation, dual, shift));
+}
+
+/// Replaces what a candidate promises by what the Cholesky factorisation of its S + shift proves. True if that is all
+/// that was promised.
+bool prove(const LowRankRelaxation& relaxation, Candidate& candidate) {
+  DualFactor factor(relaxation, DualFactor::Form::dense);
+  const double promised = std::exchange(
+      candidate.shift, least_shift(factor, candidate.dual.g, candidate.dual.d, candidate.shift, kBoundStep));
+  candidate.bound = bound_at(relaxation, candidate.dual, candidate.shift);
+  return candidate.shift == promised;
+}
+
 }  // namespace
 
 Certificate certify(const SkinProblem& problem, const CertificateOptions& options) {
@@ -161,35 +185,35 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     certificate.converged = true;
     return certificate;
   }
-  const auto n = static_cast<double>(relaxation.channel_count());
   RelaxedPoint point = relaxed_start(relaxation, options.width, options.seed);
+  DualFactor factor(relaxation);
   StepDamping damping;
-  double shift = 0.1 / n;
-  double best = -std::numeric_limits<double>::infinity();
+  const auto n = static_cast<double>(relaxation.channel_count());
+  double shift = 0.1 / n;  // of the Newton step
+  double bound_shift = shift;
+  Candidate best;
   while (true) {
     const DualPoint dual = dual_of(relaxation, point);
-    const double enough = options.tolerance * std::max(dual.sum_full + whole.constant, kLeastBound) / n;
-    shift = std::max(shift / kShiftStep, 0.25 * enough);
-    const MatrixXcd matrix = dual_matrix(relaxation, dual.g, dual.d);
-    MatrixXcd factor = matrix;
-    while (!factorise(factor, shift)) {
-      shift *= kShiftStep;
-      if (!std::isfinite(shift)) {
-        throw std::domain_error("certify: the relaxation holds a value that is not finite");
-      }
-      factor = matrix;
+    const double missing = options.tolerance * std::max(point.cost + whole.constant, kLeastBound);
+    const double least = 0.25 * missing / n;
+    bound_shift = least_shift(factor, dual.g, dual.d, std::max(bound_shift / (2.0 * kBoundStep), least), kBoundStep);
+    const double bound = bound_at(relaxation, dual, bound_shift);
+    if (bound > best.bound) {
+      best = {dual, bound_shift, bound};
     }
-    const double deficit = shift + rounding_of_eigenvalue(relaxation, dual, shift);
-    best = std::max(best, proved_bound(relaxation, dual, deficit));
-    certificate.converged = deficit <= enough;
+    certificate.converged = point.cost - best.bound <= missing;
+    if (!certificate.converged) {
+      // Where d > 0 somewhere the bound stays below the relaxation, which may be at its least all the same.
+      shift = least_shift(factor, dual.g, point.d, std::max(shift / kNewtonStep, least), kNewtonStep);
+      certificate.converged = n * shift <= missing;
+    }
     if (certificate.converged || certificate.iterations >= options.max_iterations) {
       break;
     }
     ++certificate.iterations;
     const double sigma = damping.value() * shift;
-    if (sigma > shift) {
-      factor = matrix;
-      factorise(factor, sigma);
+    if (sigma > shift && !factor.factorise(dual.g, point.d, sigma)) {
+      throw std::domain_error("certify: a larger shift made the dual matrix indefinite");
     }
     double gain = 0.0;
     RelaxedPoint next = newton_step(relaxation, point, factor, sigma, gain);
@@ -198,7 +222,8 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     }
     damping.learn(gain);
   }
-  certificate.bound = std::max(0.0, best + whole.constant) * whole.unit;
+  certificate.converged = prove(relaxation, best) && certificate.converged;
+  certificate.bound = std::max(0.0, best.bound + whole.constant) * whole.unit;
   certificate.relaxed = (point.cost + whole.constant) * whole.unit;
   return certificate;
 }

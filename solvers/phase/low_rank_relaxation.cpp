@@ -10,6 +10,9 @@
 #include <Eigen/Cholesky>
 #include <cblas.h>
 
+#include "solvers/linear/complex_product.h"
+#include "solvers/phase/dual_factor.h"
+
 namespace touchfield {
 
 namespace {
@@ -23,20 +26,6 @@ using Eigen::VectorXd;
 constexpr int kMostInnerSteps = 40;
 constexpr double kInnerTolerance = 0.05;  // on the residual's share of the gradient
 constexpr double kFaintestLevel = 1e-12;
-
-/// c = a op(b).
-void multiply(const MatrixXcd& a, const Eigen::Ref<const MatrixXcd>& b, CBLAS_TRANSPOSE transpose, MatrixXcd& c) {
-  const std::complex<double> one = 1.0;
-  const std::complex<double> zero = 0.0;
-  const Index columns = transpose == CblasNoTrans ? b.cols() : b.rows();
-  c.resize(a.rows(), columns);
-  if (c.size() == 0) {
-    return;
-  }
-  cblas_zgemm(CblasColMajor, CblasNoTrans, transpose, static_cast<int>(a.rows()), static_cast<int>(columns),
-              static_cast<int>(a.cols()), &one, a.data(), static_cast<int>(a.rows()), b.data(),
-              static_cast<int>(b.outerStride()), &zero, c.data(), static_cast<int>(c.rows()));
-}
 
 double real_dot(const MatrixXcd& a, const MatrixXcd& b) { return (a.conjugate().array() * b.array()).real().sum(); }
 
@@ -87,7 +76,7 @@ void differentiate(const LowRankRelaxation& relaxation, RelaxedPoint& point) {
 /// Half the Hessian of F on the spheres at a point, its preconditioner, and the scratch space of both.
 class NewtonSystem {
  public:
-  NewtonSystem(const LowRankRelaxation& relaxation, const RelaxedPoint& point, const MatrixXcd& factor)
+  NewtonSystem(const LowRankRelaxation& relaxation, const RelaxedPoint& point, DualFactor& factor)
       : relaxation_(relaxation),
         point_(point),
         factor_(factor),
@@ -116,7 +105,7 @@ class NewtonSystem {
   /// z = P (S + sigma + radial part)^-1 P r, by the Woodbury formula.
   void precondition(const MatrixXcd& r, MatrixXcd& z) {
     z = r;
-    solve_in_place(z);
+    factor_.solve_in_place(z);
     const auto level_columns = relaxation_.columns.leftCols(relaxation_.level_count());
     multiply(z, level_columns, CblasNoTrans, sent_);
     const VectorXd along = capacitance_.solve(real_column_dots(directions_, sent_));
@@ -127,23 +116,9 @@ class NewtonSystem {
   }
 
  private:
-  /// x <- x (L L^H)^-1, rows of x being right-hand sides.
-  void solve_in_place(MatrixXcd& x) const {
-    if (x.rows() == 0) {
-      return;  // which the BLAS refuses
-    }
-    const std::complex<double> one = 1.0;
-    const int rows = static_cast<int>(x.rows());
-    const int size = static_cast<int>(factor_.rows());
-    for (const CBLAS_TRANSPOSE transpose : {CblasConjTrans, CblasNoTrans}) {
-      cblas_ztrsm(CblasColMajor, CblasRight, CblasLower, transpose, CblasNonUnit, rows, size, &one, factor_.data(),
-                  size, x.data(), rows);
-    }
-  }
-
   void prepare_radial_part() {
     responses_ = relaxation_.columns.leftCols(relaxation_.level_count()).adjoint();
-    solve_in_place(responses_);
+    factor_.solve_in_place(responses_);
     MatrixXcd mutual;
     multiply(responses_, relaxation_.columns.leftCols(relaxation_.level_count()), CblasNoTrans, mutual);
     MatrixXcd overlap;
@@ -155,7 +130,7 @@ class NewtonSystem {
 
   const LowRankRelaxation& relaxation_;
   const RelaxedPoint& point_;
-  const MatrixXcd& factor_;
+  DualFactor& factor_;
   VectorXd ratio_;        // b_j / g_j
   MatrixXcd directions_;  // a_j Y / g_j, l x K
   MatrixXcd responses_;   // (S + sigma)^-1 a_j^H as rows, K x N
@@ -217,7 +192,7 @@ MatrixXcd dual_matrix(const LowRankRelaxation& relaxation, const VectorXd& g, co
   return matrix;
 }
 
-RelaxedPoint newton_step(const LowRankRelaxation& relaxation, const RelaxedPoint& point, const MatrixXcd& factor,
+RelaxedPoint newton_step(const LowRankRelaxation& relaxation, const RelaxedPoint& point, DualFactor& factor,
                          double sigma, double& gain) {
   NewtonSystem system(relaxation, point, factor);
   MatrixXcd eta = MatrixXcd::Zero(point.y.rows(), point.y.cols());

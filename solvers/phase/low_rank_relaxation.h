@@ -4,6 +4,8 @@
 
 namespace touchfield {
 
+class DualFactor;
+
 /// The misfit of amplitudes with every drive replaced by a row of l numbers, of length one together: with Y the N x l
 /// matrix of these rows,
 ///
@@ -51,10 +53,10 @@ Eigen::MatrixXcd dual_matrix(const LowRankRelaxation& relaxation, const Eigen::V
 /// preconditioned by the inverse of S + sigma with the part of the Hessian that acts along a_j Y added. S + sigma >= 0
 /// makes the left-hand side definite.
 ///
-/// factor    the lower Cholesky factor of dual_matrix + sigma
+/// factor    of dual_matrix + sigma
 /// gain      (F - F_new) over what the model foretold; NaN where it foretold nothing
 /// returns   the point stepped to, better or not
-RelaxedPoint newton_step(const LowRankRelaxation& relaxation, const RelaxedPoint& point, const Eigen::MatrixXcd& factor,
+RelaxedPoint newton_step(const LowRankRelaxation& relaxation, const RelaxedPoint& point, DualFactor& factor,
                          double sigma, double& gain);
 
 /// g_j, but no less than 1e-12 of the most that can reach the level: positive.
