@@ -2,8 +2,9 @@
 
 namespace touchfield {
 
-/// Cholesky factorisation A = L L^H in place (LAPACK potrf), n x n, column by column without gaps. Only the lower
-/// triangle of `a` is read and written. Scalar is float, double or std::complex<double>.
+/// Cholesky factorisation A = L L^H in place (blocks of columns by LAPACK's potrf, the rest by BLAS), n x n, column by
+/// column without gaps. Only the lower triangle of `a` is read and written. Scalar is float, double or
+/// std::complex<double>.
 ///
 /// returns   false where a pivot is not positive to working precision or not finite; `a` then holds nothing of use
 template <typename Scalar>
