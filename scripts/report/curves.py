@@ -1,0 +1,157 @@
+"""What the iterations bring and what they take: cost and judged error against iteration, time against size and error."""
+
+import re
+
+import matplotlib
+import numpy
+
+matplotlib.use("Agg")
+from matplotlib import pyplot  # noqa: E402
+
+from runs import LABELS, STYLES, attributes, cases, costs, percent, size_of, table  # noqa: E402
+
+METHODS = ["surface", "paper", "unscattered"]
+MARKED = (5, 10, 30)  # iterations the published study speaks of
+
+
+def errors(folder):
+    """{method: (iterations, judged errors)} of a run that holds METHOD_NN for several NN."""
+    found = {}
+    for name, known in attributes(folder).items():
+        method, count = name.rsplit("_", 1)
+        found.setdefault(method, []).append((int(count), float(known["relative_error"])))
+    return {method: tuple(zip(*sorted(points))) for method, points in found.items()}
+
+
+def longest_costs(folder):
+    """{method: cost before the first and after each iteration}, of the longest run of each method."""
+    found = {}
+    for name, cost in costs(folder).items():
+        method = name.rsplit("_", 1)[0]
+        if len(cost) > len(found.get(method, [])):
+            found[method] = cost
+    return found
+
+
+def convergence_rows(work):
+    rows = []
+    for start in ("cold", "warm"):
+        for method, (counts, values) in errors(work / "convergence" / start).items():
+            cost = longest_costs(work / "convergence" / start)[method]
+            for count, value in zip(counts, values):
+                rows.append({"start": start, "method": method, "iterations": count, "relative_error": f"{value:.9g}",
+                             "cost": f"{cost[min(count, len(cost) - 1)]:.9g}"})
+    return rows
+
+
+def convergence_figure(work, path):
+    drawing, (left, right) = pyplot.subplots(1, 2, figsize=(13, 4.8), layout="constrained")
+    for start, filled in (("cold", True), ("warm", False)):
+        everything = longest_costs(work / "convergence" / start)
+        for method, (counts, values) in errors(work / "convergence" / start).items():
+            style = STYLES[method] | {"markerfacecolor": STYLES[method]["color"] if filled else "white",
+                                      "label": f"{LABELS[method]}, " + ("from zero" if filled else "from the frame before"),
+                                      "linewidth": 1.6 if filled else 0.9}
+            cost = everything[method]
+            least = min(longest_costs(work / "convergence" / other)[method].min() for other in ("cold", "warm"))
+            marks = [count for count in MARKED if count < len(cost)]
+            left.plot(numpy.arange(len(cost)), cost / least - 1 + 1e-6, **style, markevery=marks)
+            right.plot(counts, 100 * numpy.array(values), **style,
+                       markevery=[i for i, count in enumerate(counts) if count in MARKED])
+    for axes in (left, right):
+        for count in MARKED:
+            axes.axvline(count, color="0.85", zorder=0)
+        axes.set_xlabel("iteration (marked: 5, 10 and 30)")
+        axes.set_xlim(0, 31)
+    left.set_yscale("log")
+    left.set_ylabel("cost above the method's own least, as a share of it")
+    right.set_ylabel("judged error [%]")
+    right.legend(fontsize=9)
+    drawing.savefig(path, dpi=90)
+    pyplot.close(drawing)
+
+
+def convergence_sentences(work):
+    said = []
+    cold, warm = (errors(work / "convergence" / start) for start in ("cold", "warm"))
+    for method in METHODS:
+        counts, values = cold[method]
+        last = values[-1]
+        near = next(count for count, value in zip(counts, values) if value - last < 0.005)
+        again, values_again = warm[method]
+        soon = next(count for count, value in zip(again, values_again) if value - last < 0.005)
+        said.append(f"`{method}` is within half a point of per cent of its judged error after {counts[-1]} iterations "
+                    f"({percent(last)}) from iteration {near} on from zero, and {soon} on from the frame before.")
+    return said
+
+
+def iteration_times(folder):
+    """Seconds of an iteration and of what comes once, from runs of few and of many steps: rows, one a case."""
+    rows = []
+    for case in cases(folder):
+        known = attributes(case)
+        faces, channels, targets = size_of(case)
+        row = {"faces": faces, "channels": channels, "target_faces": targets}
+        for method in ("surface", "paper"):
+            few, many = known[f"{method}_10"], known[f"{method}_30"]
+            steps = float(many["steps"]) - float(few["steps"])
+            a_step = (many["seconds_solve"] - few["seconds_solve"]) / steps if steps > 0 else numpy.nan
+            row[f"{method}_ms_an_iteration"] = f"{1e3 * a_step:.3g}"
+        row["surface_once_s"] = f"{known['once']['seconds_solve']:.3g}"
+        row["paper_once_s"] = f"{known['paper_once']['seconds_solve']:.3g}"
+        rows.append(row)
+    return rows
+
+
+def times_figure(by_faces, by_channels, path):
+    drawing, all_axes = pyplot.subplots(1, 2, figsize=(12, 4.4), layout="constrained")
+    for axes, rows, key, label in ((all_axes[0], by_faces, "faces", "faces of the body"),
+                                   (all_axes[1], by_channels, "channels", "transducers")):
+        for method in ("surface", "paper"):
+            axes.plot([row[key] for row in rows], [float(row[f"{method}_ms_an_iteration"]) for row in rows],
+                      **STYLES[method], label=LABELS[method])
+        axes.set_xlabel(label)
+        axes.set_ylabel("time of an iteration [ms]")
+        axes.set_xlim(left=0)
+        axes.set_ylim(bottom=0)
+        axes.legend()
+    drawing.savefig(path, dpi=90)
+    pyplot.close(drawing)
+
+
+def study_rows(work):
+    return [row for row in table(work / "study" / "study.csv") if row["status"] == "ok"]
+
+
+def study_figure(work, path):
+    rows = study_rows(work)
+    markers = dict(zip(sorted({row["scheme"] for row in rows}), "osD^v"))
+    drawing, axes = pyplot.subplots(figsize=(9, 5.2), layout="constrained")
+    for scheme, marker in markers.items():
+        own = [row for row in rows if row["scheme"] == scheme]
+        axes.scatter([float(row["seconds"]) for row in own], [100 * float(row["error_reference"]) for row in own],
+                     marker=marker, s=42, facecolors=["0.25" if row["pareto"] == "1" else "white" for row in own],
+                     edgecolors="0.25", label=scheme)
+    best = sorted((float(row["seconds"]), 100 * float(row["error_reference"])) for row in rows if row["pareto"] == "1")
+    axes.plot(*zip(*best), color="0.25", linewidth=0.9, label="no other is both faster and nearer (filled)")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel("time to solve [s]")
+    axes.set_ylabel("error of the pressure on the skin [%]")
+    axes.legend(fontsize=9)
+    drawing.savefig(path, dpi=90)
+    pyplot.close(drawing)
+
+
+def study_table(work):
+    """The rungs that nothing beats: header and rows."""
+    best = sorted((row for row in study_rows(work) if row["pareto"] == "1"), key=lambda row: float(row["seconds"]))
+    header = ["scheme", "edge [mm]", "faces", "precision", "solver", "seconds", "error"]
+    return header, [[row["scheme"], f"{float(row['edge_mm']):.2f}", row["faces"], row["precision"], row["solver"],
+                     f"{float(row['seconds']):.2g}", percent(row["error_reference"], 2)] for row in best]
+
+
+def processor():
+    with open("/proc/cpuinfo", encoding="ascii", errors="replace") as file:
+        found = re.search(r"^model name\s*: (.*)$", file.read(), re.M)
+    return found[1] if found else "unknown processor"

@@ -1,0 +1,132 @@
+"""The published figure anew: what is wanted on the skin, and what each method makes of it."""
+
+import matplotlib
+import numpy
+
+matplotlib.use("Agg")
+from matplotlib import pyplot  # noqa: E402
+from matplotlib.collections import LineCollection, PolyCollection  # noqa: E402
+
+from runs import LABELS, METRICS, SCENES, attributes, number, percent, skin  # noqa: E402
+
+COLUMNS = ["paper", "unscattered", "surface", "focus"]
+MARGIN = 0.006  # m of skin around the target
+
+
+def outline(one):
+    """Line segments [n, 2, 2] (x, y in mm) around the faces that are wanted, and not seen through the body."""
+    owners = {}
+    for face in numpy.flatnonzero(one.wanted):
+        a, b, c = one.triangles[face]
+        for i, (start, end) in enumerate(((a, b), (b, c), (c, a))):
+            owners.setdefault((min(start, end), max(start, end)), []).append((face, i))
+    edges = [users[0] for users in owners.values() if len(users) == 1]
+    return numpy.array([[one.corners[face][i][:2], one.corners[face][(i + 1) % 3][:2]] for face, i in edges
+                        if normals(one)[face][2] < 0.2]) * 1e3
+
+
+def normals(one):
+    if not hasattr(one, "normals"):
+        cross = numpy.cross(one.corners[:, 1] - one.corners[:, 0], one.corners[:, 2] - one.corners[:, 0])
+        one.normals = cross / numpy.linalg.norm(cross, axis=1, keepdims=True)
+    return one.normals
+
+
+def draw(axes, one, values, largest, window):
+    """The skin as the array sees it, from below: parallel projection along z, +y up, so that +x points to the left."""
+    seen = numpy.flatnonzero(normals(one)[:, 2] < 0)
+    seen = seen[numpy.argsort(-one.corners[seen, :, 2].mean(axis=1))]  # the far ones first
+    faces = PolyCollection(one.corners[seen, :, :2] * 1e3, array=values[seen] / 1e3, cmap="viridis", edgecolors="face",
+                           linewidths=0.2, rasterized=True)
+    faces.set_clim(0, largest / 1e3)
+    axes.add_collection(faces)
+    axes.add_collection(LineCollection(outline(one), colors="red", linewidths=0.9))
+    (left, right), (low, high) = window
+    axes.set_xlim(right, left)
+    axes.set_ylim(low, high)
+    axes.set_aspect("equal")
+    axes.set_facecolor("0.93")
+    return faces
+
+
+def window_of(one):
+    corners = one.corners[one.wanted > 0].reshape(-1, 3)
+    middle = 0.5 * (corners.max(axis=0) + corners.min(axis=0))[:2]
+    half = 0.5 * float((corners.max(axis=0) - corners.min(axis=0))[:2].max()) + MARGIN
+    return [tuple(1e3 * (middle[axis] + side * half) for side in (-1, 1)) for axis in (0, 1)]
+
+
+def figure(work, names, path):
+    """A row a scene, a column a method, one scale of colours a row: 0 to 1.5 times the largest wanted pressure."""
+    drawing, grid = pyplot.subplots(len(names), 1 + len(COLUMNS), figsize=(15.5, 3.15 * len(names)), squeeze=False,
+                                    layout="constrained")
+    for row, name in zip(grid, names):
+        one = skin(work / "panels" / name)
+        metrics = attributes(work / "panels" / name)
+        largest = 1.5 * one.wanted.max()
+        window = window_of(one)
+        for axes, method in zip(row, [None, *COLUMNS]):
+            faces = draw(axes, one, one.wanted if method is None else one.pressure[method], largest, window)
+            if method is None:
+                axes.set_title("wanted" if row is grid[0] else "", fontsize=12)
+                axes.set_ylabel(f"{SCENES[name]}\n\ny [mm]", fontsize=12)
+                axes.set_xlabel("x [mm]")
+                continue
+            known = metrics[method]
+            width = "" if known["width_mm"] != known["width_mm"] else f", width {known['width_mm']:.1f} mm"
+            axes.set_title((LABELS[method] + "\n" if row is grid[0] else "")
+                           + f"error {100 * known['relative_error']:.1f} %{width}", fontsize=11)
+            axes.tick_params(labelleft=False, labelbottom=False)
+        drawing.colorbar(faces, ax=row, extend="max", pad=0.01, label="abs p on the skin [kPa]")
+    drawing.savefig(path, dpi=80)
+    pyplot.close(drawing)
+
+
+def metric_rows(work, names, folder):
+    """Every metric of every method and scene, for a table."""
+    rows = []
+    for name in names:
+        for method, known in attributes(work / folder / name).items():
+            rows.append({"scene": name, "method": method, "scheme": known["scheme"]}
+                        | {metric: f"{float(known[metric]):.9g}" for metric in METRICS} | {"status": known["status"]})
+    return rows
+
+
+def short_table(rows):
+    """The metrics a reader compares first: header and rows of text."""
+    header = ["scene", "method", "scheme", "error", "gap", "width wanted / got [mm]", "leakage",
+              "mean inside / wanted peak [kPa]", "force on / off target [mN]", "judge differs"]
+    shown = []
+    for row in rows:
+        shown.append([row["scene"], f"`{row['method']}`", row["scheme"], percent(row["relative_error"]),
+                      percent(row["optimality_gap"], 2), f"{number(row['width_wanted_mm'], 2)} / {number(row['width_mm'], 2)}",
+                      percent(row["leakage"]), f"{float(row['mean_inside_pa']) / 1e3:.1f} / {float(row['peak_pa']) / 1e3:.1f}",
+                      f"{1e3 * float(row['force_target_n']):.2f} / {1e3 * float(row['force_elsewhere_n']):.2f}",
+                      percent(row["judge_difference"])])
+    header[7] = "mean inside / peak [kPa]"
+    return header, shown
+
+
+def sentences(rows, names):
+    """What the table says about the methods, scene by scene."""
+    error = {(row["scene"], row["method"]): float(row["relative_error"]) for row in rows}
+    said = []
+    helps = [name for name in names if error[name, "paper"] < error[name, "unscattered"]]
+    changes = ", ".join(f"{SCENES[name]} {100 * (error[name, 'paper'] - error[name, 'unscattered']):+.1f}" for name in names)
+    said.append(f"With scattering in the solver (`paper`) the judged error is lower than without (`unscattered`) on "
+                f"{len(helps)} of {len(names)} scenes; points of per cent with minus without: {changes}.")
+    if len(helps) < len(names):
+        said.append("It does not help on: " + ", ".join(SCENES[name] for name in names if name not in helps) + ".")
+    original = [name for name in names if error[name, "paper_original"] < error[name, "unscattered"]]
+    said.append(f"On the model of scattering as it was published (`paper_original`) that holds on {len(original)} of "
+                f"{len(names)}; points with minus without: "
+                + ", ".join(f"{SCENES[name]} {100 * (error[name, 'paper_original'] - error[name, 'unscattered']):+.1f}"
+                            for name in names) + ".")
+    ours = [name for name in names if error[name, "surface"] <= error[name, "paper"]]
+    said.append(f"`surface` is at least as near as `paper` on {len(ours)} of {len(names)}; points of per cent, `surface` "
+                "minus `paper`: " + ", ".join(f"{SCENES[name]} {100 * (error[name, 'surface'] - error[name, 'paper']):+.1f}"
+                                              for name in names) + ".")
+    gaps = {row["scene"]: float(row["optimality_gap"]) for row in rows if row["method"] == "surface"}
+    said.append("No phases of this array come nearer on `surface`'s cost by more than the gap, which is proved: "
+                + ", ".join(f"{SCENES[name]} {percent(gaps[name], 2)}" for name in names) + ".")
+    return said
