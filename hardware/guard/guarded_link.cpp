@@ -37,6 +37,7 @@ struct SocketPair {
 
 pid_t started(const std::vector<std::string>& command, int descriptor) {
   std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
   for (const std::string& word : command) {
     arguments.push_back(const_cast<char*>(word.c_str()));
   }

@@ -33,7 +33,8 @@ std::array<int, kTransducers> wiring(SonicsurfaceOrder order) {
     const int group = byte / kGroup % (kSide / 2);
     const int column = kBlockColumns * block + kGroupColumn[byte % kGroup];
     const int row = 2 * group + kGroupRow[byte % kGroup];
-    byte_of[static_cast<std::size_t>(row * kSide + column)] = byte;
+    const int place = row * kSide + column;
+    byte_of[static_cast<std::size_t>(place)] = byte;
   }
   return byte_of;
 }
@@ -64,7 +65,7 @@ std::vector<std::uint8_t> frame_bytes(const DriveFrame& frame, SonicsurfaceFirmw
   bytes.front() = kStart;
   bytes.back() = kCommit;
   for (std::size_t n = 0; n < kTransducers; ++n) {
-    bytes[static_cast<std::size_t>(1 + byte_of[n])] =
+    bytes[1 + static_cast<std::size_t>(byte_of[n])] =
         frame.intensity[n] == 0 ? kOff : static_cast<std::uint8_t>(per_step * frame.phase[n]);
   }
   return bytes;

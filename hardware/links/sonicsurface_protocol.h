@@ -7,8 +7,6 @@
 #include "hardware/array_link.h"
 #include "hardware/link_address.h"
 
-namespace touchfield {
-
 /// What a SonicSurface board hears over its serial line. It never answers.
 ///
 ///   254            the phases of a frame follow, from the first
@@ -19,7 +17,7 @@ namespace touchfield {
 ///   160 .. 191     tactile firmware only, in place of the last four: length of a step of its modulation
 ///
 /// source   github.com/upnalab/SonicSurface, Firmware/FPGA*/src/Distribute.vhd, PhaseLine.vhd, AmpModulator.vhd
-namespace sonicsurface {
+namespace touchfield::sonicsurface {
 
 inline constexpr std::uint8_t kStart = 254;
 inline constexpr std::uint8_t kCommit = 253;
@@ -51,6 +49,4 @@ std::vector<std::uint8_t> frame_bytes(const DriveFrame& frame, SonicsurfaceFirmw
 /// back what the other buffer holds. Leaves the firmware's own board selected.
 std::vector<std::uint8_t> quiet_bytes(SonicsurfaceFirmware firmware);
 
-}  // namespace sonicsurface
-
-}  // namespace touchfield
+}  // namespace touchfield::sonicsurface

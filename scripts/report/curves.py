@@ -55,7 +55,8 @@ def convergence_figure(work, path):
             cost = everything[method]
             least = min(longest_costs(work / "convergence" / other)[method].min() for other in ("cold", "warm"))
             marks = [count for count in MARKED if count < len(cost)]
-            left.plot(numpy.arange(len(cost)), cost / least - 1 + 1e-6, **style, markevery=marks)
+            above = numpy.where(cost > least, cost / least - 1, numpy.nan)  # the least itself has no place on the scale
+            left.plot(numpy.arange(len(cost)), above, **style, markevery=marks)
             right.plot(counts, 100 * numpy.array(values), **style,
                        markevery=[i for i, count in enumerate(counts) if count in MARKED])
     for axes in (left, right):

@@ -143,8 +143,8 @@ def add_widths(page, work, report):
     widths.figure(result, trials, report / "figures/widths.png")
     page.add("## Can the widths be told apart?")
     page.add("The published study asked people to tell 5, 8 and 11 mm apart: 0.56 correct with scattering in the solver, 0.47 without, "
-             "chance 0.33 (Wilcoxon p < 0.05). Here hands of ten sizes (the published means of men and women, 0.92 to 1.08 of their "
-             "size) are seen by a simulated depth camera: noise along the normal of 0.25 to 1 mm rms, correlated over 5 mm, and "
+             f"chance 0.33 (Wilcoxon p < 0.05). Here hands of {len(set(trials.hand))} sizes (the published means of men and women, "
+             "0.92 to 1.08 of their size) are seen by a simulated depth camera: noise along the normal of 0.25 to 1 mm rms, correlated over 5 mm, and "
              "0.5 mm of misplacement along each axis. Phases are found on what the camera saw; what then presses on the true skin is "
              "given to two observers, each taught on the other hands: one reads the width at half maximum, the other is the ideal one "
              "for patterns that vary as these do, with noise of its own.")

@@ -58,8 +58,10 @@ def window_of(one):
 
 def figure(work, names, path):
     """A row a scene, a column a method, one scale of colours a row: 0 to 1.5 times the largest wanted pressure."""
-    drawing, grid = pyplot.subplots(len(names), 1 + len(COLUMNS), figsize=(15.5, 3.15 * len(names)), squeeze=False,
-                                    layout="constrained")
+    drawing, grid = pyplot.subplots(len(names), 2 + len(COLUMNS), figsize=(15.5, 0.9 + 3.05 * len(names)), squeeze=False,
+                                    gridspec_kw={"width_ratios": [1] * (1 + len(COLUMNS)) + [0.06], "left": 0.075,
+                                                 "right": 0.95, "top": 1 - 0.75 / (0.9 + 3.05 * len(names)),
+                                                 "bottom": 0.5 / (0.9 + 3.05 * len(names)), "hspace": 0.32, "wspace": 0.1})
     for row, name in zip(grid, names):
         one = skin(work / "panels" / name)
         metrics = attributes(work / "panels" / name)
@@ -68,16 +70,16 @@ def figure(work, names, path):
         for axes, method in zip(row, [None, *COLUMNS]):
             faces = draw(axes, one, one.wanted if method is None else one.pressure[method], largest, window)
             if method is None:
-                axes.set_title("wanted" if row is grid[0] else "", fontsize=12)
+                axes.set_title("wanted" if name == names[0] else "", fontsize=12)
                 axes.set_ylabel(f"{SCENES[name]}\n\ny [mm]", fontsize=12)
                 axes.set_xlabel("x [mm]")
                 continue
             known = metrics[method]
             width = "" if known["width_mm"] != known["width_mm"] else f", width {known['width_mm']:.1f} mm"
-            axes.set_title((LABELS[method] + "\n" if row is grid[0] else "")
+            axes.set_title((LABELS[method] + "\n" if name == names[0] else "")
                            + f"error {100 * known['relative_error']:.1f} %{width}", fontsize=11)
             axes.tick_params(labelleft=False, labelbottom=False)
-        drawing.colorbar(faces, ax=row, extend="max", pad=0.01, label="abs p on the skin [kPa]")
+        drawing.colorbar(faces, cax=row[-1], extend="max", label="abs p on the skin [kPa]")
     drawing.savefig(path, dpi=80)
     pyplot.close(drawing)
 

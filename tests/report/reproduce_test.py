@@ -1,0 +1,141 @@
+"""The reduced reproduction from end to end: interrupted, gone on with, its report against the runs it is made of."""
+
+import csv
+import html.parser
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+try:
+    import h5py
+    import markdown  # noqa: F401
+    import matplotlib  # noqa: F401
+    import scipy  # noqa: F401
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+PROGRAM = os.environ["TOUCHFIELD_PROGRAM"]
+SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
+SCENES = ["width_5mm", "width_8mm", "width_11mm", "grasp", "penetration"]
+
+
+class Outside(html.parser.HTMLParser):
+    """What a page would fetch from elsewhere."""
+
+    def __init__(self):
+        super().__init__()
+        self.pictures = 0
+        self.fetched = []
+
+    def handle_starttag(self, tag, attrs):
+        source = dict(attrs).get("src", "")
+        self.pictures += tag == "img"
+        if tag in ("script", "link", "iframe") or (source and not source.startswith("data:image/png;base64,")):
+            self.fetched.append((tag, source[:60]))
+
+
+class Reproduce(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-reproduce-"))
+        cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
+        cls.command = [sys.executable, str(SOURCE / "scripts/reproduce"), "--quick", "--program", PROGRAM, "--work",
+                       str(cls.folder / "work"), "-o", str(cls.folder / "report")]
+        cls.first = cls.interrupted()
+        cls.second = subprocess.run(cls.command, capture_output=True, text=True, timeout=1500, check=False)
+
+    @classmethod
+    def interrupted(cls):
+        """Ctrl-C while the second step is under way."""
+        running = subprocess.Popen(cls.command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                   start_new_session=True)
+        said = running.stdout.readline()
+        time.sleep(0.2)
+        os.killpg(running.pid, signal.SIGINT)
+        rest, errors = running.communicate(timeout=300)
+        return running.returncode, said + rest, errors
+
+    def rows(self, name):
+        with open(self.folder / "report/tables" / name, newline="", encoding="utf-8") as file:
+            return list(csv.DictReader(file))
+
+    def test_an_interrupted_call_is_gone_on_with(self):
+        code, said, errors = self.first
+        self.assertNotEqual(code, 0)
+        self.assertRegex(said, r"^panels/width_5mm: \d+ s\n")
+        self.assertNotIn("report in", said)
+        self.assertIn("the same command goes on", errors)
+        self.assertNotIn("Traceback", errors)
+        self.assertEqual(self.second.returncode, 0, self.second.stderr)
+        lines = self.second.stdout.splitlines()
+        self.assertEqual(lines[0], "panels/width_5mm: done before")
+        self.assertRegex(lines[1], r"^panels/width_8mm: \d+ s$")
+
+    def test_tables_are_those_of_the_runs(self):
+        rows = self.rows("metrics.csv")
+        self.assertEqual({row["scene"] for row in rows}, set(SCENES))
+        for row in rows:
+            with h5py.File(self.folder / "work/panels" / row["scene"] / "run.h5") as run:
+                kept = run["methods"][row["method"]].attrs
+                for metric in ("relative_error", "width_mm", "leakage", "force_target_n", "optimality_gap"):
+                    self.assertAlmostEqual(float(row[metric]) if row[metric] != "nan" else None,
+                                           float(kept[metric]) if kept[metric] == kept[metric] else None,
+                                           delta=None if row[metric] == "nan" else 1e-8 * abs(kept[metric]),
+                                           msg=f"{row['scene']} {row['method']} {metric}")
+        self.assertEqual(len(self.rows("convergence.csv")), 2 * 3 * 4)
+        for table in ("iteration_faces.csv", "iteration_channels.csv", "study.csv", "assumptions.csv", "widths.csv",
+                      "widths_wilcoxon.csv"):
+            self.assertGreater(len(self.rows(table)), 1, table)
+
+    def test_claims_follow_from_the_tables(self):
+        text = (self.folder / "report/report.md").read_text()
+        error = {(row["scene"], row["method"]): float(row["relative_error"]) for row in self.rows("metrics.csv")}
+        helped = sum(error[scene, "paper"] < error[scene, "unscattered"] for scene in SCENES)
+        self.assertIn(f"is lower than without (`unscattered`) on {helped} of 5 scenes", text)
+        if helped < 5:
+            self.assertIn("It does not help on: ", text)
+        self.assertIn("Its numbers mean nothing", text)  # of a rehearsal
+
+    def test_the_page_needs_nothing_else(self):
+        text = (self.folder / "report/report.md").read_text()
+        page = Outside()
+        page.feed((self.folder / "report/report.html").read_text())
+        self.assertEqual(page.fetched, [])
+        named = re.findall(r"!\[[^]]*\]\((figures/[^)]+)\)", text)
+        self.assertEqual(page.pictures, len(named))
+        self.assertEqual(len(named), 6)
+        for figure in named:
+            data = (self.folder / "report" / figure).read_bytes()
+            self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n", figure)
+            self.assertGreater(len(data), 5000, figure)
+        for linked in re.findall(r"\]\((tables/[^)]+)\)", text):
+            self.assertTrue((self.folder / "report" / linked).is_file(), linked)
+
+    def test_nothing_is_done_twice_and_the_same_seeds_give_the_same(self):
+        before = (self.folder / "report/tables/metrics.csv").read_text()
+        shutil.rmtree(self.folder / "work/panels/width_8mm")
+        shutil.rmtree(self.folder / "work/hands/hand_02/cases/00003")
+        (self.folder / "work/steps/hands-hand_02.json").write_text(
+            (self.folder / "work/steps/hands-hand_02.json").read_text().replace('"done": true', '"done": false'))
+        widths = (self.folder / "report/tables/widths.csv").read_text()
+        again = subprocess.run(self.command, capture_output=True, text=True, timeout=600, check=False)
+        self.assertEqual(again.returncode, 0, again.stderr)
+        done = [line for line in again.stdout.splitlines() if not line.endswith(": done before")]
+        self.assertEqual([line.split(":")[0] for line in done[:-1]], ["panels/width_8mm", "hands/hand_02"])
+        self.assertEqual((self.folder / "report/tables/widths.csv").read_text(), widths)
+        # Seconds differ, and the number of threads at work may change the last digits.
+        for old, new in zip(*(csv.DictReader(text.splitlines()) for text in (before, (
+                self.folder / "report/tables/metrics.csv").read_text()))):
+            self.assertAlmostEqual(float(old["relative_error"]), float(new["relative_error"]), delta=1e-5)
+
+
+if __name__ == "__main__":
+    unittest.main()
