@@ -12,6 +12,7 @@ import assumptions
 import curves
 import panels
 import widths
+import widths_figure
 from runs import SCENES, markdown_table, provenance, write_table
 
 STYLE = """body { max-width: 62em; margin: 2em auto; padding: 0 1em; font: 16px/1.5 sans-serif; color: #111; background: #fff; }
@@ -140,14 +141,15 @@ def add_widths(page, work, report):
     trials = widths.load(work / "hands")
     result = widths.analyse(trials)
     widths.write_tables(result, report / "tables")
-    widths.figure(result, trials, report / "figures/widths.png")
+    widths_figure.figure(result, trials, report / "figures/widths.png")
     page.add("## Can the widths be told apart?")
     page.add("The published study asked people to tell 5, 8 and 11 mm apart: 0.56 correct with scattering in the solver, 0.47 without, "
              f"chance 0.33 (Wilcoxon p < 0.05). Here hands of {len(set(trials.hand))} sizes (the published means of men and women, "
              "0.92 to 1.08 of their size) are seen by a simulated depth camera: noise along the normal of 0.25 to 1 mm rms, correlated over 5 mm, and "
              "0.5 mm of misplacement along each axis. Phases are found on what the camera saw; what then presses on the true skin is "
-             "given to two observers, each taught on the other hands: one reads the width at half maximum, the other is the ideal one "
-             "for patterns that vary as these do, with noise of its own.")
+             "given to observers, each taught on the other hands: one reads the width at half maximum; one is the ideal one "
+             "for patterns that vary as these do, with noise of its own; one is the same where every pattern was first brought to "
+             "the same mean level, since a louder pattern stands out of the noise whatever its shape.")
     page.figure("widths.png", "Share correct by observer and method, the ideal observer's share against its own noise, what is taken for what, "
                 "and the mean profiles.")
     page.add(lines_of(widths.sentences(result)))

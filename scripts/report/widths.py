@@ -1,7 +1,8 @@
 """Can boxes of 5, 8 and 11 mm be told apart from the pressure that really arises on the skin?
 
-Input is a folder of hands, each the output of `touchfield sweep scenes/sweeps/widths.yaml`. Two observers, each learned on
-the other hands and tested on the one left out, answer which of the three widths was meant. They are models: what they tell
+Input is a folder of hands, each the output of `touchfield sweep scenes/sweeps/widths.yaml`. Observers, each learned on
+the other hands and tested on the one left out, answer which of the three widths was meant: one reads a width, one, the ideal one, sees the
+whole pattern, as it is or brought to one level for all. They are models: what they tell
 is what the device puts on the skin, not what people feel.
 """
 
@@ -12,20 +13,18 @@ import math
 import pathlib
 
 import h5py
-import matplotlib
 import numpy as np
 import scipy.stats
 
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt  # noqa: E402
+from runs import LABELS
 
 WIDTHS = np.array([5.0, 8.0, 11.0])  # mm
 CHANCE = 1 / len(WIDTHS)
 PEOPLE = {"paper": 0.56, "unscattered": 0.47}  # Matsubayashi, Makino, Shinoda, EuroHaptics 2020
-LABELS = {"surface": "surface (ours)", "paper": "paper (with scattering)", "unscattered": "unscattered (without)"}
-STYLES = {"surface": ("#0072B2", "o", "-"), "paper": ("#D55E00", "s", "--"), "unscattered": ("#000000", "^", ":")}
+METHODS = ["surface", "paper", "unscattered"]
 PAIRS = [("paper", "unscattered"), ("surface", "paper")]
-READER, IDEAL = "width reader", "ideal observer"
+READER, IDEAL, EVEN = "width reader", "ideal observer", "ideal observer, even level"
+OBSERVERS = [READER, IDEAL, EVEN]
 DRAWS = 20  # of the internal noise, a trial
 SIGMAS = np.concatenate([[0], np.geomspace(0.02, 10, 12)])
 REACH_MM, CELL_MM, PROFILE_MM = 12, 1.5, 0.5
@@ -83,12 +82,12 @@ class Result:
     failed: int
     cells: int
     seed: int
-    sigma: float  # the headline
-    calibrated: bool  # at `sigma` the ideal observer does with `paper` as well as people did
+    sigma: dict[str, float]  # of each ideal observer: its headline
+    calibrated: dict[str, bool]  # at `sigma` it does with `paper` as well as people did
     scores: list[Score]
     comparisons: list[Comparison]
     sigmas: list[float]
-    curves: dict[str, list[float]]  # method: share correct of the ideal observer, one a sigma
+    curves: dict[str, dict[str, list[float]]]  # ideal observer: method: share correct, one a sigma
     noise: list[dict]  # rows: observer, method, third, noise_low_mm, noise_high_mm, share, trials
 
     def score(self, observer: str, method: str) -> Score:
@@ -149,6 +148,13 @@ def load(hands_folder: str | pathlib.Path) -> Trials:
     skin, line = np.isfinite(pattern).all(axis=0), np.isfinite(profile).all(axis=0)
     return Trials(hand, width.astype(float), method, reading, noise, pattern[:, skin], profile[:, line],
                   (fine[:-1] + PROFILE_MM / 2)[line], len(failed))
+
+
+def evened(trials: Trials) -> Trials:
+    """The same with every pattern scaled to one mean: what loudness alone tells is taken away, and an observer's noise
+    weighs on every method alike."""
+    level = trials.pattern[trials.method == "paper"].mean()
+    return dataclasses.replace(trials, pattern=trials.pattern * (level / trials.pattern.mean(axis=1, keepdims=True)))
 
 
 def shrunk_covariance(residuals: np.ndarray) -> tuple[np.ndarray, float]:
@@ -258,21 +264,26 @@ def compare(observer: str, first: Score, second: Score) -> Comparison:
 
 def analyse(trials: Trials, seed: int = 1) -> Result:
     """Both observers on every method; `seed` is that of the internal noise and of the bootstrap over hands (10,000)."""
-    hands, methods = np.unique(trials.hand), [m for m in LABELS if (trials.method == m).any()]
+    hands, methods = np.unique(trials.hand), [m for m in METHODS if (trials.method == m).any()]
     if len(hands) < 2:
         raise ValueError("leaving one hand out needs two or more hands")
     label, number = classes(trials), np.searchsorted(hands, trials.hand)
-    curves, scores, noise = {}, [], []
-    for method in methods:
-        right = label[trials.method == method]
-        curves[method] = ideal_observer(trials, method, SIGMAS, seed)[:, np.arange(len(right)), right].mean(axis=1)
-    sigma, calibrated = calibrate(trials, SIGMAS, curves["paper"], seed)
+    scores, noise = [], []
+    views = {IDEAL: trials, EVEN: evened(trials)}
+    curves: dict[str, dict[str, list[float]]] = {observer: {} for observer in views}
+    sigma, calibrated = {}, {}
+    for observer, view in views.items():
+        for method in methods:
+            right = label[trials.method == method]
+            answers = ideal_observer(view, method, SIGMAS, seed)
+            curves[observer][method] = answers[:, np.arange(len(right)), right].mean(axis=1).tolist()
+        sigma[observer], calibrated[observer] = calibrate(view, SIGMAS, np.array(curves[observer]["paper"]), seed)
     thirds = np.quantile(trials.noise, [0, 1 / 3, 2 / 3, 1])
-    for observer in [READER, IDEAL]:
+    for observer in OBSERVERS:
         for method in methods:
             rows = trials.method == method
             answers = (width_reader(trials, method) if observer == READER else
-                       ideal_observer(trials, method, np.array([sigma]), seed)[0])
+                       ideal_observer(views[observer], method, np.array([sigma[observer]]), seed)[0])
             right = answers[np.arange(rows.sum()), label[rows]]
             count = np.bincount(number[rows], minlength=len(hands))
             correct = np.bincount(number[rows], right, len(hands))
@@ -288,8 +299,8 @@ def analyse(trials: Trials, seed: int = 1) -> Result:
                               "noise_high_mm": float(thirds[k + 1]), "trials": int((third == k).sum()),
                               "share": float(right[third == k].mean()) if (third == k).any() else math.nan})
     result = Result(NOTE, hands.tolist(), trials.failed, trials.pattern.shape[1], seed, sigma, calibrated, scores, [],
-                    SIGMAS.tolist(), {m: c.tolist() for m, c in curves.items()}, noise)
-    result.comparisons = [compare(o, result.score(o, a), result.score(o, b)) for o in [READER, IDEAL] for a, b in PAIRS
+                    SIGMAS.tolist(), curves, noise)
+    result.comparisons = [compare(o, result.score(o, a), result.score(o, b)) for o in OBSERVERS for a, b in PAIRS
                           if a in methods and b in methods]
     return result
 
@@ -325,108 +336,27 @@ def write_tables(result: Result, folder: str | pathlib.Path) -> None:
            for i, wanted in enumerate(WIDTHS) for j, answered in enumerate(WIDTHS)])
     records("widths_wilcoxon", [vars(c) for c in result.comparisons],
             [field.name for field in dataclasses.fields(Comparison)])
-    table("widths_sigma", ["sigma", *result.curves], [list(row) for row in zip(result.sigmas, *result.curves.values())])
+    table("widths_sigma", ["observer", "sigma", *METHODS],
+          [[observer, *row] for observer, curves in result.curves.items()
+           for row in zip(result.sigmas, *(curves[method] for method in METHODS))])
     records("widths_noise", result.noise, list(result.noise[0]))
-
-
-def figure(result: Result, trials: Trials, path_png: str | pathlib.Path) -> None:
-    """One picture, 1500 x 1100 pixels: shares correct, internal noise, confusions, profiles."""
-    methods = list(result.curves)
-    with plt.rc_context({"font.size": 11, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False}):
-        page = plt.figure(figsize=(15, 11), dpi=100)
-        grid = page.add_gridspec(2, 2, left=0.06, right=0.985, top=0.955, bottom=0.065, wspace=0.16, hspace=0.3)
-        title = {"loc": "left", "fontweight": "bold", "fontsize": 12}
-
-        shares = page.add_subplot(grid[0, 0])
-        for group, observer in enumerate([READER, IDEAL]):
-            for k, method in enumerate(methods):
-                score, (colour, marker, _) = result.score(observer, method), STYLES[method]
-                x = group + 0.24 * (k - (len(methods) - 1) / 2)
-                spread = np.linspace(-0.045, 0.045, len(score.per_hand))
-                shares.plot(x - 0.07 + spread / 2, score.per_hand, ".", color="0.6", markersize=5, zorder=1)
-                shares.errorbar(x + 0.03, score.share, [[score.share - score.low], [score.high - score.share]], color=colour,
-                                marker=marker, markersize=9, capsize=4, label=LABELS[method] if group == 0 else None)
-        for k, (method, share) in enumerate(PEOPLE.items()):
-            shares.plot(2 + 0.24 * (k - 0.5), share, STYLES[method][1], color=STYLES[method][0], fillstyle="none", markersize=10,
-                        markeredgewidth=1.6)
-            shares.annotate(f"{share:.2f}", (2 + 0.24 * (k - 0.5), share), (0, 11), textcoords="offset points", ha="center")
-        shares.plot([], [], ".", color="0.6", label="one hand")
-        shares.axhline(CHANCE, color="0.4", linewidth=1, dashes=(6, 4))
-        shares.text(2.42, CHANCE - 0.012, "chance", color="0.3", ha="right", va="top")
-        shares.set(xlim=(-0.5, 2.45), ylim=(0, 1.04), ylabel="share of answers correct [1]", xticks=[0, 1, 2],
-                   xticklabels=["width reader\n(model)", f"ideal observer, $\\sigma$ = {result.sigma:.2g}\n(model)",
-                                "people\n(published study)"])
-        shares.legend(loc="lower left", ncol=2, columnspacing=1.2, handletextpad=0.4)
-        shares.set_title("(a) share correct, with 95 % interval over hands", **title)
-
-        curve = page.add_subplot(grid[0, 1])
-        for method, values in result.curves.items():
-            colour, marker, line = STYLES[method]
-            curve.plot(result.sigmas[1:], values[1:], color=colour, marker=marker, linestyle=line, label=LABELS[method])
-        curve.axhline(CHANCE, color="0.4", linewidth=1, dashes=(6, 4))
-        curve.text(result.sigmas[1], CHANCE - 0.012, "chance", color="0.3", va="top")
-        if result.calibrated:
-            curve.axvline(result.sigma, color="0.75", linewidth=1, zorder=0)
-            curve.plot(result.sigma, PEOPLE["paper"], "o", color="k", fillstyle="none", markersize=17, clip_on=False)
-            curve.annotate(f"calibrated: $\\sigma$ = {result.sigma:.2g},\npaper as people, {PEOPLE['paper']:.2f}",
-                           (result.sigma, PEOPLE["paper"]), (-14, -6), textcoords="offset points", ha="right", va="top")
-        curve.set(xscale="log", ylim=(0, 1.04), ylabel="share of answers correct [1]",
-                  xlabel=r"internal noise $\sigma$ in a cell [wanted pressure$^2$]")
-        curve.legend(loc="lower left")
-        curve.set_title("(b) ideal observer against its internal noise", **title)
-
-        parts = grid[1, 0].subgridspec(1, 2, wspace=0.12)
-        for k, method in enumerate(["paper", "unscattered"]):
-            axes = page.add_subplot(parts[k])
-            confusion = np.array(result.score(IDEAL, method).confusion)
-            confusion /= confusion.sum(axis=1, keepdims=True)
-            axes.imshow(confusion, cmap="Greys", vmin=0, vmax=1)
-            for (i, j), share in np.ndenumerate(confusion):
-                axes.text(j, i, f"{share:.2f}", ha="center", va="center", color="w" if share > 0.5 else "k", fontsize=14)
-            ticks = [f"{width:g}" for width in WIDTHS]
-            axes.set(xticks=range(3), yticks=range(3), xticklabels=ticks, yticklabels=ticks if k == 0 else [],
-                     xlabel="width answered [mm]", ylabel="width meant [mm]" if k == 0 else "")
-            axes.tick_params(length=0)
-            axes.set_title(LABELS[method], fontsize=11)
-            if k == 0:
-                axes.text(0, 1.13, f"(c) answers of the ideal observer at $\\sigma$ = {result.sigma:.2g}, shares of a row",
-                          transform=axes.transAxes, fontsize=12, fontweight="bold")
-
-        parts, first = grid[1, 1].subgridspec(1, 3, wspace=0.1), None
-        for k, width in enumerate(WIDTHS if trials.profile is not None else []):
-            axes = first = page.add_subplot(parts[k], sharey=first)
-            axes.axvspan(-width / 2, width / 2, color="0.92", label="wanted")
-            for method in PEOPLE:
-                rows = (trials.method == method) & (classes(trials) == k)
-                colour, marker, line = STYLES[method]
-                axes.plot(trials.profile_x, trials.profile[rows].mean(axis=0), color=colour, marker=marker, linestyle=line,
-                          markersize=4, label=LABELS[method])
-            axes.set(ylim=(0, None), xlabel="x [mm]", ylabel=r"mean $|p|^2$ [wanted pressure$^2$]" if k == 0 else "")
-            axes.tick_params(labelleft=k == 0)
-            axes.set_title(f"{width:g} mm", fontsize=11)
-            if k == 0:
-                axes.text(0, 1.13, r"(d) mean $|p|^2$ on the skin along x, $|y| \leq$ 2 mm", transform=axes.transAxes,
-                          fontsize=12, fontweight="bold")
-                handles = axes.get_legend_handles_labels()
-        if first is not None:
-            first.figure.legend(*handles, loc="lower right", bbox_to_anchor=(0.985, 0.44), ncol=3, fontsize=10)
-        page.savefig(path_png)
-        plt.close(page)
 
 
 def sentences(result: Result) -> list[str]:
     """The findings in words, each computed from the numbers."""
     said = [result.note, f"{len(result.hands)} hands, {result.scores[0].trials} trials a method, {result.failed} cases left out"
             f" as failed; published shares of people: {PEOPLE['paper']:.2f} with scattering, {PEOPLE['unscattered']:.2f} without."]
-    bare = ", ".join(f"{values[0]:.2f} {method}" for method, values in result.curves.items())
-    said.append(f"Without internal noise the ideal observer is right in {bare} (chance {CHANCE:.2f}).")
-    if result.calibrated:
-        said.append(f"An internal noise of {result.sigma:.3g} of the wanted pressure squared makes it as good with paper as people"
-                    f" were ({PEOPLE['paper']:.2f}); that was fitted, what the other methods give there is not.")
-    else:
-        said.append(f"No internal noise from {SIGMAS[1]:g} to {SIGMAS[-1]:g} makes it as good with paper as people were;"
-                    f" {result.sigma:.3g} is taken instead.")
-    for observer in [READER, IDEAL]:
+    for observer, curves in result.curves.items():
+        bare = ", ".join(f"{values[0]:.2f} {method}" for method, values in curves.items())
+        said.append(f"Without internal noise the {observer} is right in {bare} (chance {CHANCE:.2f}).")
+        sigma = result.sigma[observer]
+        if result.calibrated[observer]:
+            said.append(f"An internal noise of {sigma:.3g} of the wanted pressure squared makes it as good with paper as people"
+                        f" were ({PEOPLE['paper']:.2f}); that was fitted, what the other methods give there is not.")
+        else:
+            said.append(f"No internal noise from {SIGMAS[1]:g} to {SIGMAS[-1]:g} makes it as good with paper as people were;"
+                        f" {sigma:.3g} is taken instead.")
+    for observer in OBSERVERS:
         for score in (s for s in result.scores if s.observer == observer):
             beside = "below" if score.high < CHANCE else "above" if score.low > CHANCE else "not told from"
             said.append(f"{observer}, {LABELS[score.method]}: {score.share:.2f} correct (95 % interval {score.low:.2f} to"

@@ -1,0 +1,151 @@
+"""The observers of the width discrimination, where the answer is known."""
+
+import dataclasses
+import math
+import os
+import pathlib
+import sys
+import tempfile
+import unittest
+
+try:
+    import h5py  # noqa: F401
+    import matplotlib  # noqa: F401
+    import numpy
+    import scipy.stats
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(SOURCE / "scripts/report"))
+
+import widths  # noqa: E402
+import widths_figure  # noqa: E402
+
+CELLS = 12
+
+
+def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface", "paper", "unscattered")):
+    """Patterns of three classes `apart` from each other in three cells, with white variation of `spread`."""
+    generator = numpy.random.default_rng(seed)
+    rows = []
+    for hand in range(hands):
+        for method in methods:
+            for k, width in enumerate(widths.WIDTHS):
+                for _ in range(draws):
+                    pattern = numpy.ones(CELLS) + spread * generator.standard_normal(CELLS)
+                    pattern[k] += apart
+                    rows.append((f"hand_{hand:02d}", width, method, width + apart * generator.normal(0, 0.05),
+                                 generator.uniform(0.25, 1), pattern))
+    hand, width, method, reading, noise, pattern = map(numpy.array, zip(*rows))
+    profile = numpy.abs(pattern[:, :5])
+    return widths.Trials(hand, width, method, reading, noise, pattern, profile, numpy.linspace(-5, 5, 5))
+
+
+class Observers(unittest.TestCase):
+    def test_what_lies_far_apart_is_always_told(self):
+        result = widths.analyse(trials())
+        for method in widths.METHODS:
+            self.assertEqual(result.score(widths.READER, method).share, 1.0)
+            for observer in (widths.IDEAL, widths.EVEN):
+                self.assertEqual(result.curves[observer][method][0], 1.0)
+        self.assertEqual(numpy.array(result.score(widths.READER, "paper").confusion).tolist(),
+                         (60 * numpy.eye(3)).tolist())
+
+    def test_what_is_alike_is_guessed(self):
+        data = trials(hands=10, apart=0.0, spread=0.3)
+        data.reading[:] = numpy.random.default_rng(5).normal(8, 1, len(data.reading))
+        result = widths.analyse(data)
+        bound = 4 * math.sqrt(2 / 9 / 300)  # four standard errors of 300 guesses
+        for observer in (widths.IDEAL, widths.EVEN):
+            for shares in result.curves[observer].values():
+                self.assertTrue(all(abs(share - 1 / 3) < bound for share in shares), shares)
+        self.assertLess(abs(result.score(widths.READER, "paper").share - 1 / 3), bound)
+
+    def test_two_classes_in_white_noise_are_told_as_often_as_the_normal_distribution_says(self):
+        apart, sigma = 1.5, 0.9
+        means = numpy.zeros((3, CELLS))
+        means[1, 0] = apart
+        means[2, 1] = 1e3  # never mistaken
+        draws = numpy.random.default_rng(2).standard_normal((2, 40000, CELLS))
+        answers = widths.gaussian_answers(means, numpy.zeros((CELLS, CELLS)), means[:2], draws, numpy.array([sigma]))[0]
+        share = scipy.stats.norm.cdf(apart / (2 * sigma))
+        for k in range(2):
+            self.assertAlmostEqual(answers[k, k], share, delta=4 * math.sqrt(share * (1 - share) / 40000))
+
+    def test_a_width_that_cannot_be_read_is_a_guess(self):
+        data = trials()
+        data.reading[data.method == "paper"] = numpy.nan
+        self.assertAlmostEqual(widths.analyse(data).score(widths.READER, "paper").share, 1 / 3)
+
+    def test_a_hand_is_not_learned_from_itself(self):
+        data = trials(hands=5)
+        mixed = dataclasses.replace(data, width_mm=data.width_mm.copy())
+        own = data.hand == "hand_02"
+        mixed.width_mm[own] = numpy.roll(widths.WIDTHS, 1)[widths.classes(data)[own]]
+        before, after = (widths.ideal_observer(each, "paper", numpy.array([0.0]), 1)[0] for each in (data, mixed))
+        rows = data.hand[data.method == "paper"]
+        numpy.testing.assert_array_equal(before[rows == "hand_02"], after[rows == "hand_02"])  # answers, not rightness
+        label = widths.classes(mixed)[mixed.method == "paper"]
+        right = after[numpy.arange(len(label)), label]
+        self.assertEqual(right[rows == "hand_02"].max(), 0.0)
+
+    def test_an_even_level_takes_away_what_loudness_tells(self):
+        data = trials(apart=0.0, spread=0.05)
+        data.pattern *= 1 + widths.classes(data)[:, None]  # nothing but loudness differs
+        self.assertEqual(widths.analyse(data).curves[widths.IDEAL]["paper"][0], 1.0)
+        self.assertLess(widths.analyse(data).curves[widths.EVEN]["paper"][0], 0.5)
+
+    def test_the_same_loudness_for_all_changes_nothing_once_evened(self):
+        data = trials(apart=0.3, spread=0.1)
+        louder = dataclasses.replace(data, pattern=data.pattern.copy())
+        louder.pattern[data.method == "unscattered"] *= 2
+        first, second = (widths.analyse(each).curves[widths.EVEN]["unscattered"] for each in (data, louder))
+        numpy.testing.assert_allclose(first, second, atol=1e-12)
+
+    def test_shrinkage_lies_between_nothing_and_all_and_fades_with_samples(self):
+        generator = numpy.random.default_rng(3)
+        shrinkages = []
+        for count in (5, 50, 5000):
+            samples = generator.standard_normal((count, CELLS)) * numpy.linspace(0.5, 2, CELLS)
+            covariance, shrinkage = widths.shrunk_covariance(samples)
+            self.assertGreater(numpy.linalg.eigvalsh(covariance).min(), 0)
+            self.assertTrue(0 <= shrinkage <= 1)
+            shrinkages.append(shrinkage)
+        self.assertGreater(shrinkages[0], shrinkages[1])
+        self.assertLess(shrinkages[2], 0.02)
+
+    def test_the_paired_test_is_scipys_and_says_when_hands_are_too_few(self):
+        def score(method, shares):
+            return widths.Score("any", method, 0, 0, 0, len(shares), 0, shares, [])
+
+        first, second = [0.61, 0.66, 0.52, 0.73, 0.58, 0.69, 0.71, 0.55], [0.5, 0.57, 0.53, 0.6, 0.4, 0.52, 0.56, 0.51]
+        found = widths.compare("any", score("a", first), score("b", second))
+        self.assertAlmostEqual(found.p, scipy.stats.wilcoxon(first, second, method="exact").pvalue)
+        self.assertIn("too few hands", widths.compare("any", score("a", [0.6, 0.7]), score("b", [0.5, 0.4])).treatment)
+        self.assertTrue(math.isnan(widths.compare("any", score("a", [0.5] * 8), score("b", [0.5] * 8)).p))
+        tied = widths.compare("any", score("a", [0.6] * 6 + [0.5]), score("b", [0.5] * 7))  # all of one sign: 2 of 2^6
+        self.assertAlmostEqual(tied.p, 2 / 64)
+        self.assertEqual(tied.zeros, 1)
+
+    def test_words_and_figure_follow_the_numbers(self):
+        result = widths.analyse(trials(hands=3))
+        said = " ".join(widths.sentences(result))
+        self.assertIn("not of people", widths.sentences(result)[0])
+        self.assertIn("too few hands", said)
+        self.assertNotIn("nan", said)
+        with tempfile.TemporaryDirectory() as folder:
+            widths.write_tables(result, folder)
+            widths_figure.figure(result, trials(hands=3), pathlib.Path(folder) / "widths.png")
+            self.assertGreater((pathlib.Path(folder) / "widths.png").stat().st_size, 20000)
+            for name in ("", "_confusion", "_wilcoxon", "_sigma", "_noise"):
+                self.assertGreater(len((pathlib.Path(folder) / f"widths{name}.csv").read_text().splitlines()), 1)
+
+    def test_one_hand_is_not_enough(self):
+        with self.assertRaisesRegex(ValueError, "two or more hands"):
+            widths.analyse(trials(hands=1))
+
+
+if __name__ == "__main__":
+    unittest.main()
