@@ -120,7 +120,7 @@ def add_curves(page, work, report):
     page.add("## Speed against error")
     curves.study_figure(work, report / "figures/speed_error.png")
     shutil.copyfile(work / "study" / "study.csv", report / "tables/study.csv")
-    page.figure("speed_error.png", "Ways to solve for the scattered pressure of the 8 mm scene (`touchfield study`): scheme, mesh, solver, "
+    page.figure("speed_error.png", "Ways to solve for the pressure of one drive on the skin of the 8 mm scene (`touchfield study`): scheme, mesh, solver, "
                 "precision. Error against the best scheme on a finer mesh than any of them.")
     page.add(markdown_table(*curves.study_table(work)))
 

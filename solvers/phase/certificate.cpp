@@ -147,8 +147,8 @@ struct Candidate {
 };
 
 /// The first of shift, step shift, step^2 shift, ... that makes S + shift positive definite; `factor` then holds it.
-double least_shift(DualFactor& factor, const VectorXd& g, const VectorXd& d, double shift, double step) {
-  while (!factor.factorise(g, d, shift)) {
+double least_shift(DualFactor& factor, const VectorXd& d, double shift, double step) {
+  while (!factor.factorise(d, shift)) {
     shift *= step;
     if (!std::isfinite(shift)) {
       throw std::domain_error("certify: the relaxation holds a value that is not finite");
@@ -165,8 +165,9 @@ double bound_at(const LowRankRelaxation& relaxation, const DualPoint& dual, doub
 /// that was promised.
 bool prove(const LowRankRelaxation& relaxation, Candidate& candidate) {
   DualFactor factor(relaxation, DualFactor::Form::dense);
-  const double promised = std::exchange(
-      candidate.shift, least_shift(factor, candidate.dual.g, candidate.dual.d, candidate.shift, kBoundStep));
+  factor.weigh(candidate.dual.g);
+  const double promised =
+      std::exchange(candidate.shift, least_shift(factor, candidate.dual.d, candidate.shift, kBoundStep));
   candidate.bound = bound_at(relaxation, candidate.dual, candidate.shift);
   return candidate.shift == promised;
 }
@@ -194,9 +195,10 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
   Candidate best;
   while (true) {
     const DualPoint dual = dual_of(relaxation, point);
+    factor.weigh(dual.g);
     const double missing = options.tolerance * std::max(point.cost + whole.constant, kLeastBound);
     const double least = 0.25 * missing / n;
-    bound_shift = least_shift(factor, dual.g, dual.d, std::max(bound_shift / (2.0 * kBoundStep), least), kBoundStep);
+    bound_shift = least_shift(factor, dual.d, std::max(bound_shift / (2.0 * kBoundStep), least), kBoundStep);
     const double bound = bound_at(relaxation, dual, bound_shift);
     if (bound > best.bound) {
       best = {dual, bound_shift, bound};
@@ -204,7 +206,7 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     certificate.converged = point.cost - best.bound <= missing;
     if (!certificate.converged) {
       // Where d > 0 somewhere the bound stays below the relaxation, which may be at its least all the same.
-      shift = least_shift(factor, dual.g, point.d, std::max(shift / kNewtonStep, least), kNewtonStep);
+      shift = least_shift(factor, point.d, std::max(shift / kNewtonStep, least), kNewtonStep);
       certificate.converged = n * shift <= missing;
     }
     if (certificate.converged || certificate.iterations >= options.max_iterations) {
@@ -212,7 +214,7 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     }
     ++certificate.iterations;
     const double sigma = damping.value() * shift;
-    if (sigma > shift && !factor.factorise(dual.g, point.d, sigma)) {
+    if (sigma > shift && !factor.factorise(point.d, sigma)) {
       throw std::domain_error("certify: a larger shift made the dual matrix indefinite");
     }
     double gain = 0.0;

@@ -56,17 +56,25 @@ DualFactor::DualFactor(const LowRankRelaxation& relaxation, Form form)
   core_ = MatrixXcd(qr.matrixR().topRows(rank).triangularView<Eigen::Upper>()) * qr.colsPermutation().transpose();
 }
 
-bool DualFactor::factorise(const VectorXd& g, const VectorXd& d, double shift) {
-  return reduced_ ? factorise_reduced(g, d, shift) : factorise_dense(g, d, shift);
+void DualFactor::weigh(const VectorXd& g) {
+  if (reduced_) {
+    weights_ = dual_weights(relaxation_, g);
+  } else {
+    weighed_ = dual_matrix(relaxation_, g, VectorXd::Zero(relaxation_.channel_count()));
+  }
 }
 
-bool DualFactor::factorise_dense(const VectorXd& g, const VectorXd& d, double shift) {
-  dense_ = dual_matrix(relaxation_, g, d);
-  dense_.diagonal().array() += shift;
+bool DualFactor::factorise(const VectorXd& d, double shift) {
+  return reduced_ ? factorise_reduced(d, shift) : factorise_dense(d, shift);
+}
+
+bool DualFactor::factorise_dense(const VectorXd& d, double shift) {
+  dense_ = weighed_;
+  dense_.diagonal().array() += shift - d.array();
   return factorise_lower(dense_);
 }
 
-bool DualFactor::factorise_reduced(const VectorXd& g, const VectorXd& d, double shift) {
+bool DualFactor::factorise_reduced(const VectorXd& d, double shift) {
   prepared_ = false;
   const VectorXd diagonal = shift - d.array();
   if (!(diagonal.minCoeff() > 0)) {
@@ -86,7 +94,7 @@ bool DualFactor::factorise_reduced(const VectorXd& g, const VectorXd& d, double 
   }
   first_ = core_;
   multiply_by_adjoint(reach_, first_);
-  second_ = first_ * dual_weights(relaxation_, g).asDiagonal();
+  second_ = first_ * weights_.asDiagonal();
   multiply(second_, first_, CblasConjTrans, middle_);
   middle_.diagonal().array() += 1.0;
   return factorise_lower(middle_);

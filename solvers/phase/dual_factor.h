@@ -27,12 +27,16 @@ class DualFactor {
   /// automatic   reduced if the columns are fewer than half the channels. The relaxation must outlive this.
   explicit DualFactor(const LowRankRelaxation& relaxation, Form form = Form::automatic);
 
-  /// False if S + shift is not positive definite; there is then nothing to solve with.
+  /// Fixes the weights s by g (K, > 0).
   ///
-  /// g       K, > 0
+  /// cost    dense 4 N^2 m operations, reduced none to speak of
+  void weigh(const Eigen::VectorXd& g);
+
+  /// False if S + shift is not positive definite; there is then nothing to solve with. After weigh.
+  ///
   /// d       N
-  /// cost    dense 4 N^2 (m + N / 3) operations, reduced 4 N r^2 and as much again at the first solve
-  bool factorise(const Eigen::VectorXd& g, const Eigen::VectorXd& d, double shift);
+  /// cost    dense 4/3 N^3 operations, reduced 4 N r^2 and as much again at the first solve
+  bool factorise(const Eigen::VectorXd& d, double shift);
 
   /// x <- x (S + shift)^-1, rows of x (any x N) being right-hand sides, after a factorise that succeeded.
   void solve_in_place(Eigen::MatrixXcd& x);
@@ -40,13 +44,15 @@ class DualFactor {
   bool is_reduced() const { return reduced_; }
 
  private:
-  bool factorise_dense(const Eigen::VectorXd& g, const Eigen::VectorXd& d, double shift);
-  bool factorise_reduced(const Eigen::VectorXd& g, const Eigen::VectorXd& d, double shift);
+  bool factorise_dense(const Eigen::VectorXd& d, double shift);
+  bool factorise_reduced(const Eigen::VectorXd& d, double shift);
   void prepare_reduced_solve();
 
   const LowRankRelaxation& relaxation_;
   bool reduced_;
-  Eigen::MatrixXcd dense_;      // S + shift, then its Cholesky factor
+  Eigen::VectorXd weights_;     // s
+  Eigen::MatrixXcd weighed_;    // A^H diag(s) A, lower triangle
+  Eigen::MatrixXcd dense_;      // Cholesky factor of S + shift
   Eigen::MatrixXcd basis_;      // V, N x r
   Eigen::MatrixXcd core_;       // T, r x m
   Eigen::VectorXd inverse_;     // of D's diagonal

@@ -62,7 +62,8 @@ TEST(DualFactor, BothFormsSolveWithTheMatrixItself) {
     const MatrixXcd sought = random_matrix(5, 60, 11);
     for (const Form form : {Form::dense, Form::reduced}) {
       DualFactor factor(e.relaxation, form);
-      ASSERT_TRUE(factor.factorise(e.g, e.d, shift));
+      factor.weigh(e.g);
+      ASSERT_TRUE(factor.factorise(e.d, shift));
       for (int time = 0; time < 2; ++time) {
         MatrixXcd x = sought * full;
         factor.solve_in_place(x);
@@ -80,9 +81,10 @@ TEST(DualFactor, BothFormsFindTheEdgeOfDefiniteness) {
     ASSERT_GT(edge, e.d.maxCoeff() + 1.0);
     for (const Form form : {Form::dense, Form::reduced}) {
       DualFactor factor(e.relaxation, form);
-      EXPECT_TRUE(factor.factorise(e.g, e.d, edge + 1e-9)) << seed;
-      EXPECT_FALSE(factor.factorise(e.g, e.d, edge - 1e-9)) << seed;
-      EXPECT_TRUE(factor.factorise(e.g, e.d, edge + 1.0)) << seed;  // a failure leaves nothing behind
+      factor.weigh(e.g);
+      EXPECT_TRUE(factor.factorise(e.d, edge + 1e-9)) << seed;
+      EXPECT_FALSE(factor.factorise(e.d, edge - 1e-9)) << seed;
+      EXPECT_TRUE(factor.factorise(e.d, edge + 1.0)) << seed;  // a failure leaves nothing behind
     }
   }
 }
@@ -90,8 +92,9 @@ TEST(DualFactor, BothFormsFindTheEdgeOfDefiniteness) {
 TEST(DualFactor, ReducedRefusesADiagonalThatIsNotPositive) {
   const Example e = example(30, 4, 3, 0, 3);
   DualFactor factor(e.relaxation, Form::reduced);
-  EXPECT_FALSE(factor.factorise(e.g, e.d, e.d.maxCoeff()));
-  EXPECT_FALSE(factor.factorise(e.g, e.d, std::nan("")));
+  factor.weigh(e.g);
+  EXPECT_FALSE(factor.factorise(e.d, e.d.maxCoeff()));
+  EXPECT_FALSE(factor.factorise(e.d, std::nan("")));
 }
 
 TEST(DualFactor, ChoosesTheReducedFormWhereColumnsAreFew) {
@@ -104,7 +107,8 @@ TEST(DualFactor, WithoutAnyLevelOrColumnOnlyTheDiagonalRemains) {
   e.relaxation.columns.setZero();
   for (const Form form : {Form::dense, Form::reduced}) {
     DualFactor factor(e.relaxation, form);
-    ASSERT_TRUE(factor.factorise(e.g, e.d, 1.0));
+    factor.weigh(e.g);
+    ASSERT_TRUE(factor.factorise(e.d, 1.0));
     MatrixXcd x = MatrixXcd::Ones(1, 10);
     factor.solve_in_place(x);
     EXPECT_LT((x.transpose().real() - (1.0 - e.d.array()).inverse().matrix()).norm(), 1e-13);
