@@ -132,7 +132,8 @@ def study_figure(work, path):
         own = [row for row in rows if row["scheme"] == scheme]
         axes.scatter([float(row["seconds"]) for row in own], [100 * float(row["error_reference"]) for row in own],
                      marker=marker, s=42, facecolors=["0.25" if row["pareto"] == "1" else "white" for row in own],
-                     edgecolors="0.25", label=scheme)
+                     edgecolors="0.25")
+        axes.scatter([], [], marker=marker, s=42, facecolors="white", edgecolors="0.25", label=scheme)
     best = sorted((float(row["seconds"]), 100 * float(row["error_reference"])) for row in rows if row["pareto"] == "1")
     axes.plot(*zip(*best), color="0.25", linewidth=0.9, label="no other is both faster and nearer (filled)")
     axes.set_xscale("log")
