@@ -78,8 +78,8 @@ def add_panels(page, work, report):
     page.figure("panels.png", "What is wanted, and abs p on the skin by the published method with scattering in the solver, by the same "
                 "without, by `surface`, and by a plain focus. Seen from the array (x to the left), the target outlined in red; one "
                 "scale of colours a row, from 0 to 1.5 times the largest wanted pressure. Error: relative L2 of abs p over the whole "
-                "skin after the best scale; width: of |p|^2 at half of its maximum. Both of the judge: another scheme on another, "
-                "finer mesh.")
+                "skin after the best scale; width: of |p|^2 at half of its maximum. Both of the judge, the most exact scheme on "
+                "another, finer mesh.")
     page.add(lines_of(panels.sentences(rows, names)))
     page.add(markdown_table(*panels.short_table(rows)))
     page.add("`gap`: how far the method is, provably at most, from the best that any phases can do on `surface`'s cost. All metrics "
@@ -130,7 +130,7 @@ def add_assumptions(page, work, report):
     changes = assumptions.read(work / "assumptions")
     assumptions.figure(changes, report / "figures/assumptions.png")
     header, rows = assumptions.summary(changes)
-    write_table(report / "tables/assumptions.csv", [dict(zip(header, row)) for row in rows])
+    write_table(report / "tables/assumptions.csv", [dict(zip([name.replace("`", "") for name in header], row)) for row in rows])
     page.figure("assumptions.png", "Judged error and rendered width of the 8 mm box when one thing changes. The red line: the width that is "
                 "wanted, faces' edges included.")
     page.add(lines_of(assumptions.sentences(changes)))

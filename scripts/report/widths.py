@@ -362,10 +362,13 @@ def sentences(result: Result) -> list[str]:
             said.append(f"{observer}, {LABELS[score.method]}: {score.share:.2f} correct (95 % interval {score.low:.2f} to"
                         f" {score.high:.2f}, {score.hands} hands), {beside} chance.")
         for c in (c for c in result.comparisons if c.observer == observer):
-            order = "better than" if c.difference > 0 else "worse than" if c.difference < 0 else "as good as"
+            order = "better" if c.difference > 0 else "worse"
+            size = f"{order} than {c.second} by {abs(c.difference):.2f}"
+            if abs(c.difference) < 0.005:
+                size = f"as good as {c.second} within 0.005"
             clear = ("no test, " + c.treatment if math.isnan(c.p) else
                      f"{'significant' if c.p < 0.05 else 'not significant'} at 5 %, Wilcoxon p = {c.p:.2g}, {c.treatment}")
-            said.append(f"{observer}: {c.first} is {order} {c.second} by {abs(c.difference):.2f} on {c.hands} hands, {c.zeros} of"
+            said.append(f"{observer}: {c.first} is {size} on {c.hands} hands, {c.zeros} of"
                         f" them without a difference ({clear}).")
         for method in PEOPLE:
             low, mid, high = (row for row in result.noise if (row["observer"], row["method"]) == (observer, method))

@@ -31,7 +31,7 @@ void solve_triangular(CBLAS_SIDE side, CBLAS_TRANSPOSE transpose, const MatrixXc
 }
 
 /// b <- L^H b.
-void multiply_by_adjoint(const MatrixXcd& l, MatrixXcd& b) {
+void apply_adjoint(const MatrixXcd& l, MatrixXcd& b) {
   const std::complex<double> one = 1.0;
   cblas_ztrmm(CblasColMajor, CblasLeft, CblasLower, CblasConjTrans, CblasNonUnit, static_cast<int>(b.rows()),
               static_cast<int>(b.cols()), &one, l.data(), static_cast<int>(l.rows()), b.data(),
@@ -93,9 +93,9 @@ bool DualFactor::factorise_reduced(const VectorXd& d, double shift) {
     return false;
   }
   first_ = core_;
-  multiply_by_adjoint(reach_, first_);
+  apply_adjoint(reach_, first_);
   second_ = first_ * weights_.asDiagonal();
-  multiply(second_, first_, CblasConjTrans, middle_);
+  multiply_by_adjoint(second_, first_, middle_);
   middle_.diagonal().array() += 1.0;
   return factorise_lower(middle_);
 }
@@ -124,9 +124,9 @@ void DualFactor::solve_in_place(MatrixXcd& x) {
   if (!prepared_) {
     prepare_reduced_solve();
   }
-  multiply(x, responses_, CblasNoTrans, first_);
-  multiply(first_, middle_, CblasNoTrans, second_);
-  multiply(second_, responses_, CblasConjTrans, first_);
+  multiply(x, responses_, first_);
+  multiply(first_, middle_, second_);
+  multiply_by_adjoint(second_, responses_, first_);
   x = x * inverse_.asDiagonal();
   x -= first_;
 }

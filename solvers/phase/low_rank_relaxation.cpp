@@ -8,7 +8,6 @@
 #include <random>
 
 #include <Eigen/Cholesky>
-#include <cblas.h>
 
 #include "solvers/linear/complex_product.h"
 #include "solvers/phase/dual_factor.h"
@@ -54,7 +53,7 @@ VectorXcd random_column(Index size, std::mt19937_64& generator) {
 
 void evaluate(const LowRankRelaxation& relaxation, RelaxedPoint& point) {
   const Index levels = relaxation.level_count();
-  multiply(point.y, relaxation.columns, CblasNoTrans, point.sent);
+  multiply(point.y, relaxation.columns, point.sent);
   point.loudness = point.sent.leftCols(levels).colwise().norm();
   point.cost = (point.loudness - relaxation.levels).squaredNorm() +
                point.sent.rightCols(point.sent.cols() - levels).squaredNorm();
@@ -66,7 +65,7 @@ void differentiate(const LowRankRelaxation& relaxation, RelaxedPoint& point) {
   for (Index j = 0; j < relaxation.level_count(); ++j) {
     weighted.col(j) *= point.loudness(j) > 0 ? 1.0 - relaxation.levels(j) / point.loudness(j) : 0.0;
   }
-  multiply(weighted, relaxation.columns, CblasConjTrans, point.gradient);
+  multiply_by_adjoint(weighted, relaxation.columns, point.gradient);
   point.d = real_column_dots(point.y, point.gradient);
   for (Index n = 0; n < point.y.cols(); ++n) {
     point.gradient.col(n) -= point.d(n) * point.y.col(n);
@@ -90,12 +89,12 @@ class NewtonSystem {
 
   /// hv = (Hess / 2) v.
   void apply(const MatrixXcd& v, MatrixXcd& hv) {
-    multiply(v, relaxation_.columns, CblasNoTrans, sent_);
+    multiply(v, relaxation_.columns, sent_);
     for (Index j = 0; j < relaxation_.level_count(); ++j) {
       const double radial = (directions_.col(j).conjugate().array() * sent_.col(j).array()).real().sum();
       sent_.col(j) = (1.0 - ratio_(j)) * sent_.col(j) + ratio_(j) * radial * directions_.col(j);
     }
-    multiply(sent_, relaxation_.columns, CblasConjTrans, hv);
+    multiply_by_adjoint(sent_, relaxation_.columns, hv);
     for (Index n = 0; n < v.cols(); ++n) {
       hv.col(n) -= point_.d(n) * v.col(n);
     }
@@ -107,10 +106,10 @@ class NewtonSystem {
     z = r;
     factor_.solve_in_place(z);
     const auto level_columns = relaxation_.columns.leftCols(relaxation_.level_count());
-    multiply(z, level_columns, CblasNoTrans, sent_);
+    multiply(z, level_columns, sent_);
     const VectorXd along = capacitance_.solve(real_column_dots(directions_, sent_));
     scaled_ = directions_ * along.asDiagonal();
-    multiply(scaled_, responses_, CblasNoTrans, back_);
+    multiply(scaled_, responses_, back_);
     z -= back_;
     project(point_.y, z);
   }
@@ -120,9 +119,9 @@ class NewtonSystem {
     responses_ = relaxation_.columns.leftCols(relaxation_.level_count()).adjoint();
     factor_.solve_in_place(responses_);
     MatrixXcd mutual;
-    multiply(responses_, relaxation_.columns.leftCols(relaxation_.level_count()), CblasNoTrans, mutual);
+    multiply(responses_, relaxation_.columns.leftCols(relaxation_.level_count()), mutual);
     MatrixXcd overlap;
-    multiply(directions_.adjoint(), directions_, CblasNoTrans, overlap);
+    multiply(directions_.adjoint(), directions_, overlap);
     MatrixXd capacitance = (mutual.transpose().array() * overlap.array()).real();
     capacitance.diagonal() += ratio_.cwiseInverse();
     capacitance_.compute(capacitance);
@@ -154,7 +153,7 @@ RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, Index width, uns
     wanted.col(j) = relaxation.levels(j) * random_column(width, generator).normalized();
   }
   RelaxedPoint point;
-  multiply(wanted, relaxation.columns, CblasConjTrans, point.y);
+  multiply_by_adjoint(wanted, relaxation.columns, point.y);
   for (Index n = 0; n < point.y.cols(); ++n) {
     const double length = point.y.col(n).norm();
     point.y.col(n) = length > 0 ? VectorXcd(point.y.col(n) / length) : random_column(width, generator).normalized();
