@@ -256,7 +256,7 @@ def compare(observer: str, first: Score, second: Score) -> Comparison:
         else:
             p = scipy.stats.wilcoxon(nonzero, method="exact" if exact else "approx").pvalue
         if len(nonzero) < 6:
-            treatment += ", too few hands: p cannot fall below 0.05"
+            treatment += ", too few hands that differ: p cannot fall below 0.05"
     statistic = min(ranks[nonzero > 0].sum(), ranks[nonzero < 0].sum())
     return Comparison(observer, first.method, second.method, float(difference.mean()), float(statistic), float(p),
                       len(difference), int((difference == 0).sum()), treatment)

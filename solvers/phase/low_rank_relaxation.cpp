@@ -8,6 +8,7 @@
 #include <random>
 
 #include <Eigen/Cholesky>
+#include <cblas.h>
 
 #include "solvers/linear/complex_product.h"
 #include "solvers/phase/dual_factor.h"
