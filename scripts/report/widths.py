@@ -1,9 +1,9 @@
 """Can boxes of 5, 8 and 11 mm be told apart from the pressure that really arises on the skin?
 
 Input is a folder of hands, each the output of `touchfield sweep scenes/sweeps/widths.yaml`. Observers, each learned on
-the other hands and tested on the one left out, answer which of the three widths was meant: one reads a width, one, the ideal one, sees the
-whole pattern, as it is or brought to one level for all. They are models: what they tell
-is what the device puts on the skin, not what people feel.
+the other hands and tested on the one left out, answer which of the three widths was meant: one reads a width, one, the
+ideal one, sees the whole pattern, as it is or brought to one level for all. They are models: what they tell is what the
+device puts on the skin, not what people feel.
 """
 
 import csv
@@ -258,7 +258,7 @@ def compare(observer: str, first: Score, second: Score) -> Comparison:
         if len(nonzero) < 6:
             treatment += ", too few hands that differ: p cannot fall below 0.05"
     statistic = min(ranks[nonzero > 0].sum(), ranks[nonzero < 0].sum())
-    return Comparison(observer, first.method, second.method, float(difference.mean()), float(statistic), float(p),
+    return Comparison(observer, first.method, second.method, float(round(difference.mean(), 12)), float(statistic), float(p),
                       len(difference), int((difference == 0).sum()), treatment)
 
 
@@ -375,4 +375,10 @@ def sentences(result: Result) -> list[str]:
             said.append(f"{observer}, {method}: {low['share']:.2f}, {mid['share']:.2f} and {high['share']:.2f} correct in the thirds"
                         f" of the camera's noise (up to {low['noise_high_mm']:.2f}, {mid['noise_high_mm']:.2f} and"
                         f" {high['noise_high_mm']:.2f} mm RMS).")
+    found = {c.observer: c for c in result.comparisons if (c.first, c.second) == ("paper", "unscattered")}
+    said.append("In short, with scattering in the solver against without: " + "; ".join(
+        f"{observer} " + ("no clear difference" if not c.p < 0.05 else f"{c.difference:+.2f}")
+        for observer, c in found.items()) + f"; people {PEOPLE['paper'] - PEOPLE['unscattered']:+.2f}.")
+    if IDEAL in found and abs(found[IDEAL].difference) > abs(found[EVEN].difference):
+        said.append("What the ideal observer gains or loses depends more on how loud the patterns are than on their shapes.")
     return said

@@ -51,7 +51,7 @@ def draw_noise(axes, result: Result) -> None:
         if result.calibrated[observer]:
             axes.plot(result.sigma[observer], PEOPLE["paper"], "o", color="k", fillstyle="none", markersize=17)
     axes.axhline(PEOPLE["paper"], color="0.8", linewidth=1, zorder=0)
-    axes.text(result.sigmas[-1], PEOPLE["paper"] + 0.01, "people, with scattering", color="0.3", ha="right")
+    axes.text(result.sigmas[1], PEOPLE["paper"] + 0.01, "people, with scattering", color="0.3")
     axes.axhline(CHANCE, color="0.4", linewidth=1, dashes=(6, 4))
     axes.text(result.sigmas[-1], CHANCE - 0.012, "chance", color="0.3", ha="right", va="top")
     axes.set(xscale="log", ylim=(0, 1.04), ylabel="share of answers correct [1]",

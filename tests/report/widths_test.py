@@ -8,6 +8,8 @@ import sys
 import tempfile
 import unittest
 
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices, which threads slow down
+
 try:
     import h5py  # noqa: F401
     import matplotlib  # noqa: F401
