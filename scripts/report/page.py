@@ -76,7 +76,7 @@ def add_panels(page, work, report):
     write_table(report / "tables/metrics.csv", rows)
     page.add("## Patterns on the skin")
     page.figure("panels.png", "What is wanted, and abs p on the skin by the published method with scattering in the solver, by the same "
-                "without, by `surface`, and by a plain focus. Seen from the array (x to the left), the target outlined in red; one "
+                "without, by `surface`, and by a plain focus. Seen from the array (x to the left), the target outlined in white; one "
                 "scale of colours a row, from 0 to 1.5 times the largest wanted pressure. Error: relative L2 of abs p over the whole "
                 "skin after the best scale; width: of |p|^2 at half of its maximum. Both of the judge, the most exact scheme on "
                 "another, finer mesh.")

@@ -40,7 +40,8 @@ def draw(axes, one, values, largest, window):
                            linewidths=0.2, rasterized=True)
     faces.set_clim(0, largest / 1e3)
     axes.add_collection(faces)
-    axes.add_collection(LineCollection(outline(one), colors="red", linewidths=0.9))
+    for colour, width in (("black", 2.2), ("white", 1.0)):  # seen on dark and on bright, in grey too
+        axes.add_collection(LineCollection(outline(one), colors=colour, linewidths=width))
     (left, right), (low, high) = window
     axes.set_xlim(right, left)
     axes.set_ylim(low, high)
