@@ -50,6 +50,24 @@ std::string version_line() {
                      build.build_type, build.flags);
 }
 
+/// A choice of an enumerator by its name; help and errors list the names, not the numbers behind them.
+template <typename Enum>
+CLI::Validator named(const std::map<std::string, Enum>& values) {
+  std::string names;
+  for (const auto& [name, value] : values) {
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  return {[values, names](std::string& input) {
+            const auto found = values.find(input);
+            if (found == values.end()) {
+              return fmt::format("{} is none of {}", input, names);
+            }
+            input = std::to_string(static_cast<int>(found->second));
+            return std::string();
+          },
+          "{" + names + "}"};
+}
+
 std::map<std::string, touchfield::Scheme> named_schemes() {
   std::map<std::string, touchfield::Scheme> names;
   for (const touchfield::Scheme scheme : touchfield::all_schemes()) {
@@ -103,17 +121,16 @@ int dispatch(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->delimiter(',');
   study_app->add_option("--schemes", study.options.schemes, "Schemes; default: all")
-      ->transform(CLI::CheckedTransformer(named_schemes()))
+      ->transform(named(named_schemes()))
       ->delimiter(',');
   study_app->add_option("--solvers", study.options.solvers, "lu, gmres, matrix_free; default: all")
-      ->transform(CLI::CheckedTransformer(
-          std::map<std::string, touchfield::SolverKind>{{"lu", touchfield::SolverKind::kLu},
-                                                        {"gmres", touchfield::SolverKind::kGmres},
-                                                        {"matrix_free", touchfield::SolverKind::kMatrixFree}}))
+      ->transform(named<touchfield::SolverKind>({{"lu", touchfield::SolverKind::kLu},
+                                                 {"gmres", touchfield::SolverKind::kGmres},
+                                                 {"matrix_free", touchfield::SolverKind::kMatrixFree}}))
       ->delimiter(',');
   study_app->add_option("--precisions", study.options.precisions, "double, single; default: both")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, touchfield::Precision>{
-          {"double", touchfield::Precision::kDouble}, {"single", touchfield::Precision::kSingle}}))
+      ->transform(named<touchfield::Precision>(
+          {{"double", touchfield::Precision::kDouble}, {"single", touchfield::Precision::kSingle}}))
       ->delimiter(',');
   study_app->add_option("--rung-seconds", study.options.rung_seconds, "Skip ways expected to take longer")
       ->check(CLI::PositiveNumber)
@@ -166,7 +183,7 @@ int dispatch(int argc, char** argv) {
       ->capture_default_str();
   hand_app->add_option("--breadth-mm", breadth_mm, "Hand breadth [mm]")->capture_default_str();
   hand_app->add_option("--length-mm", length_mm, "Hand length [mm]")->capture_default_str();
-  hand_app->add_option("--side", hand.options.side, "right or left")->transform(CLI::CheckedTransformer(sides));
+  hand_app->add_option("--side", hand.options.side, "right or left")->transform(named(sides));
   hand_app->add_option("--edge-mm", edge_mm, "Edge length [mm]")->capture_default_str();
   hand_app->add_option("--unit", hand.unit, "Unit of the file: mm (default), cm or m")
       ->transform(CLI::CheckedTransformer(units));

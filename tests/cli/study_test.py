@@ -125,6 +125,14 @@ class Study(CommandTest):
         studies = sorted(path.name for path in (self.folder / "results/runs").iterdir())
         self.assertEqual(studies, ["finger_study-0001", "finger_study-0002"])
 
+    def test_choices_are_listed_by_name(self):
+        said = self.run_ok("study", "--help").stdout
+        self.assertIn("{burton_miller, burton_miller_polished, chief, paper, paper_corrected}", said)
+        self.assertNotIn("->", said)
+        refused = self.touchfield("study", self.scene, "--solvers", "lu,best")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("best is none of gmres, lu, matrix_free", refused.stderr)
+
     def test_bad_input_leaves_nothing(self):
         before = self.entries()
         for arguments in [["--schemes", "nonsense"], ["--edges-mm", "-3"], ["--budget", "1", "--error", "1"],
