@@ -36,7 +36,9 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
   const auto dropped = static_cast<Eigen::Index>(
       std::count_if(values.begin(), values.end(), [&](double value) { return value <= least; }));
   const Eigen::Index rank = values.size() - dropped;
-  const Eigen::MatrixXcd scaled = eigen.vectors.rightCols(rank) * values.tail(rank).cwiseSqrt().asDiagonal();
+  const Eigen::MatrixXcd scaled = (eigen.vectors.rightCols(rank) * values.tail(rank).cwiseSqrt().asDiagonal())
+                                      .rowwise()
+                                      .reverse();  // strongest first
   problem.quiet = adjoint_product(scaled, drives.adjoint());
   reduction.left_out = total > 0 ? std::sqrt(values.head(dropped).sum() / total) : 0.0;
   return reduction;

@@ -28,19 +28,30 @@ void reserve(std::vector<Real>& buffer, Eigen::Index size) {
 }  // namespace
 
 bool DampedStep::solve(const SkinJacobian& jacobian, const Eigen::VectorXd& d, Eigen::VectorXd& h) {
-  by_rows_ = jacobian.rows() <= jacobian.columns();
   scale_ = d.array().rsqrt();
-  if (by_rows_) {
-    right_ = jacobian.residual();
-  } else {
-    jacobian.gradient(right_);
-    right_.array() *= scale_.array();
-  }
+  prepare(jacobian);
   if (factorise(jacobian, single_) && refine(jacobian, single_, h)) {
     return true;
   }
   ++double_count_;
   return factorise(jacobian, double_) && refine(jacobian, double_, h);
+}
+
+/// Chooses the side and sets the right-hand side.
+void DampedStep::prepare(const SkinJacobian& jacobian) {
+  by_rows_ = jacobian.rows() <= jacobian.columns();
+  apart_.resize(0);
+  if (!by_rows_) {
+    jacobian.gradient(right_);
+    right_.array() *= scale_.array();
+    return;
+  }
+  right_ = jacobian.residual();
+  if (jacobian.gradient_left_out(apart_)) {
+    apart_.array() *= scale_.array().square();
+    jacobian.apply(apart_, outer_);
+    right_ -= outer_;
+  }
 }
 
 template <typename Real>
@@ -85,6 +96,9 @@ bool DampedStep::refine(const SkinJacobian& jacobian, Factor<Real>& factor, Eige
     if (after <= target) {
       if (by_rows_) {
         h = -(scale_.array() * inner_.array());
+        if (apart_.size() > 0) {
+          h -= apart_;
+        }
       } else {
         h = -(scale_.array() * solution_.array());
       }

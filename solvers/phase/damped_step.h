@@ -6,9 +6,10 @@
 
 namespace touchfield {
 
-/// Solves (J^T J + diag(d)) h = -J^T f on the smaller side. With S = diag(d)^-1/2, L = J S:
+/// Solves (J^T J + diag(d)) h = -(J^T f + e) on the smaller side, e the gradient of the rows that are left out of f and
+/// J. With S = diag(d)^-1/2, L = J S:
 ///
-///   rows <= columns:  h = -S L^T (L L^T + I)^-1 f;     else  h = -S (L^T L + I)^-1 L^T f
+///   rows <= columns:  h = -S [L^T (L L^T + I)^-1 (f - L S e) + S e];   else  h = -S (L^T L + I)^-1 S (J^T f + e)
 ///
 /// The matrix is formed and factorised in single precision and the solution refined against J in double; where that
 /// does not converge (d far below eps ||J||^2 of single precision) both happen in double.
@@ -35,6 +36,7 @@ class DampedStep {
   bool factorise(const SkinJacobian& jacobian, Factor<Real>& factor);
   template <typename Real>
   bool refine(const SkinJacobian& jacobian, Factor<Real>& factor, Eigen::VectorXd& h);
+  void prepare(const SkinJacobian& jacobian);
   void apply(const SkinJacobian& jacobian, const Eigen::VectorXd& y);
 
   bool by_rows_ = true;
@@ -43,6 +45,7 @@ class DampedStep {
   Factor<double> double_;
   int double_count_ = 0;
   Eigen::VectorXd right_;
+  Eigen::VectorXd apart_;  // S S e, of no size if no rows are left out
   Eigen::VectorXd solution_;
   Eigen::VectorXd remainder_;
   Eigen::VectorXd scaled_;

@@ -11,14 +11,13 @@ namespace {
 
 constexpr double kSilence = 1e-13;  // some hundred roundings of a sum of N = 1,500 terms of both signs
 
-/// y = op(A) x + beta y. Written out because the BLAS refuses matrices without rows.
-void multiply(CBLAS_TRANSPOSE transpose, const Eigen::MatrixXcd& a, const Eigen::VectorXcd& x, double beta,
-              Eigen::VectorXcd& y) {
+/// y = op(A) x + beta y with the first `rows` > 0 rows of A.
+void multiply(CBLAS_TRANSPOSE transpose, const Eigen::MatrixXcd& a, Eigen::Index rows, const Eigen::VectorXcd& x,
+              double beta, Eigen::VectorXcd& y) {
   const std::complex<double> one = 1.0;
   const std::complex<double> scale = beta;
-  const int rows = static_cast<int>(a.rows());
-  cblas_zgemv(CblasColMajor, transpose, rows, static_cast<int>(a.cols()), &one, a.data(), rows, x.data(), 1, &scale,
-              y.data(), 1);
+  cblas_zgemv(CblasColMajor, transpose, static_cast<int>(rows), static_cast<int>(a.cols()), &one, a.data(),
+              static_cast<int>(a.rows()), x.data(), 1, &scale, y.data(), 1);
 }
 
 std::complex<double> silent_direction(const SkinProblem& problem, Eigen::Index j, const Eigen::VectorXcd& phasors) {
@@ -36,19 +35,23 @@ std::complex<double> silent_direction(const SkinProblem& problem, Eigen::Index j
 }  // namespace
 
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field) {
+  send(problem, q, problem.quiet.rows(), field);
+}
+
+void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index quiet_rows, SkinField& field) {
   field.target.resize(problem.target.rows());
-  field.quiet.resize(problem.quiet.rows());
-  multiply(CblasNoTrans, problem.target, q, 0.0, field.target);
-  if (problem.quiet.rows() > 0) {
-    multiply(CblasNoTrans, problem.quiet, q, 0.0, field.quiet);
+  field.quiet.resize(quiet_rows);
+  multiply(CblasNoTrans, problem.target, problem.target.rows(), q, 0.0, field.target);
+  if (quiet_rows > 0) {
+    multiply(CblasNoTrans, problem.quiet, quiet_rows, q, 0.0, field.quiet);
   }
 }
 
 void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x) {
   x.resize(problem.channel_count());
-  multiply(CblasConjTrans, problem.target, v.target, 0.0, x);
-  if (problem.quiet.rows() > 0) {
-    multiply(CblasConjTrans, problem.quiet, v.quiet, 1.0, x);
+  multiply(CblasConjTrans, problem.target, problem.target.rows(), v.target, 0.0, x);
+  if (v.quiet.size() > 0) {
+    multiply(CblasConjTrans, problem.quiet, v.quiet.size(), v.quiet, 1.0, x);
   }
 }
 

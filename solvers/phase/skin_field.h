@@ -11,10 +11,11 @@ struct SkinField {
   Eigen::VectorXcd quiet;   // r
 };
 
-/// field = [H_T q; R q]. Allocates only where the field has another size.
+/// field = [H_T q; R q], or the first `quiet_rows` rows of R alone. Allocates only where the field has another size.
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field);
+void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index quiet_rows, SkinField& field);
 
-/// x = H_T^H v_T + R^H v_Z.
+/// x = H_T^H v_T + R^H v_Z; v_Z may have fewer entries than R has rows and is 0 from there on.
 void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x);
 
 /// sum_j w_j (|u_j| - p'_j)^2 + ||t||^2 of the field [u; t].

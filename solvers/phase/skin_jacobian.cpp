@@ -33,27 +33,29 @@ void fill_column(const Eigen::VectorXcd& directions, const Complex* target, cons
   }
 }
 
-/// x = A(:, at..at+width-1)^H v + beta x
+/// x = A(0..size(v)-1, at..at+width-1)^H v + beta x
 void block_adjoint(const Eigen::MatrixXcd& a, Eigen::Index at, Eigen::Index width, const Eigen::VectorXcd& v,
                    Complex beta, Complex* x) {
   const Complex one = 1.0;
-  const int rows = static_cast<int>(a.rows());
-  cblas_zgemv(CblasColMajor, CblasConjTrans, rows, static_cast<int>(width), &one, a.data() + at * a.rows(), rows,
-              v.data(), 1, &beta, x, 1);
+  cblas_zgemv(CblasColMajor, CblasConjTrans, static_cast<int>(v.size()), static_cast<int>(width), &one,
+              a.data() + at * a.rows(), static_cast<int>(a.rows()), v.data(), 1, &beta, x, 1);
 }
 
-/// v += A(:, at..at+width-1) x
+/// v += A(0..size(v)-1, at..at+width-1) x
 void add_block(const Eigen::MatrixXcd& a, Eigen::Index at, Eigen::Index width, const Complex* x, Eigen::VectorXcd& v) {
   const Complex one = 1.0;
-  const int rows = static_cast<int>(a.rows());
-  cblas_zgemv(CblasColMajor, CblasNoTrans, rows, static_cast<int>(width), &one, a.data() + at * a.rows(), rows, x, 1,
-              &one, v.data(), 1);
+  cblas_zgemv(CblasColMajor, CblasNoTrans, static_cast<int>(v.size()), static_cast<int>(width), &one,
+              a.data() + at * a.rows(), static_cast<int>(a.rows()), x, 1, &one, v.data(), 1);
 }
 
 }  // namespace
 
 SkinJacobian::SkinJacobian(const SkinProblem& problem)
-    : problem_(problem), reach_(target_reach(problem)), root_weights_(problem.weights.cwiseSqrt()) {
+    : problem_(problem),
+      strengths_(problem.quiet.rowwise().squaredNorm()),
+      kept_(problem.quiet.rows()),
+      reach_(target_reach(problem)),
+      root_weights_(problem.weights.cwiseSqrt()) {
   residual_.resize(problem.target_count() + 2 * problem.quiet.rows());
   field_.target.resize(problem.target_count());
   field_.quiet.resize(problem.quiet.rows());
@@ -73,6 +75,13 @@ void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) 
   field_.target = residual_.head(faces).array() * directions_.array();
   field_.quiet = field.quiet;
   send_back(problem_, field_, drive_gradient_);
+}
+
+void SkinJacobian::leave_out_below(double least) {
+  kept_ = strengths_.size();
+  while (kept_ > 0 && strengths_(kept_ - 1) < least) {
+    --kept_;
+  }
 }
 
 void SkinJacobian::set_radial(const std::vector<Eigen::Index>& radial) {
@@ -97,6 +106,7 @@ void SkinJacobian::gather(const SkinField& field, Eigen::VectorXd& y) const {
 /// Its adjoint.
 void SkinJacobian::spread(const Eigen::VectorXd& y, SkinField& field) const {
   const Eigen::Index faces = problem_.target_count();
+  field.quiet.resize(kept_);
   field.target = directions_.array() * y.head(faces).array();
   for (Eigen::Index i = 0; i < field.quiet.size(); ++i) {
     field.quiet(i) = {y(faces + 2 * i), y(faces + 2 * i + 1)};
@@ -112,7 +122,7 @@ void SkinJacobian::apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
   for (std::size_t i = 0; i < radial_.size(); ++i) {
     drives_(radial_[i]) += x(channels + static_cast<Eigen::Index>(i)) * phasors_(radial_[i]);
   }
-  send(problem_, drives_, field_);
+  send(problem_, drives_, kept_, field_);
   gather(field_, y);
 }
 
@@ -125,14 +135,13 @@ void SkinJacobian::apply_transpose(const Eigen::VectorXd& y, Eigen::VectorXd& x)
 void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorXd& y, Eigen::VectorXd& inner,
                               Eigen::VectorXd& outer) const {
   const Eigen::Index channels = phasors_.size();
-  const Eigen::Index rank = problem_.quiet.rows();
   inner.resize(columns());
   drives_.resize(channels);
   spread(y, field_);
   shares_.resize(static_cast<std::size_t>(omp_get_max_threads()));
   for (SkinField& share : shares_) {
     share.target.setZero(field_.target.size());
-    share.quiet.setZero(rank);
+    share.quiet.setZero(kept_);
   }
 #pragma omp parallel
   {
@@ -142,7 +151,7 @@ void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorX
       const Eigen::Index width = std::min(kBlock, channels - at);
       Complex* block = drives_.data() + at;
       block_adjoint(problem_.target, at, width, field_.target, 0.0, block);
-      if (rank > 0) {
+      if (kept_ > 0) {
         block_adjoint(problem_.quiet, at, width, field_.quiet, 1.0, block);
       }
       for (Eigen::Index n = at; n < at + width; ++n) {
@@ -156,7 +165,7 @@ void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorX
         drives_(n) = move * phasors_(n);
       }
       add_block(problem_.target, at, width, block, share.target);
-      if (rank > 0) {
+      if (kept_ > 0) {
         add_block(problem_.quiet, at, width, block, share.quiet);
       }
     }
@@ -187,14 +196,36 @@ std::pair<Eigen::Index, Complex> SkinJacobian::move_of(Eigen::Index column) cons
   return {n, phasors_(n)};
 }
 
+const Complex* SkinJacobian::quiet_column(Eigen::Index n) const {
+  return problem_.quiet.data() + n * problem_.quiet.rows();
+}
+
+bool SkinJacobian::gradient_left_out(Eigen::VectorXd& gradient) const {
+  const Eigen::Index weak = problem_.quiet.rows() - kept_;
+  if (weak == 0) {
+    return false;
+  }
+  const Complex one = 1.0;
+  const Complex zero = 0.0;
+  Eigen::VectorXcd left(weak);
+  for (Eigen::Index i = 0; i < weak; ++i) {
+    left(i) = {residual_(rows() + 2 * i), residual_(rows() + 2 * i + 1)};
+  }
+  drives_.resize(phasors_.size());
+  cblas_zgemv(CblasColMajor, CblasConjTrans, static_cast<int>(weak), static_cast<int>(phasors_.size()), &one,
+              problem_.quiet.data() + kept_, static_cast<int>(problem_.quiet.rows()), left.data(), 1, &zero,
+              drives_.data(), 1);
+  project(drives_, gradient);
+  return true;
+}
+
 double SkinJacobian::largest_row() const {
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(rows());
-  Eigen::VectorXd column(rows());
   const Eigen::Index rank = problem_.quiet.rows();
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(residual_.size());
+  Eigen::VectorXd column(residual_.size());
   for (Eigen::Index c = 0; c < columns(); ++c) {
     const auto [n, move] = move_of(c);
-    fill_column(directions_, problem_.target.col(n).data(), problem_.quiet.data() + n * rank, rank, move,
-                column.data());
+    fill_column(directions_, problem_.target.col(n).data(), quiet_column(n), rank, move, column.data());
     squares += column.cwiseAbs2();
   }
   return squares.maxCoeff();
@@ -202,11 +233,10 @@ double SkinJacobian::largest_row() const {
 
 template <typename Real>
 void SkinJacobian::fill(const Eigen::VectorXd& scale, Real* matrix) const {
-  const Eigen::Index rank = problem_.quiet.rows();
 #pragma omp parallel for schedule(static)
   for (Eigen::Index c = 0; c < columns(); ++c) {
     const auto [n, move] = move_of(c);
-    fill_column(directions_, problem_.target.col(n).data(), problem_.quiet.data() + n * rank, rank, scale(c) * move,
+    fill_column(directions_, problem_.target.col(n).data(), quiet_column(n), kept_, scale(c) * move,
                 matrix + c * rows());
   }
 }

@@ -12,6 +12,9 @@ namespace touchfield {
 ///
 ///   f = [ sqrt(w_j) (|u_j| - p'_j);  Re t_1; Im t_1; Re t_2; ... ],   K + 2 r rows
 ///
+/// or the first of them: rows at the end that are too weak to matter in a linear model can be left out of f and J,
+/// though not of the gradient.
+///
 /// against moves of the drives in their own frames, q_n -> e^{i phi_n} (a_n + s + i t): first the N tangential moves t,
 /// then the radial moves s of the channels in `radial`. At a_n = 1 a tangential move is a turn of the phase.
 class SkinJacobian {
@@ -25,12 +28,17 @@ class SkinJacobian {
   /// phasors   e^{i phi_n}
   void set(const SkinField& field, const Eigen::VectorXcd& phasors);
 
+  /// Leaves the rows of R from the one on after which all are weaker out of f and J, until it is called again.
+  ///
+  /// least   on the squared norm of a row of R
+  void leave_out_below(double least);
+
   /// radial   channels whose amplitude may move
   void set_radial(const std::vector<Eigen::Index>& radial);
 
-  Eigen::Index rows() const { return residual_.size(); }
+  Eigen::Index rows() const { return problem_.target_count() + 2 * kept_; }
   Eigen::Index columns() const { return phasors_.size() + static_cast<Eigen::Index>(radial_.size()); }
-  const Eigen::VectorXd& residual() const { return residual_; }
+  auto residual() const { return residual_.head(rows()); }
 
   /// y = J x.
   void apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
@@ -42,13 +50,17 @@ class SkinJacobian {
   void apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorXd& y, Eigen::VectorXd& inner,
                   Eigen::VectorXd& outer) const;
 
-  /// The complex drive-space gradient H_T^H v_T + R^H v_Z of the residual: J^T f is its part along each move.
+  /// The complex drive-space gradient H_T^H v_T + R^H v_Z of the residual, all rows of R counted: its part along each
+  /// move is J^T f with no row left out.
   const Eigen::VectorXcd& drive_gradient() const { return drive_gradient_; }
 
   /// Its part along each move, columns().
   void gradient(Eigen::VectorXd& gradient) const { project(drive_gradient_, gradient); }
 
-  /// The greatest diagonal entry of J J^T, from the rows' norms.
+  /// The part along each move that the rows left out have in the gradient. False, and nothing done, if there are none.
+  bool gradient_left_out(Eigen::VectorXd& gradient) const;
+
+  /// The greatest diagonal entry of J J^T, from the norms of all rows.
   double largest_row() const;
 
   /// J diag(scale), column by column.
@@ -59,17 +71,20 @@ class SkinJacobian {
   /// The channel that a column moves and the change of its drive.
   std::pair<Eigen::Index, std::complex<double>> move_of(Eigen::Index column) const;
   void project(const Eigen::VectorXcd& x, Eigen::VectorXd& moves) const;
+  const std::complex<double>* quiet_column(Eigen::Index n) const;
   void gather(const SkinField& field, Eigen::VectorXd& y) const;
   void spread(const Eigen::VectorXd& y, SkinField& field) const;
 
   const SkinProblem& problem_;
+  Eigen::VectorXd strengths_;  // squared norms of R's rows
+  Eigen::Index kept_;          // rows of R in f and J
   Eigen::VectorXd reach_;
   Eigen::VectorXd root_weights_;
   Eigen::VectorXcd directions_;  // sqrt(w_j) u_j / |u_j|
   Eigen::VectorXcd phasors_;
   std::vector<Eigen::Index> radial_;
   std::vector<Eigen::Index> radial_column_;  // of each channel, -1 if its amplitude stays
-  Eigen::VectorXd residual_;
+  Eigen::VectorXd residual_;                 // with all rows of R
   Eigen::VectorXcd drive_gradient_;
   mutable SkinField field_;  // of the moves, kept to spare allocations
   mutable Eigen::VectorXcd drives_;

@@ -14,7 +14,7 @@ struct SkinProblem {
   Eigen::MatrixXcd target;     // H_T, K x N [Pa]
   Eigen::VectorXd amplitudes;  // p', K [Pa], >= 0
   Eigen::VectorXd weights;     // w, K, > 0 (areas [m2])
-  Eigen::MatrixXcd quiet;      // R, r x N [Pa m]; r may be 0
+  Eigen::MatrixXcd quiet;      // R, r x N [Pa m]; r may be 0. Fastest with orthogonal rows, the strongest first
 
   Eigen::Index target_count() const { return target.rows(); }
   Eigen::Index channel_count() const { return target.cols(); }

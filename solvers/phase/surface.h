@@ -22,16 +22,18 @@ struct SurfaceOptions {
 ///   phi_n += atan h_n,
 ///
 /// g the cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of |q_n| = 1, without which
-/// the last per cent takes twice as many iterations. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is
-/// solved instead. The matrix is formed and factorised in single precision, the step refined in double to 1e-8; in
-/// double throughout where that fails.
+/// the last per cent takes twice as many iterations. Rows of R at its end that are weaker than the damping, of squared
+/// norm < mu, stay out of J^T J, not out of the cost and its gradient: they bend the model less than the damping does.
+/// Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is formed and factorised in
+/// single precision, the step refined in double to 1e-8; in double throughout where that fails.
 ///
 /// Free amplitudes: the start's phases settle first if it is at full drive; then drives move in the disc |q_n| <= 1,
 /// those on its edge that the cost pulls outwards along it only. A step that pushes a drive out is cut at the edge.
 ///
-/// The cost never rises. An iteration costs O((K + 2r)^2 N) and never touches the quiet faces themselves. At |u_j| = 0
-/// a subgradient is taken (see pressure_directions in skin_field.h), so that silence is left. A start at any other
-/// stationary point, saddle points and the maxima of symmetric arrays too, is returned as converged after 0 iterations.
+/// The cost never rises. An iteration costs O((K + 2r)^2 N), r of the rows that are not left out, and never touches the
+/// quiet faces themselves. At |u_j| = 0 a subgradient is taken (see pressure_directions in skin_field.h), so that
+/// silence is left. A start at any other stationary point, saddle points and the maxima of symmetric arrays too, is
+/// returned as converged after 0 iterations.
 ///
 /// start     drives, N: their phases, 0 where a drive is 0 (and amplitudes, clipped to 0..1, if these are free)
 /// returns   kConverged too where the fall that the model promises is below the rounding of the cost; kStalled if no

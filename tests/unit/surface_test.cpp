@@ -12,6 +12,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
 #include <gtest/gtest.h>
 #include <omp.h>
 
@@ -99,8 +100,11 @@ struct Linearised {
 
   Linearised(Eigen::Index faces, Eigen::Index rank, Eigen::Index channels, std::vector<Eigen::Index> moving,
              unsigned seed)
-      : problem(random_problem(faces, rank, channels, 0.4, seed)),
-        q(random_drives(channels, seed + 1)),
+      : Linearised(random_problem(faces, rank, channels, 0.4, seed), std::move(moving), seed) {}
+
+  Linearised(SkinProblem of, std::vector<Eigen::Index> moving, unsigned seed)
+      : problem(std::move(of)),
+        q(random_drives(problem.channel_count(), seed + 1)),
         phasors(q.array() / q.array().abs()),
         radial(std::move(moving)),
         jacobian(problem) {
@@ -168,6 +172,49 @@ TEST(SkinJacobian, TransposeGradientAndFilledMatrixAgree) {
   EXPECT_LT((single.cast<double>() - scaled).norm(), 1e-7 * scaled.norm());
 }
 
+TEST(SkinJacobian, RowsLeftOutAreMissingFromItButNotFromTheGradient) {
+  SkinProblem problem = random_problem(5, 6, 37, 0.4, 140);
+  problem.quiet.rowwise().normalize();
+  problem.quiet.row(2) *= 0.1;  // weak, but not at the end
+  problem.quiet.bottomRows(2) *= 0.1;
+  Linearised at(problem, {0, 3, 17, 36}, 140);
+  SkinJacobian& jacobian = at.jacobian;
+  Eigen::VectorXd left_out;
+  EXPECT_FALSE(jacobian.gradient_left_out(left_out));
+  const Eigen::MatrixXd whole = at.dense();
+  const Eigen::VectorXd residual = jacobian.residual();
+  ASSERT_EQ(whole.rows(), 17);
+  const double largest = jacobian.largest_row();
+
+  jacobian.leave_out_below(0.5);
+  ASSERT_EQ(jacobian.rows(), 13);
+  const Eigen::MatrixXd kept = at.dense();
+  EXPECT_LT((kept - whole.topRows(13)).norm(), 1e-14 * whole.norm());
+  EXPECT_EQ(Eigen::VectorXd(jacobian.residual()), residual.head(13));
+  EXPECT_EQ(jacobian.largest_row(), largest);
+  Eigen::VectorXd gradient;
+  jacobian.gradient(gradient);
+  EXPECT_LT((gradient - whole.transpose() * residual).norm(), 1e-14 * whole.norm() * residual.norm());
+  ASSERT_TRUE(jacobian.gradient_left_out(left_out));
+  EXPECT_LT((left_out - whole.bottomRows(4).transpose() * residual.tail(4)).norm(), 1e-14 * residual.norm());
+
+  const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(13, -1.0, 2.0);
+  const Eigen::VectorXd scale = Eigen::VectorXd::LinSpaced(kept.cols(), 0.5, 2.0);
+  const Eigen::MatrixXd scaled = kept * scale.asDiagonal();
+  Eigen::VectorXd x;
+  Eigen::VectorXd outer;
+  jacobian.apply_gram(scale, y, x, outer);
+  EXPECT_LT((outer - scaled * scaled.transpose() * y).norm(), 1e-14 * scaled.squaredNorm() * y.norm());
+  jacobian.apply_transpose(y, x);
+  EXPECT_LT((x - kept.transpose() * y).norm(), 1e-14 * kept.norm() * y.norm());
+  Eigen::MatrixXd filled(kept.rows(), kept.cols());
+  jacobian.fill(scale, filled.data());
+  EXPECT_LT((filled - scaled).norm(), 1e-14 * scaled.norm());
+
+  jacobian.leave_out_below(0.0);
+  EXPECT_EQ(jacobian.rows(), 17);
+}
+
 TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
   // 13 rows against 20, 12 and 13 + 5 columns.
   for (const auto& [channels, radial] :
@@ -190,26 +237,25 @@ TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
   }
 }
 
-TEST(DampedStep, TurnsToDoubleWhereSingleDoesNotSuffice) {
-  // Two equal target rows make J J^T singular but for the damping, which single precision cannot see.
-  Linearised at(2, 0, 6, {}, 130);
-  at.problem.target.row(1) = at.problem.target.row(0);
-  at.problem.weights(1) = at.problem.weights(0);
-  SkinField field;
-  send(at.problem, at.q, field);
-  SkinJacobian jacobian(at.problem);
-  jacobian.set(field, at.phasors);
-  const double mu = 1e-10 * jacobian.largest_row();
-  DampedStep solver;
-  Eigen::VectorXd h;
-  ASSERT_TRUE(solver.solve(jacobian, Eigen::VectorXd::Constant(6, mu), h));
-  EXPECT_EQ(solver.double_count(), 1);
-  // On the one row there is the step is that of the mean residual.
-  Eigen::VectorXd row;
-  jacobian.apply_transpose(Eigen::Vector2d(1.0, 0.0), row);
-  const Eigen::VectorXd expected =
-      -row * (jacobian.residual()(0) + jacobian.residual()(1)) / (2.0 * row.squaredNorm() + mu);
-  EXPECT_LT((h - expected).norm(), 1e-4 * expected.norm());  // eps / 1e-10 of the matrix' own rounding
+TEST(DampedStep, RowsLeftOutStayInTheGradient) {
+  for (const Eigen::Index channels : {20, 8}) {  // on either side of 5 + 2 x 2 rows
+    SkinProblem problem = random_problem(5, 4, channels, 0.4, 150);
+    problem.quiet.bottomRows(2) *= 0.01;
+    Linearised at(problem, {1}, 150);
+    Eigen::VectorXd gradient;
+    at.jacobian.gradient(gradient);
+    at.jacobian.leave_out_below(at.problem.quiet.row(1).squaredNorm());
+    ASSERT_EQ(at.jacobian.rows(), 9);
+    const Eigen::MatrixXd j = at.dense();
+    const Eigen::VectorXd d = 1e-3 * at.jacobian.largest_row() * Eigen::VectorXd::LinSpaced(j.cols(), 1.0, 7.0);
+    Eigen::MatrixXd normal = j.transpose() * j;
+    normal.diagonal() += d;
+    const Eigen::VectorXd expected = normal.ldlt().solve(-gradient);
+    DampedStep solver;
+    Eigen::VectorXd h;
+    ASSERT_TRUE(solver.solve(at.jacobian, d, h));
+    EXPECT_LT((h - expected).norm(), 1e-6 * expected.norm()) << channels << " channels";  // as above
+  }
 }
 
 // ---- What the minimiser promises
@@ -245,6 +291,51 @@ TEST(Surface, TheCostNeverRisesAndIsThatOfTheDrives) {
       }
     }
   }
+}
+
+TEST(Surface, WeakQuietRowsChangeTheStepsAndNotWhatIsReached) {
+  // Forty rows that fall by four orders of magnitude, against the same in falling and in rising order: the latter leave
+  // none out.
+  const SkinProblem fast = [] {
+    SkinProblem problem = random_problem(12, 40, 60, 0.4, 160);
+    const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(problem.quiet.adjoint());
+    const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(60, 40);
+    const Eigen::VectorXd strengths =
+        Eigen::VectorXd::LinSpaced(40, 1.0, -3.0).unaryExpr([](double x) { return std::pow(10.0, x); });
+    problem.quiet = strengths.asDiagonal() * basis.adjoint();
+    return problem;
+  }();
+  SkinProblem plain = fast;
+  plain.quiet = fast.quiet.colwise().reverse().eval();
+  const Eigen::VectorXcd start = random_start(60, 160);
+  const PhaseSolution with_all = solve_surface(plain, start, options_of(2000, false));
+  const PhaseSolution with_less = solve_surface(fast, start, options_of(2000, false));
+  expect_sound(fast, with_less);
+  EXPECT_NE(with_less.cost_history[1], with_all.cost_history[1]);
+  // Both at the minimum, where the cost is flat.
+  EXPECT_NEAR(with_less.cost_history.back(), with_all.cost_history.back(), 1e-6 * with_all.cost_history.back());
+}
+
+TEST(DampedStep, TurnsToDoubleWhereSingleDoesNotSuffice) {
+  // Two equal target rows make J J^T singular but for the damping, which single precision cannot see.
+  Linearised at(2, 0, 6, {}, 130);
+  at.problem.target.row(1) = at.problem.target.row(0);
+  at.problem.weights(1) = at.problem.weights(0);
+  SkinField field;
+  send(at.problem, at.q, field);
+  SkinJacobian jacobian(at.problem);
+  jacobian.set(field, at.phasors);
+  const double mu = 1e-10 * jacobian.largest_row();
+  DampedStep solver;
+  Eigen::VectorXd h;
+  ASSERT_TRUE(solver.solve(jacobian, Eigen::VectorXd::Constant(6, mu), h));
+  EXPECT_EQ(solver.double_count(), 1);
+  // On the one row there is the step is that of the mean residual.
+  Eigen::VectorXd row;
+  jacobian.apply_transpose(Eigen::Vector2d(1.0, 0.0), row);
+  const Eigen::VectorXd expected =
+      -row * (jacobian.residual()(0) + jacobian.residual()(1)) / (2.0 * row.squaredNorm() + mu);
+  EXPECT_LT((h - expected).norm(), 1e-4 * expected.norm());  // eps / 1e-10 of the matrix' own rounding
 }
 
 /// The complex half gradient in the plane of each drive.
