@@ -9,8 +9,13 @@
 #include <utility>
 #include <vector>
 
+#include <cblas.h>
+
+#include "solvers/linear/cholesky.h"
+#include "solvers/linear/complex_product.h"
 #include "solvers/phase/dual_factor.h"
 #include "solvers/phase/low_rank_relaxation.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield {
 
@@ -18,18 +23,22 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXcd;
+using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
+constexpr double kFirstShift = 0.1;   // of S, in units of the cost of silence over N
+constexpr double kCoarsest = 1e-3;    // of the rows, where what they can do hardly changes the cost
 constexpr double kLeastBound = 1e-4;  // of the cost of silence: the tolerance is a share of no less
-constexpr double kNewtonStep = 4.0;   // from one shift of the Newton step that is tried to the next
-constexpr double kBoundStep = 2.0;    // of the bound
 
 /// The problem in units in which the cost of silence is 1, with its constant part apart.
 struct ScaledProblem {
-  LowRankRelaxation relaxation;
+  MatrixXcd columns;      // A^T, N x m: first the rows that want a level, then those that want silence, R last
+  VectorXd wanted;        // b, of the first, > 0
   double unit = 0.0;      // of the cost; 0 where nothing can sound
   double constant = 0.0;  // of levels that nothing reaches
+
+  Index channel_count() const { return columns.rows(); }
 };
 
 ScaledProblem scaled(const SkinProblem& problem) {
@@ -57,20 +66,30 @@ ScaledProblem scaled(const SkinProblem& problem) {
     }
   }
   const auto count = static_cast<Index>(wanted.size());
-  result.relaxation.levels.resize(count);
-  result.relaxation.columns.resize(problem.channel_count(),
-                                   count + static_cast<Index>(unwanted.size()) + problem.quiet.rows());
+  result.wanted = levels(wanted) / scale;
+  result.columns.resize(problem.channel_count(), count + static_cast<Index>(unwanted.size()) + problem.quiet.rows());
   Index column = 0;
   for (const std::vector<Index>* faces : {&wanted, &unwanted}) {
     for (const Index j : *faces) {
-      if (column < count) {
-        result.relaxation.levels(column) = levels(j) / scale;
-      }
-      result.relaxation.columns.col(column++) = (root(j) / scale) * problem.target.row(j).transpose();
+      result.columns.col(column++) = (root(j) / scale) * problem.target.row(j).transpose();
     }
   }
-  result.relaxation.columns.rightCols(problem.quiet.rows()) = problem.quiet.transpose() / scale;
+  result.columns.rightCols(problem.quiet.rows()) = problem.quiet.transpose() / scale;
   return result;
+}
+
+/// The relaxation without what changes its cost by no more than about a fifth of `missing`: rows of R at the end, which
+/// count by their energy, and what of the other rows lies outside a basis of fewer dimensions, which counts by its
+/// amplitude, twice the root of its energy times the cost.
+LowRankRelaxation relaxation_of(const ScaledProblem& problem, double cost, double missing) {
+  const VectorXd energies = problem.columns.colwise().squaredNorm();
+  Index kept = energies.size();
+  double left_out = 0.0;
+  while (kept > problem.wanted.size() && left_out + energies(kept - 1) <= 0.1 * missing) {
+    left_out += energies(--kept);
+  }
+  const double tolerance = 0.05 * missing / std::sqrt(cost * energies.head(kept).sum());
+  return relaxed(problem.columns.leftCols(kept), problem.wanted, std::min(tolerance, kCoarsest));
 }
 
 /// A point of the dual problem: whatever g > 0 and d <= 0 are, they prove a bound.
@@ -81,15 +100,52 @@ struct DualPoint {
   double magnitude = 0.0;  // of the terms
 };
 
-/// The positive part of d would not count, and leaving it out only raises S.
-DualPoint dual_of(const LowRankRelaxation& relaxation, const RelaxedPoint& point) {
+/// s, m: 1 - b_j / g_j on the levels, 1 on the other columns.
+VectorXd column_weights(const ScaledProblem& problem, const VectorXd& g) {
+  VectorXd weights = VectorXd::Ones(problem.columns.cols());
+  weights.head(g.size()) = level_weights(problem.wanted, g);
+  return weights;
+}
+
+/// That of the rows Y^T (l x N) under all columns: g_j = |a_j Y|, d from the gradient. The positive part of d would not
+/// count, and leaving it out only raises S.
+DualPoint dual_at(const ScaledProblem& problem, const MatrixXcd& y) {
+  const Index count = problem.wanted.size();
+  MatrixXcd sent;
+  multiply(y, problem.columns, sent);
   DualPoint dual;
-  dual.g = positive_loudness(relaxation, point);
-  dual.d = point.d.cwiseMin(0.0);
-  const auto levels = relaxation.levels.array();
+  dual.g = positive_loudness(sent.leftCols(count).colwise().norm(), problem.columns.leftCols(count).colwise().norm(),
+                             problem.wanted);
+  sent = sent * column_weights(problem, dual.g).asDiagonal();
+  MatrixXcd gradient;
+  multiply_by_adjoint(sent, problem.columns, gradient);
+  dual.d = (y.conjugate().array() * gradient.array()).real().colwise().sum().transpose().cwiseMin(0.0);
+  const auto levels = problem.wanted.array();
   dual.sum = (levels * (levels - dual.g.array())).sum() + dual.d.sum();
   dual.magnitude = (levels * (levels + dual.g.array())).sum() + dual.d.cwiseAbs().sum();
   return dual;
+}
+
+/// S + diag(d), complex conjugated as the columns give it; the lower triangle.
+MatrixXcd weighed_columns(const ScaledProblem& problem, const VectorXd& g) {
+  const Index n = problem.channel_count();
+  const Index m = problem.columns.cols();
+  const VectorXd weights = column_weights(problem, g);
+  MatrixXcd matrix = MatrixXcd::Zero(n, n);
+  MatrixXcd part(n, m);
+  for (const double sign : {1.0, -1.0}) {
+    Index count = 0;
+    for (Index j = 0; j < m; ++j) {
+      if (sign * weights(j) > 0) {
+        part.col(count++) = std::sqrt(std::abs(weights(j))) * problem.columns.col(j);
+      }
+    }
+    if (count > 0) {
+      cblas_zherk(CblasColMajor, CblasLower, CblasNoTrans, static_cast<int>(n), static_cast<int>(count), sign,
+                  part.data(), static_cast<int>(n), 1.0, matrix.data(), static_cast<int>(n));
+    }
+  }
+  return matrix;
 }
 
 /// The most by which the smallest eigenvalue of S + shift can lie below 0 although its Cholesky factorisation went
@@ -99,38 +155,78 @@ DualPoint dual_of(const LowRankRelaxation& relaxation, const RelaxedPoint& point
 /// norm
 /// <= gamma trace / (1 - gamma), with gamma <= 8 (n + 4) u in complex arithmetic whatever the order of the sums; the
 /// same holds for the sum of m products that makes each entry of S.
-double rounding_of_eigenvalue(const LowRankRelaxation& relaxation, const DualPoint& dual, double shift) {
-  const auto n = static_cast<double>(relaxation.channel_count());
-  const auto m = static_cast<double>(relaxation.columns.cols());
-  const double energy = (dual_weights(relaxation, dual.g).array().abs() *
-                         relaxation.columns.cwiseAbs2().colwise().sum().transpose().array())
-                            .sum();
+double rounding_of_eigenvalue(const ScaledProblem& problem, const DualPoint& dual, double shift) {
+  const auto n = static_cast<double>(problem.channel_count());
+  const auto m = static_cast<double>(problem.columns.cols());
+  const double energy =
+      (column_weights(problem, dual.g).array().abs() * problem.columns.cwiseAbs2().colwise().sum().transpose().array())
+          .sum();
   return 4.0 * kEps * (n + m + 16.0) * (energy + dual.d.cwiseAbs().sum() + n * std::abs(shift));
 }
 
 /// The bound that a dual point proves where no eigenvalue of S lies more than `deficit` > 0 below 0.
-double bound_with(const LowRankRelaxation& relaxation, const DualPoint& dual, double deficit) {
-  const auto n = static_cast<double>(relaxation.channel_count());
+double bound_with(const ScaledProblem& problem, const DualPoint& dual, double deficit) {
+  const auto n = static_cast<double>(problem.channel_count());
   const double terms = n + 2.0 * static_cast<double>(dual.g.size());
   return dual.sum - n * deficit - 2.0 * kEps * (terms + 16.0) * dual.magnitude;
 }
 
-/// How far the Newton steps on the relaxation are held back, against the shift that S needs.
+void require_finite(double shift) {
+  if (!std::isfinite(shift)) {
+    throw std::domain_error("certify: the relaxation holds a value that is not finite");
+  }
+}
+
+/// What the Newton steps on the relaxation are held back by: the least shift that makes S + shift positive definite,
+/// within a factor of two, times what their gains ask for.
 class StepDamping {
  public:
-  double value() const { return value_; }
+  explicit StepDamping(double shift) : shift_(shift) {}
+
+  double shift() const { return shift_; }
+  double sigma() const { return times_ * shift_; }
+
+  /// Finds the shift anew and leaves the factor at sigma.
+  ///
+  /// least   below which the shift need not fall
+  void settle(DualFactor& factor, const VectorXd& d, double least) {
+    const bool try_less = --patience_ <= 0 && shift_ > least;
+    if (try_less && factor.factorise(d, std::max(least, shift_ / kStep))) {
+      shift_ = std::max(least, shift_ / kStep);
+    } else {
+      patience_ = try_less ? kPatience : patience_;
+      shift_ = least_shift(factor, d, shift_);
+    }
+    if (times_ > 1.0 && !factor.factorise(d, sigma())) {
+      throw std::domain_error("certify: a larger shift made the dual matrix indefinite");
+    }
+  }
 
   /// gain   what a step brought over what it promised; NaN if it promised nothing
   void learn(double gain) {
     if (gain > 0.75) {
-      value_ = std::max(1.0, value_ / 4.0);
+      times_ = std::max(1.0, times_ / 4.0);
     } else if (!(gain > 0.25)) {
-      value_ *= 4.0;
+      times_ *= 4.0;
     }
   }
 
  private:
-  double value_ = 1.0;
+  static constexpr double kStep = 2.0;
+  static constexpr int kPatience = 3;  // steps until a smaller shift is tried again
+
+  /// The first of shift, kStep shift, kStep^2 shift, ... that will do; the factor then holds it.
+  static double least_shift(DualFactor& factor, const VectorXd& d, double shift) {
+    while (!factor.factorise(d, shift)) {
+      shift *= kStep;
+      require_finite(shift);
+    }
+    return shift;
+  }
+
+  double shift_;
+  double times_ = 1.0;
+  int patience_ = 0;
 };
 
 void require_valid(const CertificateOptions& options) {
@@ -146,30 +242,54 @@ struct Candidate {
   double bound = -std::numeric_limits<double>::infinity();
 };
 
-/// The first of shift, step shift, step^2 shift, ... that makes S + shift positive definite; `factor` then holds it.
-double least_shift(DualFactor& factor, const VectorXd& d, double shift, double step) {
-  while (!factor.factorise(d, shift)) {
-    shift *= step;
-    if (!std::isfinite(shift)) {
-      throw std::domain_error("certify: the relaxation holds a value that is not finite");
-    }
+double bound_at(const ScaledProblem& problem, const DualPoint& dual, double shift) {
+  return bound_with(problem, dual, shift + rounding_of_eigenvalue(problem, dual, shift));
+}
+
+/// Takes a dual point for the best one if it promises a bound distinctly nearer to its own sum than the best one's, and
+/// comes as near as S allows.
+void improve(const ScaledProblem& problem, DualPoint dual, DualFactor& factor, Candidate& best) {
+  constexpr double kNearer = 0.7;
+  const auto n = static_cast<double>(problem.channel_count());
+  const bool is_first = !std::isfinite(best.bound);
+  double shift = is_first ? kFirstShift / n : kNearer * (dual.sum - best.bound) / n;
+  if (!(shift > 0)) {
+    return;
   }
-  return shift;
+  factor.weigh(dual.g);
+  bool definite = factor.factorise(dual.d, shift);
+  while (is_first && !definite) {
+    shift *= 2.0;
+    require_finite(shift);
+    definite = factor.factorise(dual.d, shift);
+  }
+  bool taken = false;
+  while (definite && bound_at(problem, dual, shift) > best.bound) {
+    best.shift = shift;
+    best.bound = bound_at(problem, dual, shift);
+    taken = true;
+    shift *= kNearer;
+    definite = factor.factorise(dual.d, shift);
+  }
+  if (taken) {
+    best.dual = std::move(dual);
+  }
 }
 
-double bound_at(const LowRankRelaxation& relaxation, const DualPoint& dual, double shift) {
-  return bound_with(relaxation, dual, shift + rounding_of_eigenvalue(relaxation, dual, shift));
-}
-
-/// Replaces what a candidate promises by what the Cholesky factorisation of its S + shift proves. True if that is all
-/// that was promised.
-bool prove(const LowRankRelaxation& relaxation, Candidate& candidate) {
-  DualFactor factor(relaxation, DualFactor::Form::dense);
-  factor.weigh(candidate.dual.g);
-  const double promised =
-      std::exchange(candidate.shift, least_shift(factor, candidate.dual.d, candidate.shift, kBoundStep));
-  candidate.bound = bound_at(relaxation, candidate.dual, candidate.shift);
-  return candidate.shift == promised;
+/// Replaces what a candidate promises by what the Cholesky factorisation of its S + shift proves.
+void prove(const ScaledProblem& problem, Candidate& candidate) {
+  const MatrixXcd weighed = weighed_columns(problem, candidate.dual.g);
+  MatrixXcd matrix;
+  while (true) {
+    matrix = weighed;
+    matrix.diagonal().array() += candidate.shift - candidate.dual.d.array();
+    if (cholesky_factorise(static_cast<int>(matrix.rows()), matrix.data())) {
+      break;
+    }
+    candidate.shift *= 2.0;
+    require_finite(candidate.shift);
+  }
+  candidate.bound = bound_at(problem, candidate.dual, candidate.shift);
 }
 
 }  // namespace
@@ -178,53 +298,47 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
   require_valid(problem, "certify");
   require_valid(options);
   const ScaledProblem whole = scaled(problem);
-  const LowRankRelaxation& relaxation = whole.relaxation;
   Certificate certificate;
-  if (relaxation.columns.cols() == 0) {
+  if (whole.columns.cols() == 0) {
     certificate.relaxed = whole.constant * whole.unit;
     certificate.bound = certificate.relaxed;
     certificate.converged = true;
     return certificate;
   }
-  RelaxedPoint point = relaxed_start(relaxation, options.width, options.seed);
+  const PhaseSolution reached =
+      solve_surface(problem, random_start(problem.channel_count(), options.seed), SurfaceOptions{});
+  const double start_cost = std::max(reached.cost_history.back() / whole.unit, kLeastBound);
+  const LowRankRelaxation relaxation = relaxation_of(whole, start_cost, options.tolerance * start_cost);
+  RelaxedPoint point = relaxed_start(relaxation, drive(reached), options.width, options.seed);
   DualFactor factor(relaxation);
-  StepDamping damping;
   const auto n = static_cast<double>(relaxation.channel_count());
-  double shift = 0.1 / n;  // of the Newton step
-  double bound_shift = shift;
+  StepDamping damping(kFirstShift / n);
   Candidate best;
+  double missing = 0.0;
   while (true) {
-    const DualPoint dual = dual_of(relaxation, point);
-    factor.weigh(dual.g);
-    const double missing = options.tolerance * std::max(point.cost + whole.constant, kLeastBound);
-    const double least = 0.25 * missing / n;
-    bound_shift = least_shift(factor, dual.d, std::max(bound_shift / (2.0 * kBoundStep), least), kBoundStep);
-    const double bound = bound_at(relaxation, dual, bound_shift);
-    if (bound > best.bound) {
-      best = {dual, bound_shift, bound};
-    }
+    missing = options.tolerance * std::max(point.cost + whole.constant, kLeastBound);
+    improve(whole, dual_at(whole, point.y), factor, best);
     certificate.converged = point.cost - best.bound <= missing;
     if (!certificate.converged) {
       // Where d > 0 somewhere the bound stays below the relaxation, which may be at its least all the same.
-      shift = least_shift(factor, point.d, std::max(shift / kNewtonStep, least), kNewtonStep);
-      certificate.converged = n * shift <= missing;
+      factor.weigh(positive_loudness(relaxation, point));
+      damping.settle(factor, point.d, 0.25 * missing / n);
+      certificate.converged = n * damping.shift() <= missing;
     }
     if (certificate.converged || certificate.iterations >= options.max_iterations) {
       break;
     }
     ++certificate.iterations;
-    const double sigma = damping.value() * shift;
-    if (sigma > shift && !factor.factorise(point.d, sigma)) {
-      throw std::domain_error("certify: a larger shift made the dual matrix indefinite");
-    }
     double gain = 0.0;
-    RelaxedPoint next = newton_step(relaxation, point, factor, sigma, gain);
+    RelaxedPoint next = newton_step(relaxation, point, factor, damping.sigma(), gain);
     if (next.cost < point.cost) {
       point = std::move(next);
     }
     damping.learn(gain);
   }
-  certificate.converged = prove(relaxation, best) && certificate.converged;
+  const double promised = best.bound;
+  prove(whole, best);
+  certificate.converged = certificate.converged && promised - best.bound <= missing;
   certificate.bound = std::max(0.0, best.bound + whole.constant) * whole.unit;
   certificate.relaxed = (point.cost + whole.constant) * whole.unit;
   return certificate;

@@ -6,7 +6,7 @@ namespace touchfield {
 
 struct CertificateOptions {
   int width = 12;           // columns l of the low-rank relaxation, 2..64
-  int max_iterations = 60;  // of the relaxation, >= 0
+  int max_iterations = 40;  // of the relaxation, >= 0
   double tolerance = 1e-4;  // share of the relaxation's cost that the bound may lack, > 0
   unsigned seed = 1;
 };
@@ -29,12 +29,13 @@ struct Certificate {
 ///   S = H^H diag(1 - b_j / g_j) H + R^H R - diag d,   cost >= sum_j (b_j^2 - b_j g_j) + sum_n d_n + N min(0, lambda),
 ///
 /// lambda the smallest eigenvalue of S and d <= 0, which lets drives lie within the circle too. g and d come from
-/// minimising the cost over drives that are unit rows of l numbers (regularised Newton steps). That -lambda is no more
-/// than a shift is proved by the Cholesky factorisation of S + shift in double, its rounding bounded a priori: the
-/// bound holds whatever produced g and d. Leaving rows out of R only lowers S, so that it holds for the full cost too.
+/// minimising the cost over drives that are unit rows of l numbers (regularised Newton steps), from those that 30 steps
+/// of solve_surface reach, in as few dimensions as the tolerance allows. That -lambda is no more than a shift is proved
+/// by the Cholesky factorisation of the whole S + shift in double, its rounding bounded a priori: the bound holds
+/// whatever produced g and d. Leaving rows out of R only lowers S, so that it holds for the full cost too.
 ///
-/// cost     an iteration: some factorisations and 40 solves by DualFactor, which are r x r where the rank r of the rows
-///          is small beside N; the proof some Cholesky factorisations N x N
+/// cost     an iteration: two or three factorisations and about 15 solves by DualFactor; the proof one Cholesky
+///          factorisation N x N or more. Fastest with the rows of R orthogonal, the strongest first
 /// throws   std::invalid_argument as require_valid, on options out of range or a cost that overflows; std::domain_error
 ///          if the arithmetic overflows on the way
 /// source   Burer and Monteiro, Math. Program. B 95 (2003) 329 (the factorisation); Higham, Accuracy and Stability of

@@ -1,9 +1,7 @@
 #include "solvers/phase/dual_factor.h"
 
-#include <cmath>
 #include <complex>
 
-#include <Eigen/QR>
 #include <cblas.h>
 
 #include "solvers/linear/cholesky.h"
@@ -17,118 +15,102 @@ using Eigen::Index;
 using Eigen::MatrixXcd;
 using Eigen::VectorXd;
 
-constexpr double kNumericalRank = 1e-13;  // of the columns, relative to the longest
+enum class Side : bool { kLeft, kRight };
 
-/// b <- b op(L)^-1, or op(L)^-1 b from the left; L lower triangular.
-void solve_triangular(CBLAS_SIDE side, CBLAS_TRANSPOSE transpose, const MatrixXcd& l, MatrixXcd& b) {
+CBLAS_SIDE blas(Side side) { return side == Side::kLeft ? CblasLeft : CblasRight; }
+
+/// b <- op(L)^-1 b from the left, b op(L)^-1 from the right; L lower triangular.
+void solve_triangular(Side side, CBLAS_TRANSPOSE op, const MatrixXcd& l, MatrixXcd& b) {
   if (b.size() == 0) {
     return;  // which the BLAS refuses
   }
   const std::complex<double> one = 1.0;
-  cblas_ztrsm(CblasColMajor, side, CblasLower, transpose, CblasNonUnit, static_cast<int>(b.rows()),
+  cblas_ztrsm(CblasColMajor, blas(side), CblasLower, op, CblasNonUnit, static_cast<int>(b.rows()),
               static_cast<int>(b.cols()), &one, l.data(), static_cast<int>(l.rows()), b.data(),
               static_cast<int>(b.rows()));
 }
 
-/// b <- L^H b.
-void apply_adjoint(const MatrixXcd& l, MatrixXcd& b) {
+/// b <- op(L) b from the left, b op(L) from the right.
+void multiply_triangular(Side side, CBLAS_TRANSPOSE op, const MatrixXcd& l, MatrixXcd& b) {
+  if (b.size() == 0) {
+    return;
+  }
   const std::complex<double> one = 1.0;
-  cblas_ztrmm(CblasColMajor, CblasLeft, CblasLower, CblasConjTrans, CblasNonUnit, static_cast<int>(b.rows()),
+  cblas_ztrmm(CblasColMajor, blas(side), CblasLower, op, CblasNonUnit, static_cast<int>(b.rows()),
               static_cast<int>(b.cols()), &one, l.data(), static_cast<int>(l.rows()), b.data(),
               static_cast<int>(b.rows()));
+}
+
+/// c = b^H b, both triangles.
+void gram(const MatrixXcd& b, MatrixXcd& c) {
+  c = MatrixXcd::Zero(b.cols(), b.cols());
+  if (b.size() == 0) {
+    return;
+  }
+  cblas_zherk(CblasColMajor, CblasLower, CblasConjTrans, static_cast<int>(b.cols()), static_cast<int>(b.rows()), 1.0,
+              b.data(), static_cast<int>(b.rows()), 0.0, c.data(), static_cast<int>(c.rows()));
+  c.triangularView<Eigen::StrictlyUpper>() = c.adjoint();
 }
 
 bool factorise_lower(MatrixXcd& matrix) { return cholesky_factorise(static_cast<int>(matrix.rows()), matrix.data()); }
 
 }  // namespace
 
-DualFactor::DualFactor(const LowRankRelaxation& relaxation, Form form)
-    : relaxation_(relaxation),
-      reduced_(form == Form::reduced ||
-               (form == Form::automatic && 2 * relaxation.columns.cols() < relaxation.channel_count())) {
-  if (!reduced_) {
-    return;
-  }
-  Eigen::ColPivHouseholderQR<MatrixXcd> qr(relaxation.columns);
-  qr.setThreshold(kNumericalRank);
-  const Index rank = qr.rank();
-  basis_ = qr.householderQ() * MatrixXcd::Identity(relaxation.channel_count(), rank);
-  core_ = MatrixXcd(qr.matrixR().topRows(rank).triangularView<Eigen::Upper>()) * qr.colsPermutation().transpose();
-}
-
 void DualFactor::weigh(const VectorXd& g) {
-  if (reduced_) {
-    weights_ = dual_weights(relaxation_, g);
-  } else {
-    weighed_ = dual_matrix(relaxation_, g, VectorXd::Zero(relaxation_.channel_count()));
-  }
+  scratch_ = relaxation_.levels * level_weights(relaxation_.wanted, g).asDiagonal();
+  multiply_by_adjoint(scratch_, relaxation_.levels, weighed_);
+  weighed_ += relaxation_.quiet;
 }
 
 bool DualFactor::factorise(const VectorXd& d, double shift) {
-  return reduced_ ? factorise_reduced(d, shift) : factorise_dense(d, shift);
-}
-
-bool DualFactor::factorise_dense(const VectorXd& d, double shift) {
-  dense_ = weighed_;
-  dense_.diagonal().array() += shift - d.array();
-  return factorise_lower(dense_);
-}
-
-bool DualFactor::factorise_reduced(const VectorXd& d, double shift) {
-  prepared_ = false;
-  const VectorXd diagonal = shift - d.array();
-  if (!(diagonal.minCoeff() > 0)) {
+  const bool is_square = relaxation_.basis.rows() == relaxation_.basis.cols();
+  const VectorXd diagonal = shift - (is_square ? d.cwiseMin(0.0) : d).array();
+  if (!(diagonal.minCoeff() > 0) || !d.allFinite()) {
     return false;
   }
   inverse_ = diagonal.cwiseInverse();
-  const Index rank = basis_.cols();
-  if (rank == 0) {
-    return true;  // D is all there is, and the BLAS refuses what is empty
-  }
-  first_ = inverse_.cwiseSqrt().asDiagonal() * basis_;
-  reach_ = MatrixXcd::Zero(rank, rank);
-  cblas_zherk(CblasColMajor, CblasLower, CblasConjTrans, static_cast<int>(rank), static_cast<int>(first_.rows()), 1.0,
-              first_.data(), static_cast<int>(first_.rows()), 0.0, reach_.data(), static_cast<int>(rank));
+  scratch_ = inverse_.cwiseSqrt().asDiagonal() * relaxation_.basis;
+  gram(scratch_, reach_);
   if (!factorise_lower(reach_)) {
     return false;
   }
-  first_ = core_;
-  apply_adjoint(reach_, first_);
-  second_ = first_ * weights_.asDiagonal();
-  multiply_by_adjoint(second_, first_, middle_);
+  middle_ = weighed_;
+  if (is_square) {
+    middle_ -= relaxation_.basis.adjoint() * d.cwiseMax(0.0).asDiagonal() * relaxation_.basis;
+  }
+  multiply_triangular(Side::kLeft, CblasConjTrans, reach_, middle_);
+  multiply_triangular(Side::kRight, CblasNoTrans, reach_, middle_);
   middle_.diagonal().array() += 1.0;
   return factorise_lower(middle_);
 }
 
-void DualFactor::prepare_reduced_solve() {
-  const Index rank = basis_.cols();
-  responses_ = inverse_.asDiagonal() * basis_;
-  solve_triangular(CblasRight, CblasConjTrans, reach_, responses_);
-  first_ = MatrixXcd::Identity(rank, rank);
-  solve_triangular(CblasLeft, CblasNoTrans, middle_, first_);
-  solve_triangular(CblasLeft, CblasConjTrans, middle_, first_);
-  middle_ = MatrixXcd::Identity(rank, rank) - first_;
-  prepared_ = true;
+void DualFactor::prepare() {
+  level_responses_ = relaxation_.levels;
+  multiply_triangular(Side::kLeft, CblasConjTrans, reach_, level_responses_);
+  solve_triangular(Side::kLeft, CblasNoTrans, middle_, level_responses_);
+  gram(level_responses_, mutual_responses_);
+  solve_triangular(Side::kLeft, CblasConjTrans, middle_, level_responses_);
+  solve_triangular(Side::kLeft, CblasConjTrans, reach_, level_responses_);
+
+  const Index rank = reach_.rows();
+  scratch_ = MatrixXcd::Identity(rank, rank);
+  solve_triangular(Side::kLeft, CblasNoTrans, middle_, scratch_);
+  solve_triangular(Side::kLeft, CblasConjTrans, middle_, scratch_);
+  middle_ = MatrixXcd::Identity(rank, rank) - scratch_;
+  solve_triangular(Side::kLeft, CblasConjTrans, reach_, middle_);
+  solve_triangular(Side::kRight, CblasNoTrans, reach_, middle_);
 }
 
-void DualFactor::solve_in_place(MatrixXcd& x) {
-  if (!reduced_) {
-    solve_triangular(CblasRight, CblasConjTrans, dense_, x);
-    solve_triangular(CblasRight, CblasNoTrans, dense_, x);
-    return;
-  }
-  if (basis_.cols() == 0) {
-    x = x * inverse_.asDiagonal();
-    return;
-  }
-  if (!prepared_) {
-    prepare_reduced_solve();
-  }
-  multiply(x, responses_, first_);
-  multiply(first_, middle_, second_);
-  multiply_by_adjoint(second_, responses_, first_);
-  x = x * inverse_.asDiagonal();
-  x -= first_;
+void DualFactor::reach(const MatrixXcd& x, MatrixXcd& u) {
+  scratch_ = x * inverse_.asDiagonal();
+  multiply(scratch_, relaxation_.basis, u);
+}
+
+void DualFactor::solve(const MatrixXcd& x, const MatrixXcd& u, const MatrixXcd& back, MatrixXcd& z) {
+  multiply(u, middle_, scratch_);
+  scratch_ += back;
+  multiply_by_adjoint(scratch_, relaxation_.basis, z);
+  z = (x - z) * inverse_.asDiagonal();
 }
 
 }  // namespace touchfield

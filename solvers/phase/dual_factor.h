@@ -1,67 +1,65 @@
 #pragma once
 
-#include <cstdint>
-
 #include <Eigen/Core>
 
 #include "solvers/phase/low_rank_relaxation.h"
 
 namespace touchfield {
 
-/// Whether S + shift is positive definite, and solves with it, for the dual matrix S of a relaxation,
+/// Whether S + shift is positive definite, and solves with it, for the dual matrix of a relaxation,
 ///
-///   S = A^H diag(s) A - diag(d),   s by dual_weights, complex conjugated as `columns` of the relaxation gives it.
+///   S = V W V^H - diag(d),   W = T diag(s) T^H + C,
 ///
-/// `dense` forms the N x N matrix and takes its Cholesky factorisation. `reduced` works in the r dimensions that A
-/// reaches: with columns = V T, V orthonormal, W = T diag(s) T^H, D = diag(shift - d) > 0 and V^H D^-1 V = L L^H,
+/// complex conjugated as the relaxation's factors give it. In the r dimensions of V: with D = diag(shift - d) > 0,
+/// V^H D^-1 V = L L^H and W as above,
 ///
 ///   S + shift > 0  if and only if  M = I + L^H W L > 0,
-///   (S + shift)^-1 = D^-1 - P (I - M^-1) P^H,   P = D^-1 V L^-H.
+///   (S + shift)^-1 = D^-1 - D^-1 V L^-H (I - M^-1) L^-1 V^H D^-1,
+///   (S + shift)^-1 V = D^-1 V L^-H M^-1 L^H.
 ///
-/// It says no as well where shift <= max d, though S + shift may be definite there. What it says is true to working
-/// precision and proves nothing.
+/// At r = N, where V is square, the positive part of d moves from D into W. At r < N it says no as well where
+/// shift <= max d, though S + shift may be definite there. What it says is true to working precision and proves
+/// nothing.
 class DualFactor {
  public:
-  enum class Form : std::uint8_t { automatic, dense, reduced };
-
-  /// automatic   reduced if the columns are fewer than half the channels. The relaxation must outlive this.
-  explicit DualFactor(const LowRankRelaxation& relaxation, Form form = Form::automatic);
+  /// relaxation   outlives this
+  explicit DualFactor(const LowRankRelaxation& relaxation) : relaxation_(relaxation) {}
 
   /// Fixes the weights s by g (K, > 0).
-  ///
-  /// cost    dense 4 N^2 m operations, reduced none to speak of
   void weigh(const Eigen::VectorXd& g);
 
   /// False if S + shift is not positive definite; there is then nothing to solve with. After weigh.
   ///
   /// d       N
-  /// cost    dense 4/3 N^3 operations, reduced 4 N r^2 and as much again at the first solve
+  /// cost    4 N r^2 + 10 r^3 operations
   bool factorise(const Eigen::VectorXd& d, double shift);
 
-  /// x <- x (S + shift)^-1, rows of x (any x N) being right-hand sides, after a factorise that succeeded.
-  void solve_in_place(Eigen::MatrixXcd& x);
+  /// Makes ready for what follows, after a factorise that succeeded.
+  ///
+  /// cost    16 r^3 + 16 r^2 K operations
+  void prepare();
 
-  bool is_reduced() const { return reduced_; }
+  /// u = x D^-1 V, D without the positive part of d at r = N; rows of x (any x N) are right-hand sides.
+  void reach(const Eigen::MatrixXcd& x, Eigen::MatrixXcd& u);
+
+  /// z = x (S + shift)^-1 - back V^H D^-1, u = x D^-1 V, back of the size of u.
+  void solve(const Eigen::MatrixXcd& x, const Eigen::MatrixXcd& u, const Eigen::MatrixXcd& back, Eigen::MatrixXcd& z);
+
+  /// G, r x K, so that (S + shift)^-1 V T = D^-1 V G.
+  const Eigen::MatrixXcd& level_responses() const { return level_responses_; }
+
+  /// T^H V^H (S + shift)^-1 V T, K x K.
+  const Eigen::MatrixXcd& mutual_responses() const { return mutual_responses_; }
 
  private:
-  bool factorise_dense(const Eigen::VectorXd& d, double shift);
-  bool factorise_reduced(const Eigen::VectorXd& d, double shift);
-  void prepare_reduced_solve();
-
   const LowRankRelaxation& relaxation_;
-  bool reduced_;
-  Eigen::VectorXd weights_;     // s
-  Eigen::MatrixXcd weighed_;    // A^H diag(s) A, lower triangle
-  Eigen::MatrixXcd dense_;      // Cholesky factor of S + shift
-  Eigen::MatrixXcd basis_;      // V, N x r
-  Eigen::MatrixXcd core_;       // T, r x m
-  Eigen::VectorXd inverse_;     // of D's diagonal
-  Eigen::MatrixXcd reach_;      // L, lower triangle
-  Eigen::MatrixXcd middle_;     // M's Cholesky factor, lower triangle; once prepared I - M^-1
-  Eigen::MatrixXcd responses_;  // P
-  bool prepared_ = false;       // of the reduced solve
-  Eigen::MatrixXcd first_;      // scratch
-  Eigen::MatrixXcd second_;
+  Eigen::MatrixXcd weighed_;  // W
+  Eigen::VectorXd inverse_;   // of D's diagonal
+  Eigen::MatrixXcd reach_;    // L, lower triangle
+  Eigen::MatrixXcd middle_;   // M's Cholesky factor, lower triangle; once prepared L^-H (I - M^-1) L^-1
+  Eigen::MatrixXcd level_responses_;
+  Eigen::MatrixXcd mutual_responses_;
+  Eigen::MatrixXcd scratch_;
 };
 
 }  // namespace touchfield

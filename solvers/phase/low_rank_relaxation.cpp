@@ -6,11 +6,13 @@
 #include <limits>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include <Eigen/Cholesky>
-#include <cblas.h>
 
 #include "solvers/linear/complex_product.h"
+#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/low_rank.h"
 #include "solvers/phase/dual_factor.h"
 
 namespace touchfield {
@@ -24,8 +26,10 @@ using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 constexpr int kMostInnerSteps = 40;
-constexpr double kInnerTolerance = 0.05;  // on the residual's share of the gradient
+constexpr double kInnerTolerance = 0.2;  // on the residual's share of the gradient: less buys nothing
 constexpr double kFaintestLevel = 1e-12;
+constexpr double kStirred = 0.3;         // random rows against those of the start
+constexpr Index kCompressionBlock = 16;  // the rank is a multiple of it: every dimension costs
 
 double real_dot(const MatrixXcd& a, const MatrixXcd& b) { return (a.conjugate().array() * b.array()).real().sum(); }
 
@@ -52,25 +56,31 @@ VectorXcd random_column(Index size, std::mt19937_64& generator) {
   return column;
 }
 
-void evaluate(const LowRankRelaxation& relaxation, RelaxedPoint& point) {
-  const Index levels = relaxation.level_count();
-  multiply(point.y, relaxation.columns, point.sent);
-  point.loudness = point.sent.leftCols(levels).colwise().norm();
-  point.cost = (point.loudness - relaxation.levels).squaredNorm() +
-               point.sent.rightCols(point.sent.cols() - levels).squaredNorm();
-}
-
 /// The flat gradient sends back (1 - b_j / g_j) a_j Y from the levels; a silent level has no direction to push in.
-void differentiate(const LowRankRelaxation& relaxation, RelaxedPoint& point) {
+RelaxedPoint point_at(const LowRankRelaxation& relaxation, MatrixXcd y) {
+  RelaxedPoint point;
+  point.y = std::move(y);
+  MatrixXcd reached;
+  MatrixXcd quietened;
+  multiply(point.y, relaxation.basis, reached);
+  multiply(reached, relaxation.levels, point.sent);
+  multiply(reached, relaxation.quiet, quietened);
+  point.loudness = point.sent.colwise().norm();
+  point.cost = (point.loudness - relaxation.wanted).squaredNorm() + real_dot(reached, quietened);
+
   MatrixXcd weighted = point.sent;
   for (Index j = 0; j < relaxation.level_count(); ++j) {
-    weighted.col(j) *= point.loudness(j) > 0 ? 1.0 - relaxation.levels(j) / point.loudness(j) : 0.0;
+    weighted.col(j) *= point.loudness(j) > 0 ? 1.0 - relaxation.wanted(j) / point.loudness(j) : 0.0;
   }
-  multiply_by_adjoint(weighted, relaxation.columns, point.gradient);
+  MatrixXcd back;
+  multiply_by_adjoint(weighted, relaxation.levels, back);
+  back += quietened;
+  multiply_by_adjoint(back, relaxation.basis, point.gradient);
   point.d = real_column_dots(point.y, point.gradient);
   for (Index n = 0; n < point.y.cols(); ++n) {
     point.gradient.col(n) -= point.d(n) * point.y.col(n);
   }
+  return point;
 }
 
 /// Half the Hessian of F on the spheres at a point, its preconditioner, and the scratch space of both.
@@ -80,22 +90,31 @@ class NewtonSystem {
       : relaxation_(relaxation),
         point_(point),
         factor_(factor),
-        ratio_(relaxation.levels.cwiseQuotient(positive_loudness(relaxation, point))),
-        directions_(point.sent.leftCols(relaxation.level_count())) {
+        ratio_(relaxation.wanted.cwiseQuotient(positive_loudness(relaxation, point))),
+        directions_(point.sent) {
     for (Index j = 0; j < directions_.cols(); ++j) {
-      directions_.col(j) *= ratio_(j) / relaxation.levels(j);
+      directions_.col(j) *= ratio_(j) / relaxation.wanted(j);
     }
-    prepare_radial_part();
+    factor_.prepare();
+    MatrixXcd overlap;
+    multiply(directions_.adjoint(), directions_, overlap);
+    MatrixXd capacitance = (factor_.mutual_responses().transpose().array() * overlap.array()).real();
+    capacitance.diagonal() += ratio_.cwiseInverse();
+    capacitance_.compute(capacitance);
   }
 
   /// hv = (Hess / 2) v.
   void apply(const MatrixXcd& v, MatrixXcd& hv) {
-    multiply(v, relaxation_.columns, sent_);
+    multiply(v, relaxation_.basis, reached_);
+    multiply(reached_, relaxation_.levels, sent_);
     for (Index j = 0; j < relaxation_.level_count(); ++j) {
       const double radial = (directions_.col(j).conjugate().array() * sent_.col(j).array()).real().sum();
       sent_.col(j) = (1.0 - ratio_(j)) * sent_.col(j) + ratio_(j) * radial * directions_.col(j);
     }
-    multiply_by_adjoint(sent_, relaxation_.columns, hv);
+    multiply_by_adjoint(sent_, relaxation_.levels, back_);
+    multiply(reached_, relaxation_.quiet, quietened_);
+    back_ += quietened_;
+    multiply_by_adjoint(back_, relaxation_.basis, hv);
     for (Index n = 0; n < v.cols(); ++n) {
       hv.col(n) -= point_.d(n) * v.col(n);
     }
@@ -104,93 +123,60 @@ class NewtonSystem {
 
   /// z = P (S + sigma + radial part)^-1 P r, by the Woodbury formula.
   void precondition(const MatrixXcd& r, MatrixXcd& z) {
-    z = r;
-    factor_.solve_in_place(z);
-    const auto level_columns = relaxation_.columns.leftCols(relaxation_.level_count());
-    multiply(z, level_columns, sent_);
+    factor_.reach(r, reached_);
+    multiply(reached_, factor_.level_responses(), sent_);
     const VectorXd along = capacitance_.solve(real_column_dots(directions_, sent_));
-    scaled_ = directions_ * along.asDiagonal();
-    multiply(scaled_, responses_, back_);
-    z -= back_;
+    sent_ = directions_ * along.asDiagonal();
+    multiply_by_adjoint(sent_, factor_.level_responses(), back_);
+    factor_.solve(r, reached_, back_, z);
     project(point_.y, z);
   }
 
  private:
-  void prepare_radial_part() {
-    responses_ = relaxation_.columns.leftCols(relaxation_.level_count()).adjoint();
-    factor_.solve_in_place(responses_);
-    MatrixXcd mutual;
-    multiply(responses_, relaxation_.columns.leftCols(relaxation_.level_count()), mutual);
-    MatrixXcd overlap;
-    multiply(directions_.adjoint(), directions_, overlap);
-    MatrixXd capacitance = (mutual.transpose().array() * overlap.array()).real();
-    capacitance.diagonal() += ratio_.cwiseInverse();
-    capacitance_.compute(capacitance);
-  }
-
   const LowRankRelaxation& relaxation_;
   const RelaxedPoint& point_;
   DualFactor& factor_;
   VectorXd ratio_;        // b_j / g_j
   MatrixXcd directions_;  // a_j Y / g_j, l x K
-  MatrixXcd responses_;   // (S + sigma)^-1 a_j^H as rows, K x N
   Eigen::LLT<MatrixXd> capacitance_;
-  MatrixXcd sent_;
-  MatrixXcd scaled_;
+  MatrixXcd reached_;  // l x r
+  MatrixXcd quietened_;
   MatrixXcd back_;
+  MatrixXcd sent_;  // l x K
 };
 
 }  // namespace
 
+LowRankRelaxation relaxed(const MatrixXcd& columns, const VectorXd& wanted, double tolerance) {
+  LowRank reduced = compressed(columns, std::clamp(tolerance, 1e-7, 1.0), kCompressionBlock);
+  LowRankRelaxation relaxation;
+  relaxation.basis = std::move(reduced.basis);
+  relaxation.levels = reduced.coefficients.leftCols(wanted.size());
+  relaxation.quiet = hermitian_product(reduced.coefficients.rightCols(columns.cols() - wanted.size()).adjoint());
+  relaxation.wanted = wanted;
+  return relaxation;
+}
+
 VectorXd positive_loudness(const LowRankRelaxation& relaxation, const RelaxedPoint& point) {
-  const VectorXd reach = relaxation.columns.leftCols(relaxation.level_count()).cwiseAbs().colwise().sum();
-  return point.loudness.cwiseMax(kFaintestLevel * reach);
+  return positive_loudness(point.loudness, relaxation.levels.colwise().norm(), relaxation.wanted);
 }
 
-RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, Index width, unsigned seed) {
+VectorXd positive_loudness(const VectorXd& g, const VectorXd& lengths, const VectorXd& wanted) {
+  return g.cwiseMax(kFaintestLevel * (lengths + wanted));
+}
+
+RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const VectorXcd& q, Index width, unsigned seed) {
   std::mt19937_64 generator(seed);
-  MatrixXcd wanted = MatrixXcd::Zero(width, relaxation.columns.cols());
-  for (Index j = 0; j < relaxation.level_count(); ++j) {
-    wanted.col(j) = relaxation.levels(j) * random_column(width, generator).normalized();
+  MatrixXcd y(width, q.size());
+  for (Index n = 0; n < q.size(); ++n) {
+    y.col(n) = kStirred * random_column(width, generator).normalized();
+    y(0, n) += q(n) / std::abs(q(n));
   }
-  RelaxedPoint point;
-  multiply_by_adjoint(wanted, relaxation.columns, point.y);
-  for (Index n = 0; n < point.y.cols(); ++n) {
-    const double length = point.y.col(n).norm();
-    point.y.col(n) = length > 0 ? VectorXcd(point.y.col(n) / length) : random_column(width, generator).normalized();
-  }
-  evaluate(relaxation, point);
-  differentiate(relaxation, point);
-  return point;
+  y.colwise().normalize();
+  return point_at(relaxation, std::move(y));
 }
 
-VectorXd dual_weights(const LowRankRelaxation& relaxation, const VectorXd& g) {
-  VectorXd weights = VectorXd::Ones(relaxation.columns.cols());
-  weights.head(relaxation.level_count()).array() -= relaxation.levels.array() / g.array();
-  return weights;
-}
-
-MatrixXcd dual_matrix(const LowRankRelaxation& relaxation, const VectorXd& g, const VectorXd& d) {
-  const Index n = relaxation.channel_count();
-  const Index m = relaxation.columns.cols();
-  const VectorXd weights = dual_weights(relaxation, g);
-  MatrixXcd matrix = MatrixXcd::Zero(n, n);
-  MatrixXcd part(n, m);
-  for (const double sign : {1.0, -1.0}) {
-    Index count = 0;
-    for (Index j = 0; j < m; ++j) {
-      if (sign * weights(j) > 0) {
-        part.col(count++) = std::sqrt(std::abs(weights(j))) * relaxation.columns.col(j);
-      }
-    }
-    if (count > 0) {
-      cblas_zherk(CblasColMajor, CblasLower, CblasNoTrans, static_cast<int>(n), static_cast<int>(count), sign,
-                  part.data(), static_cast<int>(n), 1.0, matrix.data(), static_cast<int>(n));
-    }
-  }
-  matrix.diagonal() -= d.cast<std::complex<double>>();
-  return matrix;
-}
+VectorXd level_weights(const VectorXd& wanted, const VectorXd& g) { return 1.0 - wanted.array() / g.array(); }
 
 RelaxedPoint newton_step(const LowRankRelaxation& relaxation, const RelaxedPoint& point, DualFactor& factor,
                          double sigma, double& gain) {
@@ -223,11 +209,7 @@ RelaxedPoint newton_step(const LowRankRelaxation& relaxation, const RelaxedPoint
     product = next;
   }
 
-  RelaxedPoint moved;
-  moved.y = point.y + eta;
-  moved.y.colwise().normalize();
-  evaluate(relaxation, moved);
-  differentiate(relaxation, moved);
+  RelaxedPoint moved = point_at(relaxation, (point.y + eta).colwise().normalized());
   const double foretold = -2.0 * real_dot(point.gradient, eta) - real_dot(eta, curved);
   gain = foretold > 0 ? (point.cost - moved.cost) / foretold : std::numeric_limits<double>::quiet_NaN();
   return moved;

@@ -175,6 +175,12 @@ TEST(Certificate, StandsOddProblems) {
   const double least = least_found(problem, 5);
   EXPECT_LE(certify(problem).bound, least);
   EXPECT_GT(certify(problem).bound, 0.999 * least);  // all it can, and still far from enough
+  problem = random_problem(3, 4, channels, 0.8, 1002);
+  problem.target.row(1) *= 1e-7;  // in deep shadow
+  problem.quiet.row(3) *= 1e-7;
+  const double shadowed = least_found(problem, 20);
+  EXPECT_LE(certify(problem).bound, shadowed);
+  EXPECT_GT(certify(problem).bound, 0.9 * shadowed);
   problem.target.setZero();
   problem.quiet.resize(0, channels);
   EXPECT_NEAR(certify(problem).bound / silent_cost(problem), 1.0, 1e-12);
