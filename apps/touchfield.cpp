@@ -123,12 +123,12 @@ int dispatch(int argc, char** argv) {
   study_app->add_option("--schemes", study.options.schemes, "Schemes; default: all")
       ->transform(named(named_schemes()))
       ->delimiter(',');
-  study_app->add_option("--solvers", study.options.solvers, "lu, gmres, matrix_free; default: all")
+  study_app->add_option("--solvers", study.options.solvers, "Ways to solve; default: all")
       ->transform(named<touchfield::SolverKind>({{"lu", touchfield::SolverKind::kLu},
                                                  {"gmres", touchfield::SolverKind::kGmres},
                                                  {"matrix_free", touchfield::SolverKind::kMatrixFree}}))
       ->delimiter(',');
-  study_app->add_option("--precisions", study.options.precisions, "double, single; default: both")
+  study_app->add_option("--precisions", study.options.precisions, "Precisions of the matrix; default: both")
       ->transform(named<touchfield::Precision>(
           {{"double", touchfield::Precision::kDouble}, {"single", touchfield::Precision::kSingle}}))
       ->delimiter(',');

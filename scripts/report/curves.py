@@ -36,8 +36,9 @@ def longest_costs(folder):
 def convergence_rows(work):
     rows = []
     for start in ("cold", "warm"):
+        found = longest_costs(work / "convergence" / start)
         for method, (counts, values) in errors(work / "convergence" / start).items():
-            cost = longest_costs(work / "convergence" / start)[method]
+            cost = found[method]
             for count, value in zip(counts, values):
                 rows.append({"start": start, "method": method, "iterations": count, "relative_error": f"{value:.9g}",
                              "cost": f"{cost[min(count, len(cost) - 1)]:.9g}"})
@@ -46,14 +47,14 @@ def convergence_rows(work):
 
 def convergence_figure(work, path):
     drawing, (left, right) = pyplot.subplots(1, 2, figsize=(13, 4.8), layout="constrained")
+    found = {start: longest_costs(work / "convergence" / start) for start in ("cold", "warm")}
     for start, filled in (("cold", True), ("warm", False)):
-        everything = longest_costs(work / "convergence" / start)
         for method, (counts, values) in errors(work / "convergence" / start).items():
             style = STYLES[method] | {"markerfacecolor": STYLES[method]["color"] if filled else "white",
                                       "label": f"{LABELS[method]}, " + ("from zero" if filled else "from the frame before"),
                                       "linewidth": 1.6 if filled else 0.9}
-            cost = everything[method]
-            least = min(longest_costs(work / "convergence" / other)[method].min() for other in ("cold", "warm"))
+            cost = found[start][method]
+            least = min(one[method].min() for one in found.values())
             marks = [count for count in MARKED if count < len(cost)]
             above = numpy.where(cost > least, cost / least - 1, numpy.nan)  # the least itself has no place on the scale
             left.plot(numpy.arange(len(cost)), above, **style, markevery=marks)

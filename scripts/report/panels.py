@@ -22,19 +22,12 @@ def outline(one):
             owners.setdefault((min(start, end), max(start, end)), []).append((face, i))
     edges = [users[0] for users in owners.values() if len(users) == 1]
     return numpy.array([[one.corners[face][i][:2], one.corners[face][(i + 1) % 3][:2]] for face, i in edges
-                        if normals(one)[face][2] < 0.2]) * 1e3
-
-
-def normals(one):
-    if not hasattr(one, "normals"):
-        cross = numpy.cross(one.corners[:, 1] - one.corners[:, 0], one.corners[:, 2] - one.corners[:, 0])
-        one.normals = cross / numpy.linalg.norm(cross, axis=1, keepdims=True)
-    return one.normals
+                        if one.normals[face][2] < 0.2]) * 1e3
 
 
 def draw(axes, one, values, largest, window):
     """The skin as the array sees it, from below: parallel projection along z, +y up, so that +x points to the left."""
-    seen = numpy.flatnonzero(normals(one)[:, 2] < 0)
+    seen = numpy.flatnonzero(one.normals[:, 2] < 0)
     seen = seen[numpy.argsort(-one.corners[seen, :, 2].mean(axis=1))]  # the far ones first
     faces = PolyCollection(one.corners[seen, :, :2] * 1e3, array=values[seen] / 1e3, cmap="viridis", edgecolors="face",
                            linewidths=0.2, rasterized=True)

@@ -2,6 +2,7 @@
 
 import csv
 import dataclasses
+import functools
 import pathlib
 
 import h5py
@@ -31,6 +32,11 @@ class Skin:
     area: numpy.ndarray
     wanted: numpy.ndarray
     pressure: dict
+
+    @functools.cached_property
+    def normals(self):
+        cross = numpy.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+        return cross / numpy.linalg.norm(cross, axis=1, keepdims=True)
 
 
 def attributes(folder):

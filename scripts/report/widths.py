@@ -6,7 +6,6 @@ ideal one, sees the whole pattern, as it is or brought to one level for all. The
 device puts on the skin, not what people feel.
 """
 
-import csv
 import dataclasses
 import json
 import math
@@ -16,7 +15,7 @@ import h5py
 import numpy as np
 import scipy.stats
 
-from runs import LABELS
+from runs import LABELS, table, write_table
 
 WIDTHS = np.array([5.0, 8.0, 11.0])  # mm
 CHANCE = 1 / len(WIDTHS)
@@ -121,12 +120,11 @@ def load(hands_folder: str | pathlib.Path) -> Trials:
     rows, patterns, profiles, failed = [], [], [], set()
     for folder in sorted(pathlib.Path(hands_folder).glob("hand_*")):
         cases: dict[int, list[dict]] = {}
-        with open(folder / "sweep.csv", newline="", encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                if row["status"] == "ok":
-                    cases.setdefault(int(row["case"]), []).append(row)
-                else:
-                    failed.add((folder.name, row["case"]))
+        for row in table(folder / "sweep.csv"):
+            if row["status"] == "ok":
+                cases.setdefault(int(row["case"]), []).append(row)
+            else:
+                failed.add((folder.name, row["case"]))
         for case, lines in cases.items():
             with h5py.File(folder / "cases" / f"{case:05d}" / "run.h5") as run:
                 judge = run["judge"]
@@ -305,41 +303,26 @@ def analyse(trials: Trials, seed: int = 1) -> Result:
     return result
 
 
-def as_json(result: Result) -> dict:
-    """The result as what json writes; NaN as null."""
-    def plain(value):
-        if isinstance(value, dict):
-            return {k: plain(v) for k, v in value.items()}
-        if isinstance(value, list):
-            return [plain(v) for v in value]
-        return None if isinstance(value, float) and math.isnan(value) else value
-    return plain(dataclasses.asdict(result))
-
-
 def write_tables(result: Result, folder: str | pathlib.Path) -> None:
     """Writes widths.csv and widths_confusion, _wilcoxon, _sigma and _noise.csv."""
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
 
-    def table(name: str, header: list[str], rows: list[list]) -> None:
-        with open(folder / f"{name}.csv", "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(header)
-            writer.writerows([f"{v:.6g}" if isinstance(v, float) else v for v in row] for row in rows)
+    def write(name: str, header: list[str], rows: list[dict]) -> None:
+        write_table(folder / f"{name}.csv", [{key: f"{row[key]:.6g}" if isinstance(row[key], float) else row[key]
+                                              for key in header} for row in rows])
 
-    def records(name: str, rows: list[dict], header: list[str]) -> None:
-        table(name, header, [[row[key] for key in header] for row in rows])
-
-    records("widths", [vars(s) for s in result.scores], ["observer", "method", "share", "low", "high", "hands", "trials"])
-    table("widths_confusion", ["observer", "method", "wanted_mm", "answered_mm", "trials"],
-          [[s.observer, s.method, wanted, answered, s.confusion[i][j]] for s in result.scores
+    write("widths", ["observer", "method", "share", "low", "high", "hands", "trials"], [vars(s) for s in result.scores])
+    write("widths_confusion", ["observer", "method", "wanted_mm", "answered_mm", "trials"],
+          [{"observer": s.observer, "method": s.method, "wanted_mm": wanted, "answered_mm": answered,
+            "trials": s.confusion[i][j]} for s in result.scores
            for i, wanted in enumerate(WIDTHS) for j, answered in enumerate(WIDTHS)])
-    records("widths_wilcoxon", [vars(c) for c in result.comparisons],
-            [field.name for field in dataclasses.fields(Comparison)])
-    table("widths_sigma", ["observer", "sigma", *METHODS],
-          [[observer, *row] for observer, curves in result.curves.items()
-           for row in zip(result.sigmas, *(curves[method] for method in METHODS))])
-    records("widths_noise", result.noise, list(result.noise[0]))
+    write("widths_wilcoxon", [field.name for field in dataclasses.fields(Comparison)],
+          [vars(c) for c in result.comparisons])
+    write("widths_sigma", ["observer", "sigma", *METHODS],
+          [{"observer": observer, "sigma": sigma, **{method: curves[method][i] for method in METHODS}}
+           for observer, curves in result.curves.items() for i, sigma in enumerate(result.sigmas)])
+    write("widths_noise", list(result.noise[0]), result.noise)
 
 
 def sentences(result: Result) -> list[str]:

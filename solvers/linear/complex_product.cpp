@@ -14,8 +14,9 @@ void product(const Eigen::MatrixXcd& a, const Eigen::Ref<const Eigen::MatrixXcd>
   const std::complex<double> one = 1.0;
   const std::complex<double> zero = 0.0;
   c.resize(a.rows(), columns);
-  if (c.size() == 0) {
-    return;  // which the BLAS refuses
+  if (c.size() == 0 || a.cols() == 0) {
+    c.setZero();
+    return;  // which the BLAS may refuse
   }
   cblas_zgemm(CblasColMajor, CblasNoTrans, op, static_cast<int>(a.rows()), static_cast<int>(columns),
               static_cast<int>(a.cols()), &one, a.data(), static_cast<int>(a.rows()), b.data(),

@@ -6,6 +6,8 @@
 
 #include <cblas.h>
 
+#include "solvers/linear/complex_product.h"
+
 namespace touchfield {
 
 namespace {
@@ -66,15 +68,8 @@ Eigen::MatrixXcd matrix_product(const Eigen::MatrixXcd& a, const Eigen::MatrixXc
   if (a.cols() != b.rows()) {
     throw std::invalid_argument("matrix_product: the columns of the first are not as many as the rows of the second");
   }
-  Eigen::MatrixXcd c = Eigen::MatrixXcd::Zero(a.rows(), b.cols());
-  if (a.size() == 0 || b.size() == 0) {
-    return c;
-  }
-  const std::complex<double> one = 1.0;
-  const std::complex<double> zero = 0.0;
-  const int rows = static_cast<int>(a.rows());
-  cblas_zgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, rows, static_cast<int>(b.cols()), static_cast<int>(a.cols()),
-              &one, a.data(), rows, b.data(), static_cast<int>(b.rows()), &zero, c.data(), rows);
+  Eigen::MatrixXcd c;
+  multiply(a, b, c);
   return c;
 }
 
