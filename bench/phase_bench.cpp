@@ -119,7 +119,7 @@ BENCHMARK(lbfgs_iteration)
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
 
-/// Steps of the certificate's relaxation.
+/// A step of the certificate's relaxation, with a third of what comes once: its start, the reduction and the proof.
 void certificate_iteration(benchmark::State& state) {
   const SkinProblem problem = skin_problem(state);
   CertificateOptions options;

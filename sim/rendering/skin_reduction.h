@@ -15,7 +15,8 @@ struct SkinReduction {
 ///
 ///   H_T = P_T V^H,   R = sqrt(w_Z) diag(s) U^H V^H,   P_Z^H diag(A) P_Z = U diag(s^2) U^H,
 ///
-/// so that |R q|^2 = w_Z sum_Z A_j |p_j|^2. Eigenvalues s^2 below tolerance^2 of the largest are dropped.
+/// so that |R q|^2 = w_Z sum_Z A_j |p_j|^2: orthogonal rows, the strongest first. Eigenvalues s^2 below tolerance^2 of
+/// the largest are dropped.
 ///
 /// pressures      P, M x S [Pa]
 /// drives         V, N x S, orthonormal columns

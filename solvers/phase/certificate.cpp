@@ -23,7 +23,6 @@ namespace {
 
 using Eigen::Index;
 using Eigen::MatrixXcd;
-using Eigen::VectorXcd;
 using Eigen::VectorXd;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
@@ -98,6 +97,8 @@ struct DualPoint {
   VectorXd d;
   double sum = 0.0;        // sum_j (b_j^2 - b_j g_j) + sum_n d_n
   double magnitude = 0.0;  // of the terms
+  double cost = 0.0;       // of the relaxation, where the point was taken from it: sum and what was clipped of d
+  double clipped = 0.0;
 };
 
 /// s, m: 1 - b_j / g_j on the levels, 1 on the other columns.
@@ -113,13 +114,16 @@ DualPoint dual_at(const ScaledProblem& problem, const MatrixXcd& y) {
   const Index count = problem.wanted.size();
   MatrixXcd sent;
   multiply(y, problem.columns, sent);
+  const VectorXd loudness = sent.leftCols(count).colwise().norm();
   DualPoint dual;
-  dual.g = positive_loudness(sent.leftCols(count).colwise().norm(), problem.columns.leftCols(count).colwise().norm(),
-                             problem.wanted);
+  dual.cost = (loudness - problem.wanted).squaredNorm() + sent.rightCols(sent.cols() - count).squaredNorm();
+  dual.g = positive_loudness(loudness, problem.columns.leftCols(count).colwise().norm(), problem.wanted);
   sent = sent * column_weights(problem, dual.g).asDiagonal();
   MatrixXcd gradient;
   multiply_by_adjoint(sent, problem.columns, gradient);
-  dual.d = (y.conjugate().array() * gradient.array()).real().colwise().sum().transpose().cwiseMin(0.0);
+  const VectorXd d = (y.conjugate().array() * gradient.array()).real().colwise().sum();
+  dual.d = d.cwiseMin(0.0);
+  dual.clipped = d.cwiseMax(0.0).sum();
   const auto levels = problem.wanted.array();
   dual.sum = (levels * (levels - dual.g.array())).sum() + dual.d.sum();
   dual.magnitude = (levels * (levels + dual.g.array())).sum() + dual.d.cwiseAbs().sum();
@@ -158,9 +162,10 @@ MatrixXcd weighed_columns(const ScaledProblem& problem, const VectorXd& g) {
 double rounding_of_eigenvalue(const ScaledProblem& problem, const DualPoint& dual, double shift) {
   const auto n = static_cast<double>(problem.channel_count());
   const auto m = static_cast<double>(problem.columns.cols());
-  const double energy =
-      (column_weights(problem, dual.g).array().abs() * problem.columns.cwiseAbs2().colwise().sum().transpose().array())
-          .sum();
+  // Not |1 - b_j / g_j|: what cancels in it has rounded.
+  VectorXd weights = VectorXd::Ones(problem.columns.cols());
+  weights.head(dual.g.size()).array() += problem.wanted.array() / dual.g.array();
+  const double energy = weights.dot(problem.columns.colwise().squaredNorm());
   return 4.0 * kEps * (n + m + 16.0) * (energy + dual.d.cwiseAbs().sum() + n * std::abs(shift));
 }
 
@@ -177,14 +182,17 @@ void require_finite(double shift) {
   }
 }
 
-/// What the Newton steps on the relaxation are held back by: the least shift that makes S + shift positive definite,
-/// within a factor of two, times what their gains ask for.
+/// What the Newton steps on the relaxation are held back by: a shift that makes S + shift positive definite and falls
+/// by steps of two as far as it can, times what their gains ask for.
 class StepDamping {
  public:
   explicit StepDamping(double shift) : shift_(shift) {}
 
   double shift() const { return shift_; }
   double sigma() const { return times_ * shift_; }
+
+  /// No step has brought anything for a long time.
+  bool is_exhausted() const { return times_ > 1e12; }
 
   /// Finds the shift anew and leaves the factor at sigma.
   ///
@@ -247,8 +255,8 @@ double bound_at(const ScaledProblem& problem, const DualPoint& dual, double shif
 }
 
 /// Takes a dual point for the best one if it promises a bound distinctly nearer to its own sum than the best one's, and
-/// comes as near as S allows.
-void improve(const ScaledProblem& problem, DualPoint dual, DualFactor& factor, Candidate& best) {
+/// comes as near as S allows, but for a tenth of `missing`.
+void improve(const ScaledProblem& problem, const DualPoint& dual, double missing, DualFactor& factor, Candidate& best) {
   constexpr double kNearer = 0.7;
   const auto n = static_cast<double>(problem.channel_count());
   const bool is_first = !std::isfinite(best.bound);
@@ -269,15 +277,16 @@ void improve(const ScaledProblem& problem, DualPoint dual, DualFactor& factor, C
     best.bound = bound_at(problem, dual, shift);
     taken = true;
     shift *= kNearer;
-    definite = factor.factorise(dual.d, shift);
+    definite = n * shift > 0.1 * missing && factor.factorise(dual.d, shift);
   }
   if (taken) {
-    best.dual = std::move(dual);
+    best.dual = dual;
   }
 }
 
 /// Replaces what a candidate promises by what the Cholesky factorisation of its S + shift proves.
 void prove(const ScaledProblem& problem, Candidate& candidate) {
+  require_finite(candidate.bound);
   const MatrixXcd weighed = weighed_columns(problem, candidate.dual.g);
   MatrixXcd matrix;
   while (true) {
@@ -307,25 +316,25 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
   }
   const PhaseSolution reached =
       solve_surface(problem, random_start(problem.channel_count(), options.seed), SurfaceOptions{});
-  const double start_cost = std::max(reached.cost_history.back() / whole.unit, kLeastBound);
-  const LowRankRelaxation relaxation = relaxation_of(whole, start_cost, options.tolerance * start_cost);
+  double scale = std::max(reached.cost_history.back() / whole.unit, kLeastBound);  // of what may be left out
+  LowRankRelaxation relaxation = relaxation_of(whole, scale, options.tolerance * scale);
   RelaxedPoint point = relaxed_start(relaxation, drive(reached), options.width, options.seed);
+  const auto n = static_cast<double>(whole.channel_count());
   DualFactor factor(relaxation);
-  const auto n = static_cast<double>(relaxation.channel_count());
   StepDamping damping(kFirstShift / n);
   Candidate best;
-  double missing = 0.0;
+  double cost = 0.0;     // of the relaxation
+  double allowed = 0.0;  // between it and the bound
   while (true) {
-    missing = options.tolerance * std::max(point.cost + whole.constant, kLeastBound);
-    improve(whole, dual_at(whole, point.y), factor, best);
-    certificate.converged = point.cost - best.bound <= missing;
-    if (!certificate.converged) {
-      // Where d > 0 somewhere the bound stays below the relaxation, which may be at its least all the same.
-      factor.weigh(positive_loudness(relaxation, point));
-      damping.settle(factor, point.d, 0.25 * missing / n);
-      certificate.converged = n * damping.shift() <= missing;
-    }
-    if (certificate.converged || certificate.iterations >= options.max_iterations) {
+    const DualPoint dual = dual_at(whole, point.y);
+    cost = dual.cost;
+    const double missing = options.tolerance * std::max(cost + whole.constant, kLeastBound);
+    improve(whole, dual, missing, factor, best);
+    factor.weigh(positive_loudness(relaxation, point));
+    damping.settle(factor, point.d, 0.25 * missing / n);
+    // Where d > 0 somewhere the bound stays below the relaxation, even if that is at its least.
+    allowed = missing + (n * damping.shift() <= missing ? dual.clipped : 0.0);
+    if (cost - best.bound <= allowed || certificate.iterations >= options.max_iterations || damping.is_exhausted()) {
       break;
     }
     ++certificate.iterations;
@@ -335,12 +344,16 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
       point = std::move(next);
     }
     damping.learn(gain);
+    if (const double least = std::max(point.cost + whole.constant, kLeastBound); least < 0.25 * scale) {
+      scale = least;
+      relaxation = relaxation_of(whole, scale, options.tolerance * scale);
+      point = relaxed_point(relaxation, std::move(point.y));
+    }
   }
-  const double promised = best.bound;
   prove(whole, best);
-  certificate.converged = certificate.converged && promised - best.bound <= missing;
+  certificate.converged = cost - best.bound <= allowed;
+  certificate.relaxed = (cost + whole.constant) * whole.unit;
   certificate.bound = std::max(0.0, best.bound + whole.constant) * whole.unit;
-  certificate.relaxed = (point.cost + whole.constant) * whole.unit;
   return certificate;
 }
 

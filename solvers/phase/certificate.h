@@ -16,7 +16,8 @@ struct Certificate {
   double bound = 0.0;      // >= 0 [Pa2 m2]
   double relaxed = 0.0;    // cost of the relaxation where it stopped: no bound, but what the bound grows towards
   int iterations = 0;      // of the relaxation
-  bool converged = false;  // the bound is as near to the relaxation as the tolerance asks
+  bool converged = false;  // the bound is as near to the relaxation as the tolerance asks; where that wants drives
+                           // within the circle, which it may not have, as near as can be
 };
 
 /// With z = exp(i [theta; phi]), b_j = sqrt(w_j) p'_j, H = diag(sqrt w) H_T the cost, least over theta, is z^H Q z,
@@ -34,7 +35,7 @@ struct Certificate {
 /// by the Cholesky factorisation of the whole S + shift in double, its rounding bounded a priori: the bound holds
 /// whatever produced g and d. Leaving rows out of R only lowers S, so that it holds for the full cost too.
 ///
-/// cost     an iteration: two or three factorisations and about 15 solves by DualFactor; the proof one Cholesky
+/// cost     an iteration: three to six factorisations and about 15 solves by DualFactor; the proof one Cholesky
 ///          factorisation N x N or more. Fastest with the rows of R orthogonal, the strongest first
 /// throws   std::invalid_argument as require_valid, on options out of range or a cost that overflows; std::domain_error
 ///          if the arithmetic overflows on the way

@@ -75,7 +75,7 @@ bool DualFactor::factorise(const VectorXd& d, double shift) {
     return false;
   }
   middle_ = weighed_;
-  if (is_square) {
+  if (is_square && d.maxCoeff() > 0) {
     middle_ -= relaxation_.basis.adjoint() * d.cwiseMax(0.0).asDiagonal() * relaxation_.basis;
   }
   multiply_triangular(Side::kLeft, CblasConjTrans, reach_, middle_);

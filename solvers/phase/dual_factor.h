@@ -31,12 +31,12 @@ class DualFactor {
   /// False if S + shift is not positive definite; there is then nothing to solve with. After weigh.
   ///
   /// d       N
-  /// cost    4 N r^2 + 10 r^3 operations
+  /// cost    4 N r^2 + 11 r^3 operations, 8 N^3 more at r = N where d > 0 somewhere
   bool factorise(const Eigen::VectorXd& d, double shift);
 
   /// Makes ready for what follows, after a factorise that succeeded.
   ///
-  /// cost    16 r^3 + 16 r^2 K operations
+  /// cost    16 r^3 + 16 r^2 K + 4 r K^2 operations
   void prepare();
 
   /// u = x D^-1 V, D without the positive part of d at r = N; rows of x (any x N) are right-hand sides.

@@ -29,7 +29,7 @@ constexpr int kMostInnerSteps = 40;
 constexpr double kInnerTolerance = 0.2;  // on the residual's share of the gradient: less buys nothing
 constexpr double kFaintestLevel = 1e-12;
 constexpr double kStirred = 0.3;         // random rows against those of the start
-constexpr Index kCompressionBlock = 16;  // the rank is a multiple of it: every dimension costs
+constexpr Index kCompressionBlock = 16;  // dimensions found at a time: each one too many costs
 
 double real_dot(const MatrixXcd& a, const MatrixXcd& b) { return (a.conjugate().array() * b.array()).real().sum(); }
 
@@ -54,33 +54,6 @@ VectorXcd random_column(Index size, std::mt19937_64& generator) {
     value = std::polar(std::sqrt(-std::log(1.0 - random_share(generator))), angle);
   }
   return column;
-}
-
-/// The flat gradient sends back (1 - b_j / g_j) a_j Y from the levels; a silent level has no direction to push in.
-RelaxedPoint point_at(const LowRankRelaxation& relaxation, MatrixXcd y) {
-  RelaxedPoint point;
-  point.y = std::move(y);
-  MatrixXcd reached;
-  MatrixXcd quietened;
-  multiply(point.y, relaxation.basis, reached);
-  multiply(reached, relaxation.levels, point.sent);
-  multiply(reached, relaxation.quiet, quietened);
-  point.loudness = point.sent.colwise().norm();
-  point.cost = (point.loudness - relaxation.wanted).squaredNorm() + real_dot(reached, quietened);
-
-  MatrixXcd weighted = point.sent;
-  for (Index j = 0; j < relaxation.level_count(); ++j) {
-    weighted.col(j) *= point.loudness(j) > 0 ? 1.0 - relaxation.wanted(j) / point.loudness(j) : 0.0;
-  }
-  MatrixXcd back;
-  multiply_by_adjoint(weighted, relaxation.levels, back);
-  back += quietened;
-  multiply_by_adjoint(back, relaxation.basis, point.gradient);
-  point.d = real_column_dots(point.y, point.gradient);
-  for (Index n = 0; n < point.y.cols(); ++n) {
-    point.gradient.col(n) -= point.d(n) * point.y.col(n);
-  }
-  return point;
 }
 
 /// Half the Hessian of F on the spheres at a point, its preconditioner, and the scratch space of both.
@@ -157,6 +130,33 @@ LowRankRelaxation relaxed(const MatrixXcd& columns, const VectorXd& wanted, doub
   return relaxation;
 }
 
+RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, MatrixXcd y) {
+  RelaxedPoint point;
+  point.y = std::move(y);
+  MatrixXcd reached;
+  MatrixXcd quietened;
+  multiply(point.y, relaxation.basis, reached);
+  multiply(reached, relaxation.levels, point.sent);
+  multiply(reached, relaxation.quiet, quietened);
+  point.loudness = point.sent.colwise().norm();
+  point.cost = (point.loudness - relaxation.wanted).squaredNorm() + real_dot(reached, quietened);
+
+  // The flat gradient sends back (1 - b_j / g_j) a_j Y from the levels; a silent level has no direction to push in.
+  MatrixXcd weighted = point.sent;
+  for (Index j = 0; j < relaxation.level_count(); ++j) {
+    weighted.col(j) *= point.loudness(j) > 0 ? 1.0 - relaxation.wanted(j) / point.loudness(j) : 0.0;
+  }
+  MatrixXcd back;
+  multiply_by_adjoint(weighted, relaxation.levels, back);
+  back += quietened;
+  multiply_by_adjoint(back, relaxation.basis, point.gradient);
+  point.d = real_column_dots(point.y, point.gradient);
+  for (Index n = 0; n < point.y.cols(); ++n) {
+    point.gradient.col(n) -= point.d(n) * point.y.col(n);
+  }
+  return point;
+}
+
 VectorXd positive_loudness(const LowRankRelaxation& relaxation, const RelaxedPoint& point) {
   return positive_loudness(point.loudness, relaxation.levels.colwise().norm(), relaxation.wanted);
 }
@@ -173,7 +173,7 @@ RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const VectorXcd&
     y(0, n) += q(n) / std::abs(q(n));
   }
   y.colwise().normalize();
-  return point_at(relaxation, std::move(y));
+  return relaxed_point(relaxation, std::move(y));
 }
 
 VectorXd level_weights(const VectorXd& wanted, const VectorXd& g) { return 1.0 - wanted.array() / g.array(); }
@@ -209,7 +209,7 @@ RelaxedPoint newton_step(const LowRankRelaxation& relaxation, const RelaxedPoint
     product = next;
   }
 
-  RelaxedPoint moved = point_at(relaxation, (point.y + eta).colwise().normalized());
+  RelaxedPoint moved = relaxed_point(relaxation, (point.y + eta).colwise().normalized());
   const double foretold = -2.0 * real_dot(point.gradient, eta) - real_dot(eta, curved);
   gain = foretold > 0 ? (point.cost - moved.cost) / foretold : std::numeric_limits<double>::quiet_NaN();
   return moved;

@@ -14,7 +14,8 @@ class DualFactor;
 /// At l = 1 the rows are phasors and F is the misfit itself. At l > 1 its least value is no higher, and where l is not
 /// too small every local minimum is the global one and proves a lower bound for l = 1.
 ///
-/// All of it happens in the r dimensions that the rows reach: A^T = V T, R^T conj(R) = V C V^H.
+/// All of it happens in the r dimensions that the rows reach, or nearly do: A^T = V T, R^T conj(R) = V C V^H to a
+/// tolerance.
 struct LowRankRelaxation {
   Eigen::MatrixXcd basis;   // V, N x r, orthonormal columns
   Eigen::MatrixXcd levels;  // T, r x K
@@ -28,6 +29,7 @@ struct LowRankRelaxation {
 /// The relaxation of rows that are given as columns, N x m, the a_j first.
 ///
 /// tolerance   on what the basis may leave out of them, ||E||_F / ||columns||_F; clipped to 1e-7..1
+/// throws      std::domain_error on a value that is not finite
 LowRankRelaxation relaxed(const Eigen::MatrixXcd& columns, const Eigen::VectorXd& wanted, double tolerance);
 
 /// A point of the relaxation and what follows from it.
@@ -39,6 +41,9 @@ struct RelaxedPoint {
   Eigen::MatrixXcd gradient;  // half of F's along the spheres, l x N
   Eigen::VectorXd d;          // N: Re of each row of half the gradient in the flat space along its row of Y
 };
+
+/// That of the rows Y^T, l x N, of length one.
+RelaxedPoint relaxed_point(const LowRankRelaxation& relaxation, Eigen::MatrixXcd y);
 
 /// Rows of the drives q (N, not 0) and of random numbers 0.3 times as long, normalised: near what the phases of q reach
 /// already, and in no corner that symmetry holds.

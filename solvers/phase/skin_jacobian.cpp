@@ -48,11 +48,31 @@ void add_block(const Eigen::MatrixXcd& a, Eigen::Index at, Eigen::Index width, c
               a.data() + at * a.rows(), static_cast<int>(a.rows()), x, 1, &one, v.data(), 1);
 }
 
+/// Whether A A^H = diag(strengths) with each row as its own unit, by one product of either side with a vector whose
+/// entries have length one and angles without a pattern: off the diagonal nothing can hide from all of it by chance.
+bool has_orthogonal_rows(const Eigen::MatrixXcd& a, const Eigen::VectorXd& strengths) {
+  constexpr double kRounding = 1e-6;            // of rows down to 1e-5 of the strongest
+  constexpr double kAngle = 2.399963229728653;  // the golden one
+  if (a.rows() == 0 || !(strengths.minCoeff() > 0)) {
+    return false;
+  }
+  Eigen::VectorXcd x(a.rows());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const auto place = static_cast<double>(i);
+    x(i) = std::polar(1.0, kAngle * place * place);
+  }
+  const Eigen::VectorXd lengths = strengths.cwiseSqrt();
+  const Eigen::VectorXcd sent = a.adjoint() * x.cwiseQuotient(lengths.cast<Complex>());
+  const Eigen::VectorXcd back = (a * sent).cwiseQuotient(lengths.cast<Complex>());
+  return (back - x).norm() < kRounding * x.norm();
+}
+
 }  // namespace
 
 SkinJacobian::SkinJacobian(const SkinProblem& problem)
     : problem_(problem),
       strengths_(problem.quiet.rowwise().squaredNorm()),
+      orthogonal_(has_orthogonal_rows(problem.quiet, strengths_)),
       kept_(problem.quiet.rows()),
       reach_(target_reach(problem)),
       root_weights_(problem.weights.cwiseSqrt()) {
@@ -77,9 +97,15 @@ void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) 
   send_back(problem_, field_, drive_gradient_);
 }
 
-void SkinJacobian::leave_out_below(double least) {
+void SkinJacobian::leave_out_up_to(double most) {
   kept_ = strengths_.size();
-  while (kept_ > 0 && strengths_(kept_ - 1) < least) {
+  double lacking = 0.0;
+  while (kept_ > 0) {
+    const double strength = strengths_(kept_ - 1);
+    lacking = orthogonal_ ? std::max(lacking, strength) : lacking + strength;
+    if (!(lacking < most)) {
+      break;
+    }
     --kept_;
   }
 }

@@ -28,10 +28,10 @@ class SkinJacobian {
   /// phasors   e^{i phi_n}
   void set(const SkinField& field, const Eigen::VectorXcd& phasors);
 
-  /// Leaves the rows of R from the one on after which all are weaker out of f and J, until it is called again.
-  ///
-  /// least   on the squared norm of a row of R
-  void leave_out_below(double least);
+  /// Leaves as many rows at the end of R out of f and J as J^T J can lack for a norm below `most`, until it is called
+  /// again: where R's rows are orthogonal, which the constructor finds out, those of squared norms below it, else those
+  /// whose squared norms have a sum below it.
+  void leave_out_up_to(double most);
 
   /// radial   channels whose amplitude may move
   void set_radial(const std::vector<Eigen::Index>& radial);
@@ -77,6 +77,7 @@ class SkinJacobian {
 
   const SkinProblem& problem_;
   Eigen::VectorXd strengths_;  // squared norms of R's rows
+  bool orthogonal_;            // R's rows
   Eigen::Index kept_;          // rows of R in f and J
   Eigen::VectorXd reach_;
   Eigen::VectorXd root_weights_;

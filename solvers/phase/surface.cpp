@@ -97,9 +97,9 @@ class Surface {
   /// Finds the step at damping mu and the point that it leads to. False if there is none.
   bool try_step(double mu) {
     damping_ = curvature_.array() + mu;
-    // What is left out of J^T J is then no more than the damping in any direction, and small in nearly all of them:
-    // that changes the steps, not what they lead to.
-    jacobian_.leave_out_below(mu);
+    // What is left out of J^T J is less than the damping in every direction, far less in nearly all of them: that
+    // changes the steps, not what they lead to.
+    jacobian_.leave_out_up_to(mu);
     if (!solver_.solve(jacobian_, damping_, step_)) {
       return false;
     }

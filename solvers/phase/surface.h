@@ -22,10 +22,11 @@ struct SurfaceOptions {
 ///   phi_n += atan h_n,
 ///
 /// g the cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of |q_n| = 1, without which
-/// the last per cent takes twice as many iterations. Rows of R at its end that are weaker than the damping, of squared
-/// norm < mu, stay out of J^T J, not out of the cost and its gradient: they bend the model less than the damping does.
-/// Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is formed and factorised in
-/// single precision, the step refined in double to 1e-8; in double throughout where that fails.
+/// the last per cent takes twice as many iterations. Rows at the end of R that are weaker than the damping (see
+/// SkinJacobian::leave_out_up_to, mu) stay out of J^T J, not out of the cost and its gradient: they bend the model less
+/// than the damping does. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is
+/// formed and factorised in single precision, the step refined in double to 1e-8; in double throughout where that
+/// fails.
 ///
 /// Free amplitudes: the start's phases settle first if it is at full drive; then drives move in the disc |q_n| <= 1,
 /// those on its edge that the cost pulls outwards along it only. A step that pushes a drive out is cut at the edge.

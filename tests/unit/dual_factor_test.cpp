@@ -123,16 +123,30 @@ TEST(DualFactor, FindsTheEdgeOfDefiniteness) {
   }
 }
 
-TEST(DualFactor, FindsTheEdgeWhereTheRowsReachAllChannels) {
-  Example e = example(12, 20, 5, 0, 41);
-  e.g *= 0.2;
+TEST(DualFactor, MovesThePositivePartOfDWhereTheRowsReachAllChannels) {
+  Example e = example(12, 20, 15, 0, 41);
+  e.g = 2.0 * e.relaxation.wanted;  // weights of 1/2: S is definite well below the largest d
+  e.d *= 4.0;
   ASSERT_EQ(e.relaxation.basis.cols(), 12);
   const double edge = -e.least_eigenvalue();
-  ASSERT_GT(edge, e.d.maxCoeff() + 1.0);
+  ASSERT_LT(edge + 0.1, e.d.maxCoeff());
   DualFactor factor(e.relaxation);
   factor.weigh(e.g);
-  EXPECT_TRUE(factor.factorise(e.d, edge + 1e-9));
   EXPECT_FALSE(factor.factorise(e.d, edge - 1e-9));
+  EXPECT_TRUE(factor.factorise(e.d, std::max(edge, 0.0) + 0.1));
+  factor.prepare();
+  MatrixXcd full = e.matrix();
+  full.diagonal().array() += std::max(edge, 0.0) + 0.1;
+  const MatrixXcd sought = random_matrix(3, 12, 42);
+  const MatrixXcd x = sought * full;
+  MatrixXcd u;
+  MatrixXcd z;
+  factor.reach(x, u);
+  factor.solve(x, u, MatrixXcd::Zero(3, 12), z);
+  EXPECT_LT((z - sought).norm(), 1e-10 * sought.norm());
+  const MatrixXcd a = e.relaxation.basis * e.relaxation.levels;
+  const MatrixXcd mutual = a.adjoint() * full.ldlt().solve(a);
+  EXPECT_LT((factor.mutual_responses() - mutual).norm(), 1e-10 * mutual.norm());
 }
 
 TEST(DualFactor, RefusesADiagonalThatIsNotPositive) {

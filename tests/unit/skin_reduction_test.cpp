@@ -64,6 +64,17 @@ TEST(SkinReduction, KeepsTheCost) {
   }
 }
 
+TEST(SkinReduction, QuietRowsAreOrthogonalTheStrongestFirst) {
+  const Skin skin = make_skin(80, 30);
+  const MatrixXcd quiet =
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, 1.0, 1e-3).problem.quiet;
+  const MatrixXcd mutual = quiet * quiet.adjoint();
+  EXPECT_LT((mutual - MatrixXcd(mutual.diagonal().asDiagonal())).norm(), 1e-12 * mutual.norm());
+  for (Eigen::Index i = 1; i < quiet.rows(); ++i) {
+    EXPECT_LT(mutual(i, i).real(), mutual(i - 1, i - 1).real()) << i;
+  }
+}
+
 TEST(SkinReduction, LeavesOutWhatItSays) {
   const Skin skin = make_skin(80, 30);
   for (const double tolerance : {1e-1, 1e-2, 1e-3}) {

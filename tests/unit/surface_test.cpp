@@ -186,7 +186,7 @@ TEST(SkinJacobian, RowsLeftOutAreMissingFromItButNotFromTheGradient) {
   ASSERT_EQ(whole.rows(), 17);
   const double largest = jacobian.largest_row();
 
-  jacobian.leave_out_below(0.5);
+  jacobian.leave_out_up_to(0.5);
   ASSERT_EQ(jacobian.rows(), 13);
   const Eigen::MatrixXd kept = at.dense();
   EXPECT_LT((kept - whole.topRows(13)).norm(), 1e-14 * whole.norm());
@@ -211,8 +211,32 @@ TEST(SkinJacobian, RowsLeftOutAreMissingFromItButNotFromTheGradient) {
   jacobian.fill(scale, filled.data());
   EXPECT_LT((filled - scaled).norm(), 1e-14 * scaled.norm());
 
-  jacobian.leave_out_below(0.0);
+  jacobian.leave_out_up_to(0.0);
   EXPECT_EQ(jacobian.rows(), 17);
+}
+
+TEST(SkinJacobian, LeavesOutRowByRowOnlyWhereRowsAreOrthogonal) {
+  SkinProblem problem = random_problem(3, 6, 20, 0.4, 145);
+  problem.quiet.rowwise().normalize();
+  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(problem.quiet.adjoint());
+  const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(20, 6);
+  SkinJacobian together(problem);
+  together.leave_out_up_to(2.5);
+  EXPECT_EQ(together.rows(), 3 + 2 * 4);  // two of six rows of norm 1
+  problem.quiet = basis.adjoint();
+  problem.quiet.row(0) *= 2.0;
+  SkinJacobian apart(problem);
+  apart.leave_out_up_to(2.5);
+  EXPECT_EQ(apart.rows(), 3 + 2 * 1);
+  apart.leave_out_up_to(0.5);
+  EXPECT_EQ(apart.rows(), 3 + 2 * 6);
+  // Two strongest rows alike, the weak ones still orthogonal to them and to each other: the sum counts again.
+  problem.quiet.row(1) = 0.5 * problem.quiet.row(0);
+  SkinJacobian alike(problem);
+  alike.leave_out_up_to(2.5);
+  EXPECT_EQ(alike.rows(), 3 + 2 * 4);
+  problem.quiet.row(5).setZero();
+  EXPECT_EQ(SkinJacobian(problem).rows(), 3 + 2 * 6);
 }
 
 TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
@@ -238,14 +262,15 @@ TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
 }
 
 TEST(DampedStep, RowsLeftOutStayInTheGradient) {
-  for (const Eigen::Index channels : {20, 8}) {  // on either side of 5 + 2 x 2 rows
+  for (const Eigen::Index channels : {20, 7}) {  // and a radial move: on either side of 5 + 2 x 2 rows
     SkinProblem problem = random_problem(5, 4, channels, 0.4, 150);
     problem.quiet.bottomRows(2) *= 0.01;
     Linearised at(problem, {1}, 150);
     Eigen::VectorXd gradient;
     at.jacobian.gradient(gradient);
-    at.jacobian.leave_out_below(at.problem.quiet.row(1).squaredNorm());
+    at.jacobian.leave_out_up_to(0.5 * at.problem.quiet.row(1).squaredNorm());
     ASSERT_EQ(at.jacobian.rows(), 9);
+    ASSERT_EQ(at.jacobian.rows() <= at.jacobian.columns(), channels == 20);
     const Eigen::MatrixXd j = at.dense();
     const Eigen::VectorXd d = 1e-3 * at.jacobian.largest_row() * Eigen::VectorXd::LinSpaced(j.cols(), 1.0, 7.0);
     Eigen::MatrixXd normal = j.transpose() * j;
@@ -256,6 +281,28 @@ TEST(DampedStep, RowsLeftOutStayInTheGradient) {
     ASSERT_TRUE(solver.solve(at.jacobian, d, h));
     EXPECT_LT((h - expected).norm(), 1e-6 * expected.norm()) << channels << " channels";  // as above
   }
+}
+
+TEST(DampedStep, TurnsToDoubleWhereSingleDoesNotSuffice) {
+  // Two equal target rows make J J^T singular but for the damping, which single precision cannot see.
+  Linearised at(2, 0, 6, {}, 130);
+  at.problem.target.row(1) = at.problem.target.row(0);
+  at.problem.weights(1) = at.problem.weights(0);
+  SkinField field;
+  send(at.problem, at.q, field);
+  SkinJacobian jacobian(at.problem);
+  jacobian.set(field, at.phasors);
+  const double mu = 1e-10 * jacobian.largest_row();
+  DampedStep solver;
+  Eigen::VectorXd h;
+  ASSERT_TRUE(solver.solve(jacobian, Eigen::VectorXd::Constant(6, mu), h));
+  EXPECT_EQ(solver.double_count(), 1);
+  // On the one row there is the step is that of the mean residual.
+  Eigen::VectorXd row;
+  jacobian.apply_transpose(Eigen::Vector2d(1.0, 0.0), row);
+  const Eigen::VectorXd expected =
+      -row * (jacobian.residual()(0) + jacobian.residual()(1)) / (2.0 * row.squaredNorm() + mu);
+  EXPECT_LT((h - expected).norm(), 1e-4 * expected.norm());  // eps / 1e-10 of the matrix' own rounding
 }
 
 // ---- What the minimiser promises
@@ -294,48 +341,35 @@ TEST(Surface, TheCostNeverRisesAndIsThatOfTheDrives) {
 }
 
 TEST(Surface, WeakQuietRowsChangeTheStepsAndNotWhatIsReached) {
-  // Forty rows that fall by four orders of magnitude, against the same in falling and in rising order: the latter leave
-  // none out.
-  const SkinProblem fast = [] {
-    SkinProblem problem = random_problem(12, 40, 60, 0.4, 160);
-    const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(problem.quiet.adjoint());
-    const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(60, 40);
-    const Eigen::VectorXd strengths =
-        Eigen::VectorXd::LinSpaced(40, 1.0, -3.0).unaryExpr([](double x) { return std::pow(10.0, x); });
-    problem.quiet = strengths.asDiagonal() * basis.adjoint();
-    return problem;
-  }();
-  SkinProblem plain = fast;
-  plain.quiet = fast.quiet.colwise().reverse().eval();
+  // Forty rows that fall by four orders of magnitude, against the same in rising order, which leaves none out.
+  SkinProblem falling = random_problem(12, 40, 60, 0.4, 160);
+  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(falling.quiet.adjoint());
+  const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(60, 40);
+  const Eigen::VectorXd strengths =
+      Eigen::VectorXd::LinSpaced(40, 1.0, -3.0).unaryExpr([](double x) { return std::pow(10.0, x); });
+  falling.quiet = strengths.asDiagonal() * basis.adjoint();
+  SkinProblem rising = falling;
+  rising.quiet = falling.quiet.colwise().reverse().eval();
   const Eigen::VectorXcd start = random_start(60, 160);
-  const PhaseSolution with_all = solve_surface(plain, start, options_of(2000, false));
-  const PhaseSolution with_less = solve_surface(fast, start, options_of(2000, false));
-  expect_sound(fast, with_less);
-  EXPECT_NE(with_less.cost_history[1], with_all.cost_history[1]);
+  const PhaseSolution with_all = solve_surface(rising, start, options_of(2000, false));
+  const PhaseSolution with_less = solve_surface(falling, start, options_of(2000, false));
+  expect_sound(falling, with_less);
+  EXPECT_GT(std::abs(with_less.cost_history[1] / with_all.cost_history[1] - 1.0), 1e-4);  // rounding would be 1e-15
   // Both at the minimum, where the cost is flat.
   EXPECT_NEAR(with_less.cost_history.back(), with_all.cost_history.back(), 1e-6 * with_all.cost_history.back());
 }
 
-TEST(DampedStep, TurnsToDoubleWhereSingleDoesNotSuffice) {
-  // Two equal target rows make J J^T singular but for the damping, which single precision cannot see.
-  Linearised at(2, 0, 6, {}, 130);
-  at.problem.target.row(1) = at.problem.target.row(0);
-  at.problem.weights(1) = at.problem.weights(0);
-  SkinField field;
-  send(at.problem, at.q, field);
-  SkinJacobian jacobian(at.problem);
-  jacobian.set(field, at.phasors);
-  const double mu = 1e-10 * jacobian.largest_row();
-  DampedStep solver;
-  Eigen::VectorXd h;
-  ASSERT_TRUE(solver.solve(jacobian, Eigen::VectorXd::Constant(6, mu), h));
-  EXPECT_EQ(solver.double_count(), 1);
-  // On the one row there is the step is that of the mean residual.
-  Eigen::VectorXd row;
-  jacobian.apply_transpose(Eigen::Vector2d(1.0, 0.0), row);
-  const Eigen::VectorXd expected =
-      -row * (jacobian.residual()(0) + jacobian.residual()(1)) / (2.0 * row.squaredNorm() + mu);
-  EXPECT_LT((h - expected).norm(), 1e-4 * expected.norm());  // eps / 1e-10 of the matrix' own rounding
+TEST(Surface, ManyWeakRowsThatAddUpAreNotLeftOut) {
+  // 400 times one row, each far below the damping, together far above it: the same problem as with their sum.
+  SkinProblem sum = random_problem(6, 1, 40, 0.5, 170);
+  sum.quiet *= 6.0 / sum.quiet.norm();
+  SkinProblem copies = sum;
+  copies.quiet = (sum.quiet / 20.0).replicate(400, 1).eval();
+  const Eigen::VectorXcd start = random_start(40, 170);
+  const double expected = solve_surface(sum, start, options_of(30, false)).cost_history.back();
+  const double reached = solve_surface(copies, start, options_of(30, false)).cost_history.back();
+  // 0.2 of silence apart if they are all left out; a few of them are.
+  EXPECT_NEAR(reached, expected, 1e-2 * silent_cost(sum));
 }
 
 /// The complex half gradient in the plane of each drive.
