@@ -33,6 +33,7 @@ constexpr double kLeastBound = 1e-4;  // of the cost of silence: the tolerance i
 /// The problem in units in which the cost of silence is 1, with its constant part apart.
 struct ScaledProblem {
   MatrixXcd columns;      // A^T, N x m: first the rows that want a level, then those that want silence, R last
+  VectorXd energies;      // squared norms of the columns
   VectorXd wanted;        // b, of the first, > 0
   double unit = 0.0;      // of the cost; 0 where nothing can sound
   double constant = 0.0;  // of levels that nothing reaches
@@ -74,6 +75,7 @@ ScaledProblem scaled(const SkinProblem& problem) {
     }
   }
   result.columns.rightCols(problem.quiet.rows()) = problem.quiet.transpose() / scale;
+  result.energies = result.columns.colwise().squaredNorm();
   return result;
 }
 
@@ -81,7 +83,7 @@ ScaledProblem scaled(const SkinProblem& problem) {
 /// count by their energy, and what of the other rows lies outside a basis of fewer dimensions, which counts by its
 /// amplitude, twice the root of its energy times the cost.
 LowRankRelaxation relaxation_of(const ScaledProblem& problem, double cost, double missing) {
-  const VectorXd energies = problem.columns.colwise().squaredNorm();
+  const VectorXd& energies = problem.energies;
   Index kept = energies.size();
   double left_out = 0.0;
   while (kept > problem.wanted.size() && left_out + energies(kept - 1) <= 0.1 * missing) {
@@ -117,7 +119,7 @@ DualPoint dual_at(const ScaledProblem& problem, const MatrixXcd& y) {
   const VectorXd loudness = sent.leftCols(count).colwise().norm();
   DualPoint dual;
   dual.cost = (loudness - problem.wanted).squaredNorm() + sent.rightCols(sent.cols() - count).squaredNorm();
-  dual.g = positive_loudness(loudness, problem.columns.leftCols(count).colwise().norm(), problem.wanted);
+  dual.g = positive_loudness(loudness, problem.energies.head(count).cwiseSqrt(), problem.wanted);
   sent = sent * column_weights(problem, dual.g).asDiagonal();
   MatrixXcd gradient;
   multiply_by_adjoint(sent, problem.columns, gradient);
@@ -156,16 +158,15 @@ MatrixXcd weighed_columns(const ScaledProblem& problem, const VectorXd& g) {
 /// through, rounding in S included.
 ///
 /// A completed factorisation is the exact one of a matrix that differs by at most gamma |L||L^H| entry by entry, of
-/// norm
-/// <= gamma trace / (1 - gamma), with gamma <= 8 (n + 4) u in complex arithmetic whatever the order of the sums; the
-/// same holds for the sum of m products that makes each entry of S.
+/// norm <= gamma trace / (1 - gamma), with gamma <= 8 (n + 4) u in complex arithmetic whatever the order of the sums;
+/// the same holds for the sum of m products that makes each entry of S.
 double rounding_of_eigenvalue(const ScaledProblem& problem, const DualPoint& dual, double shift) {
   const auto n = static_cast<double>(problem.channel_count());
   const auto m = static_cast<double>(problem.columns.cols());
   // Not |1 - b_j / g_j|: what cancels in it has rounded.
   VectorXd weights = VectorXd::Ones(problem.columns.cols());
   weights.head(dual.g.size()).array() += problem.wanted.array() / dual.g.array();
-  const double energy = weights.dot(problem.columns.colwise().squaredNorm());
+  const double energy = weights.dot(problem.energies);
   return 4.0 * kEps * (n + m + 16.0) * (energy + dual.d.cwiseAbs().sum() + n * std::abs(shift));
 }
 
@@ -180,6 +181,15 @@ void require_finite(double shift) {
   if (!std::isfinite(shift)) {
     throw std::domain_error("certify: the relaxation holds a value that is not finite");
   }
+}
+
+/// The first of shift, 2 shift, 4 shift, ... that makes S + shift positive definite; the factor then holds it.
+double least_shift(DualFactor& factor, const VectorXd& d, double shift) {
+  while (!factor.factorise(d, shift)) {
+    shift *= 2.0;
+    require_finite(shift);
+  }
+  return shift;
 }
 
 /// What the Newton steps on the relaxation are held back by: a shift that makes S + shift positive definite and falls
@@ -199,8 +209,9 @@ class StepDamping {
   /// least   below which the shift need not fall
   void settle(DualFactor& factor, const VectorXd& d, double least) {
     const bool try_less = --patience_ <= 0 && shift_ > least;
-    if (try_less && factor.factorise(d, std::max(least, shift_ / kStep))) {
-      shift_ = std::max(least, shift_ / kStep);
+    const double less = std::max(least, 0.5 * shift_);
+    if (try_less && factor.factorise(d, less)) {
+      shift_ = less;
     } else {
       patience_ = try_less ? kPatience : patience_;
       shift_ = least_shift(factor, d, shift_);
@@ -220,17 +231,7 @@ class StepDamping {
   }
 
  private:
-  static constexpr double kStep = 2.0;
   static constexpr int kPatience = 3;  // steps until a smaller shift is tried again
-
-  /// The first of shift, kStep shift, kStep^2 shift, ... that will do; the factor then holds it.
-  static double least_shift(DualFactor& factor, const VectorXd& d, double shift) {
-    while (!factor.factorise(d, shift)) {
-      shift *= kStep;
-      require_finite(shift);
-    }
-    return shift;
-  }
 
   double shift_;
   double times_ = 1.0;
@@ -265,16 +266,18 @@ void improve(const ScaledProblem& problem, const DualPoint& dual, double missing
     return;
   }
   factor.weigh(dual.g);
-  bool definite = factor.factorise(dual.d, shift);
-  while (is_first && !definite) {
-    shift *= 2.0;
-    require_finite(shift);
-    definite = factor.factorise(dual.d, shift);
+  if (is_first) {
+    shift = least_shift(factor, dual.d, shift);
   }
   bool taken = false;
-  while (definite && bound_at(problem, dual, shift) > best.bound) {
+  bool definite = is_first || factor.factorise(dual.d, shift);
+  while (definite) {
+    const double bound = bound_at(problem, dual, shift);
+    if (!(bound > best.bound)) {
+      break;
+    }
     best.shift = shift;
-    best.bound = bound_at(problem, dual, shift);
+    best.bound = bound;
     taken = true;
     shift *= kNearer;
     definite = n * shift > 0.1 * missing && factor.factorise(dual.d, shift);

@@ -6,6 +6,7 @@
 
 #include "solvers/linear/cholesky.h"
 #include "solvers/linear/complex_product.h"
+#include "solvers/linear/hermitian_product.h"
 
 namespace touchfield {
 
@@ -41,17 +42,6 @@ void multiply_triangular(Side side, CBLAS_TRANSPOSE op, const MatrixXcd& l, Matr
               static_cast<int>(b.rows()));
 }
 
-/// c = b^H b, both triangles.
-void gram(const MatrixXcd& b, MatrixXcd& c) {
-  c = MatrixXcd::Zero(b.cols(), b.cols());
-  if (b.size() == 0) {
-    return;
-  }
-  cblas_zherk(CblasColMajor, CblasLower, CblasConjTrans, static_cast<int>(b.cols()), static_cast<int>(b.rows()), 1.0,
-              b.data(), static_cast<int>(b.rows()), 0.0, c.data(), static_cast<int>(c.rows()));
-  c.triangularView<Eigen::StrictlyUpper>() = c.adjoint();
-}
-
 bool factorise_lower(MatrixXcd& matrix) { return cholesky_factorise(static_cast<int>(matrix.rows()), matrix.data()); }
 
 }  // namespace
@@ -70,7 +60,7 @@ bool DualFactor::factorise(const VectorXd& d, double shift) {
   }
   inverse_ = diagonal.cwiseInverse();
   scratch_ = inverse_.cwiseSqrt().asDiagonal() * relaxation_.basis;
-  gram(scratch_, reach_);
+  reach_ = hermitian_product(scratch_);
   if (!factorise_lower(reach_)) {
     return false;
   }
@@ -88,7 +78,7 @@ void DualFactor::prepare() {
   level_responses_ = relaxation_.levels;
   multiply_triangular(Side::kLeft, CblasConjTrans, reach_, level_responses_);
   solve_triangular(Side::kLeft, CblasNoTrans, middle_, level_responses_);
-  gram(level_responses_, mutual_responses_);
+  mutual_responses_ = hermitian_product(level_responses_);
   solve_triangular(Side::kLeft, CblasConjTrans, middle_, level_responses_);
   solve_triangular(Side::kLeft, CblasConjTrans, reach_, level_responses_);
 
