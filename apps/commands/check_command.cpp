@@ -99,6 +99,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
                                    {"memory_mib", report.memory_mib},
                                    {"available_mib", report.available_mib},
                                    {"seconds", report.seconds},
+                                   {"note", report.note},
                                    {"warnings", model_warnings(model)},
                                    {"faults", model.report.faults}};
     if (accuracy) {

@@ -129,14 +129,20 @@ CheckReport check_model(const Scene& scene, const Model& model, int sharing) {
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
   report.seconds = own.seconds + kKernelSeconds * ((fields + 1.0) * m * n + points * (m + n));
+  report.note = own.note;
+  const auto flops = [&] {
+    const Speed& speed = measured_speed();
+    report.note = speed.note;
+    return speed.flops;
+  };
   if (optimisers > 0) {
-    report.seconds += (kGramFlops * m * n * n + kCholeskyFlops * iterations * std::pow(k + n, 3)) / measured_flops();
+    report.seconds += (kGramFlops * m * n * n + kCholeskyFlops * iterations * std::pow(k + n, 3)) / flops();
   }
   if (drives > 0) {  // products with the field of every channel, LU's solves, steps of surface
     const double steps = static_cast<double>(surface_iterations(scene));
     report.seconds += (4.0 * kGramFlops * m * n * drives + kGramFlops * unknowns * unknowns * drives +
                        std::pow(k + 2.0 * drives, 2) * n * steps) /
-                      measured_flops();
+                      flops();
   }
   const double judged = judge_faces(scene, model);
   if (judged > 0) {
@@ -202,6 +208,9 @@ std::string describe_check(const Scene& scene, const Model& model, const CheckRe
   }
   for (const std::string& warning : model_warnings(model)) {
     text += fmt::format("  warning  {}\n", warning);
+  }
+  if (!report.note.empty()) {
+    text += fmt::format("  note     {}\n", report.note);
   }
   text +=
       fmt::format("  cost     about {:.0f} MiB of memory ({:.0f} MiB free) and {:.0f} s, pictures and files aside\n",

@@ -21,6 +21,7 @@ struct CheckReport {
   double memory_mib = 0;                  // estimate of the run's peak
   double available_mib = 0;
   double seconds = 0;            // estimate of the run, from what this machine does now on a small part of it
+  std::string note;              // empty, or why those seconds are a guess
   Eigen::Index judge_faces = 0;  // about, of a judge with a mesh of its own
   SolverDecision decision;       // how B p = b would be solved
 };

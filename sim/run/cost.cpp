@@ -38,7 +38,9 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
   const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual
   if (options.kind == SolverKind::kLu) {
     const double speed = options.precision == Precision::kSingle ? 1.9 : 1.0;
-    cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured_flops()) + in_double * solves;
+    const Speed& measured = measured_speed();
+    cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
+    cost.note = measured.note;
   } else {
     const double steps = miller ? kMillerSteps : kPlainSteps;
     const double step = options.precision == Precision::kSingle ? product * (miller ? kMillerCost : 1.0) : in_double;

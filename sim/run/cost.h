@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "sim/run/model.h"
 #include "sim/run/solver_choice.h"
 
@@ -10,6 +12,7 @@ namespace touchfield {
 struct ModelCost {
   double bytes = 0;
   double seconds = 0;
+  std::string note;  // empty, or why the seconds are a guess
 };
 
 /// What Burton-Miller's near corrections take while they are gathered, on a uniform mesh [bytes].

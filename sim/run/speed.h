@@ -1,5 +1,8 @@
 #pragma once
 
+#include <functional>
+#include <string>
+
 #include "sim/acoustics/medium.h"
 #include "sim/mesh/triangle_mesh.h"
 
@@ -10,7 +13,17 @@ namespace touchfield {
 /// Seconds of one product without near corrections in single precision, one right-hand side.
 double product_seconds(const TriangleMesh& mesh, const Wave& wave);
 
-/// Floating-point operations a second of an LU of about half a second.
-double measured_flops();
+/// Floating-point operations a second, and what a reader of an estimate must know about them.
+struct Speed {
+  double flops = 0;
+  std::string note;  // empty, or why this is a guess
+};
+
+/// Of the given work, the fastest of two trials: operations / seconds. Work that fails or takes no time that can be
+/// measured gives a guess of 1e10 a thread and a note, never an error.
+Speed speed_of(const std::function<void()>& work, double operations);
+
+/// Of an LU of about half a second, measured once a process.
+const Speed& measured_speed();
 
 }  // namespace touchfield
