@@ -16,6 +16,8 @@
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/core/version.h"
+#include "solvers/linear/blas_core.h"
+#include "solvers/linear/instruction_level.h"
 
 namespace {
 
@@ -231,6 +233,9 @@ int dispatch(int argc, char** argv) {
   touchfield::DeviceCommands devices;
   touchfield::add_device_commands(app, devices, [&](CLI::App* command) { add_common(command, flags); });
 
+  CLI::App* doctor_app = app.add_subcommand("doctor", "Say what would make runs slow or incomplete on this machine");
+  add_common(doctor_app, flags);
+
   std::string schema_format = "markdown";
   CLI::App* schema_app = app.add_subcommand("schema", "Print the schema of scene files");
   schema_app->add_option("--format", schema_format, "markdown, json (for editors) or template (a scene with every key)")
@@ -240,9 +245,10 @@ int dispatch(int argc, char** argv) {
   const auto known = app.get_subcommands([](const CLI::App*) { return true; });
   const auto is_named = [&](const CLI::App* command) { return command->get_name() == argv[1]; };
   if (argc > 1 && argv[1][0] != '-' && std::none_of(known.begin(), known.end(), is_named)) {
-    throw touchfield::InputError(fmt::format(
-        "unknown command '{}'; there are run, check, study, sweep, compare, info, hand, mesh, send, array and schema",
-        argv[1]));
+    throw touchfield::InputError(
+        fmt::format("unknown command '{}'; there are run, check, study, sweep, compare, info, hand, mesh, send, array, "
+                    "doctor and schema",
+                    argv[1]));
   }
   try {
     app.parse(argc, argv);
@@ -275,6 +281,9 @@ int dispatch(int argc, char** argv) {
   if (worker_app->parsed()) {
     return touchfield::sweep_worker_command();
   }
+  if (doctor_app->parsed()) {
+    return touchfield::doctor_command(flags);
+  }
   if (info_app->parsed()) {
     return touchfield::info_command(run_file, flags);
   }
@@ -302,6 +311,15 @@ int dispatch(int argc, char** argv) {
   return touchfield::schema_command(schema_format);
 }
 
+/// A level that TOUCHFIELD_LEVEL misnames is found before anything is computed.
+void check_instruction_level() {
+  try {
+    touchfield::instruction_level();
+  } catch (const std::invalid_argument& error) {
+    throw touchfield::InputError(error.what());
+  }
+}
+
 int report(const std::string& message, int code) {
   fmt::print(stderr, "touchfield: error: {}\n", message);
   return code;
@@ -310,7 +328,9 @@ int report(const std::string& message, int code) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  touchfield::restart_with_better_blas_core(argv);
   try {
+    check_instruction_level();
     return dispatch(argc, argv);
   } catch (const touchfield::InputError& error) {
     return report(error.what(), kBadInput);

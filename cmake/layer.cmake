@@ -10,9 +10,6 @@ target_compile_options(touchfield_flags INTERFACE
 # Complex products without the Annex G test for infinities: the scalar kernels are several times faster, and no kernel
 # here multiplies by an infinity. errno is never read after a math call.
 target_compile_options(touchfield_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fcx-limited-range> -fno-math-errno)
-if(TOUCHFIELD_NATIVE)
-  target_compile_options(touchfield_flags INTERFACE -march=native)
-endif()
 if(TOUCHFIELD_SANITIZE)
   target_compile_options(touchfield_flags INTERFACE -fsanitize=${TOUCHFIELD_SANITIZE} -fno-omit-frame-pointer
                                                     -fno-sanitize-recover=all)
@@ -48,4 +45,33 @@ function(touchfield_layer name)
   target_link_libraries(tf_${name} PUBLIC touchfield_flags Eigen3::Eigen ${ARG_USES}
                                    PRIVATE OpenMP::OpenMP_CXX ${ARG_PRIVATE_USES})
   touchfield_precompiled(tf_${name} library)
+endfunction()
+
+# touchfield_levels(LAYER SOURCE OPTION...): compiles inner loops once for each instruction level, with TOUCHFIELD_LEVEL the
+# level's name, and adds them to a layer, which chooses among them when the program runs
+# (solvers/linear/instruction_level.h). With the widest registers of the level, and optimised in every build type, so that
+# no inline function is left outside the loops.
+if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(x86_64|AMD64|amd64)$")
+  set(TOUCHFIELD_LEVELS generic v2 v3 v4)
+else()
+  set(TOUCHFIELD_LEVELS generic)
+endif()
+function(touchfield_levels layer source)
+  get_filename_component(name ${source} NAME_WE)
+  foreach(level ${TOUCHFIELD_LEVELS})
+    set(target tf_${name}_${level})
+    add_library(${target} OBJECT ${source})
+    target_link_libraries(${target} PRIVATE touchfield_flags Eigen3::Eigen OpenMP::OpenMP_CXX)
+    target_compile_definitions(${target} PRIVATE TOUCHFIELD_LEVEL=${level})
+    target_compile_options(${target} PRIVATE -O3 ${ARGN})
+    if(NOT level STREQUAL generic)
+      target_compile_options(${target} PRIVATE -march=x86-64-${level})
+    endif()
+    if(level STREQUAL v3)
+      target_compile_options(${target} PRIVATE -mtune=haswell)
+    elseif(level STREQUAL v4)
+      target_compile_options(${target} PRIVATE -mtune=icelake-server -mprefer-vector-width=512)
+    endif()
+    target_sources(tf_${layer} PRIVATE $<TARGET_OBJECTS:${target}>)
+  endforeach()
 endfunction()

@@ -74,6 +74,8 @@ int study_command(const StudyCommand& command, const CommonFlags& flags);
 int sweep_command(const SweepCommand& command, const CommonFlags& flags);
 /// The process that computes cases of a sweep: see serve_cases.
 int sweep_worker_command();
+/// What would make runs slow or incomplete on this machine.
+int doctor_command(const CommonFlags& flags);
 int info_command(const std::string& path, const CommonFlags& flags);
 int hand_command(const HandCommand& command, const CommonFlags& flags);
 int mesh_command(const MeshCommand& command, const CommonFlags& flags);

@@ -13,6 +13,8 @@
 #include "sim/run/check.h"
 #include "sim/run/pipeline.h"
 #include "sim/scene/scene_reader.h"
+#include "solvers/linear/blas_core.h"
+#include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
 
@@ -86,12 +88,15 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
   RunDirectory& directory = *open->directory;
   try {
     progress.log_to(directory.file("run.log"));
-    progress.note(fmt::format("touchfield {} ({}): scene {}, {} threads", build_info().version, build_info().revision,
-                              scene.name, threads));
+    progress.note(fmt::format("touchfield {} ({}): scene {}, {} threads, BLAS core {}, loops {}", build_info().version,
+                              build_info().revision, scene.name, threads, blas_core(), to_string(instruction_level())));
     progress.note(fmt::format(
         "  {} faces, {:.2f} edges a wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
         report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,
         report.memory_mib / 1024.0));
+    if (!report.note.empty()) {
+      progress.note(fmt::format("  {}", report.note));
+    }
     const Run run = run_scene(scene, model, {command.command_line, threads}, directory, progress);
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {

@@ -1,27 +1,35 @@
 #pragma once
 
 #include "sim/bem/pair_loops.h"
+#include "sim/core/types.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
 
-/// A mesh's faces as one array a quantity, for loops that become SIMD code.
+/// A mesh's faces as one array a quantity, for the loops over pairs.
 struct FaceArrays {
-  explicit FaceArrays(const TriangleMesh& mesh);
+  /// scale   units of length a metre
+  explicit FaceArrays(const TriangleMesh& mesh, double scale = 1.0);
 
-  Eigen::VectorXd x, y, z;     // centroids [m]
+  Eigen::VectorXd x, y, z;     // centroids
   Eigen::VectorXd nx, ny, nz;  // unit normals
-  Eigen::VectorXd area;        // [m2]
+  Eigen::VectorXd area;
 
   Eigen::Index size() const { return area.size(); }
   PairPoint<double> point(Eigen::Index i) const { return {x(i), y(i), z(i), nx(i), ny(i), nz(i)}; }
-  PairSources<double> sources() const { return {x.data(), y.data(), z.data(), nx.data(), ny.data(), nz.data()}; }
+
+  /// The faces from `first` on.
+  PairSources<double> sources(Eigen::Index first = 0) const {
+    return {x.data() + first,  y.data() + first,  z.data() + first,
+            nx.data() + first, ny.data() + first, nz.data() + first};
+  }
 };
 
-/// One point for each face: A_j dg/dn_j (point, x_j) for the faces first .. first + count - 1.
-///
-/// re, im   count values each; not finite where the point is that face's centroid
-void double_layer_weights(const FaceArrays& faces, const Vector3& point, const Complex& wavenumber, Eigen::Index first,
-                          Eigen::Index count, double* re, double* im);
+/// Half wavelengths a metre, the unit of lengths in the loops over pairs.
+double half_wavelengths(const Complex& wavenumber);
+
+/// What the loops need of a wavenumber k + i alpha [1/m] and a coupling gamma [m] in that unit.
+template <typename Real>
+PairConstants<Real> pair_constants(const Complex& wavenumber, double gamma);
 
 }  // namespace touchfield

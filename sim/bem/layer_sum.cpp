@@ -8,6 +8,7 @@
 
 #include <omp.h>
 
+#include "sim/bem/face_arrays.h"
 #include "solvers/linear/block_product.h"
 
 namespace touchfield {
@@ -37,35 +38,13 @@ void require_rows(const Eigen::MatrixXcd& x, Eigen::Index rows) {
   }
 }
 
-template <typename Real>
-struct Products {
-  Real rr = 0, ii = 0, ri = 0, ir = 0;
-};
-
-template <typename Real>
-Products<Real> dot(const Real* a_re, const Real* a_im, const Real* b_re, const Real* b_im, Eigen::Index count) {
-  Real rr = 0;
-  Real ii = 0;
-  Real ri = 0;
-  Real ir = 0;
-#pragma omp simd reduction(+ : rr, ii, ri, ir)
-  for (Eigen::Index j = 0; j < count; ++j) {
-    rr += a_re[j] * b_re[j];
-    ii += a_im[j] * b_im[j];
-    ri += a_re[j] * b_im[j];
-    ir += a_im[j] * b_re[j];
-  }
-  return {rr, ii, ri, ir};
-}
-
 }  // namespace
 
 template <typename Real>
 LayerSum<Real>::LayerSum(const TriangleMesh& mesh, const Complex& wavenumber, double gamma)
     : origin_(0.5 * (mesh.vertices().rowwise().minCoeff() + mesh.vertices().rowwise().maxCoeff())),
-      scale_(wavenumber.real() / std::numbers::pi) {
-  constants_.damping = static_cast<Real>(std::numbers::pi * wavenumber.imag() / wavenumber.real());
-  constants_.gamma = static_cast<Real>(gamma * scale_);
+      scale_(half_wavelengths(wavenumber)),
+      constants_(pair_constants<Real>(wavenumber, gamma)) {
   const auto faces = static_cast<std::size_t>(mesh.face_count());
   for (auto* values : {&x_, &y_, &z_, &nx_, &ny_, &nz_}) {
     values->resize(faces);
@@ -129,8 +108,9 @@ Eigen::MatrixXcd LayerSum<Real>::sums_by_rows(Layer layer, const Eigen::MatrixXc
         }
         for (Eigen::Index s = 0; s < columns; ++s) {
           for (Eigen::Index t = 0; t < points; ++t) {
-            const Products<Real> p = dot(k_re.data() + t * kBlock, k_im.data() + t * kBlock, re.col(s).data() + first,
-                                         im.col(s).data() + first, count);
+            const PairProducts<Real> p =
+                pair_products(k_re.data() + t * kBlock, k_im.data() + t * kBlock, re.col(s).data() + first,
+                              im.col(s).data() + first, static_cast<int>(count));
             sum(s, t) += Complex(static_cast<double>(p.rr - p.ii), static_cast<double>(p.ri + p.ir));
           }
         }

@@ -8,7 +8,7 @@
 
 #include "sim/bem/pair_loops.h"
 
-namespace touchfield {
+namespace touchfield::TOUCHFIELD_LEVEL {
 
 /// sin(pi f) and cos(pi f) without a call or a branch, so that loops over it become SIMD code.
 ///
@@ -165,4 +165,4 @@ inline void mutual_kernel(const PairConstants<Real>& constants, Real r2, Real re
   from_im = wave.ei * from + w_im;
 }
 
-}  // namespace touchfield
+}  // namespace touchfield::TOUCHFIELD_LEVEL

@@ -2,6 +2,8 @@
 
 namespace touchfield {
 
+/// Loops over pairs of points, compiled for several instruction levels and chosen when the program runs.
+
 /// What a pair of points adds to a sum over faces. Lengths are in half wavelengths, so that k r = pi u.
 enum class Layer {
   kSingle,         // S   g
@@ -61,6 +63,15 @@ struct MutualSums {
 template <typename Real>
 void add_mutual_sums(Layer layer, bool transposed, const PairConstants<Real>& constants, const PairPoint<Real>& point,
                      const PairSources<Real>& sources, int count, const MutualSums<Real>& sums);
+
+/// Products of the parts of two rows of complex numbers, summed: their inner product is (rr - ii) + i (ri + ir).
+template <typename Real>
+struct PairProducts {
+  Real rr = 0, ii = 0, ri = 0, ir = 0;
+};
+
+template <typename Real>
+PairProducts<Real> pair_products(const Real* a_re, const Real* a_im, const Real* b_re, const Real* b_im, int count);
 
 /// The kernel of kDouble, kAdjoint, kBurtonMiller or kAdjointMiller at k = 0, in the same units.
 void static_values(Layer layer, double gamma, const PairPoint<double>& point, const PairSources<double>& sources,

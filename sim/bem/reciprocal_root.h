@@ -6,7 +6,7 @@
 #include <immintrin.h>
 #endif
 
-namespace touchfield {
+namespace touchfield::TOUCHFIELD_LEVEL {
 
 /// 1/sqrt(v + 1e-20) of `count` values v >= 0, so that 0 stays finite; relative accuracy a few roundings.
 template <typename Real>
@@ -52,4 +52,4 @@ inline void reciprocal_roots<double>(const double* values, int count, double* ro
 }
 #endif
 
-}  // namespace touchfield
+}  // namespace touchfield::TOUCHFIELD_LEVEL

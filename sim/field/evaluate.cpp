@@ -7,7 +7,7 @@
 #include "sim/acoustics/incident_field.h"
 #include "sim/bem/element_integrals.h"
 #include "sim/bem/face_arrays.h"
-#include "sim/bem/kernel.h"
+#include "sim/bem/pair_loops.h"
 #include "sim/bem/quadrature.h"
 
 namespace touchfield {
@@ -19,10 +19,6 @@ namespace {
 constexpr double kFarDistance = 5.0;
 constexpr Eigen::Index kBlock = 256;  // faces a pass: what a pass reads and writes stays in the first cache
 
-bool is_far(const TriangleMesh& mesh, Eigen::Index f, const Vector3& offset) {
-  return offset.squaredNorm() > kFarDistance * kFarDistance * mesh.areas()(f);
-}
-
 /// Share of the full solid angle at a point; -1 inside, 0 outside.
 bool is_inside(double winding) { return winding < -0.5; }
 
@@ -32,38 +28,44 @@ FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& a
                               const Points& points, const Eigen::MatrixXcd& surface, const Eigen::MatrixXcd& drive) {
   FieldValues values{incident_pressure(array, wave, points, drive),
                      std::vector<unsigned char>(static_cast<std::size_t>(points.cols()), 0)};
-  const FaceArrays faces(mesh);
-  const Eigen::MatrixXd surface_re = surface.real();
-  const Eigen::MatrixXd surface_im = surface.imag();
+  const double scale = half_wavelengths(wave.wavenumber());
+  const FaceArrays faces(mesh, scale);
+  const auto constants = pair_constants<double>(wave.wavenumber(), 0.0);
+  const Eigen::VectorXd reach_squared = kFarDistance * kFarDistance * faces.area;
+  const Eigen::VectorXd weights = faces.area / (4.0 * std::numbers::pi);
+  const Eigen::MatrixXd weighted_re = weights.asDiagonal() * surface.real();
+  const Eigen::MatrixXd weighted_im = weights.asDiagonal() * surface.imag();
 #pragma omp parallel for schedule(dynamic, 64)
   for (Eigen::Index j = 0; j < points.cols(); ++j) {
     const Vector3 x = points.col(j);
+    const PairPoint<double> at{scale * x.x(), scale * x.y(), scale * x.z(), 0.0, 0.0, 0.0};
     std::array<double, kBlock> re{};
     std::array<double, kBlock> im{};
+    std::array<int, kBlock> near{};
     double winding = 0.0;
     auto sum = values.pressure.row(j);
     for (Eigen::Index first = 0; first < mesh.face_count(); first += kBlock) {
-      const Eigen::Index count = std::min(kBlock, mesh.face_count() - first);
-      double_layer_weights(faces, x, wave.wavenumber(), first, count, re.data(), im.data());
-      for (Eigen::Index i = 0; i < count; ++i) {
-        const Eigen::Index f = first + i;
-        const Vector3 offset = x - mesh.centroids().col(f);
-        if (is_far(mesh, f, offset)) {
-          winding += mesh.areas()(f) * static_double_layer_kernel(offset, mesh.normals().col(f));
-        } else {
-          const Face face = face_of(mesh, f);
-          const Complex weight = double_layer_integral(face, x, wave.wavenumber());
-          re[static_cast<std::size_t>(i)] = weight.real();
-          im[static_cast<std::size_t>(i)] = weight.imag();
-          winding += solid_angle(face, x) / (4.0 * std::numbers::pi);
-        }
+      const auto count = static_cast<int>(std::min(kBlock, mesh.face_count() - first));
+      pair_values(Layer::kDouble, constants, at, faces.sources(first), count, re.data(), im.data());
+      const int found = near_sources(at, faces.sources(first), reach_squared.data() + first, count, near.data());
+      int begin = 0;  // of the far faces after the last near one
+      for (int i = 0; i < found; ++i) {
+        const auto n = static_cast<std::size_t>(near[static_cast<std::size_t>(i)]);
+        const Eigen::Index f = first + near[static_cast<std::size_t>(i)];
+        const Face face = face_of(mesh, f);
+        sum += double_layer_integral(face, x, wave.wavenumber()) * surface.row(f);
+        re[n] = 0.0;
+        im[n] = 0.0;
+        winding += solid_angle(face, x) / (4.0 * std::numbers::pi);
+        winding += static_sum(at, faces.sources(first + begin), weights.data() + first + begin,
+                              near[static_cast<std::size_t>(i)] - begin);
+        begin = near[static_cast<std::size_t>(i)] + 1;
       }
-      const Eigen::Map<const Eigen::VectorXd> w_re(re.data(), count);
-      const Eigen::Map<const Eigen::VectorXd> w_im(im.data(), count);
+      winding += static_sum(at, faces.sources(first + begin), weights.data() + first + begin, count - begin);
       for (Eigen::Index s = 0; s < surface.cols(); ++s) {
-        const auto p_re = surface_re.col(s).segment(first, count);
-        const auto p_im = surface_im.col(s).segment(first, count);
-        sum(s) += Complex(w_re.dot(p_re) - w_im.dot(p_im), w_re.dot(p_im) + w_im.dot(p_re));
+        const PairProducts<double> p = pair_products(re.data(), im.data(), weighted_re.col(s).data() + first,
+                                                     weighted_im.col(s).data() + first, count);
+        sum(s) += Complex(p.rr - p.ii, p.ri + p.ir);
       }
     }
     values.inside[static_cast<std::size_t>(j)] = is_inside(winding) ? 1 : 0;

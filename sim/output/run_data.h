@@ -40,6 +40,8 @@ struct Provenance {
   std::string compiler;
   std::string flags;
   std::string machine;
+  std::string blas_core;          // whose kernels OpenBLAS ran: "SkylakeX", "Haswell", ...
+  std::string instruction_level;  // of the inner loops: "v2", "v3", ...
   int threads = 0;
   std::string seeds;  // "name=value" separated by spaces, empty if no seed was used
   std::string command_line;

@@ -105,6 +105,8 @@ const std::vector<ProvenanceField>& provenance_fields() {
       {"compiler", &Provenance::compiler},
       {"flags", &Provenance::flags},
       {"machine", &Provenance::machine},
+      {"blas_core", &Provenance::blas_core},
+      {"instruction_level", &Provenance::instruction_level},
       {"seeds", &Provenance::seeds},
       {"command_line", &Provenance::command_line},
       {"start", &Provenance::start},

@@ -67,7 +67,11 @@ std::string provenance_text(const Provenance& provenance) {
                                                     : fmt::format("{} to {}", provenance.start, provenance.end);
   std::string text = fmt::format("made by   touchfield {} ({}), {}, {}\n", provenance.version, provenance.revision,
                                  provenance.compiler, provenance.flags);
-  text += fmt::format("on        {}, {} threads\n", provenance.machine, provenance.threads);
+  const std::string kernels =
+      provenance.blas_core.empty()
+          ? ""
+          : fmt::format(", BLAS core {}, loops {}", provenance.blas_core, provenance.instruction_level);
+  text += fmt::format("on        {}, {} threads{}\n", provenance.machine, provenance.threads, kernels);
   text += fmt::format("when      {}\n", period);
   text += fmt::format("command   {}\n", provenance.command_line);
   if (!provenance.seeds.empty()) {

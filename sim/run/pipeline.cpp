@@ -17,9 +17,11 @@
 #include "sim/run/alarm.h"
 #include "sim/run/judging.h"
 #include "sim/run/methods.h"
+#include "sim/run/provenance.h"
 #include "sim/run/stages.h"
 #include "sim/run/warnings.h"
 #include "sim/scene/scene_reader.h"
+#include "solvers/linear/blas_core.h"
 #include "solvers/phase/certificate.h"
 
 namespace touchfield {
@@ -45,11 +47,8 @@ std::string scheme_of(const MethodSpec& method) {
 }
 
 Run begin_run(const Scene& scene, const Model& model, const RunOptions& options) {
-  const BuildInfo build = build_info();
   const std::string text = resolved_yaml(scene);
-  Provenance provenance{build.version,   build.revision,    build.compiler,       build.flags, machine_description(),
-                        options.threads, used_seeds(scene), options.command_line, utc_now(),   "",
-                        text_hash(text)};
+  Provenance provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text));
   const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene);
   const std::string judge = judged_by_itself ? "same" : "none";
   Run run{scene.name, text, model.body.mesh, model.array, std::nullopt,          judge, std::nullopt, {}, {},
@@ -363,6 +362,9 @@ Run run_scene(const Scene& scene, const Model& model, const RunOptions& options,
   }
   directory.plan(names);
 
+  if (const std::string slow = blas_warning(); !slow.empty()) {
+    progress.warn(slow);  // of this process, not of the result
+  }
   warn(model_warnings(model), run, progress);
   Models models(scene, model, options, run, progress);
   if (scene.target && !scene.target->pressure) {

@@ -17,6 +17,7 @@
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
 #include "sim/run/file_progress.h"
+#include "sim/run/provenance.h"
 #include "sim/run/sweep_case.h"
 #include "sim/run/worker_process.h"
 #include "sim/scene/scene_reader.h"
@@ -26,21 +27,6 @@ namespace touchfield {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-Provenance sweep_provenance(const SweepOptions& options, const std::string& hash) {
-  const BuildInfo build = build_info();
-  return {build.version,
-          build.revision,
-          build.compiler,
-          build.flags,
-          machine_description(),
-          options.threads,
-          "",
-          options.command_line,
-          utc_now(),
-          "",
-          hash};
-}
 
 SweepSummary summary_of(const SweepIdentity& identity) {
   SweepSummary summary;
@@ -86,7 +72,7 @@ SweepRunner::SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes
       summary_(summary_of(identity)),
       records_(directory.records()),
       next_table_(Clock::now()) {
-  summary_.provenance = sweep_provenance(options_, identity.hash);
+  summary_.provenance = provenance_now(options_.threads, "", options_.command_line, identity.hash);
   if (options_.retry_failed) {
     std::erase_if(records_, [](const auto& entry) { return entry.second.status != "ok"; });
   }
@@ -351,7 +337,7 @@ SweepSummary collect_sweep(const std::string& directory) {
     records.merge(read_records(part));
   }
   summary.records = values(records);
-  summary.provenance = sweep_provenance({}, first.hash);
+  summary.provenance = provenance_now({}, "", "", first.hash);
   return summary;
 }
 

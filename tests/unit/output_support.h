@@ -192,6 +192,8 @@ inline Run full_run() {
                     .compiler = "GNU 12.2.0",
                     .flags = "-O3",
                     .machine = "host, processor, 2 logical cores",
+                    .blas_core = "Haswell",
+                    .instruction_level = "v3",
                     .threads = 2,
                     .seeds = "",
                     .command_line = "touchfield run scene.yaml",

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/bem/pair_loops_table.h"
+#include "solvers/linear/instruction_level.h"
 #include "tests/unit/reference_kernels.h"
 
 namespace touchfield {
@@ -63,12 +65,12 @@ Vector3 normal(const PairPoint<Real>& p) {
 /// Largest deviation of a value from 4 pi times the formula, in units of (1 + k r) times the size that the terms of
 /// the formula have: |g| / r^2 and the like, for a value itself can vanish with n.d.
 template <typename Real>
-double worst_deviation(Layer layer, const PairConstants<Real>& constants, const PairPoint<Real>& point,
-                       const Cloud<Real>& cloud) {
+double worst_deviation(const PairLoopTableOf<Real>& loops, Layer layer, const PairConstants<Real>& constants,
+                       const PairPoint<Real>& point, const Cloud<Real>& cloud) {
   const auto count = static_cast<std::size_t>(cloud.size());
   std::vector<Real> re(count, std::numeric_limits<Real>::quiet_NaN());
   std::vector<Real> im(re);
-  pair_values(layer, constants, point, cloud.sources(), cloud.size(), re.data(), im.data());
+  loops.values(layer, constants, point, cloud.sources(), cloud.size(), re.data(), im.data());
   const Complex wavenumber(pi, constants.damping);
   const double gamma = constants.gamma;
   double worst = 0;
@@ -98,6 +100,15 @@ double worst_deviation(Layer layer, const PairConstants<Real>& constants, const 
 }
 
 template <typename Real>
+const PairLoopTableOf<Real>& loops_of(InstructionLevel level) {
+  if constexpr (std::is_same_v<Real, float>) {
+    return pair_loops(level).of_float;
+  } else {
+    return pair_loops(level).of_double;
+  }
+}
+
+template <typename Real>
 class PairLoops : public ::testing::Test {};
 
 using Reals = ::testing::Types<float, double>;
@@ -112,8 +123,11 @@ TYPED_TEST(PairLoops, EveryLayerIsTheTextbookFormula) {
     for (const Layer layer : kLayers) {
       for (const double damping : {0.0, 0.05}) {
         const PairConstants<Real> constants{static_cast<Real>(damping), Real(0.7)};
-        EXPECT_LT(worst_deviation(layer, constants, point, cloud), promised)
-            << "layer " << static_cast<int>(layer) << ", cube " << half << ", damping " << damping;
+        for (const InstructionLevel level : processor_levels()) {
+          EXPECT_LT(worst_deviation(loops_of<Real>(level), layer, constants, point, cloud), promised)
+              << to_string(level) << ", layer " << static_cast<int>(layer) << ", cube " << half << ", damping "
+              << damping;
+        }
       }
     }
   }
@@ -219,6 +233,35 @@ TEST(PairLoops, NearSourcesAreThoseWithinTheirReach) {
       near_sources({x.x(), x.y(), x.z(), 0, 0, 0}, cloud.sources(), reach_squared.data(), cloud.size(), near.data());
   near.resize(static_cast<std::size_t>(found));
   EXPECT_EQ(near, expected);
+}
+
+// Of a plate of equal squares many distances are the reach itself, 3^2 + 3^2 = 18; rounding must not let the levels
+// differ.
+TEST(NearSources, AreTheSameInEveryLevel) {
+  constexpr int kSide = 23;
+  const double step = 0.1 + 1e-3 / 3.0;  // no number that arithmetic keeps exact
+  std::vector<double> x;
+  std::vector<double> y;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    x.push_back(step * (i % kSide));
+    y.push_back(step * (i / kSide));  // NOLINT(bugprone-integer-division): the row
+  }
+  const std::vector<double> zero(x.size(), 0.0);
+  const std::vector<double> reach(x.size(), 18.0 * step * step);
+  const PairSources<double> sources{x.data(), y.data(), zero.data(), zero.data(), zero.data(), zero.data()};
+  const auto near_of = [&](InstructionLevel level, std::size_t i) {
+    std::vector<int> near(x.size());
+    near.resize(static_cast<std::size_t>(
+        near_loop(level)({x[i], y[i], 0, 0, 0, 1}, sources, reach.data(), static_cast<int>(x.size()), near.data())));
+    return near;
+  };
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const std::vector<int> expected = near_of(InstructionLevel::kGeneric, i);
+    EXPECT_FALSE(expected.empty());
+    for (const InstructionLevel level : processor_levels()) {
+      ASSERT_EQ(near_of(level, i), expected) << to_string(level) << ", point " << i;
+    }
+  }
 }
 
 }  // namespace

@@ -76,6 +76,8 @@ void expect_same(const Provenance& a, const Provenance& b) {
   EXPECT_EQ(a.compiler, b.compiler);
   EXPECT_EQ(a.flags, b.flags);
   EXPECT_EQ(a.machine, b.machine);
+  EXPECT_EQ(a.blas_core, b.blas_core);
+  EXPECT_EQ(a.instruction_level, b.instruction_level);
   EXPECT_EQ(a.threads, b.threads);
   EXPECT_EQ(a.seeds, b.seeds);
   EXPECT_EQ(a.command_line, b.command_line);

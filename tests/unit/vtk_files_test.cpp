@@ -76,11 +76,20 @@ void expect_points(vtkPointSet* data, const Points& expected) {
 /// Where the file came from, as field data: all that /provenance of run.h5 says, and the scene.
 void expect_provenance(vtkDataObject* data, const RunData& run) {
   const Provenance& from = run.provenance;
-  const std::vector<std::pair<std::string, std::string>> expected = {
-      {"version", from.version}, {"revision", from.revision},         {"compiler", from.compiler},
-      {"flags", from.flags},     {"machine", from.machine},           {"threads", std::to_string(from.threads)},
-      {"seeds", from.seeds},     {"command_line", from.command_line}, {"start", from.start},
-      {"end", from.end},         {"scene_hash", from.scene_hash},     {"scene", run.scene}};
+  const std::vector<std::pair<std::string, std::string>> expected = {{"version", from.version},
+                                                                     {"revision", from.revision},
+                                                                     {"compiler", from.compiler},
+                                                                     {"flags", from.flags},
+                                                                     {"machine", from.machine},
+                                                                     {"threads", std::to_string(from.threads)},
+                                                                     {"seeds", from.seeds},
+                                                                     {"command_line", from.command_line},
+                                                                     {"start", from.start},
+                                                                     {"blas_core", from.blas_core},
+                                                                     {"instruction_level", from.instruction_level},
+                                                                     {"end", from.end},
+                                                                     {"scene_hash", from.scene_hash},
+                                                                     {"scene", run.scene}};
   for (const auto& [name, text] : expected) {
     SCOPED_TRACE(name);
     auto* array = vtkStringArray::SafeDownCast(data->GetFieldData()->GetAbstractArray(name.c_str()));

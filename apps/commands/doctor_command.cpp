@@ -1,0 +1,28 @@
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/commands.h"
+#include "sim/run/doctor.h"
+
+namespace touchfield {
+
+int doctor_command(const CommonFlags& flags) {
+  const std::vector<Finding> findings = examine_machine(apply_threads(flags));
+  if (flags.json) {
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (const Finding& finding : findings) {
+      json[finding.subject] = {{"state", finding.state}, {"advice", finding.advice}};
+    }
+    fmt::print("{}\n", json.dump(2));
+    return 0;
+  }
+  for (const Finding& finding : findings) {
+    if (!flags.quiet || !finding.advice.empty()) {
+      fmt::print("{:<10} {}{}{}\n", finding.subject, finding.state, finding.advice.empty() ? "" : " -- ",
+                 finding.advice);
+    }
+  }
+  return 0;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,98 @@
+#include "solvers/linear/blas_core.h"
+
+#include <array>
+#include <cstdlib>
+#include <map>
+#include <unistd.h>
+
+#include <cblas.h>
+#include <climits>
+
+#include "solvers/linear/instruction_level.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr const char* kChosen = "OPENBLAS_CORETYPE";
+constexpr const char* kGuard = "TOUCHFIELD_BLAS_CORE";  // what this program has set kChosen to
+
+/// What the kernels of a core need of a processor: 4 AVX-512, 3 AVX2 and FMA, 2 AVX, 1 less (those not named).
+int kernel_rank(const std::string& core) {
+  static const std::map<std::string, int> kRanks = {
+      {"SkylakeX", 4},  {"Cooperlake", 4},  {"SapphireRapids", 4}, {"Haswell", 3},    {"Zen", 3},
+      {"Excavator", 3}, {"Sandybridge", 2}, {"Bulldozer", 2},      {"Piledriver", 2}, {"Steamroller", 2}};
+  const auto found = kRanks.find(core);
+  return found == kRanks.end() ? 1 : found->second;
+}
+
+std::string variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+}  // namespace
+
+std::string blas_core() { return openblas_get_corename(); }
+
+std::string better_blas_core(const std::string& core, bool avx, bool avx2, bool wide) {
+  const std::string fitting = wide ? "SkylakeX" : avx2 ? "Haswell" : avx ? "Sandybridge" : core;
+  return kernel_rank(fitting) > kernel_rank(core) ? fitting : "";
+}
+
+std::string better_blas_core() {
+#ifdef __x86_64__
+  const InstructionLevel level = processor_level();
+  // AMD's kernels of 256 bits are its own library's choice on its processors with AVX-512 too.
+  const bool wide = level >= InstructionLevel::kV4 && __builtin_cpu_is("intel") != 0;
+  return better_blas_core(blas_core(), __builtin_cpu_supports("avx") != 0, level >= InstructionLevel::kV3, wide);
+#else
+  return "";
+#endif
+}
+
+std::string blas_core_chosen_by() {
+  const std::string chosen = variable(kChosen);
+  if (chosen.empty()) {
+    return "OpenBLAS";
+  }
+  return chosen == variable(kGuard) ? "touchfield" : kChosen;
+}
+
+std::string blas_warning() {
+  const std::string better = better_blas_core();
+  if (better.empty() || blas_core_chosen_by() == kChosen) {
+    return "";
+  }
+  return "OpenBLAS runs its kernels for '" + blas_core() + "', much slower than this processor allows: set " + kChosen +
+         "=" + better + " before the program starts";
+}
+
+void restart_with_better_blas_core(char** argv) {
+  const std::string better = better_blas_core();
+  if (better.empty() || !variable(kChosen).empty() || !variable(kGuard).empty()) {
+    return;
+  }
+  std::array<char, PATH_MAX> self{};
+  if (::readlink("/proc/self/exe", self.data(), self.size() - 1) <= 0) {
+    return;
+  }
+  setenv(kGuard, better.c_str(), 1);
+  setenv(kChosen, better.c_str(), 1);
+  ::execv(self.data(), argv);
+  unsetenv(kChosen);  // it cannot be started again: what its children inherit is what the user has set
+  unsetenv(kGuard);
+}
+
+std::string blas_threading() {
+  switch (openblas_get_parallel()) {
+    case OPENBLAS_OPENMP:
+      return "OpenMP";
+    case OPENBLAS_THREAD:
+      return "pthreads";
+    default:
+      return "none";
+  }
+}
+
+}  // namespace touchfield

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+namespace touchfield {
+
+/// The kernels that OpenBLAS has chosen for this process, by its name for the processor ("SkylakeX", "Haswell", ...).
+/// It chooses once, when it is loaded: by the processor's model, or as the environment variable OPENBLAS_CORETYPE says.
+std::string blas_core();
+
+/// The core whose kernels fit this processor by its instruction sets and not by its model, where those of blas_core()
+/// use narrower registers; empty where there is nothing to gain. OpenBLAS takes processors newer than itself for a
+/// "Prescott" and then runs at a tenth of their speed.
+std::string better_blas_core();
+
+/// The same for a core of that name, on a processor with these instruction sets.
+///
+/// wide   AVX-512 (level v4) in full-width units, as Intel's
+std::string better_blas_core(const std::string& core, bool avx, bool avx2, bool wide);
+
+/// One line for a user whose OpenBLAS runs slower kernels than the processor has, with what mends it; empty otherwise,
+/// and where OPENBLAS_CORETYPE was set by the user.
+std::string blas_warning();
+
+/// Where better_blas_core() names one: starts this program anew, once, with OPENBLAS_CORETYPE set to it. Returns where
+/// there is nothing to gain, where the user has set OPENBLAS_CORETYPE, or where the program cannot be started again
+/// (then blas_warning() says so). To be called first thing in main, before threads and files.
+void restart_with_better_blas_core(char** argv);
+
+/// Who chose the core: "OpenBLAS", "touchfield" or "OPENBLAS_CORETYPE".
+std::string blas_core_chosen_by();
+
+/// How OpenBLAS runs threads: "OpenMP", "pthreads" or "none". Only the first shares the threads of our own loops.
+std::string blas_threading();
+
+}  // namespace touchfield
