@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/disjoint_sets.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 
@@ -132,22 +132,22 @@ void CapMesh::number_regions() {
       walk(true);
     }
   }
-  DisjointSets sets(at(parts));
+  DisjointSets sets(parts);
   std::vector<int> part_of_loop(region_of_loop_.size(), -1);
   for (std::size_t i = 0; i < rim_.size(); ++i) {
     const int part = region_[at(beside[i] / 3)];
     int& first = part_of_loop[rim_[i].loop];
     first = first < 0 ? part : first;
-    sets.join(at(first), at(part));
+    sets.join(first, part);
   }
   std::vector<int> number(at(parts), -1);
   for (std::size_t l = 0; l < region_of_loop_.size(); ++l) {
-    int& region = number[sets.root(at(part_of_loop[l]))];
+    int& region = number[static_cast<std::size_t>(sets.root(part_of_loop[l]))];
     region = region < 0 ? region_count_++ : region;
     region_of_loop_[l] = region;
   }
   for (int& region : region_) {
-    region = region < 0 ? region : number[sets.root(at(region))];
+    region = region < 0 ? region : number[static_cast<std::size_t>(sets.root(region))];
   }
 }
 

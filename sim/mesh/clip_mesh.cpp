@@ -8,9 +8,9 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/mesh/disjoint_sets.h"
 #include "sim/mesh/edges.h"
 #include "sim/mesh/thin_faces.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 
@@ -282,12 +282,12 @@ class Clipper {
     struct Wing {  // a corner of a face, by its vertex and one of the two vertices beside it
       int vertex;
       int beside;
-      std::size_t corner;
+      Eigen::Index corner;
     };
     std::vector<Wing> wings;
     for (std::size_t f = 0; f < triangles_.size(); ++f) {
       for (std::size_t c = 0; c < 3; ++c) {
-        const std::size_t number = 3 * f + c;
+        const auto number = static_cast<Eigen::Index>(3 * f + c);
         wings.push_back({triangles_[f][c], triangles_[f][(c + 1) % 3], number});
         wings.push_back({triangles_[f][c], triangles_[f][(c + 2) % 3], number});
       }
@@ -295,7 +295,7 @@ class Clipper {
     std::sort(wings.begin(), wings.end(), [](const Wing& s, const Wing& t) {
       return std::tie(s.vertex, s.beside, s.corner) < std::tie(t.vertex, t.beside, t.corner);
     });
-    DisjointSets fans(3 * triangles_.size());
+    DisjointSets fans(static_cast<Eigen::Index>(3 * triangles_.size()));
     for (std::size_t i = 1; i < wings.size(); ++i) {
       if (wings[i].vertex == wings[i - 1].vertex && wings[i].beside == wings[i - 1].beside) {
         fans.join(wings[i].corner, wings[i - 1].corner);
@@ -306,7 +306,7 @@ class Clipper {
     std::vector<int> copy(3 * triangles_.size(), -1);     // the vertex of each further one
     for (std::size_t i = 0; i < copy.size(); ++i) {
       int& v = triangles_[i / 3][i % 3];
-      const std::size_t own = fans.root(i);
+      const auto own = static_cast<std::size_t>(fans.root(static_cast<Eigen::Index>(i)));
       std::size_t& first = fan[static_cast<std::size_t>(v)];
       first = first == kNone ? own : first;
       if (own != first) {

@@ -125,7 +125,7 @@ SoftBody::SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut, std:
     throw InputError("soft body: it has no cone and no plate, or one that is not finite");
   }
   if (finish) {
-    finished_ = SkinField(*this, 0.5 * finish->least_gap, finish->grid);
+    finished_ = FinishedSkin(*this, 0.5 * finish->least_gap, finish->grid);
   }
 }
 

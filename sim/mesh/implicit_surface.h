@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "sim/mesh/skin_field.h"
+#include "sim/mesh/finished_skin.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -37,7 +37,7 @@ struct SoftCut {
   double blend;
 };
 
-/// What is done to the union of the parts; see SkinField.
+/// What is done to the union of the parts; see FinishedSkin.
 struct SoftFinish {
   double least_gap;  // narrower gaps are filled [m]
   double grid;       // the skin is smoothed at about this length [m]
@@ -87,7 +87,7 @@ class SoftBody {
   std::optional<SoftCut> cut_;
   Vector3 lower_;
   Vector3 upper_;
-  std::optional<SkinField> finished_;
+  std::optional<FinishedSkin> finished_;
 };
 
 }  // namespace touchfield

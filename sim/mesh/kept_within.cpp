@@ -14,11 +14,11 @@
 #include "sim/mesh/capped_cut.h"
 #include "sim/mesh/clip_mesh.h"
 #include "sim/mesh/cut.h"
-#include "sim/mesh/disjoint_sets.h"
 #include "sim/mesh/edges.h"
 #include "sim/mesh/edit_mesh.h"
 #include "sim/mesh/face_tree.h"
 #include "sim/mesh/inspect.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 
@@ -107,22 +107,23 @@ std::vector<int> sides_of_sphere(const TriangleMesh& mesh, const Vector3& centre
     heights[v] = ((x - centre).norm() - radius) / sizing.at(x);
     sides[v] = heights[v] > 0 ? 1 : -1;
   }
-  DisjointSets parts(count);
+  DisjointSets parts(mesh.vertex_count());
   const EdgeTable edges = edge_table(mesh.triangles());
   for (const auto& ends : edges.ends.colwise()) {
-    const auto a = static_cast<std::size_t>(ends(0));
-    const auto b = static_cast<std::size_t>(ends(1));
-    if (sides[a] == sides[b]) {
-      parts.join(a, b);
+    if (sides[static_cast<std::size_t>(ends(0))] == sides[static_cast<std::size_t>(ends(1))]) {
+      parts.join(ends(0), ends(1));
     }
   }
+  const auto part_of = [&](std::size_t v) {
+    return static_cast<std::size_t>(parts.root(static_cast<Eigen::Index>(v)));
+  };
   std::vector<double> farthest(count, 0);
   for (std::size_t v = 0; v < count; ++v) {
-    double& height = farthest[parts.root(v)];
+    double& height = farthest[part_of(v)];
     height = std::max(height, std::abs(heights[v]));
   }
   for (std::size_t v = 0; v < count; ++v) {
-    sides[v] = farthest[parts.root(v)] < kShallow ? -sides[v] : sides[v];
+    sides[v] = farthest[part_of(v)] < kShallow ? -sides[v] : sides[v];
   }
   return sides;
 }
@@ -184,22 +185,22 @@ Vector3 outward_direction(const TriangleMesh& body, const ClippedSurface& skin, 
 /// that one cap closes bound one piece.
 std::vector<bool> nearest_piece(const ClippedSurface& skin, const Loops& loops, const std::vector<int>& cap_of_loop,
                                 const Vector3& centre) {
-  DisjointSets parts(skin.points.size());
+  DisjointSets parts(static_cast<Eigen::Index>(skin.points.size()));
   for (const auto& [a, b, c] : skin.triangles) {
-    parts.join(static_cast<std::size_t>(a), static_cast<std::size_t>(b));
-    parts.join(static_cast<std::size_t>(a), static_cast<std::size_t>(c));
+    parts.join(a, b);
+    parts.join(a, c);
   }
   std::vector<int> on_rim(loops.size(), -1);  // a vertex of each cap; there are no more caps than loops
   for (std::size_t l = 0; l < loops.size(); ++l) {
     int& v = on_rim[static_cast<std::size_t>(cap_of_loop[l])];
     v = v < 0 ? loops[l][0] : v;
-    parts.join(static_cast<std::size_t>(v), static_cast<std::size_t>(loops[l][0]));
+    parts.join(v, loops[l][0]);
   }
   const auto nearest = static_cast<std::size_t>(FaceTree(as_mesh(skin)).nearest(centre).face);
-  const std::size_t seed = parts.root(static_cast<std::size_t>(skin.triangles[nearest][0]));
+  const Eigen::Index seed = parts.root(skin.triangles[nearest][0]);
   std::vector<bool> belongs(skin.points.size());
   for (std::size_t v = 0; v < belongs.size(); ++v) {
-    belongs[v] = parts.root(v) == seed;
+    belongs[v] = parts.root(static_cast<Eigen::Index>(v)) == seed;
   }
   return belongs;
 }

@@ -26,11 +26,11 @@ struct ImplicitValue {
 ///
 /// Smoothed: g is blurred with a standard deviation of 1.15 grid spacings h and interpolated by cubic B-splines, twice
 /// continuously differentiable. This moves a skin of curvature radii R1, R2 inwards by 0.67 h^2 (1/R1 + 1/R2).
-class SkinField {
+class FinishedSkin {
  public:
   /// radius    of the ball [m], > 0
   /// spacing   of the grid [m], at most the radius
-  SkinField(const SoftBody& body, double radius, double spacing);
+  FinishedSkin(const SoftBody& body, double radius, double spacing);
 
   /// Whether the field is known at x: within some spacings of the skin.
   bool covers(const Vector3& x) const;

@@ -1,4 +1,4 @@
-#include "sim/mesh/skin_field.h"
+#include "sim/mesh/finished_skin.h"
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ struct Weights {
 
 }  // namespace
 
-SkinField::SkinField(const SoftBody& body, double radius, double spacing)
+FinishedSkin::FinishedSkin(const SoftBody& body, double radius, double spacing)
     : radius_(radius), spacing_(spacing), origin_(body.lower().array() - kMargin * spacing) {
   const Vector3 size = (body.upper() - body.lower()) / spacing_;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -45,7 +45,7 @@ SkinField::SkinField(const SoftBody& body, double radius, double spacing)
 }
 
 template <class Visit>
-void SkinField::for_each_block(const Visit& visit) const {
+void FinishedSkin::for_each_block(const Visit& visit) const {
 #pragma omp parallel for schedule(dynamic)
   for (int k = 0; k < blocks_[2]; ++k) {
     for (int j = 0; j < blocks_[1]; ++j) {
@@ -57,7 +57,7 @@ void SkinField::for_each_block(const Visit& visit) const {
 }
 
 template <class Visit>
-void SkinField::for_each_node(const Node& block, const Visit& visit) const {
+void FinishedSkin::for_each_node(const Node& block, const Visit& visit) const {
   for (int k = kBlock * block[2]; k < kBlock * (block[2] + 1); ++k) {
     for (int j = kBlock * block[1]; j < kBlock * (block[1] + 1); ++j) {
       for (int i = kBlock * block[0]; i < kBlock * (block[0] + 1); ++i) {
@@ -69,7 +69,7 @@ void SkinField::for_each_node(const Node& block, const Visit& visit) const {
 
 /// The body's function in all blocks that its closed skin may cross, and in those next to them; its value in the middle
 /// all over any other block.
-void SkinField::sample(const SoftBody& body) {
+void FinishedSkin::sample(const SoftBody& body) {
   const auto blocks = static_cast<std::size_t>(blocks_[0] * blocks_[1] * blocks_[2]);
   constexpr double kHalf = 0.5 * kBlock;
   const double reach = kSteepest * std::sqrt(3.0) * kHalf * spacing_;
@@ -115,7 +115,7 @@ void SkinField::sample(const SoftBody& body) {
 
 /// Where the grid's edges cross f = r. For the nodes at their ends, the number of the nearest such point; -1 for
 /// others.
-Points SkinField::free_surface(std::vector<int>& nearest) const {
+Points FinishedSkin::free_surface(std::vector<int>& nearest) const {
   const auto level = static_cast<float>(radius_);
   std::vector<Vector3> crossings;
   nearest.assign(values_.size(), -1);
@@ -149,7 +149,7 @@ Points SkinField::free_surface(std::vector<int>& nearest) const {
 }
 
 /// Hands the nearest free point on from node to node (Danielsson's distance transform), there and back twice.
-void SkinField::close_gaps() {
+void FinishedSkin::close_gaps() {
   std::vector<int> nearest;
   const Points free = free_surface(nearest);
   const auto distance = [&](const Node& n, int crossing) { return (free.col(crossing) - point(n)).norm(); };
@@ -180,7 +180,7 @@ void SkinField::close_gaps() {
 
 /// Turns what no path of free nodes joins to the outside into flesh, at least a spacing deep, so that the blur leaves
 /// nothing of the cavity's walls.
-void SkinField::fill_cavities() {
+void FinishedSkin::fill_cavities() {
   std::vector<char> outside(values_.size(), 1);  // the grid's border needs no visit
   for_each_block([&](const Node& block) {
     for_each_node(block, [&](const Node& n) {
@@ -210,7 +210,7 @@ void SkinField::fill_cavities() {
 }
 
 /// Binomial weights 1 4 6 4 1 along each axis: a standard deviation of one spacing.
-void SkinField::blur() {
+void FinishedSkin::blur() {
   std::vector<float> line_values;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Node step{0, 0, 0};
@@ -229,7 +229,7 @@ void SkinField::blur() {
   }
 }
 
-bool SkinField::covers(const Vector3& x) const {
+bool FinishedSkin::covers(const Vector3& x) const {
   const Vector3 cell = (x - origin_) / spacing_;
   Node block;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -242,7 +242,7 @@ bool SkinField::covers(const Vector3& x) const {
   return known_[block_index(block)] != 0;
 }
 
-ImplicitValue SkinField::at(const Vector3& x) const {
+ImplicitValue FinishedSkin::at(const Vector3& x) const {
   const Vector3 cell = (x - origin_) / spacing_;
   const Vector3 low = cell.array().floor();
   const std::array<Weights, 3> weights = {Weights(cell.x() - low.x()), Weights(cell.y() - low.y()),
