@@ -16,7 +16,7 @@
 
 namespace touchfield {
 
-sigset_t StopSignals::set() {
+sigset_t StopSignals::polite() {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
@@ -25,8 +25,17 @@ sigset_t StopSignals::set() {
   return set;
 }
 
+sigset_t StopSignals::all() {
+  sigset_t set;
+  sigfillset(&set);
+  for (const int harmless : {SIGCHLD, SIGCONT, SIGURG, SIGWINCH}) {
+    sigdelset(&set, harmless);
+  }
+  return set;
+}
+
 StopSignals::StopSignals() {
-  const sigset_t set = StopSignals::set();
+  const sigset_t set = all();
   pthread_sigmask(SIG_BLOCK, &set, &before_);
   descriptor_ = ::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK);
   if (descriptor_ < 0) {
@@ -57,8 +66,9 @@ bool StopSignals::wait(double seconds) {
   return signal_ != 0;
 }
 
-const char* StopSignals::name(int signal) {
-  return signal == SIGINT ? "SIGINT" : signal == SIGTERM ? "SIGTERM" : "SIGHUP";
+std::string StopSignals::name(int signal) {
+  const char* abbreviation = ::sigabbrev_np(signal);  // a real-time signal has none
+  return abbreviation != nullptr ? fmt::format("SIG{}", abbreviation) : fmt::format("signal {}", signal);
 }
 
 double SignalledPace::now() {

@@ -1,14 +1,14 @@
 #pragma once
 
 #include <csignal>
+#include <string>
 
 #include "hardware/player.h"
 
 namespace touchfield {
 
-/// Takes SIGINT, SIGTERM and SIGHUP in turn with other work, instead of letting them end the process: from the
-/// construction on they wait until they are asked for. To be made before the process has threads that do not block
-/// them.
+/// Takes signals in turn with other work, instead of letting them end or stop the process: from the construction on
+/// all() wait until they are asked for. To be made before the process has threads that do not block them.
 class StopSignals {
  public:
   /// throws   IoError if the system refuses
@@ -25,10 +25,13 @@ class StopSignals {
   bool wait(double seconds);
   /// The first signal that came; 0: none.
   int signal() const { return signal_; }
-  /// SIGINT, SIGTERM and SIGHUP.
-  static sigset_t set();
+  /// SIGINT, SIGTERM and SIGHUP: those that ask a program to end.
+  static sigset_t polite();
+  /// Every signal that ends or stops a process, but for SIGKILL and SIGSTOP, which nobody can hold back. A fault of the
+  /// process's own (SIGSEGV, SIGABRT, ...) still ends it at once.
+  static sigset_t all();
   /// "SIGINT", ...
-  static const char* name(int signal);
+  static std::string name(int signal);
 
  private:
   sigset_t before_;

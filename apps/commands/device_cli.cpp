@@ -3,7 +3,8 @@
 #include <CLI/CLI.hpp>
 
 #include "hardware/guard/guard_process.h"
-#include "hardware/guard/guarded_link.h"
+#include "hardware/guard/guard_start.h"
+#include "hardware/guard/watchdog_process.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
@@ -11,6 +12,7 @@ namespace touchfield {
 namespace {
 
 constexpr const char* kGuardName = "link-guard";
+constexpr const char* kWatchdogName = "link-watchdog";
 
 void add_device(CLI::App* command, DeviceOptions& device) {
   command
@@ -82,11 +84,15 @@ void add_device_commands(CLI::App& app, DeviceCommands& state, const std::functi
   add_action("off", "Switch every transducer off", ArrayCommand::Action::kOff);
 
   state.guard_app = app.add_subcommand(kGuardName, "")->group("");
+  state.watchdog_app = app.add_subcommand(kWatchdogName, "")->group("");
 }
 
 std::optional<int> run_device_commands(DeviceCommands& state, const CommonFlags& flags) {
   if (state.guard_app->parsed()) {
     return run_guard(kGuardDescriptor);
+  }
+  if (state.watchdog_app->parsed()) {
+    return run_watchdog(kGuardDescriptor, {"/proc/self/exe", kGuardName});
   }
   if (state.send_app->parsed()) {
     return send_command(state.send, flags);
@@ -106,6 +112,6 @@ std::optional<int> run_device_commands(DeviceCommands& state, const CommonFlags&
   return std::nullopt;
 }
 
-std::vector<std::string> guard_command() { return {"/proc/self/exe", kGuardName}; }
+std::vector<std::string> watchdog_command() { return {"/proc/self/exe", kWatchdogName}; }
 
 }  // namespace touchfield

@@ -13,12 +13,13 @@ class App;
 
 namespace touchfield {
 
-/// The command lines of `send` and `array`, and of the hidden command that the guard process is.
+/// The command lines of `send` and `array`, and of the hidden commands that the guard and its watchdog are.
 struct DeviceCommands {
   SendCommand send;
   ArrayCommand array;
   CLI::App* send_app = nullptr;
   CLI::App* guard_app = nullptr;
+  CLI::App* watchdog_app = nullptr;
   std::vector<std::pair<CLI::App*, ArrayCommand::Action>> array_apps;
   std::optional<double> temperature_c;
   std::vector<double> at_mm;
@@ -30,7 +31,7 @@ void add_device_commands(CLI::App& app, DeviceCommands& state, const std::functi
 /// Runs the one of them that was parsed; nothing if it was another command.
 std::optional<int> run_device_commands(DeviceCommands& state, const CommonFlags& flags);
 
-/// How this program is started as the guard of a link.
-std::vector<std::string> guard_command();
+/// How this program is started as the watchdog of a link's guard.
+std::vector<std::string> watchdog_command();
 
 }  // namespace touchfield

@@ -218,7 +218,7 @@ EmissionReport emit(const EmissionPlan& plan) {
     }
     report.written = address.path.empty() ? 0 : report.frames;
   } else if (signals) {
-    GuardedLink link(guard_command(), {plan.device.link, plan.device.library, plan.array, report.frames > 1},
+    GuardedLink link(watchdog_command(), {plan.device.link, plan.device.library, plan.array, report.frames > 1},
                      {report.level, report.seconds});
     report.emitted = true;
     play_guarded(plan, rounded.frames, modulation, link, *signals, report);

@@ -10,16 +10,16 @@
 namespace touchfield {
 
 void block_interrupts() {
-  const sigset_t set = StopSignals::set();
+  const sigset_t set = StopSignals::polite();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
 }
 
 void handle_interrupts(std::function<void(const char* signal_name)> on_interrupt) {
   std::thread([act = std::move(on_interrupt)] {
-    const sigset_t set = StopSignals::set();
+    const sigset_t set = StopSignals::polite();
     int signal = 0;
     if (sigwait(&set, &signal) == 0) {
-      act(StopSignals::name(signal));
+      act(StopSignals::name(signal).c_str());
       _exit(128 + signal);
     }
   }).detach();

@@ -2,12 +2,15 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
+#include <cstring>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <fmt/format.h>
+
+#include "hardware/guard/vigil.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
@@ -15,8 +18,6 @@ namespace touchfield {
 namespace {
 
 constexpr std::uint32_t kMostBytes = 1U << 24;  // of a message; an array of a hundred thousand transducers has fewer
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 }  // namespace
 
@@ -40,8 +41,22 @@ bool GuardChannel::send(const GuardMessage& message) {
   return true;
 }
 
+pid_t GuardChannel::maker() const {
+  ucred credentials{};
+  socklen_t size = sizeof credentials;
+  if (::getsockopt(descriptor_, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) {
+    throw IoError(fmt::format("link guard: whose channel it is cannot be told: {}", std::strerror(errno)));
+  }
+  return credentials.pid;
+}
+
+void GuardChannel::beat() {
+  constexpr std::uint32_t kEmpty = 0;
+  ::send(descriptor_, &kEmpty, sizeof kEmpty, MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+
 std::optional<GuardMessage> GuardChannel::receive(double patience) {
-  const double until = now() + patience;
+  const double until = steady_now() + patience;
   std::uint32_t size = 0;
   if (!receive_bytes(reinterpret_cast<std::uint8_t*>(&size), sizeof size, until)) {
     return std::nullopt;
@@ -59,7 +74,7 @@ std::optional<GuardMessage> GuardChannel::receive(double patience) {
 bool GuardChannel::receive_bytes(std::uint8_t* data, std::size_t size, double until) {
   while (size > 0) {
     pollfd watched{descriptor_, POLLIN, 0};
-    const int ready = ::poll(&watched, 1, static_cast<int>(std::ceil(std::max(0.0, until - now()) * 1e3)));
+    const int ready = ::poll(&watched, 1, static_cast<int>(std::ceil(std::max(0.0, until - steady_now()) * 1e3)));
     if (ready < 0 && errno == EINTR) {
       continue;
     }

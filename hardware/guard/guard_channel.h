@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <sys/types.h>
 
 #include "hardware/guard/guard_message.h"
 
@@ -18,10 +19,15 @@ class GuardChannel {
   /// Takes over another descriptor.
   void adopt(int descriptor);
   int descriptor() const { return descriptor_; }
+  /// The process that made the pair of sockets.
+  /// throws   IoError if it is none
+  pid_t maker() const;
   /// returns  false if the other end is gone
   bool send(const GuardMessage& message);
+  /// Sends an empty message, a sign of life, unless the other end has so many unread that it would have to wait.
+  void beat();
   /// patience   for the whole message [s]
-  /// returns    nothing if the other end is gone
+  /// returns    nothing if the other end is gone; a message without bytes is a sign of life
   /// throws     IoError if the message does not come, or is none
   std::optional<GuardMessage> receive(double patience);
   void close();

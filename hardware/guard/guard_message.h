@@ -31,6 +31,13 @@ enum class GuardReply : std::uint32_t {
   kStopped,      // text; the guard quieted the device of its own accord and ends; may come unasked
 };
 
+/// What a guard tells its watchdog; a message without bytes is a sign of life.
+enum class GuardNote : std::uint32_t {
+  kDevice,  // LinkSettings
+  kOn,      // from now on the device may emit
+  kOff,     // it is quiet, or given up
+};
+
 /// What a guard lets through.
 struct GuardLimits {
   double level = 0.5;   // largest amplitude, 0..1
@@ -57,6 +64,7 @@ class GuardMessage {
   GuardMessage& append(const GuardMessage& other);
   GuardMessage& put(GuardRequest request) { return put(static_cast<std::uint32_t>(request)); }
   GuardMessage& put(GuardReply reply) { return put(static_cast<std::uint32_t>(reply)); }
+  GuardMessage& put(GuardNote note) { return put(static_cast<std::uint32_t>(note)); }
 
   /// The next value; throws IoError where the message ends before it.
   std::uint32_t take_number();

@@ -1,7 +1,6 @@
 #include "hardware/guard/guard_process.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -9,11 +8,13 @@
 #include <memory>
 #include <poll.h>
 #include <string>
-#include <sys/stat.h>
 
 #include <fmt/format.h>
 
 #include "hardware/guard/guard_channel.h"
+#include "hardware/guard/guard_start.h"
+#include "hardware/guard/quieting.h"
+#include "hardware/guard/vigil.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
 
@@ -21,29 +22,36 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kCheckPeriod = 0.05;      // [s] between looks at a device that is sent nothing
 constexpr double kMessagePatience = 0.05;  // for the rest of a message that has begun [s]
 constexpr double kLevelSlack = 1e-9;
-constexpr int kDeviceFailed = 4;
-
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+constexpr double kForEver = std::numeric_limits<double>::infinity();
 
 class Guard {
  public:
-  explicit Guard(int descriptor) : channel_(descriptor) {}
+  explicit Guard(int descriptor)
+      : program_(descriptor),
+        watchdog_(descriptor + 1),
+        program_vigil_(program_.maker(), steady_now()),
+        watchdog_vigil_(watchdog_.maker(), steady_now()) {}
 
   int run() {
+    double next_look = steady_now();
     while (!ended_) {
-      pollfd watched[2] = {{signals_.descriptor(), POLLIN, 0}, {channel_.descriptor(), POLLIN, 0}};
-      const double wait = std::min(deadline_ - now(), open_ ? kCheckPeriod : 1e3);
-      const int ready = ::poll(watched, 2, static_cast<int>(std::ceil(std::clamp(wait, 0.0, 1e3) * 1e3)));
+      pollfd watched[3] = {
+          {signals_.descriptor(), POLLIN, 0}, {watchdog_.descriptor(), POLLIN, 0}, {program_.descriptor(), POLLIN, 0}};
+      const double wait = std::min(deadline_, next_look) - steady_now();
+      const int ready = ::poll(watched, 3, static_cast<int>(std::ceil(std::max(0.0, wait) * 1e3)));
       if (ready > 0 && watched[0].revents != 0 && signals_.wait(0)) {
         stop(fmt::format("stopped by {}", StopSignals::name(signals_.signal())));
-      } else if (now() >= deadline_) {
+      } else if (steady_now() >= deadline_) {
         stop("the time is over that it may emit");
       } else if (ready > 0 && watched[1].revents != 0) {
+        hear_watchdog();
+      } else if (ready > 0 && watched[2].revents != 0) {
         serve();
-      } else if (open_) {
+      }
+      if (!ended_ && steady_now() >= next_look) {
+        next_look = steady_now() + kLookPeriod;
         look();
       }
     }
@@ -51,15 +59,39 @@ class Guard {
   }
 
  private:
-  // Reads a request and answers it.
-  void serve() {
-    std::optional<GuardMessage> request;
-    try {
-      request = channel_.receive(kMessagePatience);
-    } catch (const IoError& error) {
-      stop(error.what());
+  void hear_watchdog() {
+    if (!received(watchdog_)) {
+      stop("its watchdog is gone");
       return;
     }
+    watchdog_vigil_.heard(steady_now());
+  }
+
+  // Nothing also if what comes is no message: who sends that is as good as gone.
+  static std::optional<GuardMessage> received(GuardChannel& channel) {
+    try {
+      return channel.receive(kMessagePatience);
+    } catch (const IoError&) {
+      return std::nullopt;
+    }
+  }
+
+  // While it may emit, the program and the watchdog have to run.
+  void look() {
+    watchdog_.beat();
+    if (!on_) {
+      return;
+    }
+    if (const auto fault = program_vigil_.fault(steady_now())) {
+      stop("the program that drove the array " + *fault);
+    } else if (const auto other = watchdog_vigil_.fault(steady_now())) {
+      stop("its watchdog " + *other);
+    }
+  }
+
+  // Reads a request and answers it.
+  void serve() {
+    std::optional<GuardMessage> request = received(program_);
     if (!request) {
       stop("the program that drove the array is gone");
       return;
@@ -76,9 +108,10 @@ class Guard {
     } catch (const std::exception& error) {
       reply.put(GuardReply::kError).put(fmt::format("{}{}", error.what(), after_loss()));
     }
-    if (!channel_.send(reply) && !ended_) {
+    if (!program_.send(reply) && !ended_) {
       stop("the program that drove the array is gone");
     }
+    program_vigil_.heard(steady_now());
   }
 
   GuardMessage answered(GuardMessage& request) {
@@ -87,13 +120,15 @@ class Guard {
     if (what == GuardRequest::kStart) {
       limits_.level = request.take_real();
       limits_.seconds = request.take_real();
-      link_ = make_link(request.take_settings());
+      const LinkSettings settings = request.take_settings();
+      watchdog_.send(GuardMessage().put(GuardNote::kDevice).put(settings));
+      link_ = make_link(settings);
       answer.put(link_->describe()).put(link_->abilities()).put(link_->layout());
       return answer;
     }
     if (what == GuardRequest::kClose) {
       ended_ = true;
-      if (open_ && !quieted_) {
+      if (open_ && on_) {
         release();
       } else if (open_) {
         link_->close();
@@ -148,7 +183,7 @@ class Guard {
       }
       case GuardRequest::kQuiet:
         link_->quiet();
-        quieted_ = true;
+        note(false);
         return;
       default:
         throw std::logic_error("link guard: an unknown request");
@@ -160,42 +195,29 @@ class Guard {
     if (level > limits_.level + kLevelSlack) {
       throw InputError(fmt::format("level = {:.3f} must be <= {:g}", level, limits_.level));
     }
-    if (deadline_ == std::numeric_limits<double>::infinity()) {
-      deadline_ = now() + limits_.seconds + kGuardGrace;
+    if (deadline_ == kForEver) {
+      deadline_ = steady_now() + limits_.seconds + kGuardGrace;
     }
-    quieted_ = false;
+    if (!on_) {
+      note(true);
+    }
     link_->send(frame);
   }
 
-  void look() {
-    try {
-      link_->check();
-    } catch (const std::exception& error) {
-      stop(error.what());
-    }
+  // Whether the device may emit, told to the watchdog before that begins and after it has ended.
+  void note(bool on) {
+    on_ = on;
+    watchdog_.send(GuardMessage().put(on ? GuardNote::kOn : GuardNote::kOff));
   }
 
   // Quiets and lets go, as far as the device still lets it. Returns how that went.
   std::string release() {
-    const double start = now();
-    std::string outcome;
-    try {
-      link_->quiet();
-      const std::optional<DriveFrame> state = link_->read_back();
-      const bool loud = state && level_of(*state, link_->abilities().steps) > 0;
-      outcome = fmt::format("{} after {:.0f} ms",
-                            loud    ? "the array says that it is still on"
-                            : state ? "the array is quiet, as it says itself,"
-                                    : "the array is quiet",
-                            (now() - start) * 1e3);
-      exit_code_ = loud ? kDeviceFailed : exit_code_;
-    } catch (const std::exception& error) {
-      outcome = fmt::format("the array could not be quieted: {}", error.what());
-      exit_code_ = kDeviceFailed;
-    }
-    link_->close();
+    watchdog_.beat();
+    const Quieting done = quiet_and_let_go(*link_);
+    exit_code_ = done.quiet ? exit_code_ : kDeviceFailed;
     open_ = false;
-    return outcome;
+    note(false);
+    return done.text;
   }
 
   // Words to add to an error that an open device may not survive.
@@ -206,30 +228,30 @@ class Guard {
     if (was_open_) {
       std::fputs(fmt::format("touchfield: link guard: {}\n", text).c_str(), stderr);
     }
-    channel_.send(GuardMessage().put(GuardReply::kStopped).put("link guard: " + text));
+    ::kill(watchdog_.maker(), SIGCONT);  // it ends with its guard, also if it was stopped
+    program_.send(GuardMessage().put(GuardReply::kStopped).put("link guard: " + text));
     ended_ = true;
   }
 
   StopSignals signals_;
-  GuardChannel channel_;
+  GuardChannel program_;
+  GuardChannel watchdog_;
+  Vigil program_vigil_;
+  Vigil watchdog_vigil_;
   GuardLimits limits_;
   std::unique_ptr<ArrayLink> link_;
   bool was_open_ = false;
   bool open_ = false;
-  bool quieted_ = false;  // on request, and nothing was sent since
+  bool on_ = false;  // a frame was sent, and the device not quieted since
   bool ended_ = false;
-  double deadline_ = std::numeric_limits<double>::infinity();
+  double deadline_ = kForEver;
   int exit_code_ = 0;
 };
 
 }  // namespace
 
 int run_guard(int descriptor) {
-  struct stat status {};
-  if (::fstat(descriptor, &status) != 0 || !S_ISSOCK(status.st_mode)) {
-    throw InputError("link guard: it is started by whoever drives an array, not by hand");
-  }
-  std::signal(SIGPIPE, SIG_IGN);  // of a closed terminal, say: the array must be quieted all the same
+  require_handed_over(2);
   return Guard(descriptor).run();
 }
 

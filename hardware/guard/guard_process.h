@@ -2,17 +2,21 @@
 
 namespace touchfield {
 
-/// The guard: owns a device on behalf of the process at the other end of a socket, and outlives it.
+/// The guard: owns a device on behalf of the program at the other end of a socket, and outlives it.
 ///
-/// It sends a quiet frame, commits and closes the device, each within kLinkPatience, when it is told to, when SIGINT,
-/// SIGTERM or SIGHUP comes, when the socket closes because its owner is gone, when the time that its owner may emit
-/// is over by kGuardGrace, and when the device fails. Of every stop but the first it tells on standard error. It
-/// refuses frames above the level it was given. SIGKILL of the guard itself is out of its reach.
+/// It sends a quiet frame, commits and closes the device, each within kLinkPatience, when it is told to, when any of
+/// StopSignals::all() comes, when the time that the program may emit is over by kGuardGrace, when the device fails, and
+/// when the program or the guard's own watchdog is gone, or, while the device may emit, is stopped or silent for
+/// 250 ms. Of every stop but the first it tells on standard error. It refuses frames above the level it was given.
+/// SIGKILL and SIGSTOP of the guard itself are its watchdog's business, see run_watchdog.
 ///
-/// descriptor   its end of the socket
-/// returns      the exit code of the process: 0, or 4 if the device could not be quieted
-/// throws       InputError if the descriptor is no socket
+/// descriptor   its end of the program's socket; the next one is that of the watchdog's
+/// returns      the exit code of the process: 0, or kDeviceFailed if the device could not be quieted
+/// throws       InputError if the descriptors are no sockets; IoError if it cannot watch the others
 int run_guard(int descriptor);
+
+/// Exit code of a guard or a watchdog whose device may still be on.
+inline constexpr int kDeviceFailed = 4;
 
 /// How much later than its owner the guard ends an emission that took its time [s].
 inline constexpr double kGuardGrace = 0.25;

@@ -1,17 +1,15 @@
 #include "hardware/guard/guarded_link.h"
 
-#include <cerrno>
 #include <chrono>
-#include <cstring>
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/socket.h>
+#include <optional>
 #include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
+#include <utility>
 
-#include <fmt/format.h>
-
+#include "hardware/guard/guard_start.h"
+#include "hardware/guard/quieting.h"
+#include "hardware/guard/vigil.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
@@ -21,38 +19,16 @@ namespace {
 constexpr double kPatience = 2;       // for an answer [s]; the link itself gives up after kLinkPatience
 constexpr double kOpenPatience = 30;  // where a library is loaded or a network connected [s]
 
-// Both ends are closed in every program that is started, but for the one that the guard is handed.
-struct SocketPair {
-  SocketPair() {
-    int ends[2] = {-1, -1};
-    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
-      throw IoError(fmt::format("link guard: no channel: {}", std::strerror(errno)));
-    }
-    own = ends[0];
-    guards = ends[1];
+// Waits for a child's end.
+// returns   its exit code; nothing if it does not end, or was ended by a signal
+std::optional<int> exit_code_of(pid_t child) {
+  const double end = steady_now() + kPatience;
+  int status = 0;
+  pid_t ended = 0;
+  while ((ended = ::waitpid(child, &status, WNOHANG)) == 0 && steady_now() < end) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  int own;
-  int guards;
-};
-
-pid_t started(const std::vector<std::string>& command, int descriptor) {
-  std::vector<char*> arguments;
-  arguments.reserve(command.size() + 1);
-  for (const std::string& word : command) {
-    arguments.push_back(const_cast<char*>(word.c_str()));
-  }
-  arguments.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, descriptor, kGuardDescriptor);
-  pid_t guard = -1;
-  const int error = ::posix_spawn(&guard, command.front().c_str(), &actions, nullptr, arguments.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  ::close(descriptor);
-  if (error != 0) {
-    throw IoError(fmt::format("link guard: {} cannot be started: {}", command.front(), std::strerror(error)));
-  }
-  return guard;
+  return ended == child && WIFEXITED(status) ? std::optional(WEXITSTATUS(status)) : std::nullopt;
 }
 
 }  // namespace
@@ -62,7 +38,8 @@ GuardedLink::GuardedLink(const std::vector<std::string>& command, const LinkSett
     : channel_(-1) {
   const SocketPair ends;
   channel_.adopt(ends.own);
-  guard_ = started(command, ends.guards);
+  watchdog_ = start_apart(command, {ends.others});
+  ::close(ends.others);
   try {
     GuardMessage answer = ask(
         GuardMessage().put(GuardRequest::kStart).put(limits.level).put(limits.seconds).put(settings), kOpenPatience);
@@ -100,7 +77,7 @@ std::optional<std::vector<std::uint8_t>> GuardedLink::read_back_modulation() {
 void GuardedLink::quiet() { ask(GuardRequest::kQuiet); }
 
 void GuardedLink::close() noexcept {
-  if (guard_ < 0) {
+  if (watchdog_ < 0) {
     return;
   }
   try {
@@ -108,11 +85,14 @@ void GuardedLink::close() noexcept {
   } catch (const std::exception&) {  // it stopped before, or does not answer: its end of the channel tells it
   }
   channel_.close();
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(kPatience);
-  while (::waitpid(guard_, nullptr, WNOHANG) == 0 && std::chrono::steady_clock::now() < end) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  if (watchdog_ >= 0) {
+    exit_code_of(std::exchange(watchdog_, -1));
   }
-  guard_ = -1;
+}
+
+std::string GuardedLink::last_word() {
+  const std::optional<int> code = watchdog_ >= 0 ? exit_code_of(std::exchange(watchdog_, -1)) : std::nullopt;
+  return code == 0 ? "; its watchdog has quieted the array" : kMayBeOn;
 }
 
 GuardMessage GuardedLink::ask(GuardRequest request) { return ask(GuardMessage().put(request), kPatience); }
@@ -124,10 +104,10 @@ GuardMessage GuardedLink::ask(const GuardMessage& request, double patience) {
   try {
     answer = channel_.receive(patience);
   } catch (const IoError& error) {
-    throw DeviceError(fmt::format("{}; the array may still be on: switch off its supply", error.what()));
+    throw DeviceError(error.what() + std::string(kMayBeOn));
   }
   if (!answer) {
-    throw DeviceError("link guard: it is gone; the array may still be on: switch off its supply");
+    throw DeviceError("link guard: it is gone" + last_word());
   }
   const auto reply = static_cast<GuardReply>(answer->take_number());
   switch (reply) {

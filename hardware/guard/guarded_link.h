@@ -10,15 +10,13 @@
 
 namespace touchfield {
 
-/// The descriptor on which a guard finds its channel.
-inline constexpr int kGuardDescriptor = 3;
-
 /// A link that lives in a process of its own, the guard, which owns the device and quiets it when this process, or it
-/// itself, is told to stop, or when this process is gone, however it went. See run_guard.
+/// itself, is told to stop, or when this process is gone, stopped or silent. The guard has a watchdog, a process too.
+/// See run_guard and run_watchdog.
 class GuardedLink final : public ArrayLink {
  public:
-  /// Starts the guard; touches no device.
-  /// command   program and arguments that call run_guard(kGuardDescriptor)
+  /// Starts the watchdog, and with it the guard; touches no device.
+  /// command   program and arguments that call run_watchdog(kGuardDescriptor, ...)
   /// throws    InputError as make_link; IoError if the guard cannot be started
   GuardedLink(const std::vector<std::string>& command, const LinkSettings& settings, const GuardLimits& limits);
   ~GuardedLink() override;
@@ -39,9 +37,11 @@ class GuardedLink final : public ArrayLink {
  private:
   GuardMessage ask(const GuardMessage& request, double patience);
   GuardMessage ask(GuardRequest request);
+  /// How the watchdog of a guard that is gone has left the array.
+  std::string last_word();
 
   GuardChannel channel_;
-  pid_t guard_ = -1;
+  pid_t watchdog_ = -1;
   std::string description_;
   LinkAbilities abilities_;
   ArrayLayout layout_;

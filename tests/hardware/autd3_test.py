@@ -142,6 +142,10 @@ class Autd3Test(CommandTest):
         with open_run(self.solved / scene) as run:
             return expected_drives(run, "surface", level)
 
+    @staticmethod
+    def child_of(process):
+        return int(pathlib.Path(f"/proc/{process}/task/{process}/children").read_text())
+
     def wait_for(self, look, seconds=10):
         """What `look` finds once it is not None."""
         end = time.monotonic() + seconds
@@ -202,19 +206,58 @@ class Autd3Test(CommandTest):
 
     def test_whatever_ends_it_leaves_a_quiet_array(self):
         drives = self.drives("width_8mm", 0.5)
-        for signal_sent, code in ((signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)):
-            with self.subTest(signal=signal_sent.name), Server() as server:
+        for signal_sent, to, code in ((signal.SIGINT, "program", 130), (signal.SIGTERM, "program", 143),
+                                      (signal.SIGTSTP, "program", 148), (signal.SIGQUIT, "program", 131),
+                                      (signal.SIGKILL, "program", -9), (signal.SIGSTOP, "program", 4),
+                                      (signal.SIGUSR1, "guard", 4), (signal.SIGSTOP, "guard", 4),
+                                      (signal.SIGSTOP, "watchdog", 4), (signal.SIGKILL, "watchdog", 4)):
+            with self.subTest(signal=signal_sent.name, to=to), Server() as server:
                 command = [PROGRAM, "send", self.solved / "width_8mm", "--method", "surface", "--library", LIBRARY,
                            "--to", f"autd3:remote:127.0.0.1:{server.port}", "--emit", "--seconds", "9"]
                 with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as sending:
                     number = self.wait_for(lambda server=server: server.holds(drives))
+                    watchdog = self.child_of(sending.pid)
+                    target = {"program": sending.pid, "watchdog": watchdog, "guard": self.child_of(watchdog)}[to]
                     self.assertIsNone(server.holds(QUIET, number + 1))
                     start = time.monotonic()
-                    sending.send_signal(signal_sent)
+                    os.kill(target, signal_sent)
                     quiet = self.wait_for(lambda: server.holds(QUIET, number + 1))
                     self.assertLess(server.times[quiet] - start, 0.2)
+                    sending.send_signal(signal.SIGCONT)
                     self.assertEqual(sending.wait(10), code)
                 self.wait_for(lambda server=server: server.closed or None)
+
+    def test_the_watchdog_takes_over_from_a_guard_that_was_killed(self):
+        drives = self.drives("width_8mm", 0.5)
+        with Server() as server:
+            command = [PROGRAM, "send", self.solved / "width_8mm", "--method", "surface", "--library", LIBRARY, "--to",
+                       f"autd3:remote:127.0.0.1:{server.port}", "--emit", "--seconds", "9"]
+            with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, stdout=subprocess.DEVNULL) as sending:
+                number = self.wait_for(lambda: server.holds(drives))
+                os.kill(self.child_of(self.child_of(sending.pid)), signal.SIGKILL)
+                self.wait_for(lambda: server.holds(QUIET, number + 1))
+                self.assertEqual(sending.wait(10), 4)
+                self.assertIn("its guard was ended by SIGKILL; the array is quiet", sending.stderr.read())
+            self.assertEqual(server.connections, 2)
+
+    def test_the_emulator_says_that_it_is_quiet(self):
+        for signal_sent, to in ((signal.SIGTSTP, "program"), (signal.SIGSTOP, "program"), (signal.SIGQUIT, "guard"),
+                                (signal.SIGSTOP, "guard"), (signal.SIGSTOP, "watchdog")):
+            with self.subTest(signal=signal_sent.name, to=to):
+                command = [PROGRAM, "array", "walk", "--library", LIBRARY, "--to", "autd3:audit", "--emit", "--count",
+                           "2", "--dwell", "4"]
+                with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as walking:
+                    self.assertIn("transducer 0", walking.stdout.readline())
+                    watchdog = self.child_of(walking.pid)
+                    target = {"program": walking.pid, "watchdog": watchdog, "guard": self.child_of(watchdog)}[to]
+                    os.kill(target, signal_sent)
+                    time.sleep(0.3)
+                    walking.send_signal(signal.SIGCONT)
+                    self.assertIn(walking.wait(5), (4, 128 + signal_sent))
+                    said = walking.stderr.read() + walking.stdout.read()
+                    self.assertIn("quiet", said)
+                    if to != "program" or signal_sent == signal.SIGSTOP:
+                        self.assertIn("the array is quiet, as it says itself", said)
 
     def test_the_modulation_reaches_a_server(self):
         # A sine of 200 Hz in samples at 4000 a second repeats after 20.

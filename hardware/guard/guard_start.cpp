@@ -1,0 +1,60 @@
+#include "hardware/guard/guard_start.h"
+
+#include <cerrno>
+#include <cstring>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+SocketPair::SocketPair() {
+  int ends[2] = {-1, -1};
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+    throw IoError(fmt::format("link guard: no channel: {}", std::strerror(errno)));
+  }
+  own = ends[0];
+  others = ends[1];
+}
+
+pid_t start_apart(const std::vector<std::string>& command, const std::vector<int>& descriptors) {
+  std::vector<char*> arguments;
+  arguments.reserve(command.size() + 1);
+  for (const std::string& word : command) {
+    arguments.push_back(const_cast<char*>(word.c_str()));
+  }
+  arguments.push_back(nullptr);
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  int place = kGuardDescriptor;
+  for (const int descriptor : descriptors) {
+    posix_spawn_file_actions_adddup2(&actions, descriptor, place++);
+  }
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
+  pid_t started = -1;
+  const int error = ::posix_spawn(&started, command.front().c_str(), &actions, &attributes, arguments.data(), environ);
+  posix_spawnattr_destroy(&attributes);
+  posix_spawn_file_actions_destroy(&actions);
+  if (error != 0) {
+    throw IoError(fmt::format("link guard: {} cannot be started: {}", command.front(), std::strerror(error)));
+  }
+  return started;
+}
+
+void require_handed_over(int count) {
+  for (int descriptor = kGuardDescriptor; descriptor < kGuardDescriptor + count; ++descriptor) {
+    struct stat status {};
+    if (::fstat(descriptor, &status) != 0 || !S_ISSOCK(status.st_mode)) {
+      throw InputError("link guard: it is started by whoever drives an array, not by hand");
+    }
+  }
+}
+
+}  // namespace touchfield

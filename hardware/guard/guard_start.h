@@ -1,0 +1,31 @@
+#pragma once
+
+#include <string>
+#include <sys/types.h>
+#include <vector>
+
+namespace touchfield {
+
+/// The first descriptor that a program started here finds.
+inline constexpr int kGuardDescriptor = 3;
+
+/// Two connected sockets. A program that is started gets none of them but what it is handed.
+struct SocketPair {
+  /// throws   IoError if the system has none
+  SocketPair();
+  int own;
+  int others;
+};
+
+/// Starts a program in a session of its own, where no signal of a terminal reaches it.
+///
+/// command       program and arguments
+/// descriptors   it finds them as kGuardDescriptor and those that follow; none may be below the place it goes to
+/// throws        IoError if it cannot be started
+pid_t start_apart(const std::vector<std::string>& command, const std::vector<int>& descriptors);
+
+/// In a program that was started so: refuses to go on without the sockets it was to be handed.
+/// throws   InputError
+void require_handed_over(int count);
+
+}  // namespace touchfield

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <sys/types.h>
+
+namespace touchfield {
+
+/// [s] of the steady clock.
+double steady_now();
+
+/// How long another process has said nothing, counted in looks. A look counts for kLongestLook at most: a pause of the
+/// whole machine, or of the one who looks, is not the other's.
+class Silence {
+ public:
+  explicit Silence(double now) : last_(now) {}
+  /// The other one said something.
+  void heard(double now);
+  /// returns   whether it has now said nothing for too long
+  bool look(double now);
+
+ private:
+  double last_;        // heard or looked [s]
+  double silent_ = 0;  // [s]
+};
+
+/// Time between looks at another process [s].
+inline constexpr double kLookPeriod = 0.02;
+/// What a look counts for at most [s].
+inline constexpr double kLongestLook = 2 * kLookPeriod;
+/// Silence that is too long [s]: with a look's period, it is found within 250 ms.
+inline constexpr double kLongestSilence = 0.225;
+
+/// A watch over another process of this machine, which has to say something all the time and must not be stopped.
+class Vigil {
+ public:
+  /// throws   IoError if the system does not show the process's state
+  Vigil(pid_t process, double now);
+  ~Vigil();
+  Vigil(const Vigil&) = delete;
+  Vigil& operator=(const Vigil&) = delete;
+
+  /// It said something.
+  void heard(double now) { silence_.heard(now); }
+  /// To be called every kLookPeriod while it has to speak.
+  /// returns   "was stopped by a signal", "said nothing for 250 ms", or nothing if all is well
+  std::optional<std::string> fault(double now);
+
+ private:
+  bool stopped() const;
+
+  int state_;  // descriptor of /proc/PID/stat, which goes with the process and not with its number
+  Silence silence_;
+};
+
+}  // namespace touchfield

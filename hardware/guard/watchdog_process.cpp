@@ -1,0 +1,157 @@
+#include "hardware/guard/watchdog_process.h"
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <optional>
+#include <poll.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "hardware/guard/guard_channel.h"
+#include "hardware/guard/guard_process.h"
+#include "hardware/guard/guard_start.h"
+#include "hardware/guard/quieting.h"
+#include "hardware/guard/vigil.h"
+#include "hardware/stop_signals.h"
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kMessagePatience = 0.05;  // for the rest of a message that has begun [s]
+
+class Watchdog {
+ public:
+  Watchdog(pid_t guard, int descriptor) : guard_(guard), channel_(descriptor), vigil_(guard, steady_now()) {}
+
+  int run() {
+    int status = 0;
+    while (::waitpid(guard_, &status, WNOHANG) == 0) {
+      // Once the channel is closed the guard is about to be gone.
+      const int wait = channel_.descriptor() < 0 ? 1 : static_cast<int>(kLookPeriod * 1e3);
+      pollfd watched[2] = {{signals_.descriptor(), POLLIN, 0}, {channel_.descriptor(), POLLIN, 0}};
+      const int ready = ::poll(watched, 2, wait);
+      if (ready > 0 && watched[0].revents != 0 && signals_.wait(0) && !passed_on_) {
+        passed_on_ = true;
+        ::kill(guard_, signals_.signal());
+      }
+      if (ready > 0 && watched[1].revents != 0) {
+        hear();
+      }
+      look();
+    }
+    while (channel_.descriptor() >= 0) {
+      hear();  // its last words
+    }
+    return ended(status);
+  }
+
+ private:
+  void hear() {
+    std::optional<GuardMessage> message;
+    try {
+      message = channel_.receive(kMessagePatience);
+    } catch (const IoError&) {  // NOLINT(bugprone-empty-catch): its guard died in the middle of a message
+    }
+    if (!message) {
+      channel_.close();
+      return;
+    }
+    vigil_.heard(steady_now());
+    if (message->bytes().empty()) {
+      return;
+    }
+    const auto note = static_cast<GuardNote>(message->take_number());
+    if (note == GuardNote::kDevice) {
+      device_ = message->take_settings();
+    } else {
+      on_ = note == GuardNote::kOn;
+    }
+  }
+
+  // Beats, and does what it can about a guard that does not run.
+  void look() {
+    const double now = steady_now();
+    if (now < next_look_) {
+      return;
+    }
+    next_look_ = now + kLookPeriod;
+    if (channel_.descriptor() >= 0) {
+      channel_.beat();
+    }
+    const std::optional<std::string> fault = on_ ? vigil_.fault(now) : std::nullopt;
+    if (!fault) {
+      fault_since_.reset();
+      return;
+    }
+    found_ = *fault;
+    if (!fault_since_) {
+      fault_since_ = now;
+    }
+    if (now - *fault_since_ >= kMercy) {
+      ::kill(guard_, SIGKILL);
+      return;
+    }
+    ::kill(guard_, SIGTERM);
+    ::kill(guard_, SIGCONT);
+  }
+
+  int ended(int status) {
+    if (on_) {
+      const std::string reason = WIFSIGNALED(status) && found_.empty()
+                                     ? fmt::format("was ended by {}", StopSignals::name(WTERMSIG(status)))
+                                 : found_.empty() ? "ended without quieting the array"
+                                                  : found_;
+      const Quieting done = take_over();
+      tell(fmt::format("its guard {}; {}", reason, done.text));
+      return done.quiet ? 0 : kDeviceFailed;
+    }
+    if (!found_.empty()) {
+      tell(fmt::format("its guard {} and had to be called", found_));
+    }
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+  }
+
+  // Quiets the device that a guard has left.
+  Quieting take_over() {
+    try {
+      const std::unique_ptr<ArrayLink> link = make_link(device_);
+      link->open();
+      return quiet_and_let_go(*link);
+    } catch (const std::exception& error) {
+      return {false, fmt::format("the array could not be quieted: {}", error.what())};
+    }
+  }
+
+  static void tell(const std::string& what) {
+    std::fputs(fmt::format("touchfield: link watchdog: {}\n", what).c_str(), stderr);
+  }
+
+  StopSignals signals_;
+  pid_t guard_;
+  GuardChannel channel_;
+  Vigil vigil_;
+  LinkSettings device_;
+  bool on_ = false;         // by the guard's word the device may emit
+  bool passed_on_ = false;  // a signal
+  double next_look_ = 0;
+  std::optional<double> fault_since_;
+  std::string found_;  // the last fault
+};
+
+}  // namespace
+
+int run_watchdog(int descriptor, const std::vector<std::string>& guard_command) {
+  require_handed_over(1);
+  const SocketPair ends;
+  const pid_t guard = start_apart(guard_command, {descriptor, ends.others});
+  ::close(descriptor);
+  ::close(ends.others);
+  return Watchdog(guard, ends.own).run();
+}
+
+}  // namespace touchfield

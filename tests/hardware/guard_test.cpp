@@ -1,0 +1,193 @@
+// A guarded link to a SonicSurface behind a pseudo-terminal, with this program as its guard and its watchdog.
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <poll.h>
+#include <pty.h>
+#include <string>
+#include <sys/ioctl.h>
+#include <thread>
+#include <unistd.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "hardware/guard/guard_process.h"
+#include "hardware/guard/guard_start.h"
+#include "hardware/guard/guarded_link.h"
+#include "hardware/guard/watchdog_process.h"
+#include "hardware/links/sonicsurface_protocol.h"
+#include "sim/core/errors.h"
+
+namespace touchfield {
+namespace {
+
+using testing::HasSubstr;
+using testing::ThrowsMessage;
+
+/// What the single board of a line would emit.
+class Board {
+ public:
+  Board() {
+    ::openpty(&master_, &slave_, name_.data(), nullptr, nullptr);
+    ::ioctl(slave_, TIOCNXCL);
+    thread_ = std::thread([this] { read(); });
+  }
+  ~Board() {
+    ended_ = true;
+    thread_.join();
+    ::close(master_);
+    ::close(slave_);
+  }
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+
+  std::string address() const { return "sonicsurface:" + std::string(name_.data()); }
+  /// Lets another process in, as a port that its last owner closed does.
+  void release() const { ::ioctl(slave_, TIOCNXCL); }
+  bool becomes(bool on) const {
+    for (int k = 0; k < 5000 && on_ != on; ++k) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return on_ == on;
+  }
+
+ private:
+  void read() {
+    std::array<std::uint8_t, 4096> bytes{};
+    while (!ended_) {
+      pollfd watched{master_, POLLIN, 0};
+      if (::poll(&watched, 1, 20) <= 0) continue;
+      const ssize_t size = ::read(master_, bytes.data(), bytes.size());
+      for (ssize_t k = 0; k < size; ++k) hear(bytes[static_cast<std::size_t>(k)]);
+    }
+  }
+
+  void hear(std::uint8_t byte) {
+    if (byte == sonicsurface::kCommit) {
+      std::swap(front_, back_);
+      on_ = front_ || back_;
+    } else if (byte == sonicsurface::kSelectBoard || byte == sonicsurface::kSelectBoard + 1) {
+      listens_ = byte == sonicsurface::kSelectBoard;
+    } else if (listens_ && byte == sonicsurface::kStart) {
+      back_ = false;
+    } else if (listens_ && byte < sonicsurface::kOff) {
+      back_ = true;
+    }
+  }
+
+  int master_ = -1;
+  int slave_ = -1;
+  std::array<char, 64> name_{};
+  bool front_ = true;  // one of its transducers is on
+  bool back_ = true;
+  bool listens_ = true;
+  std::atomic<bool> on_ = true;
+  std::atomic<bool> ended_ = false;
+  std::thread thread_;
+};
+
+pid_t child_of(pid_t process) {
+  pid_t child = -1;
+  std::ifstream("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children") >> child;
+  return child;
+}
+
+DriveFrame loud_frame() { return {std::vector<std::uint8_t>(256, 3), std::vector<std::uint8_t>(256, 1)}; }
+
+class Guarded : public testing::Test {
+ protected:
+  void emit() {
+    link_.open();
+    ASSERT_TRUE(board_.becomes(false)) << "a board that was just powered emits";
+    link_.set_modulation(StaticModulation{});
+    link_.send(loud_frame());
+    watchdog_ = child_of(::getpid());
+    guard_ = child_of(watchdog_);
+    ASSERT_GT(guard_, 0);
+    ASSERT_TRUE(board_.becomes(true));
+  }
+
+  /// What the program is told that goes on with its own.
+  std::string loss() {
+    try {
+      for (;;) link_.check();
+    } catch (const DeviceError& error) {
+      return error.what();
+    }
+  }
+
+  Board board_;
+  GuardedLink link_{{"/proc/self/exe", "watchdog"}, {board_.address(), "", {}, false}, {1, 60}};
+  pid_t watchdog_ = -1;
+  pid_t guard_ = -1;
+};
+
+TEST_F(Guarded, IsQuietOnRequest) {
+  emit();
+  link_.check();
+  link_.quiet();
+  EXPECT_TRUE(board_.becomes(false));
+  link_.close();
+}
+
+TEST_F(Guarded, LetsNothingThroughThatDoesNotFit) {
+  emit();
+  EXPECT_THROW(link_.send({{1}, {1}}), InputError);
+  link_.close();
+  EXPECT_TRUE(board_.becomes(false)) << "closed without having been quieted";
+}
+
+TEST_F(Guarded, ASilentProgram) {
+  emit();
+  EXPECT_TRUE(board_.becomes(false));
+  EXPECT_THAT(loss(), HasSubstr("the program that drove the array said nothing for 250 ms; the array is quiet"));
+}
+
+TEST_F(Guarded, AStoppedGuard) {
+  emit();
+  ::kill(guard_, SIGSTOP);
+  EXPECT_THAT(loss(), HasSubstr("stopped by SIGTERM; the array is quiet"));
+  EXPECT_TRUE(board_.becomes(false));
+}
+
+TEST_F(Guarded, AKilledGuard) {
+  emit();
+  board_.release();
+  ::kill(guard_, SIGKILL);
+  EXPECT_THAT(loss(), HasSubstr("link guard: it is gone; its watchdog has quieted the array"));
+  EXPECT_TRUE(board_.becomes(false));
+}
+
+TEST_F(Guarded, AStoppedWatchdog) {
+  emit();
+  ::kill(watchdog_, SIGSTOP);
+  EXPECT_THAT(loss(), HasSubstr("its watchdog was stopped by a signal; the array is quiet"));
+  EXPECT_TRUE(board_.becomes(false));
+}
+
+TEST_F(Guarded, AKilledWatchdog) {
+  emit();
+  ::kill(watchdog_, SIGKILL);
+  EXPECT_THAT(loss(), HasSubstr("its watchdog is gone; the array is quiet"));
+  EXPECT_TRUE(board_.becomes(false));
+}
+
+TEST(Watchdog, IsNotStartedByHand) {
+  EXPECT_THAT([] { require_handed_over(1000); }, ThrowsMessage<InputError>(HasSubstr("not by hand")));
+}
+
+}  // namespace
+}  // namespace touchfield
+
+int main(int argc, char** argv) {
+  const std::string role = argc == 2 ? argv[1] : "";
+  if (role == "guard") {
+    return touchfield::run_guard(touchfield::kGuardDescriptor);
+  }
+  if (role == "watchdog") {
+    return touchfield::run_watchdog(touchfield::kGuardDescriptor, {"/proc/self/exe", "guard"});
+  }
+  testing::InitGoogleTest(&argc, argv);
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,67 @@
+#include "hardware/guard/vigil.h"
+
+#include <csignal>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+namespace {
+
+TEST(Silence, IsFoundWithin250Milliseconds) {
+  Silence silence(7);
+  double now = 7;
+  do {
+    now += kLookPeriod;
+  } while (!silence.look(now));
+  EXPECT_GT(now - 7, 0.2);
+  EXPECT_LE(now - 7, 0.25);
+}
+
+TEST(Silence, EndsWithASignOfLife) {
+  Silence silence(0);
+  double now = 0;
+  for (int k = 0; k < 100; ++k) {
+    now += 0.2;
+    for (double look = now - 0.2 + kLookPeriod; look < now; look += kLookPeriod) {
+      EXPECT_FALSE(silence.look(look)) << look;
+    }
+    silence.heard(now);
+  }
+}
+
+// Who was kept from running himself has not been there to hear.
+TEST(Silence, APauseOfTheListenerIsNone) {
+  Silence silence(0);
+  EXPECT_FALSE(silence.look(5));
+  EXPECT_FALSE(silence.look(10));
+  EXPECT_FALSE(silence.look(15));
+  silence.heard(15);
+  EXPECT_FALSE(silence.look(60));
+}
+
+TEST(Vigil, SeesThatAProcessIsStopped) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    for (;;) ::pause();
+  }
+  Vigil vigil(child, 0);
+  EXPECT_EQ(vigil.fault(0.01), std::nullopt);
+  ::kill(child, SIGSTOP);
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, WUNTRACED), child);
+  EXPECT_EQ(vigil.fault(0.02), "was stopped by a signal");
+  ::kill(child, SIGCONT);
+  ASSERT_EQ(::waitpid(child, &status, WCONTINUED), child);
+  EXPECT_EQ(vigil.fault(0.03), std::nullopt);
+  ::kill(child, SIGKILL);
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(vigil.fault(0.04), std::nullopt) << "that it is gone is told by its channel";
+  EXPECT_THROW(Vigil(child, 0), IoError);
+}
+
+}  // namespace
+}  // namespace touchfield
