@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "apps/commands/compare_json.h"
-#include "sim/core/errors.h"
 #include "sim/output/run_compare.h"
 #include "sim/output/run_file.h"
 #include "sim/run/scene_changes.h"
@@ -13,14 +12,6 @@
 namespace touchfield {
 
 namespace {
-
-Run read(const std::string& path) {
-  try {
-    return read_run_file(path);
-  } catch (const IoError& error) {
-    throw InputError(error.what());
-  }
-}
 
 std::string heading(char letter, const std::string& path, const Run& run) {
   return fmt::format("{:<9} {}: {}, {}\n", letter, path, run.name, run.complete ? "complete" : "NOT COMPLETE");
@@ -39,8 +30,8 @@ std::string tolerance_line(double tolerance, const Deviation& largest) {
 int compare_command(const CompareCommand& command, const CommonFlags& flags) {
   const std::string path_a = run_file_at(command.a);
   const std::string path_b = run_file_at(command.b);
-  const Run a = read(path_a);
-  const Run b = read(path_b);
+  const Run a = read_run_file(path_a);
+  const Run b = read_run_file(path_b);
   const RunDifference difference = compare_runs(a, b, scene_changes(a.scene, b.scene));
   const bool within = !command.tolerance || difference.largest_result.relative <= *command.tolerance;
   if (flags.json) {

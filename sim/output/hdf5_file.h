@@ -8,7 +8,7 @@
 
 /// A thin layer over the HDF5 C library: identifiers that close themselves, and errors that name file, place and
 /// HDF5's own reason. Element types T are double, int, std::int64_t, unsigned char and Complex (a compound {r, i}).
-/// Every function throws IoError if the library fails or a file holds another type or shape than asked for.
+/// Every function throws IoError if the library fails.
 namespace touchfield::hdf5 {
 
 using Shape = std::vector<std::uint64_t>;  // slowest index first, as HDF5 counts
@@ -32,7 +32,7 @@ class Handle {
   Close close_;
 };
 
-/// A group of an open file. Links keep the order in which they were made.
+/// A group of a file that is being written. Links keep the order in which they were made.
 class Group {
  public:
   Group(Handle handle, std::string place) : handle_(std::move(handle)), place_(std::move(place)) {}
@@ -40,9 +40,6 @@ class Group {
   const std::string& place() const { return place_; }  // "run.h5: /methods/surface", for messages
 
   Group create(const std::string& name) const;
-  Group open(const std::string& name) const;
-  bool has(const std::string& name) const;
-  std::vector<std::string> names() const;  // of everything in it, in the order it was made
   /// A soft link to another place of the same file.
   void link(const std::string& name, const std::string& target) const;
 
@@ -50,27 +47,13 @@ class Group {
   void set_attribute(const std::string& name, double value) const;
   void set_attribute(const std::string& name, int value) const;
   void set_attribute(const std::string& name, const std::vector<std::string>& texts) const;
-
   bool has_attribute(const std::string& name) const;
-  std::string text_attribute(const std::string& name) const;
-  double number_attribute(const std::string& name) const;
-  int integer_attribute(const std::string& name) const;
-  std::vector<std::string> texts_attribute(const std::string& name) const;
 
   /// A dataset in C order with the attribute `unit`; compressed if it is large.
   template <class T>
   void write(const std::string& name, const T* values, const Shape& shape, const std::string& unit) const;
   void write_text(const std::string& name, const std::string& text) const;
   void write_texts(const std::string& name, const std::vector<std::string>& texts) const;
-
-  /// The shape of a dataset. The file is known to hold at least the data that the shape promises (compression allowed
-  /// for), so that memory can be taken for it.
-  Shape shape(const std::string& name) const;
-  /// Reads a dataset that must have this shape.
-  template <class T>
-  void read(const std::string& name, const Shape& shape, T* values) const;
-  std::string read_text(const std::string& name) const;
-  std::vector<std::string> read_texts(const std::string& name) const;
 
  private:
   Handle handle_;
@@ -99,19 +82,6 @@ class MemoryFile {
   Group root() const;
   /// The file's bytes as it is now. Groups must be closed.
   std::string bytes() const;
-
- private:
-  QuietErrors quiet_;
-  std::string path_;
-  Handle file_;
-};
-
-/// A file on disk, open for reading. The library does not survive every damaged file: check its checksum first.
-class InputFile {
- public:
-  explicit InputFile(std::string path);
-
-  Group root() const;
 
  private:
   QuietErrors quiet_;

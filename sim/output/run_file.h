@@ -18,8 +18,8 @@ void write_run_file(const std::string& path, const Run& run);
 
 /// Reads a run back, as much of it as the file holds.
 ///
-/// throws   InputError if the file is missing, no HDF5, no whole touchfield run, or of a newer format version;
-///          IoError if it is damaged
+/// throws   InputError if the file is missing, no HDF5, no whole touchfield run, of a newer format version, damaged or
+///          forged, or cannot be read; IoError if no process can be started to read it in
 Run read_run_file(const std::string& path);
 
 /// The methods side by side, one a line; the gap to the certificate where it was computed.

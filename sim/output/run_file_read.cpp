@@ -8,6 +8,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/output/checksum.h"
+#include "sim/output/hdf5_content.h"
 #include "sim/output/run_file.h"
 #include "sim/output/run_layout.h"
 
@@ -15,15 +16,15 @@ namespace touchfield {
 
 namespace {
 
-using hdf5::Group;
+using hdf5::Content;
 using hdf5::Shape;
 
-[[noreturn]] void fail(const Group& group, std::string_view what) {
-  throw IoError(fmt::format("{}: {}", group.place(), what));
+[[noreturn]] void fail(const Content& group, std::string_view what) {
+  throw InputError(fmt::format("{}: {}", group.place(), what));
 }
 
 /// Length of a list, or of the first index of a table with `columns` columns.
-std::uint64_t length(const Group& group, const std::string& name, std::uint64_t columns = 1) {
+std::uint64_t length(const Content& group, const std::string& name, std::uint64_t columns = 1) {
   const Shape shape = group.shape(name);
   const bool fits = columns == 1 ? shape.size() == 1 : shape.size() == 2 && shape[1] == columns;
   if (!fits) {
@@ -32,20 +33,20 @@ std::uint64_t length(const Group& group, const std::string& name, std::uint64_t 
   return shape[0];
 }
 
-Points read_points(const Group& group, const std::string& name, std::uint64_t n) {
+Points read_points(const Content& group, const std::string& name, std::uint64_t n) {
   Points points(3, static_cast<Eigen::Index>(n));
   group.read(name, {n, 3}, points.data());
   return points;
 }
 
 template <class Vector>
-Vector read_vector(const Group& group, const std::string& name, std::uint64_t n) {
+Vector read_vector(const Content& group, const std::string& name, std::uint64_t n) {
   Vector values(static_cast<Eigen::Index>(n));
   group.read(name, {n}, values.data());
   return values;
 }
 
-std::vector<std::pair<std::string, double>> read_stages(const Group& group, const std::string& prefix) {
+std::vector<std::pair<std::string, double>> read_stages(const Content& group, const std::string& prefix) {
   std::vector<std::pair<std::string, double>> seconds;
   if (group.has_attribute("stages")) {
     for (const std::string& stage : group.texts_attribute("stages")) {
@@ -55,7 +56,7 @@ std::vector<std::pair<std::string, double>> read_stages(const Group& group, cons
   return seconds;
 }
 
-TriangleMesh read_mesh(const Group& group) {
+TriangleMesh read_mesh(const Content& group) {
   Points vertices = read_points(group, "vertices", length(group, "vertices", 3));
   const std::uint64_t faces = length(group, "triangles", 3);
   Triangles triangles(3, static_cast<Eigen::Index>(faces));
@@ -67,7 +68,7 @@ TriangleMesh read_mesh(const Group& group) {
   }
 }
 
-Directivity read_directivity(const Group& group) {
+Directivity read_directivity(const Content& group) {
   const std::string name = group.text_attribute("directivity");
   if (name == directivity_name(Directivity::Kind::kOmni)) {
     return Directivity::omni();
@@ -85,7 +86,7 @@ Directivity read_directivity(const Group& group) {
   fail(group, fmt::format("unknown directivity '{}'", name));
 }
 
-TransducerArray::Kind read_array_kind(const Group& group) {
+TransducerArray::Kind read_array_kind(const Content& group) {
   const std::string name = group.text_attribute("kind");
   if (name == "transducers") {
     return TransducerArray::Kind::kTransducers;
@@ -96,7 +97,7 @@ TransducerArray::Kind read_array_kind(const Group& group) {
   fail(group, fmt::format("unknown kind '{}'", name));
 }
 
-TransducerArray read_array(const Group& group) {
+TransducerArray read_array(const Content& group) {
   const std::uint64_t n = length(group, "position", 3);
   TransducerArray array;
   array.kind = read_array_kind(group);
@@ -109,7 +110,7 @@ TransducerArray read_array(const Group& group) {
   return array;
 }
 
-Target read_target(const Group& group, const TriangleMesh& mesh) {
+Target read_target(const Content& group, const TriangleMesh& mesh) {
   const std::uint64_t n = length(group, "face");
   std::vector<std::int64_t> faces(n);
   group.read("face", {n}, faces.data());
@@ -126,7 +127,7 @@ Target read_target(const Group& group, const TriangleMesh& mesh) {
   return target;
 }
 
-PhaseStatus read_status(const Group& group) {
+PhaseStatus read_status(const Content& group) {
   const std::string name = group.text_attribute("status");
   for (const PhaseStatus status :
        {PhaseStatus::kConverged, PhaseStatus::kIterationLimit, PhaseStatus::kStalled, PhaseStatus::kDirect}) {
@@ -137,7 +138,7 @@ PhaseStatus read_status(const Group& group) {
   fail(group, fmt::format("unknown status '{}'", name));
 }
 
-MethodResult read_method(const Group& group, const std::string& name, const Run& run) {
+MethodResult read_method(const Content& group, const std::string& name, const Run& run) {
   const auto channels = static_cast<std::uint64_t>(run.array.size());
   MethodResult result;
   result.name = name;
@@ -165,7 +166,7 @@ MethodResult read_method(const Group& group, const std::string& name, const Run&
   return result;
 }
 
-FieldResult read_field(const Group& group, const std::string& name) {
+FieldResult read_field(const Content& group, const std::string& name) {
   FieldResult field;
   FieldGrid& grid = field.grid;
   grid.name = name;
@@ -178,7 +179,7 @@ FieldResult read_field(const Group& group, const std::string& name) {
   }
   field.inside.resize(static_cast<std::size_t>(grid.size()));
   group.read("inside", grid_shape(grid), field.inside.data());
-  const Group pressures = group.open("pressure");
+  const Content pressures = group.open("pressure");
   for (const std::string& method : pressures.names()) {
     const Shape shape = pressures.shape(method);
     if (shape != grid_shape(grid)) {
@@ -197,7 +198,7 @@ bool same_bits(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) {
 }
 
 /// Needs the run's mesh and methods.
-void read_judge(const Group& group, Run& run) {
+void read_judge(const Content& group, Run& run) {
   run.judge = group.text_attribute("judge");
   if (has_judge_model(run.judge)) {
     run.judge_model = JudgeModel{group.text_attribute("scheme"), read_mesh(group.open("mesh")), std::nullopt};
@@ -208,7 +209,7 @@ void read_judge(const Group& group, Run& run) {
     fail(group, fmt::format("unknown judge '{}'", run.judge));
   }
   const TriangleMesh& mesh = run.judge_model ? run.judge_model->mesh : run.mesh;
-  const Group methods = group.open("methods");
+  const Content methods = group.open("methods");
   for (MethodResult& result : run.methods) {
     if (!methods.has(result.name)) {
       continue;
@@ -222,7 +223,7 @@ void read_judge(const Group& group, Run& run) {
   }
 }
 
-std::vector<SolveRecord> read_solves(const Group& group) {
+std::vector<SolveRecord> read_solves(const Content& group) {
   const std::uint64_t n = length(group, "unknowns");
   std::vector<SolveRecord> solves(n);
   for_each_solve_column([&]<class Value>(const char* name, Value SolveRecord::*member, const char* /*unit*/) {
@@ -248,7 +249,7 @@ std::vector<SolveRecord> read_solves(const Group& group) {
   return solves;
 }
 
-Provenance read_provenance(const Group& group) {
+Provenance read_provenance(const Content& group) {
   Provenance provenance;
   for (const ProvenanceField& field : provenance_fields()) {
     if (group.has_attribute(field.name)) {
@@ -261,7 +262,7 @@ Provenance read_provenance(const Group& group) {
   return provenance;
 }
 
-void require_format(const Group& root, const std::string& path) {
+void require_format(const Content& root, const std::string& path) {
   if (!root.has_attribute("format") || root.text_attribute("format") != kRunFormat) {
     throw InputError(
         fmt::format("{}: is an HDF5 file but no touchfield run (its attribute format must be {})", path, kRunFormat));
@@ -276,7 +277,7 @@ void require_format(const Group& root, const std::string& path) {
   }
 }
 
-void read_bodies(const Group& mesh, Run& run) {
+void read_bodies(const Content& mesh, Run& run) {
   if (!mesh.has_attribute("bodies")) {
     return;
   }
@@ -285,7 +286,7 @@ void read_bodies(const Group& mesh, Run& run) {
   mesh.read("body", {run.owner.size()}, run.owner.data());
 }
 
-Run read_run(const Group& root) {
+Run read_run(const Content& root) {
   for (const char* group : {"mesh", "array"}) {
     if (!root.has(group)) {
       fail(root, fmt::format("holds no group {}", group));
@@ -313,7 +314,7 @@ Run read_run(const Group& root) {
     run.target = read_target(root.open("target"), run.mesh);
   }
   if (root.has("methods")) {
-    const Group methods = root.open("methods");
+    const Content methods = root.open("methods");
     for (const std::string& name : methods.names()) {
       run.methods.push_back(read_method(methods.open(name), name, run));
     }
@@ -325,7 +326,7 @@ Run read_run(const Group& root) {
     run.solves = read_solves(root.open("solves"));
   }
   if (root.has("field")) {
-    const Group fields = root.open("field");
+    const Content fields = root.open("field");
     for (const std::string& name : fields.names()) {
       run.fields.push_back(read_field(fields.open(name), name));
     }
@@ -351,7 +352,7 @@ void require_hdf5(const std::string& path) {
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) {
-    throw IoError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+    throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
   }
   std::array<char, kSignature.size()> begin{};
   file.read(begin.data(), begin.size());
@@ -360,13 +361,13 @@ void require_hdf5(const std::string& path) {
   }
 }
 
-/// Before HDF5 sees the file: the library may crash on a damaged one.
+/// Most damage is met here, before HDF5 is asked to make sense of it.
 void require_checksum(const std::string& path) {
   switch (check_file(path)) {
     case Checksum::kCorrect:
       return;
     case Checksum::kWrong:
-      throw IoError(fmt::format("{}: is damaged: its checksum does not fit", path));
+      throw InputError(fmt::format("{}: is damaged: its checksum does not fit", path));
     case Checksum::kAbsent:
       throw InputError(
           fmt::format("{}: is no touchfield run, or no longer: the checksum line at its end is missing "
@@ -380,14 +381,13 @@ void require_checksum(const std::string& path) {
 Run read_run_file(const std::string& path) {
   require_hdf5(path);
   require_checksum(path);
-  const hdf5::InputFile file(path);
-  const Group root = file.root();
+  const Content root = hdf5::read_content(path);
   require_format(root, path);
   Run run = read_run(root);
   try {
     check_run(run);
   } catch (const InputError& error) {
-    throw IoError(fmt::format("{}: is damaged: {}", path, error.what()));
+    throw InputError(fmt::format("{}: is damaged: {}", path, error.what()));
   }
   return run;
 }

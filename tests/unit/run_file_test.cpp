@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
-#include "sim/output/hdf5_file.h"
+#include "sim/output/hdf5_content.h"
 #include "tests/unit/error_support.h"
 #include "tests/unit/output_support.h"
 
@@ -168,9 +168,9 @@ TEST(RunFile, ARunOfNothingButAMeshAndAnArray) {
   const RunData run = bare_run(sheet(1, 1, 0.01));
   write_run_file(path, run);
   expect_same(run, read_run_file(path));
-  const hdf5::InputFile file(path);
+  const hdf5::Content content = hdf5::read_content(path);
   for (const char* absent : {"target", "methods", "judge", "solves", "field", "seconds", "warnings"}) {
-    EXPECT_FALSE(file.root().has(absent)) << absent;
+    EXPECT_FALSE(content.has(absent)) << absent;
   }
 }
 
@@ -236,8 +236,8 @@ TEST(RunFile, TheGroupsOfAJudgeThatIsTheSolvingModelLeadToIt) {
   const RunData run = support::self_judged_run();
   write_run_file(path, run);
   expect_same(run, read_run_file(path));
-  const hdf5::InputFile file(path);
-  const hdf5::Group judge = file.root().open("judge");
+  const hdf5::Content content = hdf5::read_content(path);
+  const hdf5::Content judge = content.open("judge");
   EXPECT_EQ(judge.text_attribute("judge"), "same");
   EXPECT_EQ(judge.open("mesh").shape("triangles"), (hdf5::Shape{48, 3}));
   EXPECT_EQ(judge.open("target").shape("face"), (hdf5::Shape{3}));
