@@ -92,6 +92,7 @@ void read_autd3(LinkText& link, LinkAddress& address) {
     if (address.host.front() == '[' && address.host.back() == ']') {
       address.host = address.host.substr(1, address.host.size() - 2);
     }
+    if (address.host.empty()) link.refuse("must be autd3:remote:HOST:PORT");
     address.port = link.number("the port", std::string_view(where).substr(last + 1), 1, 65535);
   } else if (link.place != "audit" && link.place != "nop" && link.place != "twincat") {
     link.refuse("autd3 goes by audit, nop, remote:HOST:PORT or twincat");

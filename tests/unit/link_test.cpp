@@ -63,6 +63,7 @@ TEST(LinkAddress, Autd3) {
   expect_refused("autd3:nop?break_after=3", "no option 'break_after'");
   expect_refused("autd3:remote", "autd3:remote:HOST:PORT");
   expect_refused("autd3:remote:host", "autd3:remote:HOST:PORT");
+  expect_refused("autd3:remote:[]:80", "autd3:remote:HOST:PORT");
   expect_refused("autd3:remote:host:0", "from 1 to 65535");
   expect_refused("autd3:remote:host:80x", "whole number");
 }
