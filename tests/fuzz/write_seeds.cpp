@@ -1,0 +1,82 @@
+// write_seeds SOURCES FOLDER: the inputs that the fuzzers start from, a folder a target: those of tests/fuzz/seeds, the
+// scenes and sweeps that ship and those that must be refused, small meshes and runs as touchfield itself writes them.
+
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+
+#include "sim/mesh/mesh_io.h"
+#include "sim/mesh/shapes.h"
+#include "sim/output/checksum.h"
+#include "sim/output/run_file.h"
+#include "tests/unit/output_support.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace touchfield;
+
+void copy_scenes(const fs::path& from, const fs::path& to) {
+  fs::create_directories(to);
+  for (const fs::directory_entry& entry : fs::directory_iterator(from)) {
+    if (entry.path().extension() == ".yaml") {
+      fs::copy_file(entry.path(), to / entry.path().filename(), fs::copy_options::overwrite_existing);
+    }
+  }
+}
+
+/// The base of every sweep is the scene that the target has.
+void write_sweeps(const fs::path& from, const fs::path& to) {
+  fs::create_directories(to);
+  for (const fs::directory_entry& entry : fs::directory_iterator(from)) {
+    std::string text = support::read_bytes(entry.path());
+    const std::size_t base = text.find("base: ");
+    text.replace(base, text.find('\n', base) - base, "base: base.yaml");
+    support::write_bytes(to / entry.path().filename(), text);
+  }
+}
+
+void write_meshes(const fs::path& to) {
+  for (const std::string ending : {"stl", "obj", "ply", "off", "vtp"}) {
+    fs::create_directories(to / ending);
+    write_mesh(to / ending / ("box." + ending), box({2, 3, 4}, 10).mesh, 1e-3);
+    write_mesh(to / ending / ("ball." + ending), icosphere(1.0, 1), 1e-3);
+  }
+}
+
+void write_runs(const fs::path& to) {
+  fs::create_directories(to);
+  const auto write = [&](const std::string& name, const Run& run) {
+    const std::string path = to / name;
+    write_run_file(path, run);
+    std::string bytes = support::read_bytes(path);
+    bytes.resize(bytes.size() - kChecksumLength);
+    support::write_bytes(path, bytes);
+  };
+  write("bare.h5", support::bare_run(support::sheet(1, 1, 0.01)));
+  write("full.h5", support::full_run());
+  write("self_judged.h5", support::self_judged_run());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 3) {
+    return 2;
+  }
+  try {
+    const fs::path sources = argv[1];
+    const fs::path folder = argv[2];
+    fs::create_directories(folder);
+    fs::copy(sources / "tests/fuzz/seeds", folder, fs::copy_options::recursive | fs::copy_options::overwrite_existing);
+    copy_scenes(sources / "scenes", folder / "scene");
+    copy_scenes(sources / "tests/data/scenes_bad", folder / "scene");
+    write_sweeps(sources / "scenes/sweeps", folder / "sweep");
+    write_meshes(folder);
+    write_runs(folder / "run_file");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
