@@ -1,11 +1,13 @@
 #pragma once
 
+#include <csignal>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <sys/time.h>
 #include <unistd.h>
 
 #include "sim/core/errors.h"
@@ -23,6 +25,29 @@ inline void require(bool holds, const char* promise) {
     std::abort();
   }
 }
+
+/// Ends the process, for libFuzzer to keep the input, if it lives for 2 s of processor time: libFuzzer's own limit is
+/// by the clock, which runs on while a loaded machine does other things.
+class TimeLimit {
+ public:
+  TimeLimit() {
+    std::signal(SIGPROF, [](int) {
+      constexpr char kMessage[] = "broken promise: an input takes less than 2 s\n";
+      [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kMessage, sizeof kMessage - 1);
+      std::abort();
+    });
+    set(2);
+  }
+  TimeLimit(const TimeLimit&) = delete;
+  TimeLimit& operator=(const TimeLimit&) = delete;
+  ~TimeLimit() { set(0); }
+
+ private:
+  static void set(int seconds) {
+    const itimerval timer{{0, 0}, {seconds, 0}};
+    ::setitimer(ITIMER_PROF, &timer, nullptr);
+  }
+};
 
 /// False if the reader refuses its input.
 template <class Refusal = InputError, class Read>

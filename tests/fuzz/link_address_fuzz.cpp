@@ -6,6 +6,7 @@
 using namespace touchfield;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::TimeLimit limit;
   LinkAddress address;
   if (fuzz::accepts([&] { address = parse_link_address(fuzz::text_of(data, size)); })) {
     fuzz::require(address.levels >= 2 && address.levels <= 256, "levels are 2 to 256");

@@ -6,6 +6,7 @@
 using namespace touchfield;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::TimeLimit limit;
   const std::string path = fuzz::file_with("input." TOUCHFIELD_FUZZ_FORMAT, fuzz::text_of(data, size));
   FileSurface surface;
   if (fuzz::accepts([&] { surface = read_surface(path); })) {

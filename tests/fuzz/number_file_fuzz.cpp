@@ -6,6 +6,7 @@
 using namespace touchfield;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::TimeLimit limit;
   const std::string path = fuzz::file_with("numbers", fuzz::text_of(data, size));
   schema::Reading reading("scene.yaml", {});
   const schema::Node named = schema::scalar(path);

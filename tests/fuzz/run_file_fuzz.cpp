@@ -7,6 +7,7 @@
 using namespace touchfield;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::TimeLimit limit;
   const std::string bytes = fuzz::text_of(data, size);
   const std::string path = fuzz::file_with("run.h5", bytes + checksum_line(bytes));
   fuzz::accepts<Error>([&] { describe_run(read_run_file(path)); });

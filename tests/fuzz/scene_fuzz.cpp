@@ -8,6 +8,7 @@
 using namespace touchfield;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::TimeLimit limit;
   static const std::string folder = [] {
     fuzz::file_with("phases.txt", "0 1.5\n");
     return std::filesystem::path(fuzz::file_with("positions.csv", "0,0,0\n10,0,0\n")).parent_path().string();

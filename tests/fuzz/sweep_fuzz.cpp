@@ -22,6 +22,7 @@ bool asks_for_many(const std::string& text) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::TimeLimit limit;
   static const std::string base =
       fuzz::file_with("base.yaml",
                       "array: {grid: {count: [4, 3]}}\n"
