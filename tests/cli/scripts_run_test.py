@@ -1,0 +1,68 @@
+"""scripts/run where other software has removed packages that building needs."""
+
+import os
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import time
+import unittest
+
+SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
+
+
+class ScriptsRun(unittest.TestCase):
+    """A tree of the scripts alone, with stand-ins for the program, the display and Debian's tools."""
+
+    def setUp(self):
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-scripts-"))
+        self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
+        for folder in ["scripts", "cmake", "sim", "solvers", "hardware", "apps", "tools", "build/release/apps"]:
+            (self.root / folder).mkdir(parents=True)
+        for name in ["run", "setup", "packages.txt"]:
+            shutil.copy(SOURCE / "scripts" / name, self.root / "scripts" / name)
+        for name in ["CMakeLists.txt", "CMakePresets.json", "sim/source.cpp", "scene.yaml"]:
+            (self.root / name).write_text("")
+        self.script("scripts/with_display", 'exec "$@"')
+        self.script("tools/dpkg-query", 'shift 2\nfor name; do [[ $name == libvtk9-dev ]] || echo "installed $name"; done\nexit 1')
+        self.script("tools/apt-get", f"echo called >>{self.root}/apt; exit 1")
+        self.script("tools/sudo", '[[ $1 != -n ]] || shift\nexec "$@"')
+        self.script("tools/cmake", "exit 1")
+        time.sleep(0.02)  # the program is newer than its sources
+        self.program("echo the program: $*")
+
+    def script(self, name, text):
+        path = self.root / name
+        path.write_text(f"#!/usr/bin/env bash\n{text}\n")
+        path.chmod(0o755)
+
+    def program(self, text):
+        self.script("build/release/apps/touchfield", text)
+
+    def run_scene(self):
+        environment = {**os.environ, "PATH": f"{self.root}/tools:{os.environ['PATH']}"}
+        return subprocess.run([self.root / "scripts/run", "scene.yaml"], cwd=self.root, env=environment,
+                              capture_output=True, text=True, timeout=60, check=False)
+
+    def test_the_program_that_is_built_runs_without_them(self):
+        done = self.run_scene()
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(done.stdout, "the program: run scene.yaml\n")
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        self.assertIn("libvtk9-dev", done.stderr)
+        self.assertFalse((self.root / "apt").exists(), "apt-get was asked to install")
+
+    def test_they_are_installed_if_it_does_not_start(self):
+        self.program("exit 127")
+        self.assertNotEqual(self.run_scene().returncode, 0)
+        self.assertTrue((self.root / "apt").exists())
+
+    def test_they_are_installed_if_a_source_is_newer(self):
+        time.sleep(0.02)
+        (self.root / "sim/source.cpp").write_text("// changed")
+        self.assertNotEqual(self.run_scene().returncode, 0)
+        self.assertTrue((self.root / "apt").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
