@@ -16,6 +16,17 @@ struct FileSurface {
   std::vector<std::array<std::int64_t, 3>> triangles;  // numbers of points
 };
 
+/// The most that a file may hold. A detailed scan has a million faces; beyond five no remeshing here goes, and a file
+/// that announces more is damaged or means harm. STL gives every face three points of its own.
+inline constexpr std::int64_t kMostFileFaces = 5'000'000;
+inline constexpr std::int64_t kMostFilePoints = 3 * kMostFileFaces;
+inline constexpr std::int64_t kMostFileCorners = 3 * kMostFileFaces;   // a polygon of n corners makes n - 2 faces
+inline constexpr std::int64_t kMostFileBytes = std::int64_t{1} << 30;  // four million faces of an STL as text
+
+/// Refuses what a file announces before memory is taken for it.
+/// throws   InputError "name: ..." on more points or faces than that
+void require_few(std::int64_t points, std::int64_t faces, const std::string& name);
+
 /// Each takes a file's whole content; `name` is how messages call the file. Coordinates are read in double precision.
 /// The library's readers are not used: they crash on damaged files and read what is no number in OBJ as another number.
 ///

@@ -8,8 +8,6 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
-#include <limits>
 #include <numeric>
 #include <system_error>
 #include <unistd.h>
@@ -67,9 +65,15 @@ std::string content_of(const std::string& path) {
   if (error || status.type() != fs::file_type::regular) {
     throw InputError(fmt::format("{}: cannot be read as a file", path));
   }
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (!error && size > static_cast<std::uintmax_t>(kMostFileBytes)) {
+    throw InputError(fmt::format("{}: {} bytes, a mesh file may have at most {}", path, size, kMostFileBytes));
+  }
   std::ifstream file(path, std::ios::binary);
-  std::string content(std::istreambuf_iterator<char>(file), {});
-  if (!file.is_open() || file.bad()) {
+  std::string content(error ? 0 : size, '\0');
+  file.read(content.data(), static_cast<std::streamsize>(content.size()));
+  content.resize(static_cast<std::size_t>(file.gcount()));
+  if (error || !file.is_open() || file.bad()) {
     throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
   }
   if (content.empty()) {
@@ -108,17 +112,21 @@ std::pair<std::vector<int>, Points> merged(const std::vector<Vector3>& points) {
 
 }  // namespace
 
+void require_few(std::int64_t points, std::int64_t faces, const std::string& name) {
+  if (points > kMostFilePoints || faces > kMostFileFaces) {
+    throw InputError(fmt::format("{}: {} points and {} faces, a mesh file may have at most {} and {}", name, points,
+                                 faces, kMostFilePoints, kMostFileFaces));
+  }
+}
+
 FileSurface read_surface(const std::string& path) {
   const Format& format = format_of(path);
   FileSurface surface = format.parse(content_of(path), path);
   if (surface.triangles.empty()) {
     throw InputError(fmt::format("{}: the file has no face", path));
   }
-  constexpr std::size_t kMost = std::numeric_limits<int>::max() / 4;  // 3 numbers a face are counted as int
-  if (surface.triangles.size() > kMost || surface.points.size() > kMost) {
-    throw InputError(fmt::format("{}: the file has {} vertices and {} faces, at most {} can be taken", path,
-                                 surface.points.size(), surface.triangles.size(), kMost));
-  }
+  require_few(static_cast<std::int64_t>(surface.points.size()), static_cast<std::int64_t>(surface.triangles.size()),
+              path);
   return surface;
 }
 

@@ -10,8 +10,8 @@ namespace touchfield {
 /// Reads what an STL (ASCII or binary), OBJ, PLY, OFF or VTP file says, by the ending of the path: its points and
 /// triangles in its own units, nothing merged or left out; polygons are cut into triangles.
 ///
-/// throws    InputError if the file is missing, unreadable, damaged, of another kind, or has no face; the message names
-///           the file
+/// throws    InputError if the file is missing, unreadable, damaged, of another kind, larger than mesh_files.h allows,
+///           or has no face; the message names the file
 FileSurface read_surface(const std::string& path);
 
 /// Reads a surface as a mesh.

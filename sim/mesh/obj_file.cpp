@@ -59,6 +59,7 @@ FileSurface parse_obj(const std::string& content, const std::string& name) {
     } else if (keyword == "f") {
       polygons.push_back(parse_face(cursor, line, surface.points.size()));
     }
+    require_few(static_cast<std::int64_t>(surface.points.size()), static_cast<std::int64_t>(polygons.size()), name);
     // Groups, materials, normals and textures do not matter to the surface.
   }
   add_polygons(surface, polygons, name);

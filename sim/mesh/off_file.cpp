@@ -108,6 +108,7 @@ FileSurface parse_off(const std::string& content, const std::string& name) {
   }
   const std::int64_t vertices = parse_count(cursor, counts, "vertices");
   const std::int64_t faces = parse_count(cursor, counts, "faces");  // a number of edges may follow
+  require_few(vertices, faces, name);
   FileSurface surface;
   for (std::int64_t i = 0; i < vertices; ++i) {
     surface.points.push_back(parse_vertex(cursor, required_statement(cursor, "vertices", i, vertices)));

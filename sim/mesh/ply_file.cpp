@@ -283,6 +283,7 @@ void require_properties(const Header& header, const std::string& name) {
 FileSurface parse_ply(const std::string& content, const std::string& name) {
   const Header header = parse_header(content, name);
   require_properties(header, name);
+  require_few(required_element(header, "vertex", name).count, required_element(header, "face", name).count, name);
   FileSurface surface;
   std::vector<std::vector<std::int64_t>> polygons;
   Body body(content, name, header);

@@ -34,6 +34,7 @@ void add_face(FileSurface& surface, const std::array<Vector3, 3>& corners) {
 FileSurface parse_binary(const std::string& content, const std::string& name) {
   FileSurface surface;
   const std::size_t faces = announced_faces(content);
+  require_few(static_cast<std::int64_t>(3 * faces), static_cast<std::int64_t>(faces), name);
   surface.points.reserve(3 * faces);
   surface.triangles.reserve(faces);
   for (std::size_t f = 0; f < faces; ++f) {
@@ -98,6 +99,8 @@ FileSurface parse_text(const std::string& content, const std::string& name) {
       expect(cursor, cursor.next_word(), "endloop");
       expect(cursor, cursor.next_word(), "endfacet");
       add_face(surface, corners);
+      require_few(static_cast<std::int64_t>(surface.points.size()), static_cast<std::int64_t>(surface.triangles.size()),
+                  name);
     }
     expect(cursor, word, "endsolid");
     cursor.next_line(rest_of_line);

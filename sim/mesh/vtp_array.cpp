@@ -118,8 +118,17 @@ std::uint64_t take_length(ByteSource& source, const VtpEncoding& encoding) {
                               : number_at<std::uint32_t>(bytes.data(), encoding.big_endian);
 }
 
+void require_at_most(std::uint64_t most, std::uint64_t bytes, const std::string& what) {
+  if (bytes > most) {
+    fail(what, fmt::format("it announces {} bytes, at most {} fit what the file says of it", bytes, most));
+  }
+}
+
 /// Blocks, their size, the size of the last one if it is smaller (else 0), the compressed sizes; then the blocks.
-std::string take_compressed(ByteSource& source, const VtpEncoding& encoding, const std::string& what) {
+///
+/// most   bytes that they may unpack to
+std::string take_compressed(ByteSource& source, const VtpEncoding& encoding, std::uint64_t most,
+                            const std::string& what) {
   const std::uint64_t blocks = take_length(source, encoding);
   if (blocks == 0) {
     return {};
@@ -132,6 +141,7 @@ std::string take_compressed(ByteSource& source, const VtpEncoding& encoding, con
       blocks - 1 > kMostRatio * source.left() / std::max<std::uint64_t>(size, 1)) {
     fail(what, fmt::format("it announces {} blocks of {} bytes, too many for what is stored", blocks, size));
   }
+  require_at_most(most, (blocks - 1) * size + (rest > 0 ? rest : size), what);
   std::vector<std::uint64_t> stored(blocks);
   for (std::uint64_t& length : stored) {
     length = take_length(source, encoding);
@@ -153,7 +163,7 @@ std::string take_compressed(ByteSource& source, const VtpEncoding& encoding, con
 }
 
 std::string take_bytes(const VtpArray& array, const VtpEncoding& encoding,
-                       const std::optional<VtpAppendedData>& appended, const std::string& what) {
+                       const std::optional<VtpAppendedData>& appended, std::uint64_t most, const std::string& what) {
   std::string_view stored = array.text;
   bool base64 = true;
   if (array.format == "appended") {
@@ -170,7 +180,12 @@ std::string take_bytes(const VtpArray& array, const VtpEncoding& encoding,
     base64 = appended->base64;
   }
   ByteSource source(stored, base64, what);
-  return encoding.compressed ? take_compressed(source, encoding, what) : source.take(take_length(source, encoding));
+  if (encoding.compressed) {
+    return take_compressed(source, encoding, most, what);
+  }
+  const std::uint64_t length = take_length(source, encoding);
+  require_at_most(most, length, what);
+  return source.take(length);
 }
 
 template <class Result, class Number>
@@ -224,52 +239,59 @@ template <class Result>
 using Decoder = std::vector<Result> (*)(const std::string& bytes, bool big_endian, const std::string& what);
 
 template <class Result>
-Decoder<Result> decoder_of(const std::string& type, const std::string& what) {
-  struct Entry {
-    const char* type;
-    Decoder<Result> decoder;
-  };
-  static constexpr std::array<Entry, 10> kTypes = {{{"Int8", from_bytes<Result, std::int8_t>},
-                                                    {"UInt8", from_bytes<Result, std::uint8_t>},
-                                                    {"Int16", from_bytes<Result, std::int16_t>},
-                                                    {"UInt16", from_bytes<Result, std::uint16_t>},
-                                                    {"Int32", from_bytes<Result, std::int32_t>},
-                                                    {"UInt32", from_bytes<Result, std::uint32_t>},
-                                                    {"Int64", from_bytes<Result, std::int64_t>},
-                                                    {"UInt64", from_bytes<Result, std::uint64_t>},
-                                                    {"Float32", from_bytes<Result, float>},
-                                                    {"Float64", from_bytes<Result, double>}}};
+struct NumberType {
+  const char* name;
+  std::uint64_t bytes;
+  Decoder<Result> decoder;
+};
+
+template <class Result>
+const NumberType<Result>& number_type(const std::string& type, const std::string& what) {
+  static constexpr std::array<NumberType<Result>, 10> kTypes = {
+      {{"Int8", sizeof(std::int8_t), from_bytes<Result, std::int8_t>},
+       {"UInt8", sizeof(std::uint8_t), from_bytes<Result, std::uint8_t>},
+       {"Int16", sizeof(std::int16_t), from_bytes<Result, std::int16_t>},
+       {"UInt16", sizeof(std::uint16_t), from_bytes<Result, std::uint16_t>},
+       {"Int32", sizeof(std::int32_t), from_bytes<Result, std::int32_t>},
+       {"UInt32", sizeof(std::uint32_t), from_bytes<Result, std::uint32_t>},
+       {"Int64", sizeof(std::int64_t), from_bytes<Result, std::int64_t>},
+       {"UInt64", sizeof(std::uint64_t), from_bytes<Result, std::uint64_t>},
+       {"Float32", sizeof(float), from_bytes<Result, float>},
+       {"Float64", sizeof(double), from_bytes<Result, double>}}};
   const auto* found =
-      std::find_if(kTypes.begin(), kTypes.end(), [&](const Entry& entry) { return entry.type == type; });
+      std::find_if(kTypes.begin(), kTypes.end(), [&](const NumberType<Result>& known) { return known.name == type; });
   if (found == kTypes.end()) {
     fail(what, fmt::format("its type is '{}', it must be Int8 to UInt64, Float32 or Float64", type.substr(0, 40)));
   }
-  return found->decoder;
+  return *found;
 }
 
 template <class Result>
 std::vector<Result> decode(const VtpArray& array, const VtpEncoding& encoding,
-                           const std::optional<VtpAppendedData>& appended, const std::string& what) {
-  const Decoder<Result> decoder = decoder_of<Result>(array.type, what);
+                           const std::optional<VtpAppendedData>& appended, std::int64_t most, const std::string& what) {
+  const NumberType<Result>& type = number_type<Result>(array.type, what);
   if (array.format == "ascii") {
     return from_text<Result>(array.text, what);
   }
   if (array.format != "binary" && array.format != "appended") {
     fail(what, fmt::format("its format is '{}', it must be ascii, binary or appended", array.format.substr(0, 40)));
   }
-  return decoder(take_bytes(array, encoding, appended, what), encoding.big_endian, what);
+  const std::uint64_t most_bytes = static_cast<std::uint64_t>(most) * type.bytes;
+  return type.decoder(take_bytes(array, encoding, appended, most_bytes, what), encoding.big_endian, what);
 }
 
 }  // namespace
 
 std::vector<double> decode_numbers(const VtpArray& array, const VtpEncoding& encoding,
-                                   const std::optional<VtpAppendedData>& appended, const std::string& what) {
-  return decode<double>(array, encoding, appended, what);
+                                   const std::optional<VtpAppendedData>& appended, std::int64_t most,
+                                   const std::string& what) {
+  return decode<double>(array, encoding, appended, most, what);
 }
 
 std::vector<std::int64_t> decode_integers(const VtpArray& array, const VtpEncoding& encoding,
-                                          const std::optional<VtpAppendedData>& appended, const std::string& what) {
-  return decode<std::int64_t>(array, encoding, appended, what);
+                                          const std::optional<VtpAppendedData>& appended, std::int64_t most,
+                                          const std::string& what) {
+  return decode<std::int64_t>(array, encoding, appended, most, what);
 }
 
 }  // namespace touchfield

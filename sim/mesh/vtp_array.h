@@ -32,12 +32,15 @@ struct VtpArray {
 /// The numbers of an array as doubles or as integers.
 ///
 /// appended   none if the file has no appended data
+/// most       numbers that there may be; an array that unpacks to more is refused before memory is taken for it
 /// what       how an error calls the array, with the file
 /// throws     InputError on an unknown type or format, damaged base64 or zlib data, lengths that do not match what
 ///            there is, a word that is no number, or, for integers, a number that is not a whole one
 std::vector<double> decode_numbers(const VtpArray& array, const VtpEncoding& encoding,
-                                   const std::optional<VtpAppendedData>& appended, const std::string& what);
+                                   const std::optional<VtpAppendedData>& appended, std::int64_t most,
+                                   const std::string& what);
 std::vector<std::int64_t> decode_integers(const VtpArray& array, const VtpEncoding& encoding,
-                                          const std::optional<VtpAppendedData>& appended, const std::string& what);
+                                          const std::optional<VtpAppendedData>& appended, std::int64_t most,
+                                          const std::string& what);
 
 }  // namespace touchfield

@@ -220,6 +220,7 @@ class SurfaceReader {
   void add_piece(const Piece& piece) {
     const auto first = static_cast<std::int64_t>(surface_.points.size());
     if (const std::int64_t count = count_of(piece, "NumberOfPoints"); count > 0) {
+      require_few(first + count, 0, name_);
       add_points(piece, count);
     }
     const std::int64_t points = static_cast<std::int64_t>(surface_.points.size()) - first;
@@ -243,6 +244,7 @@ class SurfaceReader {
       throw InputError(
           fmt::format("{}: {} is '{}', it must be a whole number from 0", name_, name, word.substr(0, 40)));
     }
+    require_few(count, 0, name_);  // so that sums of counts stay numbers
     return count;
   }
 
@@ -257,7 +259,7 @@ class SurfaceReader {
   void add_points(const Piece& piece, std::int64_t count) {
     const std::string what = name_ + ": Points";
     const std::vector<double> values =
-        decode_numbers(array_of(piece, "Points"), document_.encoding, document_.appended, what);
+        decode_numbers(array_of(piece, "Points"), document_.encoding, document_.appended, 3 * count, what);
     if (values.size() % 3 != 0 || static_cast<std::int64_t>(values.size() / 3) != count) {
       throw InputError(fmt::format("{}: there are {} coordinates for {} points", what, values.size(), count));
     }
@@ -273,17 +275,19 @@ class SurfaceReader {
 
   /// Calls `add` with the corners of every cell of a kind.
   template <class Add>
-  void for_each_cell(const Piece& piece, const std::string& kind, std::int64_t points, const Add& add) const {
+  void for_each_cell(const Piece& piece, const std::string& kind, std::int64_t points, const Add& add) {
     const std::int64_t count = count_of(piece, ("NumberOf" + kind).c_str());
     if (count == 0) {
       return;
     }
-    const auto integers = [&](const std::string& key) {
-      return decode_integers(array_of(piece, key), document_.encoding, document_.appended, name_ + ": " + key);
+    require_few(0, static_cast<std::int64_t>(polygons_.size()) + count, name_);
+    const auto integers = [&](const std::string& key, std::int64_t most) {
+      return decode_integers(array_of(piece, key), document_.encoding, document_.appended, most, name_ + ": " + key);
     };
-    const std::vector<std::int64_t> corners = integers(kind + "/connectivity");
-    const std::vector<std::int64_t> ends = integers(kind + "/offsets");
+    const std::vector<std::int64_t> corners = integers(kind + "/connectivity", kMostFileCorners - corners_);
+    const std::vector<std::int64_t> ends = integers(kind + "/offsets", count);
     const auto size = static_cast<std::int64_t>(corners.size());
+    corners_ += size;
     if (static_cast<std::int64_t>(ends.size()) != count || ends.back() != size) {
       throw InputError(fmt::format("{}: {} cells are announced; there are {} offsets up to {} and {} corners in all",
                                    name_ + ": " + kind, count, ends.size(), ends.empty() ? 0 : ends.back(), size));
@@ -308,6 +312,7 @@ class SurfaceReader {
   const std::string& name_;
   FileSurface surface_;
   std::vector<std::vector<std::int64_t>> polygons_;
+  std::int64_t corners_ = 0;  // of all cells so far
 };
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "sim/mesh/mesh_io.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <string>
 #include <sys/stat.h>
 #include <vector>
+#include <zlib.h>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -401,8 +403,8 @@ TEST_F(MeshIo, RefusesBrokenOff) {
   expect_refused("n.off", with(good, "OFF", "OFF BINARY"), "binary OFF is not supported");
   expect_refused("n.off", with(good, "4 4 6", "4"), "number of faces");
   expect_refused("n.off", with(good, "4 4 6", "4 -4 6"), "'-4', it must be a whole number from 0");
-  expect_refused("n.off", with(good, "4 4 6", "400000000000 4 6"), "ends after 8 of its 400000000000 vertices");
-  expect_refused("n.off", with(good, "4 4 6", "4 400000000000 6"), "ends after 4 of its 400000000000 faces");
+  expect_refused("n.off", with(good, "4 4 6", "400 4 6"), "ends after 8 of its 400 vertices");
+  expect_refused("n.off", with(good, "4 4 6", "4 400 6"), "ends after 4 of its 400 faces");
   expect_refused("n.off", with(good, "4 4 6", "4 3 6"), "goes on after its 4 vertices and 3 faces");
   expect_refused("n.off", with(good, "4 4 6", "3 4 6"), "");
   expect_refused("n.off", with(good, "1 0 0", "1 nan 0"), "n.off:4: a coordinate is 'nan'");
@@ -427,7 +429,9 @@ TEST_F(MeshIo, RefusesBrokenVtp) {
   expect_refused("n.vtp", with(good, "header_type", "compressor=\"vtkLZ4DataCompressor\" header_type"),
                  "compressor 'vtkLZ4DataCompressor' is not supported");
   expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"400000000000\""),
-                 "12 coordinates for 400000000000 points");
+                 "400000000000 points and 0 faces, a mesh file may have at most");
+  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"400\""),
+                 "12 coordinates for 400 points");
   expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"-4\""), "NumberOfPoints is '-4'");
   expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"5\""), "5 cells are announced");
   expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"0\""), "has no face");
@@ -459,6 +463,45 @@ TEST_F(MeshIo, RefusesBrokenVtp) {
   }
 }
 
+// What a file announces is refused before memory is taken for it.
+TEST_F(MeshIo, RefusesMoreThanAnyMeshHas) {
+  const std::string says = "a mesh file may have at most 15000000 and 5000000";
+  expect_refused("n.off", "OFF\n400000000000 4 6\n0 0 0\n", says);
+  expect_refused("n.off", "OFF\n4 5000001 6\n0 0 0\n", says);
+  const std::string ply = std::string(kPlyHeader) + kPlyBody;
+  expect_refused("n.ply", with(ply, "element vertex 4", "element vertex 15000001"), says);
+  expect_refused("n.ply", with(ply, "element face 4", "element face 5000001"), says);
+  expect_refused("n.vtp", with(kVtp, "NumberOfPolys=\"4\"", "NumberOfPolys=\"9223372036854775807\""), says);
+  // Two pieces that would do alone.
+  const std::string two = with(with(kVtp, "NumberOfPoints=\"4\"", "NumberOfPoints=\"15000000\""), "<Piece",
+                               "<Piece NumberOfPoints=\"1\" NumberOfPolys=\"0\"><Points><DataArray type=\"Float64\" "
+                               "NumberOfComponents=\"3\" format=\"ascii\">0 0 0</DataArray></Points></Piece><Piece");
+  expect_refused("n.vtp", two, "15000001 points");
+  const std::string sparse = write("sparse.stl", "solid");
+  fs::resize_file(sparse, std::uintmax_t{1} << 40U);
+  EXPECT_THAT([&] { read_mesh(sparse, kMm); },
+              ThrowsMessage<InputError>(HasSubstr("1099511627776 bytes, a mesh file may have at most 1073741824")));
+}
+
+// Two blocks of 16 KiB of zeros each take 40 bytes; the four offsets of the file have no use for them.
+TEST_F(MeshIo, RefusesVtpThatUnpacksToMoreThanItSays) {
+  std::string zeros(std::size_t{1} << 14U, '\0');
+  std::string packed(100, '\0');
+  uLongf length = packed.size();
+  ASSERT_EQ(compress2(reinterpret_cast<Bytef*>(packed.data()), &length, reinterpret_cast<const Bytef*>(zeros.data()),
+                      zeros.size(), 9),
+            Z_OK);
+  packed.resize(length);
+  const std::array<std::uint64_t, 5> header = {2, zeros.size(), 0, length, length};
+  std::string bytes(sizeof header, '\0');
+  std::memcpy(bytes.data(), header.data(), bytes.size());
+  bytes += packed + packed;
+  std::string text = with(kVtp, "header_type", "compressor=\"vtkZLibDataCompressor\" header_type");
+  text = with(text, "Name=\"offsets\" format=\"ascii\">3 6 9 12", "Name=\"offsets\" format=\"appended\" offset=\"0\">");
+  text = with(text, "</VTKFile>", "<AppendedData encoding=\"raw\">\n_" + bytes + "</AppendedData></VTKFile>");
+  expect_refused("b.vtp", text, "Polys/offsets: it announces 32768 bytes, at most");
+}
+
 // A header that announces 2^60 bytes, or blocks of them, must be refused by what is stored, not by trying.
 TEST_F(MeshIo, RefusesVtpWithHugeLengths) {
   const auto appended = [&](const std::vector<std::uint64_t>& header, bool compressed) {
@@ -474,7 +517,8 @@ TEST_F(MeshIo, RefusesVtpWithHugeLengths) {
     return with(text, "</VTKFile>", "<AppendedData encoding=\"raw\">\n_" + bytes + "xxxx</AppendedData></VTKFile>");
   };
   const std::uint64_t huge = std::uint64_t{1} << 60U;
-  expect_refused("h.vtp", appended({huge}, false), "it should go on for 1152921504606846976 bytes");
+  expect_refused("h.vtp", appended({huge}, false), "it announces 1152921504606846976 bytes, at most");
+  expect_refused("h.vtp", appended({1000}, false), "it should go on for 1000 bytes");
   expect_refused("h.vtp", appended({1, huge, 0, 4}, true), "1 blocks of 1152921504606846976 bytes");
   expect_refused("h.vtp", appended({huge, 8, 0, 4}, true), "1152921504606846976 blocks of 8 bytes");
   expect_refused("h.vtp", appended({2, 8, huge, 4, 4}, true), "too many for what is stored");
