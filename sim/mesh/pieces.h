@@ -26,8 +26,8 @@ struct Pieces {
 /// sides   sorted_sides(triangles)
 Pieces find_pieces(const Points& points, const Triangles& triangles, const std::vector<Side>& sides);
 
-/// Whether each piece lies inside another one, where no sound from outside reaches it. Decided by how often the rest
-/// winds round three of its faces.
+/// Whether each piece lies inside another one, where no sound from outside reaches it: that one winds round every face
+/// of it, and no face of either cuts one of the other. Pieces that overlap are not nested.
 ///
 /// pieces   closed, each consistently oriented, inwards or outwards
 std::vector<bool> nested(const Points& points, const Triangles& triangles, const Pieces& pieces);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -50,11 +51,28 @@ void require_options(const RepairOptions& options) {
   }
 }
 
-double weld_tolerance(const FileSurface& surface, double unit) {
+/// The shortest edge of the faces that are no needles: what is finer is no edge that the surface means to have.
+double shortest_genuine_edge(const RawSurface& surface) {
+  constexpr double kNeedle = 1e-3;  // shortest edge over longest
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const auto& face : surface.triangles.colwise()) {
+    Vector3 lengths;
+    for (int c = 0; c < 3; ++c) {
+      lengths(c) = (surface.points.col(face((c + 1) % 3)) - surface.points.col(face(c))).norm();
+    }
+    if (lengths.minCoeff() >= kNeedle * lengths.maxCoeff()) {
+      shortest = std::min(shortest, lengths.minCoeff());
+    }
+  }
+  return shortest;
+}
+
+double weld_tolerance(const RawSurface& exact) {
   constexpr double kOfDiagonal = 1e-5;
-  constexpr double kOfEdge = 0.01;
-  const WeldedSurface exact = welded(surface, unit, 0.0);
-  return std::min(kOfDiagonal * diagonal(exact.points), kOfEdge * median_edge(exact.points, exact.triangles));
+  constexpr double kOfMedian = 0.01;
+  constexpr double kOfShortest = 0.1;
+  return std::min({kOfDiagonal * diagonal(exact.points), kOfMedian * median_edge(exact.points, exact.triangles),
+                   kOfShortest * shortest_genuine_edge(exact)});
 }
 
 /// The first step; says what it left out.
@@ -65,8 +83,9 @@ RawSurface welded_surface(const FileSurface& surface, double unit, double tolera
     log.push_back(fmt::format("dropped {} that no face names", counted(merged.unreferenced, "point", "points")));
   }
   if (merged.welded > 0) {
-    log.push_back(fmt::format("welded {} to others within {:.3g} mm", counted(merged.welded, "point", "points"),
-                              tolerance / kMillimetre));
+    log.push_back(
+        fmt::format("welded {} to others {}", counted(merged.welded, "point", "points"),
+                    tolerance > 0 ? fmt::format("within {:.3g} mm", tolerance / kMillimetre) : "in the same place"));
   }
   if (merged.collapsed_faces > 0) {
     log.push_back(
@@ -104,8 +123,16 @@ Repaired repaired(const FileSurface& file, double unit, const RepairOptions& opt
   require_options(options);
   StepLog log;
   std::vector<bool> copied;
-  RawSurface surface =
-      welded_surface(file, unit, options.weld ? *options.weld : weld_tolerance(file, unit), copied, log);
+  RawSurface surface = welded_surface(file, unit, options.weld.value_or(0.0), copied, log);
+  if (inspect_skin(surface.points, surface.triangles).faults.empty()) {
+    drop_stray_pieces(surface, options.stray, log);
+    drop_unused_points(surface);
+    return {TriangleMesh(std::move(surface.points), std::move(surface.triangles)), std::move(log)};
+  }
+  if (!options.weld) {
+    log.clear();
+    surface = welded_surface(file, unit, weld_tolerance(surface), copied, log);
+  }
   const double hole_limit = options.hole.value_or(0.1 * diagonal(surface.points));
 
   drop_flaps(surface, copied, options.stray, log);

@@ -11,8 +11,9 @@ namespace touchfield {
 
 /// How far a repair may go.
 struct RepairOptions {
-  std::optional<double> weld;  // points no farther apart become one [m], >= 0; by default 1e-5 of the surface's
-                               // diagonal, but at most a hundredth of the median edge
+  std::optional<double> weld;  // points no farther apart become one [m], >= 0; by default 0 if that leaves no fault,
+                               // else 1e-5 of the surface's diagonal, but at most a hundredth of the median edge and a
+                               // tenth of the shortest edge of faces that are no needles
   std::optional<double> hole;  // the longest way round a hole that is filled [m], >= 0; by default a tenth of the
                                // surface's diagonal
   double stray = 0.01;         // pieces below this share of the largest one's area are dropped, 0 to 1
@@ -35,7 +36,8 @@ struct Repaired {
 /// 8. pieces are turned outwards, and those inside another dropped, for no sound reaches them;
 /// 9. a few faces that cut each other (with their neighbours below 3 % of the area) are cut out and the holes filled.
 ///
-/// What a step does not need to touch stays as it is, to the bit.
+/// What a step does not need to touch stays as it is, to the bit. Of a surface without a fault only stray pieces are
+/// dropped. What is dropped is said with its area.
 ///
 /// surface   as read
 /// unit      metres per file unit, > 0

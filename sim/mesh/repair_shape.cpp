@@ -175,9 +175,9 @@ std::size_t piece_count(const RawSurface& surface) {
   return find_pieces(surface.points, surface.triangles, sorted_sides(surface.triangles)).list.size();
 }
 
-/// The surface without the faces that cut each other and all that share a vertex with them; false if that is more than
-/// `most` of the area.
-bool cut_out(RawSurface& surface, const std::vector<std::pair<Index, Index>>& crossings, double most) {
+/// The surface without the faces that cut each other and all that share a vertex with them, and their area; nothing if
+/// that is more than `most` of all.
+std::optional<double> cut_out(RawSurface& surface, const std::vector<std::pair<Index, Index>>& crossings, double most) {
   std::vector<bool> near(at(surface.points.cols()), false);
   for (const auto& [one, other] : crossings) {
     for (const Index face : {one, other}) {
@@ -201,11 +201,11 @@ bool cut_out(RawSurface& surface, const std::vector<std::pair<Index, Index>>& cr
     }
   }
   if (area_cut > most * area) {
-    return false;
+    return std::nullopt;
   }
   kept.conservativeResize(3, count);
   surface.triangles = std::move(kept);
-  return true;
+  return area_cut;
 }
 
 }  // namespace
@@ -311,6 +311,10 @@ void turn_outwards(RawSurface& surface, StepLog& log) {
   if (dropped == 0) {
     return;
   }
+  double area = 0;
+  for (std::size_t p = 0; p < inner.size(); ++p) {
+    area += inner[p] ? pieces.list[p].area : 0.0;
+  }
   const Piece& first = pieces.list[at(std::find(inner.begin(), inner.end(), true) - inner.begin())];
   const std::string first_place = place_in_mm(surface.points.col(surface.triangles(0, first.face)));
   Triangles kept(3, surface.triangles.cols());
@@ -320,9 +324,9 @@ void turn_outwards(RawSurface& surface, StepLog& log) {
       kept.col(count++) = surface.triangles.col(f);
     }
   }
-  log.push_back(fmt::format("dropped {} inside another, where no sound comes ({}), the first at {}",
+  log.push_back(fmt::format("dropped {} inside another, where no sound comes ({}, {}), the first at {}",
                             counted(dropped, "piece", "pieces"),
-                            counted(surface.triangles.cols() - count, "face", "faces"), first_place));
+                            counted(surface.triangles.cols() - count, "face", "faces"), area_text(area), first_place));
   kept.conservativeResize(3, count);
   surface.triangles = std::move(kept);
 }
@@ -333,6 +337,8 @@ void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
   const std::size_t pieces = piece_count(surface);
   RawSurface trial = surface;
   std::size_t pairs = 0;
+  double area = 0;
+  StepLog dropped;
   Vector3 first = Vector3::Zero();
   for (int round = 0; round <= kRounds; ++round) {
     const TriangleMesh mesh(trial.points, trial.triangles);
@@ -340,9 +346,10 @@ void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
     if (crossings.empty()) {
       if (round > 0) {
         log.push_back(
-            fmt::format("cut out the surroundings of {} {} of faces that cut each other and filled the "
+            fmt::format("cut out the surroundings of {} {} of faces that cut each other ({}) and filled the "
                         "holes, the first at {}",
-                        pairs, pairs == 1 ? "pair" : "pairs", place_in_mm(first)));
+                        pairs, pairs == 1 ? "pair" : "pairs", area_text(area), place_in_mm(first)));
+        log.insert(log.end(), dropped.begin(), dropped.end());
         surface = std::move(trial);
       }
       return;
@@ -350,10 +357,12 @@ void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
     first = pairs == 0 ? mesh.centroids().col(crossings.front().first) : first;
     pairs += crossings.size();
     StepLog details;
-    if (round == kRounds || !cut_out(trial, crossings, kMostArea)) {
+    const std::optional<double> cut = round == kRounds ? std::nullopt : cut_out(trial, crossings, kMostArea);
+    if (!cut) {
       return;
     }
-    drop_stray_pieces(trial, share, details);
+    area += *cut;
+    drop_stray_pieces(trial, share, dropped);
     const bool fell_apart = piece_count(trial) != pieces;
     if (fell_apart || !fill_small_holes(trial, std::numeric_limits<double>::infinity(), details).empty()) {
       return;
@@ -364,7 +373,7 @@ void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
       return;
     }
     remove_slivers(trial, details);
-    turn_outwards(trial, details);
+    turn_outwards(trial, dropped);
     const auto columns = trial.triangles.colwise();
     if (std::any_of(columns.begin(), columns.end(), [&](const auto& face) { return is_flat(trial.points, face); })) {
       return;

@@ -16,6 +16,9 @@ struct RawSurface {
 /// The steps of a repair. Each changes the surface and adds a line that says what it did, or does neither.
 using StepLog = std::vector<std::string>;
 
+/// "12.3 mm2" of an area [m2].
+std::string area_text(double area);
+
 /// Drops patches (parts connected by edges of two faces) that hang on edges of more faces: those with an open rim whose
 /// area is below `share` of the largest patch's, and those without one all of whose faces are `copied`.
 ///

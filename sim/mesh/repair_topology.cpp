@@ -87,13 +87,15 @@ bool drop_flaps_once(RawSurface& surface, std::vector<bool>& copied, double shar
     if (is_flap(patch)) {
       dropped.face = dropped.faces == 0 ? patch.face : dropped.face;
       dropped.faces += patch.faces;
+      dropped.area += patch.area;
     }
   }
   if (dropped.faces == 0) {
     return false;
   }
-  log.push_back(fmt::format("dropped flaps of {} that hung on edges of three faces or more, the first at {}",
-                            counted(dropped.faces, "face", "faces"), place_in_mm(centroid(surface, dropped.face))));
+  log.push_back(fmt::format("dropped flaps of {} ({}) that hung on edges of three faces or more, the first at {}",
+                            counted(dropped.faces, "face", "faces"), area_text(dropped.area),
+                            place_in_mm(centroid(surface, dropped.face))));
   std::vector<bool> keep(at(surface.triangles.cols()));
   std::vector<bool> copied_kept;
   for (std::size_t f = 0; f < keep.size(); ++f) {
@@ -129,6 +131,8 @@ Neighbours find_neighbours(const std::vector<Side>& sides) {
 
 }  // namespace
 
+std::string area_text(double area) { return fmt::format("{:.3g} mm2", area / (kMillimetre * kMillimetre)); }
+
 void drop_flaps(RawSurface& surface, std::vector<bool>& copied, double share, StepLog& log) {
   while (drop_flaps_once(surface, copied, share, log)) {
   }
@@ -158,10 +162,9 @@ void drop_stray_pieces(RawSurface& surface, double share, StepLog& log) {
   }
   const Index before = surface.triangles.cols();
   surface.triangles = picked(surface.triangles, keep);
-  log.push_back(fmt::format("dropped {} ({}, {:.3g} mm2), the first at {}",
-                            counted(dropped, "stray piece", "stray pieces"),
-                            counted(before - surface.triangles.cols(), "face", "faces"),
-                            area / (kMillimetre * kMillimetre), place_in_mm(first)));
+  log.push_back(fmt::format("dropped {} ({}, {}), the first at {}", counted(dropped, "stray piece", "stray pieces"),
+                            counted(before - surface.triangles.cols(), "face", "faces"), area_text(area),
+                            place_in_mm(first)));
 }
 
 void make_consistent(RawSurface& surface, StepLog& log) {

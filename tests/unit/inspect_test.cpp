@@ -1,7 +1,9 @@
 #include "sim/mesh/inspect.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -180,6 +182,34 @@ TEST(Inspect, FindsASurfaceInsideAnother) {
   const MeshReport shell = inspect(together(outer, with_triangles(inner, inwards)));
   EXPECT_EQ(shell.nested_pieces, 1);
   EXPECT_TRUE(shell.inside_out);
+}
+
+// A bar that sticks out of a ball, its first, middle and last faces in it.
+TEST(Inspect, WhatSticksOutIsNotInside) {
+  const TriangleMesh ball = icosphere(0.03, 6);
+  const TriangleMesh bar = shifted(box({0.01, 0.1, 0.01}, 3e-3).mesh, {0.001, 0.06, 0.002});
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(bar.face_count()));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::sort(order.begin(), order.end(),
+            [&](Eigen::Index f, Eigen::Index g) { return bar.centroids()(1, f) < bar.centroids()(1, g); });
+  ASSERT_LT(bar.centroids().col(order[2]).norm(), 0.028);
+  std::swap(order[1], order[order.size() / 2]);
+  std::swap(order[2], order.back());
+  const TriangleMesh pair = together(ball, with_triangles(bar, bar.triangles()(Eigen::all, order)));
+  EXPECT_EQ(inspect(pair).nested_pieces, 0);
+  // Nor is it where every centroid is: a spike whose corner alone is outside.
+  Points spike(3, 4);
+  spike << 0, 0.005, -0.005, 0,  //
+      0, 0, 0, 0.04,             //
+      0, 0.005, 0.005, 0.0025;
+  Triangles faces(3, 4);
+  faces << 2, 1, 2, 0,  //
+      0, 0, 1, 2,       //
+      1, 3, 3, 3;
+  const TriangleMesh thorn(spike, faces);
+  ASSERT_GT(thorn.signed_volume(), 0);
+  ASSERT_LT(thorn.centroids().colwise().norm().maxCoeff(), 0.028);
+  EXPECT_EQ(inspect(together(ball, thorn)).nested_pieces, 0);
 }
 
 // Near, but outside: in the notch between two others' boxes, and one touching another.

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Geometry>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -218,9 +219,62 @@ TEST(Repair, DropsASurfaceInsideAnother) {
     for (const FileSurface& pair : {together(outer, inner), together(inner, outer)}) {
       const Repaired result = repair(pair);
       EXPECT_EQ(result.mesh.face_count(), 320);
-      EXPECT_THAT(result.steps.back(), HasSubstr("dropped 1 piece inside another, where no sound comes (80 faces)"));
+      EXPECT_THAT(result.steps.back(), HasSubstr("dropped 1 piece inside another, where no sound comes (80 faces, "));
     }
   }
+}
+
+// Three bars stick out of a ball that holds a crumb: the crumb is dropped, said with its area, the bars are not.
+TEST(Repair, DropsNoPartThatOverlapsAnother) {
+  FileSurface surface = file_of(icosphere(0.03, 8));
+  for (int i = 0; i < 3; ++i) {
+    const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0 + i, Vector3::UnitZ()).toRotationMatrix();
+    surface = together(
+        surface, file_of(transformed(box({0.012, 0.06, 0.012}, 4e-3).mesh, turn, turn * Vector3(0, 0.04, 0.001))));
+  }
+  surface = together(surface, file_of(icosphere(0.005, 2)));
+  EXPECT_THAT(refusal(surface), HasSubstr("faces cut each other"));
+  const Repaired lone = repair(together(file_of(icosphere(0.03, 8)), file_of(icosphere(0.005, 2))));
+  // 4 pi r^2 = 314 mm2, a little more for 80 flat faces round the same volume.
+  EXPECT_THAT(lone.steps,
+              ElementsAre(AllOf(HasSubstr("dropped 1 piece inside another"), HasSubstr("(80 faces, 319 mm2)"))));
+}
+
+/// An icosphere with a triangle of a tenth of a micrometre to 1 um in the middle of a face, joined to its corners.
+FileSurface finely_dented() {
+  FileSurface surface = file_of(icosphere(0.05, 4));
+  const auto outer = surface.triangles[7];
+  const auto corner = [&](std::size_t c) { return surface.points[static_cast<std::size_t>(outer[c])]; };
+  const Vector3 middle = (corner(0) + corner(1) + corner(2)) / 3.0;
+  const auto first = static_cast<std::int64_t>(surface.points.size());
+  for (std::size_t c = 0; c < 3; ++c) {
+    surface.points.push_back(middle + 1e-4 * (corner(c) - middle));
+  }
+  surface.triangles[7] = {first, first + 1, first + 2};
+  for (std::int64_t c = 0; c < 3; ++c) {
+    const std::int64_t next = (c + 1) % 3;
+    const auto at = [&](std::int64_t i) { return outer[static_cast<std::size_t>(i)]; };
+    surface.triangles.push_back({at(c), at(next), first + next});
+    surface.triangles.push_back({at(c), first + next, first + c});
+  }
+  return surface;
+}
+
+TEST(Repair, FineEdgesOfAFaultlessSurfaceStay) {
+  const FileSurface surface = finely_dented();
+  const Repaired result = repair(soup_of(surface));
+  EXPECT_EQ(result.mesh.vertex_count(), 165);
+  EXPECT_EQ(result.mesh.face_count(), 326);
+  EXPECT_THAT(result.steps, ElementsAre(HasSubstr("in the same place")));
+}
+
+TEST(Repair, FineEdgesStayWhereSomethingElseIsRepaired) {
+  RepairOptions lenient;
+  lenient.hole = 0.05;  // 45 mm round
+  const Repaired result = repair(without_face(finely_dented(), 100), lenient);
+  EXPECT_EQ(result.mesh.vertex_count(), 165);
+  EXPECT_EQ(result.mesh.face_count(), 326);
+  EXPECT_THAT(result.steps, ElementsAre(HasSubstr("filled 1 hole, of 3 edges")));
 }
 
 TEST(Repair, DropsFlaps) {
