@@ -52,6 +52,31 @@ void warn_of_near_source(const Model& model, std::vector<std::string>& warnings)
   }
 }
 
+/// Transducers are made to radiate ahead of them; what their directivity says of the half space behind was not
+/// measured.
+void warn_of_body_behind(const Model& model, std::vector<std::string>& warnings) {
+  const TransducerArray& array = model.array;
+  if (array.kind == TransducerArray::Kind::kPlaneWave || array.directivity.kind() == Directivity::Kind::kOmni) {
+    return;
+  }
+  const TriangleMesh& mesh = model.body.mesh;
+  Vector3 middle = mesh.centroids() * mesh.areas() / mesh.total_area();
+  if (!model.boxes.empty()) {
+    middle.setZero();
+    for (const TargetBox& box : model.boxes) {
+      middle += box.centre / static_cast<double>(model.boxes.size());
+    }
+  }
+  const Eigen::RowVectorXd ahead = array.axes.cwiseProduct((-array.positions).colwise() + middle).colwise().sum();
+  const Eigen::Index behind = (ahead.array() <= 0).count();
+  if (2 * behind > array.size()) {
+    warnings.push_back(fmt::format(
+        "behind_array: {} of {} transducers point away from the {}, {}; nobody measured what they radiate behind them: "
+        "turn the array by array.rotate_deg, or move it or the body",
+        behind, array.size(), model.boxes.empty() ? "body" : "target", place_of(middle)));
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> model_warnings(const Model& model) {
@@ -85,6 +110,7 @@ std::vector<std::string> model_warnings(const Model& model) {
         fmt::format("thin_body: the body is {:.2f} edges thick {}; its two sides need edges no longer than that",
                     risks.thickness, place_of(risks.thickness_at)));
   }
+  warn_of_body_behind(model, warnings);
   warn_of_near_source(model, warnings);
   return warnings;
 }

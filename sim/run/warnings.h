@@ -17,6 +17,7 @@ namespace touchfield {
 ///   size_jump       faces that share an edge differ more than 3 times in size
 ///   narrow_gap      two parts of the skin look at each other through less than one edge of air
 ///   thin_body       the same through less than two edges of the body
+///   behind_array    more than half of the transducers, which radiate ahead, point away from the target or the body
 ///   near_source     a transducer nearer to the skin than a local edge
 std::vector<std::string> model_warnings(const Model& model);
 

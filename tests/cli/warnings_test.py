@@ -84,6 +84,14 @@ class Warnings(CommandTest):
             pair = together((vertices, triangles), (vertices + [wide + gap, 0, 0], triangles))
             self.assertEqual(self.warned(MESH, mesh=pair), names, f"{gap} mm")
 
+    def test_behind_array(self):
+        turned = "array.rotate_deg=[180, 0, 0]"
+        self.assertEqual(self.warned(FINGER, turned)[0], "behind_array")
+        self.assertNotIn("behind_array", self.warned(FINGER, turned, "array.directivity=omni"))
+        self.assertEqual(self.warned(FINGER, "array.rotate_deg=[30, 0, 0]"), [])
+        said = json.loads(self.run_ok("check", self.write("scene.yaml", FINGER), "--set", turned, "--json").stdout)["warnings"]
+        self.assertRegex(said[0], r"^behind_array: 64 of 64 transducers point away from the target, at \(")
+
     def test_near_source(self):
         near = ["array.at_mm=[5.08, 5.08, 0]", "solve.alarm=never"]
         self.assertIn("near_source", self.warned(FINGER, *near, "body.place.at_mm=[0, 0, 1.3]"))
