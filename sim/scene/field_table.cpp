@@ -64,8 +64,7 @@ Codec<std::vector<FieldSpec>> fields_codec() {
                         .exactly_one({"plane", "centre_mm"})
                         .codec();
   const auto field = kept_as<FieldSpec, FieldForm>(form, to_field, [](const FieldSpec& f) { return to_form(f); });
-  return list_of<FieldSpec>(field, 0, TypeInfo::kNoLimit,
-                            {.name = [](const FieldSpec& f) { return f.name; }, .advice = ""});
+  return list_of<FieldSpec>(field, 0, kMostItems, {.name = [](const FieldSpec& f) { return f.name; }, .advice = ""});
 }
 
 }  // namespace touchfield::schema

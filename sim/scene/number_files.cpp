@@ -7,6 +7,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/scene/quantity.h"
+#include "sim/scene/schema.h"
 #include "sim/scene/text_file.h"
 
 namespace touchfield::schema {
@@ -69,6 +70,10 @@ class FileReport {
   void add(int line, const std::string& text) { report(fmt::format("{}:{}: {}", path_, line, text)); }
   void add(const std::string& text) { report(fmt::format("{}: {}", path_, text)); }
 
+  void require_few(std::size_t count, const char* what) {
+    if (count > kMostListed) add(fmt::format("{} {}, must be at most {}", count, what, kMostListed));
+  }
+
   /// A number within the bounds every number of a scene has; reports and returns nothing otherwise.
   std::optional<double> number(int line, std::string_view text, int power = 0) {
     const auto value = parse_decimal(text);
@@ -124,6 +129,7 @@ std::optional<std::vector<double>> read_phases(const Input& in, const std::strin
     }
   });
   if (!report.failed() && phases.empty()) report.add("no number in it, must hold at least one phase");
+  report.require_few(phases.size(), "phases");
   if (report.failed()) return std::nullopt;
   return phases;
 }
@@ -159,6 +165,7 @@ std::optional<PositionsFile> read_positions(const Input& in, const std::string& 
     if (zero_axis) report.add(number, "the axis must not be zero");
   });
   if (!report.failed() && columns == 0) report.add("no position in it, must hold at least one");
+  report.require_few(columns == 0 ? 0 : values.size() / columns, "positions");
   if (report.failed() || columns == 0) return std::nullopt;
 
   const auto rows = static_cast<Eigen::Index>(values.size() / columns);

@@ -56,6 +56,7 @@ std::string Range::text() const {
 std::optional<std::string> Range::broken_by(double value) const {
   if (low && (low_excluded ? value <= *low : value < *low)) return text();
   if (high && value > *high) return text();
+  if (low == 0.0 && low_excluded && value < kSmallest) return fmt::format(">= {}", decimal_text(kSmallest));
   const bool limited = (value < 0 ? low : high).has_value();
   if (!limited && std::abs(value) > kLargest) return fmt::format("at most {} in magnitude", decimal_text(kLargest));
   return std::nullopt;

@@ -6,10 +6,12 @@
 
 namespace touchfield::schema {
 
-/// Bounds of a number in the unit the scene gives it in. On a side without a bound kLargest is one, so that sums and
-/// squares of lengths stay finite.
+/// Bounds of a number in the unit the scene gives it in. On a side without a bound kLargest is one, and what must be >
+/// 0 must be at least kSmallest, so that sums, squares and quotients of lengths and pressures stay finite and do not
+/// vanish.
 struct Range {
   static constexpr double kLargest = 1e9;
+  static constexpr double kSmallest = 1e-9;
 
   std::optional<double> low;
   std::optional<double> high;

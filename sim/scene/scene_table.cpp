@@ -67,7 +67,7 @@ Codec<TargetBoxSpec> target_box_codec() {
 
 Codec<TargetSpec> target_codec() {
   const auto box = target_box_codec();
-  const auto boxes = list_of(box, 1);
+  const auto boxes = list_of(box, 1, kMostItems);
   const auto pressure = number(kPlain, above(0));
   const auto best = word({"best"});
   const TypeInfo pressure_type{.kind = TypeInfo::Kind::kAny, .of = {pressure.type, best.type}};

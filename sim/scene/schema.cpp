@@ -242,12 +242,7 @@ Codec<double> number(Unit unit, const Range& range) {
   return {type,
           [type, unit](const Input& in, double& out) {
             if (!checked_number(in, type)) return false;
-            const double si = *unit.si(in.node().text);
-            if (type.range.low == 0.0 && type.range.low_excluded && si == 0.0) {  // too small for a double
-              in.must_be(type.range.text());
-              return false;
-            }
-            out = si;
+            out = *unit.si(in.node().text);
             return true;
           },
           [unit](const double& value) { return scalar(unit.text(value)); }};
@@ -339,7 +334,7 @@ Codec<Vector3> vector3(Unit unit, const Range& range) {
 
 Codec<Points> points(Unit unit, const Range& range) {
   return kept_as<Points, std::vector<Vector3>>(
-      list_of(vector3(unit, range), 1),
+      list_of(vector3(unit, range), 1, kMostListed),
       [](const Input&, const std::vector<Vector3>& read) {
         Points points(3, static_cast<Eigen::Index>(read.size()));
         for (std::size_t i = 0; i < read.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = read[i];

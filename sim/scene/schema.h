@@ -74,7 +74,9 @@ struct MapInfo {
   std::optional<Group> group{};
 };
 
-inline constexpr std::size_t kLongestName = 100;  // a name becomes a folder
+inline constexpr std::size_t kLongestName = 100;    // a name becomes a folder
+inline constexpr std::size_t kMostListed = 10'000;  // transducers or phases one by one; arrays have hundreds
+inline constexpr std::size_t kMostItems = 100;      // methods, target boxes, fields: a page of them
 
 /// True for 1 to kLongestName letters, digits, _ and -.
 bool is_name(const std::string& text);

@@ -307,6 +307,9 @@ would be built, `--resolved` with every default written out.
 - Every number has its unit in its key; nothing else is converted.
 - A key that is not listed here, given twice, of the wrong type or out of its range is an error. All errors of a scene
   are reported together, each as `file:line:column: path: what, rule`.
+- A number that must be > 0 must be at least 1e-9, one without a bound at most 1e9: squares neither vanish nor overflow.
+- A scene file has at most 2 MiB and 200,000 values (an alias counts as all that it stands for), as has a file of
+  positions or phases, of which there are at most 10,000.
 - A file named in a scene counts from the scene's folder.
 - `--set key.path=value` changes a value for one run: `--set solve.iterations=10`, `--set body.place.at_mm.2=250` or
   `at_mm[2]` for an item of a list (numbers from 0). Maps on the way that the scene does not have are made. The value is

@@ -96,7 +96,7 @@ std::string name_of(const MethodForm& form) { return form.as.value_or(to_string(
 
 void add_fixed_phases(Map<MethodForm>& map) {
   const auto phase = number(kPlain, {});
-  const auto phases = list_of(phase, 1);
+  const auto phases = list_of(phase, 1, kMostListed);
   const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {phase.type, phases.type}};
   const auto named = file();
   map.add(
@@ -335,7 +335,7 @@ Codec<SolveSpec> solve_codec() {
   return kept_as<SolveSpec, SolveForm>(
       Map<SolveForm>()
           .required("methods", &SolveForm::methods,
-                    list_of<MethodForm>(method_codec(), 1, TypeInfo::kNoLimit,
+                    list_of<MethodForm>(method_codec(), 1, kMostItems,
                                         {.name = name_of, .advice = "; another name is given with as"}),
                     "[surface, paper, unscattered, focus]", "The methods to compare, each a name or {name: {options}}.")
           .key("scheme", &SolveForm::scheme, scheme_codec(),

@@ -439,7 +439,8 @@ std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes) {
     all += text_hash(resolved_yaml(scenes[i])) + "\n";
     add_files(scenes[i], files);
   }
-  for (const std::string& file : files) all += file + " " + text_hash(schema::read_text_file(file)) + "\n";
+  constexpr std::size_t kMostBytes = std::size_t{1} << 30U;  // of a mesh or a run
+  for (const std::string& file : files) all += file + " " + text_hash(schema::read_text_file(file, kMostBytes)) + "\n";
   return text_hash(all);
 }
 

@@ -1,12 +1,19 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 namespace touchfield::schema {
 
-/// The bytes of a file, at most 256 MiB of them.
+/// The most that a text for a person to write may have: 10,000 positions with axes, all digits written out, take three
+/// quarters of it. The YAML parser takes up to half a second and a quarter of a gigabyte a mebibyte.
+inline constexpr std::size_t kMostTextBytes = std::size_t{2} << 20U;
+
+/// The bytes of a file.
+///
+/// most     of them; a longer file is refused before it is read
 /// throws   InputError "path: no such file", "path: a directory, must be a file", ...
-std::string read_text_file(const std::string& path);
+std::string read_text_file(const std::string& path, std::size_t most = kMostTextBytes);
 
 /// Where a text stops being UTF-8 or holds a control character other than tab and end of line.
 struct TextFault {

@@ -4,6 +4,7 @@
 #include <map>
 #include <sstream>
 
+#include <fmt/format.h>
 #include <yaml-cpp/emitter.h>
 #include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/exceptions.h>
@@ -13,7 +14,11 @@
 namespace touchfield::schema {
 namespace {
 
-constexpr std::size_t kMostValues = 10'000'000;
+// A scene of 10,000 transducers with axes and phases has 90,000 values, its maps at most 20 keys but for landmarks, and
+// it nests 8 deep.
+constexpr std::size_t kMostValues = 200'000;
+constexpr std::size_t kMostKeys = 1000;
+constexpr std::size_t kDeepest = 50;
 
 std::size_t count_values(const Node& node) {
   std::size_t count = 1;
@@ -54,8 +59,7 @@ class TreeBuilder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchors_.find(anchor);
     if (found == anchors_.end()) throw SyntaxError{place(mark), "an alias inside its own anchor"};
-    values_ += count_values(found->second);
-    if (values_ > kMostValues) throw SyntaxError{place(mark), "aliases make more than ten million values of this"};
+    count(count_values(found->second), place(mark));
     finish(found->second, 0);
   }
 
@@ -86,6 +90,8 @@ class TreeBuilder : public YAML::EventHandler {
 
   void open(Node::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
     refuse_tag(mark, tag);
+    if (levels_.size() >= kDeepest)
+      throw SyntaxError{place(mark), fmt::format("nested deeper than {} levels", kDeepest)};
     Level level{.node = {}, .anchor = anchor};
     level.node.kind = kind;
     level.node.place = place(mark);
@@ -98,9 +104,20 @@ class TreeBuilder : public YAML::EventHandler {
     finish(std::move(level.node), level.anchor);
   }
 
+  /// More values, of the text or of copies.
+  void count(std::size_t values, const Place& at) {
+    values_ += values;
+    if (values_ > kMostValues) {
+      throw SyntaxError{at, fmt::format("more than {} values up to here, copies by aliases counted", kMostValues)};
+    }
+  }
+
   void finish(Node node, YAML::anchor_t anchor) {
-    if (anchor != 0) anchors_[anchor] = node;
-    ++values_;
+    count(1, node.place);
+    if (anchor != 0) {
+      count(count_values(node), node.place);
+      anchors_[anchor] = node;
+    }
     if (levels_.empty()) {
       root_ = std::move(node);
       return;
@@ -116,6 +133,9 @@ class TreeBuilder : public YAML::EventHandler {
       parent.key_read = false;
     } else {
       if (node.kind != Node::Kind::kScalar) throw SyntaxError{node.place, "a key that is not a word"};
+      if (parent.node.entries.size() == kMostKeys) {
+        throw SyntaxError{node.place, fmt::format("more than {} keys in one map", kMostKeys)};
+      }
       parent.node.entries.push_back({std::move(node.text), node.place, {}});
       parent.key_read = true;
     }

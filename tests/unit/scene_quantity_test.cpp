@@ -89,7 +89,10 @@ TEST(Unit, GivesShortTextsBack) {
 
 TEST(Range, NamesTheRuleThatIsBroken) {
   EXPECT_EQ(above(0).broken_by(0), "> 0");
-  EXPECT_EQ(above(0).broken_by(1e-300), std::nullopt);
+  EXPECT_EQ(above(0).broken_by(1e-300), ">= 1e-9");
+  EXPECT_EQ(above_to(0, 1).broken_by(9e-10), ">= 1e-9");
+  EXPECT_EQ(above(0).broken_by(1e-9), std::nullopt);
+  EXPECT_EQ(between(0, 1).broken_by(1e-300), std::nullopt);
   EXPECT_EQ(above_to(0, 1).broken_by(1), std::nullopt);
   EXPECT_EQ(above_to(0, 1).broken_by(1.5), "> 0 and <= 1");
   EXPECT_EQ(between(1, 200).broken_by(200), std::nullopt);
