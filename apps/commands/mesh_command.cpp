@@ -124,11 +124,14 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     progress.warn(warning);
   }
   require_known_scale(command, scale);
+  const bool works = command.repair || command.cut || command.edge || !command.output.empty();
+  if (works) {
+    require_body_size(size * scale.unit.metres, command.file);
+  }
   const SurfaceReport report =
       as_stage(progress, "inspect", [&] { return inspect_surface(surface, scale.unit.metres); });
 
   MeshText text{command.file, scale.unit, scale.stated, scale.guess, size, scale.warnings, report, {}, {}, {}};
-  const bool works = command.repair || command.cut || command.edge || !command.output.empty();
   if (works) {
     const TriangleMesh mesh = worked(command, surface, report, scale, progress, text.steps);
     text.result = inspect_skin(mesh.vertices(), mesh.triangles());

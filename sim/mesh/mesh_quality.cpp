@@ -128,6 +128,11 @@ double wanted_faces(const TriangleMesh& mesh, const EdgeSizing& sizing, double m
   constexpr double kPatch = 0.5;  // of h: as h grows by 0.6 of the distance at most, the one at the centroid will do
   constexpr double kFarthest = 1e9;
   const EdgeSizing uncapped(kFarthest, sizing.zones(), sizing.growth());
+  // No edge is longer than `far`. A surface that has too many of them at once is not taken apart: patches of one that
+  // is far larger than its edges would never get small, for want of digits.
+  if (mesh.total_area() >= most * (std::sqrt(3.0) / 4.0 * sizing.far() * sizing.far())) {
+    return most;
+  }
   double faces = 0;
   std::vector<Patch> waiting;
   for (Eigen::Index f = 0; f < mesh.face_count() && faces < most; ++f) {

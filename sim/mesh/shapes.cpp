@@ -29,21 +29,25 @@ void require_positive(const char* field, double value) {
   }
 }
 
-/// edge [m] must be positive and must not ask for more faces than any machine takes.
-void require_edge(const char* shape, double edge, double area) {
-  require_positive((std::string(shape) + ".edge").c_str(), edge);
-  const double faces = area / (std::sqrt(3.0) / 4.0 * edge * edge);
-  if (!(faces <= kMostFaces)) {
+double faces_of_edge(double area, double edge) { return area / (std::sqrt(3.0) / 4.0 * edge * edge); }
+
+/// edge [m] must not ask for more faces than any machine takes.
+void require_faces(const char* shape, double edge, double faces, double most = kMostFaces) {
+  if (!(faces <= most)) {
     throw InputError(
-        fmt::format("{}.edge = {} m would take {:.1e} faces; at most {:.0e}", shape, edge, faces, kMostFaces));
+        fmt::format("{}: edges of {} m would take {:.1e} faces; at most {:.0e}", shape, edge, faces, most));
   }
 }
 
 /// The six landmarks of a body about the origin: its outermost points along the axes.
 std::vector<Landmark> axis_landmarks(const TriangleMesh& mesh, const Vector3& reach) {
-  return {nearest_landmark(mesh, "top", {0, 0, reach.z()}),    nearest_landmark(mesh, "bottom", {0, 0, -reach.z()}),
-          nearest_landmark(mesh, "x_plus", {reach.x(), 0, 0}), nearest_landmark(mesh, "x_minus", {-reach.x(), 0, 0}),
-          nearest_landmark(mesh, "y_plus", {0, reach.y(), 0}), nearest_landmark(mesh, "y_minus", {0, -reach.y(), 0})};
+  std::vector<Landmark> landmarks;
+  for (const std::string& name : shape_landmark_names()) {
+    const int axis = name.starts_with('x') ? 0 : name.starts_with('y') ? 1 : 2;
+    const bool upper = name == "top" || name.ends_with("plus");
+    landmarks.push_back(nearest_landmark(mesh, name, (upper ? 1.0 : -1.0) * reach(axis) * Vector3::Unit(axis)));
+  }
+  return landmarks;
 }
 
 Points as_columns(const std::vector<Vector3>& list) {
@@ -222,6 +226,11 @@ TriangleMesh with_capsule_volume(const TriangleMesh& mesh, double radius, double
 
 }  // namespace
 
+const std::vector<std::string>& shape_landmark_names() {
+  static const std::vector<std::string> kNames = {"top", "bottom", "x_plus", "x_minus", "y_plus", "y_minus"};
+  return kNames;
+}
+
 TriangleMesh icosphere(double radius, int subdivisions) {
   require_positive("sphere.radius", radius);
   if (subdivisions < 1 || 20.0 * subdivisions * subdivisions > kMostFaces) {
@@ -253,7 +262,8 @@ TriangleMesh icosphere(double radius, int subdivisions) {
 Body sphere(double radius, double edge) {
   require_positive("sphere.radius", radius);
   const double area = 4.0 * pi * radius * radius;
-  require_edge("sphere", edge, area);
+  require_positive("sphere.edge", edge);
+  require_faces("sphere", edge, faces_of_edge(area, edge));
   // The mean edge falls as 1/f but for the curvature, which matters at small f only: try the frequencies about 1/f.
   const int guess = std::max(1, static_cast<int>(std::sqrt(area / (20.0 * std::sqrt(3.0) / 4.0)) / edge));
   TriangleMesh mesh = icosphere(radius, guess);
@@ -270,8 +280,10 @@ Body capsule(double radius, double length, double edge) {
   if (!(length >= 0) || !std::isfinite(length)) {
     throw InputError(fmt::format("capsule.length = {} m must be >= 0 and finite", length));
   }
-  require_edge("capsule", edge, 2.0 * pi * radius * (2.0 * radius + length));
+  require_positive("capsule.edge", edge);
   const double wanted = std::min(edge, radius);
+  constexpr double kMostRemeshed = 1e6;  // half a minute of remeshing
+  require_faces("capsule", wanted, faces_of_edge(2.0 * pi * radius * (2.0 * radius + length), wanted), kMostRemeshed);
   const auto [start, triangles] = rings_about_capsule(radius, length, wanted);
   const RemeshTarget target{
       [&](const Points& points) { return Eigen::VectorXd(Eigen::VectorXd::Constant(points.cols(), wanted)); },
@@ -288,10 +300,12 @@ Body box(const Vector3& size, double edge) {
   for (int axis = 0; axis < 3; ++axis) {
     require_positive(fields[static_cast<std::size_t>(axis)], size(axis));
   }
-  require_edge("box", edge, 2.0 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x()));
+  require_positive("box.edge", edge);
   // Squares of this side, cut in two, have the area of equilateral triangles of side `edge`.
   const double side = edge * std::sqrt(std::sqrt(3.0) / 2.0);
-  const Eigen::Vector3i counts = (size / side).array().round().max(1.0).matrix().cast<int>();
+  const Vector3 squares = (size / side).array().round().max(1.0);
+  require_faces("box", edge, 4.0 * (squares.x() * squares.y() + squares.y() * squares.z() + squares.z() * squares.x()));
+  const Eigen::Vector3i counts = squares.cast<int>();
   BoxVertices lattice(size, counts);
   std::vector<Eigen::Vector3i> triangles;
   for (int normal = 0; normal < 3; ++normal) {

@@ -1,8 +1,14 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "sim/mesh/body.h"
 
 namespace touchfield {
+
+/// Names of the landmarks that the bodies here have.
+const std::vector<std::string>& shape_landmark_names();
 
 /// Sphere about the origin: a subdivided icosahedron of 20 f^2 faces, vertices scaled so that the enclosed volume is
 /// the sphere's (radius of the vertices slightly above `radius`).
@@ -25,7 +31,7 @@ TriangleMesh icosphere(double radius, int subdivisions);
 /// length   of the cylinder [m], >= 0
 /// edge     wanted edge length [m], > 0, met by the mean edge within 3 %; one above the radius is taken as the radius
 /// landmarks  top, bottom, x_plus, x_minus (middle of the cylinder), y_plus, y_minus (the ends)
-/// throws   InputError on a value out of range, or more than 5 million faces
+/// throws   InputError on a value out of range, or more than a million faces
 Body capsule(double radius, double length, double edge);
 
 /// Box about the origin, exact in shape: squares of nearly equal size, cut in two.

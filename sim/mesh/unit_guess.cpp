@@ -80,6 +80,13 @@ double surface_size(const FileSurface& surface) {
   return (farthest_from(end) - end).norm();
 }
 
+void require_body_size(double size, const std::string& name) {
+  if (!(size >= kLeastBody && size <= kMostBody)) {
+    throw InputError(fmt::format("{}: the body is {:.3g} mm across, it must be {:.2g} to {:.0f} mm; is the unit right?",
+                                 name, size * 1e3, kLeastBody * 1e3, kMostBody * 1e3));
+  }
+}
+
 UnitGuess guess_unit(double size) {
   if (!(size > 0) || !std::isfinite(size)) {
     throw InputError(fmt::format("mesh: all its points lie within {} units of each other, it has no size", size));

@@ -26,6 +26,16 @@ const LengthUnit& file_unit(const std::string& name);
 /// throws   InputError if a triangle names no point
 double surface_size(const FileSurface& surface);
 
+/// A body's least and largest size [m]: a tenth of a hair, a room.
+inline constexpr double kLeastBody = 1e-5;
+inline constexpr double kMostBody = 10.0;
+
+/// Refuses what is not the size of any body, before work that grows with it.
+///
+/// size     surface_size() in metres
+/// throws   InputError "name: ..." on a size out of kLeastBody to kMostBody
+void require_body_size(double size, const std::string& name);
+
 /// How far a guess of a file's unit can be trusted.
 enum class UnitCertainty {
   kSure,     // the one unit in which the body is as large as a hand, and in the others it is none a hand could touch

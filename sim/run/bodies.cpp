@@ -42,7 +42,9 @@ std::optional<UnitDoubt> doubt_of(const MeshShape& shape, double size) {
 
 /// Refuses a file whose unit is not given and not certain; adds a warning on one that is doubtful.
 void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
-  const auto doubt = doubt_of(shape, surface_size(read_surface(shape.file)));
+  const double size = surface_size(read_surface(shape.file));
+  require_body_size(size * shape.unit, shape.file);
+  const auto doubt = doubt_of(shape, size);
   if (doubt && doubt->refuse) {
     throw InputError(doubt->text);
   }

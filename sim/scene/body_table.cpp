@@ -1,5 +1,4 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "sim/mesh/hand.h"
 #include "sim/mesh/unit_guess.h"
@@ -7,6 +6,9 @@
 
 namespace touchfield::schema {
 namespace {
+
+// Faces are as small as the radius: 150,000 of them, meshed in a second or two.
+constexpr double kLongestCapsule = 10'000;
 
 Codec<FingerJoints> finger_codec(double least_abduction, double most_abduction) {
   return Map<FingerJoints>()
@@ -60,21 +62,26 @@ Codec<HandShape> hand_codec() {
 
 Codec<SphereShape> sphere_codec() {
   return Map<SphereShape>()
-      .required("radius_mm", &SphereShape::radius, number(kMillimetres, above(0)), "8", "Radius [mm].")
+      .required("radius_mm", &SphereShape::radius, number(kMillimetres, kBodySize), "8", "Radius [mm].")
       .codec();
 }
 
 Codec<CapsuleShape> capsule_codec() {
   return Map<CapsuleShape>()
-      .required("radius_mm", &CapsuleShape::radius, number(kMillimetres, above(0)), "8", "Radius [mm].")
-      .required("length_mm", &CapsuleShape::length, number(kMillimetres, {.low = 0.0, .high = {}}), "60",
-                "Length of the cylinder between the half spheres [mm].")
+      .required("radius_mm", &CapsuleShape::radius, number(kMillimetres, kBodySize), "8", "Radius [mm].")
+      .required("length_mm", &CapsuleShape::length, number(kMillimetres, between(0, *kBodySize.high)), "60",
+                "Length of the cylinder between the half spheres [mm], at most 10,000 radii.")
+      .check([](const Input& in, CapsuleShape& capsule, bool good) {
+        if (!good || capsule.length <= kLongestCapsule * capsule.radius) return good;
+        in.at(*in.node().find("length_mm")).must_be(fmt::format("at most {:.0f} times radius_mm", kLongestCapsule));
+        return false;
+      })
       .codec();
 }
 
 Codec<BoxShape> box_codec() {
   return Map<BoxShape>()
-      .required("size_mm", &BoxShape::size, vector3(kMillimetres, above(0)), "[20, 60, 10]", "Side lengths [mm].")
+      .required("size_mm", &BoxShape::size, vector3(kMillimetres, kBodySize), "[20, 60, 10]", "Side lengths [mm].")
       .codec();
 }
 
@@ -138,26 +145,17 @@ Codec<Placement> place_codec() {
       .codec();
 }
 
-/// The landmarks of a mesh are the scene's own, so that a place and edges beside it can be held against them at once.
-bool check_mesh_landmark(const Input& at, const MeshShape& mesh, const std::string& landmark) {
-  if (mesh.landmarks.contains(landmark)) return true;
-  std::vector<std::string> names;
-  names.reserve(mesh.landmarks.size());
-  for (const auto& [known, position] : mesh.landmarks) names.push_back(known);
-  at.must_be(names.empty() ? "one of body.mesh.landmarks, which has none"
-                           : fmt::format("one of body.mesh.landmarks: {}", fmt::join(names, ", ")));
-  return false;
-}
-
 bool check_body(const Input& in, const BodySpec& body, bool good) {
   if (!good) return true;
-  if (std::holds_alternative<HandShape>(body.shape)) {
-    return check_hand_edges(in.at(*in.node().find("edge_mm")));
+  const std::vector<std::string> landmarks = landmark_names(body);
+  if (!body.place.landmark.empty()) {
+    const Input place = in.at(*in.node().find("place"));
+    good = check_landmark(place.at(*place.node().find("landmark")), landmarks, body.place.landmark);
   }
-  const auto* mesh = std::get_if<MeshShape>(&body.shape);
-  if (!mesh || body.place.landmark.empty()) return true;
-  const Input place = in.at(*in.node().find("place"));
-  return check_mesh_landmark(place.at(*place.node().find("landmark")), *mesh, body.place.landmark);
+  const Entry* edge = in.node().find("edge_mm");
+  if (!edge) return good;
+  if (std::holds_alternative<HandShape>(body.shape)) good = check_hand_edges(in.at(*edge)) && good;
+  return check_near(in.at(*edge), landmarks) && good;
 }
 
 Map<BodySpec> body_map() {

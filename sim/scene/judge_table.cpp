@@ -83,6 +83,9 @@ bool check_judge(const Input& in, const Scene& scene) {
     judge.at(*judge.node().find("whole")).problem("cannot be true with split, whose mesh is the solving one");
     good = false;
   }
+  if (scene.judge.kind == JudgeSpec::Kind::kEdge && !scene.bodies.empty()) {
+    good = check_near(judge.at(*judge.node().find("edge_mm")), landmark_names(scene.bodies)) && good;
+  }
   const bool any_hand = std::any_of(scene.bodies.begin(), scene.bodies.end(),
                                     [](const BodySpec& body) { return std::holds_alternative<HandShape>(body.shape); });
   if (scene.judge.kind == JudgeSpec::Kind::kEdge && any_hand) {

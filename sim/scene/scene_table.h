@@ -30,9 +30,18 @@ Codec<std::vector<FieldSpec>> fields_codec();
 
 /// The hand generator's own bounds of an edge [mm]; other shapes take any.
 inline const Range kHandEdge = between(0.4, 8);
+/// Sizes of a body [mm]: from a tenth of a hair to a room. Beyond is a slip of the unit.
+inline const Range kBodySize = between(0.01, 10'000);
 
 /// Reports and returns false if one of the edge lengths read from here does not do for a hand.
 bool check_hand_edges(const Input& edges);
+/// Names of a body's landmarks, known before it is meshed; of several bodies those that any of them has.
+std::vector<std::string> landmark_names(const BodySpec& body);
+std::vector<std::string> landmark_names(const std::vector<BodySpec>& bodies);
+/// Reports and returns false if `name`, read from `at`, is none of the landmarks there are.
+bool check_landmark(const Input& at, const std::vector<std::string>& names, const std::string& name);
+/// The same for those that the `near` of edge lengths names.
+bool check_near(const Input& edges, const std::vector<std::string>& names);
 /// Reports and returns false if the judge cannot have the body of this scene, read from `in`.
 bool check_judge(const Input& in, const Scene& scene);
 

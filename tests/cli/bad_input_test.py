@@ -1,9 +1,15 @@
 """Bad input: a clear message on one screen, exit code 2, nothing left behind."""
 
+import base64
+import json
 import os
+import struct
+import subprocess
 import unittest
+import zlib
 
-from support import FINGER, SOURCE, CommandTest
+from meshes import icosphere, write_ply
+from support import FINGER, PROGRAM, SOURCE, CommandTest
 
 TETRAHEDRON = """\
 v 0 0 0
@@ -128,6 +134,75 @@ class BadInput(CommandTest):
         self.refused("run", self.scene(FINGER), "--threads", "0", says="--threads")
         self.refused("run", self.scene(FINGER), "--set", "solve.iterations", says="solve.iterations", leaves=["scene.yaml"])
         self.refused("info", "nothing.h5", says="nothing.h5", leaves=["scene.yaml"])
+
+    def refused_at_once(self, *arguments, says):
+        """Refused before memory is taken for it: the program itself needs 40 MiB, a scene of 2 MiB half a gigabyte."""
+        with open(self.folder / "said", "w+") as said:
+            process = subprocess.Popen([PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=subprocess.DEVNULL,
+                                       stderr=said)
+            _, status, usage = os.wait4(process.pid, 0)
+            process.returncode = os.waitstatus_to_exitcode(status)
+            said.seek(0)
+            text = said.read()
+        self.assertEqual(process.returncode, 2, text)
+        self.assertIn(says, text)
+        self.assertLess(usage.ru_maxrss / 1024, 700, "MiB")
+        self.assertLess(usage.ru_utime + usage.ru_stime, 20, "seconds of the processor")
+
+    def test_a_capsule_thinner_than_anything(self):
+        for length in ["10", "1000"]:
+            hair = self.scene(FINGER.replace("radius_mm: 8, length_mm: 10", f"radius_mm: 1e-4, length_mm: {length}"))
+            self.refused_at_once("check", hair, says="scene.yaml:5:24: body.capsule.radius_mm = 1e-4 must be 0.01 to 10000")
+
+    def test_a_scene_of_100_megabytes(self):
+        scene = self.scene(FINGER + "field: [" + "1," * 50_000_000 + "]\n")
+        self.refused_at_once("check", scene, says="scene.yaml: too long, must be at most 2097152 bytes")
+        deep = self.scene("name: " + "[" * 2_000_000)
+        self.refused_at_once("check", deep, says="scene.yaml:1:")
+
+    def test_a_mesh_larger_than_the_world(self):
+        vertices, triangles = icosphere(2, 1.0)
+        self.write("skin.obj", "".join("v {} {} {}\n".format(*(1e30 * x)) for x in vertices) +
+                   "".join("f {} {} {}\n".format(*(t + 1)) for t in triangles))
+        says = "skin.obj: the body is 2.02e+30 mm across, it must be 0.01 to 10000 mm"
+        for works in [["--remesh", "3"], ["--repair"], ["--cut", "z=0"]]:
+            self.refused_at_once("mesh", "skin.obj", "--unit", "mm", *works, "-o", "out.stl", says=says)
+        scene = self.scene(MESH_SCENE.replace("unit: mm}}", "unit: mm}, edge_mm: 3}"))
+        self.refused_at_once("check", scene, says=says)
+
+    def test_a_file_that_unpacks_to_eight_gigabytes(self):
+        block = zlib.compress(bytes(1 << 20), 9)
+        header = struct.pack("<1027I", 1024, 1 << 20, 0, *[len(block)] * 1024)
+        packed = base64.b64encode(header).decode() + base64.b64encode(block * 1024).decode()
+        self.write("skin.vtp", f"""\
+<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian" compressor="vtkZLibDataCompressor">
+<PolyData><Piece NumberOfPoints="3" NumberOfPolys="1">
+<Points><DataArray type="Float64" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0</DataArray></Points>
+<Polys><DataArray type="UInt8" Name="connectivity" format="binary">{packed}</DataArray>
+<DataArray type="Int64" Name="offsets" format="ascii">3</DataArray></Polys></Piece></PolyData></VTKFile>
+""")
+        self.refused_at_once("mesh", "skin.vtp", says="Polys/connectivity: it announces 1073741824 bytes, at most 15000000")
+
+    def test_a_landmark_misspelt_among_several_bodies(self):
+        start, rest = FINGER.split("body:\n")
+        target = "target:" + rest.split("target:")[1].replace("at: bottom", "at: one.bottom")
+        text = start + """\
+bodies:
+  - {name: one, sphere: {radius_mm: 8}, place: {at_mm: [0, 0, 60]}, edge_mm: 2.6}
+  - {name: two, sphere: {radius_mm: 8}, place: {at_mm: [30, 0, 60]}, edge_mm: {far: 2.6, near: {botom: 2}}}
+""" + target
+        self.refused("check", self.scene(text), says=["bodies[1].edge_mm.near.botom", "top, bottom, x_plus", "did you mean bottom?"])
+        self.run_ok("check", self.scene(text.replace("botom", "bottom")))
+
+    def test_the_faintest_array_has_metrics(self):
+        scene = self.scene(FINGER)
+        self.refused("run", scene, "-o", "out", "--set", "array.level=1e-310", says="array.level = 1e-310 must be >= 1e-9",
+                     leaves=["scene.yaml"])
+        done = self.run_ok("run", scene, "-o", "out", "--json", "--set", "array.level=1e-9", "--set", "array.source_pa_m=1e-9",
+                           "--set", "target.pressure_pa=1e-9")
+        for method in json.loads(done.stdout)["methods"]:
+            for metric in ["relative_error", "scale", "correlation", "leakage", "cv_inside", "force_target_n"]:
+                self.assertIsNotNone(method[metric], f"{method} {metric}")
 
     def test_every_shipped_scene_passes_its_check(self):
         scenes = sorted((SOURCE / "scenes").glob("*.yaml"))

@@ -162,6 +162,9 @@ TEST(WantedFaces, FindAZoneWithinAFaceAndStopAtTheMost) {
   EXPECT_GT(found, inside);
   EXPECT_LT(found, 1.6 * inside);
   EXPECT_EQ(wanted_faces(face, EdgeSizing(1e-6), 1000), 1000);
+  // Patches of a body this large never get as small as the edges: the digits end before.
+  const EdgeSizing graded(1e-3, {{Vector3::Zero(), 5e-4, 0.01}});
+  EXPECT_EQ(wanted_faces(icosphere(1e27, 3), graded, 1000), 1000);
 }
 
 }  // namespace

@@ -137,6 +137,12 @@ TEST(Capsule, RefusesWhatIsNoCapsule) {
   EXPECT_THROW(capsule(0.01, kNan, 1e-3), InputError);
   EXPECT_THROW(capsule(0.01, 0.05, 0), InputError);
   EXPECT_THROW(capsule(0.01, 1e9, 1e-3), InputError);
+  // Faces are as small as the radius, whatever the edge.
+  EXPECT_THAT([] { capsule(1e-7, 0.1, 2.6e-3); }, ThrowsMessage<InputError>(HasSubstr("edges of 1e-07 m would take")));
+}
+
+TEST(Box, CountsTheSquaresOfAThinSide) {
+  EXPECT_THAT([] { box({1e6, 1e-7, 1e-7}, 1e-3); }, ThrowsMessage<InputError>(HasSubstr("faces; at most")));
 }
 
 TEST(Box, IsExactWithSharpEdges) {
