@@ -43,11 +43,11 @@ std::optional<UnitDoubt> doubt_of(const MeshShape& shape, double size) {
 /// Refuses a file whose unit is not given and not certain; adds a warning on one that is doubtful.
 void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
   const double size = surface_size(read_surface(shape.file));
-  require_body_size(size * shape.unit, shape.file);
   const auto doubt = doubt_of(shape, size);
   if (doubt && doubt->refuse) {
     throw InputError(doubt->text);
   }
+  require_body_size(size * shape.unit, shape.file);
   if (doubt) {
     warnings.push_back("mesh_unit: " + doubt->text);
   }
