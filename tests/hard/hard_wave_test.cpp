@@ -76,7 +76,7 @@ BodyFigures measure_body(const std::string& what, const TriangleMesh& mesh, cons
 TEST_P(HardWave, CoarseMeshesAndShadow) {
   const Wave wave = wave_at(40e3);
   const Vector3 below(0.03, 0.02, -0.2);
-  for (const double epw : sized(std::vector<double>{2.5, 5.0}, std::vector<double>{2.0, 2.5, 3.5, 5.0, 7.0})) {
+  for (const double epw : sized(std::vector<double>{2.0, 2.5, 5.0}, std::vector<double>{2.0, 2.5, 3.5, 5.0, 7.0})) {
     const BodyFigures found = measure_body("finger", finger(wave.wavelength() / epw), wave, below);
     const auto all = [&](Scheme scheme) { return found.in_all.at(scheme); };
     const auto shadow = [&](Scheme scheme) { return found.in_shadow.at(scheme); };
@@ -86,9 +86,9 @@ TEST_P(HardWave, CoarseMeshesAndShadow) {
       EXPECT_LT(shadow(Scheme::kBurtonMillerPolished), 0.015);
       EXPECT_LT(all(Scheme::kBurtonMiller), 0.03);
       EXPECT_LT(all(Scheme::kChief), 0.015);
-    } else if (epw > 2.2) {
-      EXPECT_LT(all(Scheme::kBurtonMillerPolished), 0.06);
-      EXPECT_GT(all(Scheme::kBurtonMillerPolished), 0.012);
+    } else {
+      EXPECT_LT(all(Scheme::kBurtonMillerPolished), epw > 2.2 ? 0.06 : 0.12);
+      EXPECT_GT(all(Scheme::kBurtonMillerPolished), epw > 2.2 ? 0.012 : 0.06);
     }
     // paper's share of a mode fills the quiet side: its shadow is twice as wrong as its body.
     EXPECT_GT(shadow(Scheme::kPaper), 1.5 * all(Scheme::kPaper));
@@ -150,7 +150,7 @@ TEST_P(HardWave, OtherFrequencies) {
   for (const double frequency : {20e3, 70e3}) {
     const Wave wave = wave_at(frequency);
     const double radius = 8e-3;
-    for (const double epw : sized(std::vector<double>{5}, std::vector<double>{3, 5, 8})) {
+    for (const double epw : sized(std::vector<double>{3, 5}, std::vector<double>{3, 5, 8})) {
       const TriangleMesh mesh = sphere(radius, wave.wavelength() / epw).mesh;
       const Eigen::VectorXd cosines =
           mesh.centroids().row(2).transpose().cwiseQuotient(mesh.centroids().colwise().norm().transpose());
@@ -161,10 +161,8 @@ TEST_P(HardWave, OtherFrequencies) {
                       wave.k() * radius, mesh.face_count(), edges_per_wavelength(mesh, wave.wavelength())),
           found);
       // As at 40 kHz on as many edges a wavelength; on a small body a little worse, its curvature counts too.
-      if (epw >= 5) {
-        EXPECT_LT(found.at(Scheme::kBurtonMillerPolished), 0.025);
-        EXPECT_LT(found.at(Scheme::kBurtonMiller), 0.045);
-      }
+      EXPECT_LT(found.at(Scheme::kBurtonMillerPolished), epw < 5 ? 0.06 : 0.025);
+      EXPECT_LT(found.at(Scheme::kBurtonMiller), epw < 5 ? 0.1 : 0.045);
     }
     const double epw = sized(frequency > 50e3 ? 3.0 : 5.0, 5.0);
     const Vector3 below(0.03, 0.02, -0.2);

@@ -214,12 +214,30 @@ TEST_F(StudyPicture, TheBestAreJoinedAndThePickedOneHasARing) {
 TEST_F(StudyPicture, WhatALogarithmHasNoPlaceForIsLeftOut) {
   const TemporaryDirectory directory;
   const std::vector<StudyRung> rungs = {failed_rung(), rung(1, 0), rung(0, 1), rung(HUGE_VAL, 1)};
+  const auto drawn = [&](const std::vector<StudyRung>& all, const std::optional<std::size_t>& picked) {
+    draw_study(directory.file("study.png"), "nothing", all, picked);
+    return Picture(directory.file("study.png"));
+  };
+  const Picture plain = drawn(rungs, std::nullopt);
+  const auto same = [&](const Picture& picture) {
+    for (int y = 0; y < plain.height(); ++y) {
+      for (int x = 0; x < plain.width(); ++x) {
+        if (!has_colour(picture.at(x, y), plain.at(x, y))) {
+          return false;
+        }
+      }
+    }
+    return true;
+  };
   for (std::size_t picked = 0; picked < rungs.size(); ++picked) {
-    draw_study(directory.file("study.png"), "nothing", rungs, picked);
+    SCOPED_TRACE(picked);
+    const Picture picture = drawn(rungs, picked);  // the ring round the picked one has no place either
+    EXPECT_TRUE(std::isnan(middle_of(picture, kChiefColour).x()));
+    EXPECT_TRUE(std::isnan(middle_of(picture, kChiefColour, true).x())) << "legend";
+    EXPECT_TRUE(same(picture));
   }
-  draw_study(directory.file("none.png"), "nothing", {}, std::nullopt);
-  const Picture picture(directory.file("study.png"));
-  EXPECT_TRUE(std::isnan(middle_of(picture, kChiefColour).x()));
+  EXPECT_TRUE(std::isnan(middle_of(drawn({}, std::nullopt), kChiefColour).x())) << "no rung at all";
+  EXPECT_FALSE(same(drawn({rung(1, 1)}, 0))) << "or the comparison would say nothing";
 }
 
 TEST_F(StudyPicture, AMissingDirectoryIsAnIoError) {
