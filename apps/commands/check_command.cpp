@@ -10,6 +10,7 @@
 #include "sim/run/accuracy.h"
 #include "sim/run/bodies.h"
 #include "sim/run/check.h"
+#include "sim/run/named_files.h"
 #include "sim/run/sweep_case.h"
 #include "sim/run/warnings.h"
 #include "sim/scene/scene_reader.h"
@@ -23,6 +24,7 @@ namespace {
 int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
   const SweepPlan plan = read_sweep(command.scene, command.overrides);
   const std::vector<Scene> scenes = read_cases(plan);
+  require_named_files(scenes);
   const std::vector<int> groups = body_groups(scenes);
   const int bodies = 1 + *std::ranges::max_element(groups);
   nlohmann::ordered_json shown = nlohmann::ordered_json::array();

@@ -79,13 +79,14 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   const Scene scene = read_scene(command.scene, command.overrides);
-  build_model(scene);  // what is wrong with the scene is found before the directory exists
+  // What is wrong with the scene or the options is found before the directory exists.
+  std::vector<Model> models = study_models(scene, command.options);
   RunDirectory directory = command.output.empty() ? RunDirectory::next_free("results/runs", scene.name + "_study")
                                                   : RunDirectory::at(command.output, command.force);
   try {
     progress.log_to(directory.file("study.log"));
     const auto keep = [&](const Study& so_far) { write_study_csv(directory.file("study.csv"), so_far.rungs); };
-    const Study study = run_study(scene, command.options, progress, keep);
+    const Study study = run_study(scene, std::move(models), command.options, progress, keep);
     const auto picked = pick(command, study.rungs);
     const BodySpec& first = scene.bodies.front();
     const bool one_edge = scene.bodies.size() == 1 && first.edge && !first.edge->graded();

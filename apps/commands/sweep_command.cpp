@@ -16,6 +16,7 @@
 #include "sim/core/errors.h"
 #include "sim/output/figures.h"
 #include "sim/run/check.h"
+#include "sim/run/named_files.h"
 #include "sim/run/run_directory.h"
 #include "sim/run/sweep.h"
 #include "sim/run/sweep_case.h"
@@ -180,6 +181,7 @@ std::optional<CheckReport> first_case(const std::vector<Scene>& scenes) {
 }  // namespace
 
 int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
+  require_metric(command.metric);
   if (!command.collect.empty()) {
     return collect(command, flags);
   }
@@ -208,6 +210,7 @@ int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
   const Shard shard = shard_of(command.shard);
   const SweepPlan plan = read_sweep(command.sweep, command.overrides);
   const std::vector<Scene> scenes = read_cases(plan);
+  require_named_files(scenes);
   const SweepIdentity identity(plan, plan_hash(plan, scenes), shard);
   SweepDirectory directory = SweepDirectory::open(output_directory(command, plan, shard), identity,
                                                   command.resume || command.retry_failed || command.output.empty());

@@ -65,6 +65,9 @@ void write_sweep_h5(const std::string& path, const SweepSummary& summary);
 /// most   lines; those in the middle are left out
 std::string sweep_table(const SweepSummary& summary, std::size_t most = 40);
 
+/// throws   InputError if there is no such metric
+void require_metric(const std::string& name);
+
 /// A picture of 1200 x 900 pixels of a metric against the parameters whose values are numbers and differ: against one
 /// of them a line a method through the means of its cases; against two of them a map a method, one colour scale for
 /// all.

@@ -273,6 +273,8 @@ void draw_maps(Canvas& canvas, const std::vector<Sample>& samples, const std::ve
 
 }  // namespace
 
+void require_metric(const std::string& name) { field_of(name); }
+
 bool draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric) {
   const MetricField& field = field_of(metric);
   const std::vector<SweepRow> rows = sweep_rows(summary);

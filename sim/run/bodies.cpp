@@ -331,6 +331,12 @@ std::vector<std::string> guess_units(Scene& scene) {
   return warnings;
 }
 
+void require_body(const MeshShape& shape) {
+  std::vector<std::string> warnings;  // which a run repeats
+  check_unit(shape, warnings);
+  body_from_file(shape);
+}
+
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
                      KeptBodies* kept) {
   std::vector<Locator> locators;

@@ -48,6 +48,9 @@ struct PlacedBodies {
 /// throws   InputError if no unit makes the file a body
 std::vector<std::string> guess_units(Scene& scene);
 
+/// throws   InputError if a mesh file is not the closed surface of a body, or its unit is not given and not surely mm
+void require_body(const MeshShape& shape);
+
 /// Finds anchors and centres without meshing finely.
 ///
 /// near_array   the point of a surface, in the world's frame, that is nearest to the array

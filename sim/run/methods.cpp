@@ -10,8 +10,8 @@
 
 #include "sim/core/errors.h"
 #include "sim/field/judge.h"
-#include "sim/output/run_file.h"
 #include "sim/rendering/gram.h"
+#include "sim/run/previous_phases.h"
 #include "solvers/linear/hermitian_product.h"
 #include "solvers/phase/baselines.h"
 #include "solvers/phase/surface.h"
@@ -19,28 +19,6 @@
 namespace touchfield {
 
 namespace {
-
-/// Phases of a method of a finished run.
-Eigen::VectorXd previous_phases(const StartSpec& start, const std::string& method, Eigen::Index channels) {
-  const Run run = read_run_file(start.file);
-  const auto called = [&](const std::string& name) {
-    return std::find_if(run.methods.begin(), run.methods.end(),
-                        [&](const MethodResult& result) { return result.name == name; });
-  };
-  auto found = called(start.method.empty() ? method : start.method);
-  if (found == run.methods.end() && start.method.empty()) {
-    found = run.methods.begin();
-  }
-  if (found == run.methods.end()) {
-    throw InputError(fmt::format("start of {}: {} has no method {}", method, start.file,
-                                 start.method.empty() ? "at all" : start.method));
-  }
-  if (found->solution.phases.size() != channels) {
-    throw InputError(fmt::format("start of {}: {} has {} channels, the array here has {}", method, start.file,
-                                 found->solution.phases.size(), channels));
-  }
-  return found->solution.phases;
-}
 
 /// Angles [theta; phi] to start from, one column a start.
 Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem) {
@@ -56,7 +34,7 @@ Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& pr
   Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(size, 1);
   if (start.kind == StartSpec::Kind::kPrevious) {
     const Eigen::Index channels = problem.channel_count();
-    const Eigen::VectorXd phases = previous_phases(start, method.name, channels);
+    const Eigen::VectorXd phases = previous_phases(method, channels);
     const Eigen::VectorXcd q = (Complex(0, 1) * phases.cast<Complex>()).array().exp();
     angles.col(0).tail(channels) = phases;
     // theta that fits these drives, the other faces' aside.
@@ -85,7 +63,7 @@ Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& probl
     case StartSpec::Kind::kSpectral:
       return spectral_start(problem);
     case StartSpec::Kind::kPrevious:
-      return (Complex(0, 1) * previous_phases(start, method.name, channels).cast<Complex>()).array().exp();
+      return (Complex(0, 1) * previous_phases(method, channels).cast<Complex>()).array().exp();
   }
   return Eigen::MatrixXcd::Ones(channels, 1);
 }

@@ -12,6 +12,7 @@
 #include "sim/mesh/clearance.h"
 #include "sim/mesh/face_tree.h"
 #include "sim/mesh/subdivide.h"
+#include "sim/run/previous_phases.h"
 
 namespace touchfield {
 
@@ -136,17 +137,24 @@ void require_skin(const Target& target, const Model& model) {
   }
 }
 
-void require_fitting_phases(const std::vector<MethodSpec>& methods, Eigen::Index channels) {
-  for (const MethodSpec& method : methods) {
-    const auto count = static_cast<Eigen::Index>(method.phases.size());
-    if (method.kind == MethodKind::kFixed && count != 1 && count != channels) {
-      throw InputError(fmt::format("solve.methods: {} has {} phases, it must have 1 or one for each of the {} channels",
-                                   method.name, count, channels));
-    }
-  }
+}  // namespace
+
+Eigen::Index channel_count(const ArraySpec& spec) {
+  return std::holds_alternative<PlaneWaveArray>(spec.layout)
+             ? 1
+             : std::visit(LayoutBuilder{}, spec.layout).positions.cols();
 }
 
-}  // namespace
+void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
+  const auto count = static_cast<Eigen::Index>(method.phases.size());
+  if (method.kind == MethodKind::kFixed && count != 1 && count != channels) {
+    throw InputError(fmt::format("solve.methods: {} has {} phases, it must have 1 or one for each of the {} channels",
+                                 method.name, count, channels));
+  }
+  if (iterates(method.kind) && method.start.kind == StartSpec::Kind::kPrevious) {
+    previous_phases(method, channels);
+  }
+}
 
 Medium build_medium(const MediumSpec& spec, double frequency) {
   Medium medium = air(spec.temperature);
@@ -208,7 +216,9 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   require_closed_surface(bodies.body.mesh, "body");
   const bool on_boards = !std::holds_alternative<PositionsArray>(scene.array.layout);
   require_clear_array(array, bodies.body.mesh, on_boards);
-  require_fitting_phases(scene.solve.methods, array.size());
+  for (const MethodSpec& method : scene.solve.methods) {
+    require_fitting_phases(method, array.size());
+  }
   bodies.body.landmarks.push_back(nearest_landmark(bodies.body.mesh, kNearestToArray, near_array(bodies.body.mesh)));
   const RigidMotion own_frame = plan.own_frame(scene, 0);
   Model model{wave,

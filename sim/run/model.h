@@ -31,7 +31,7 @@ struct Model {
 ///
 /// throws   InputError on a mesh that is no closed surface, an unknown landmark, bodies that touch, a transducer inside
 ///          a body or nearer than 1 mm to its skin, a body that crosses the board of an array's unit, a target that
-///          holds no face, every face or a cap of keep_within, a list of fixed phases that does not fit the channels
+///          holds no face, every face or a cap of keep_within, phases that do not fit the channels
 ///
 /// kept     meshes of scenes before this one
 Model build_model(const Scene& scene, KeptBodies* kept = nullptr);
@@ -46,6 +46,13 @@ struct JudgeMesh {
 /// the model's own, or the model's mesh with every face split in four. With sensing it is of the bodies as they are.
 /// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
 JudgeMesh build_judge_mesh(const Scene& scene, const Model& model, KeptBodies* kept = nullptr);
+
+/// How many channels an array will have.
+Eigen::Index channel_count(const ArraySpec& spec);
+
+/// throws   InputError if a method's fixed phases, or those of the run that it starts from, do not fit the channels, or
+///          that run cannot be read
+void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);
 
 /// Whether a scene is judged on a mesh other than the one that was solved.
 bool judged_elsewhere(const Scene& scene);

@@ -130,17 +130,39 @@ std::string reason_to_skip(const Scene& scene, const Model& model, Scheme scheme
   return "";
 }
 
+void require_rungs(const Scene& scene, const StudyOptions& options) {
+  if (from_file(scene) && !options.edges.empty()) {
+    throw InputError("study: a body from a mesh file without edge_mm has its own edges; leave --edges-mm out");
+  }
+  const auto& schemes = options.schemes;
+  const auto& solvers = options.solvers;
+  const bool chief_alone = schemes.size() == 1 && schemes.front() == Scheme::kChief;
+  if (chief_alone && !solvers.empty() && std::find(solvers.begin(), solvers.end(), SolverKind::kLu) == solvers.end()) {
+    throw InputError("study: chief is solved by lu alone, which --solvers leaves out");
+  }
+}
+
+/// The coarsest first.
+std::vector<double> edges_of(const Scene& scene, const StudyOptions& options) {
+  if (from_file(scene)) {
+    return {0.0};
+  }
+  std::vector<double> edges = options.edges;
+  if (edges.empty()) {
+    const double own = named_edge(scene);
+    edges = {1.4 * own, own, 0.7 * own};
+  }
+  std::sort(edges.begin(), edges.end(), std::greater<>());
+  return edges;
+}
+
 class Ladder {
  public:
-  Ladder(const Scene& scene, const StudyOptions& options, Progress& progress)
-      : scene_(scene), options_(options), progress_(progress) {
-    require_rungs();
-    for (const double edge : edges()) {
-      models_.push_back(build_model(with_edge(scene_, edge)));
-    }
+  Ladder(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress)
+      : scene_(scene), options_(options), progress_(progress), models_(std::move(models)) {
     const auto start = Clock::now();
     progress_.begin("reference solution");
-    reference_ = std::make_unique<Reference>(scene_, models_.back(), edges().back(), progress_);
+    reference_ = std::make_unique<Reference>(scene_, models_.back(), edges_of(scene_, options_).back(), progress_);
     progress_.end(seconds_since(start));
     study_.reference = {to_string(Scheme::kBurtonMillerPolished), reference_->mesh().face_count(),
                         reference_->mesh().mean_edge(), seconds_since(start)};
@@ -150,7 +172,7 @@ class Ladder {
   }
 
   Study climb(const std::function<void(const Study&)>& on_rung) {
-    const std::vector<double> all_edges = edges();
+    const std::vector<double> all_edges = edges_of(scene_, options_);
     for (std::size_t m = 0; m < models_.size(); ++m) {
       const Model& model = models_[m];
       const double edge = from_file(scene_) ? model.body.mesh.mean_edge() : all_edges[m];
@@ -177,33 +199,6 @@ class Ladder {
   template <typename Value>
   static std::vector<Value> listed(const std::vector<Value>& asked, const std::vector<Value>& all) {
     return asked.empty() ? all : asked;
-  }
-
-  void require_rungs() const {
-    if (from_file(scene_) && !options_.edges.empty()) {
-      throw InputError("study: a body from a mesh file without edge_mm has its own edges; leave --edges-mm out");
-    }
-    const auto& schemes = options_.schemes;
-    const auto& solvers = options_.solvers;
-    const bool chief_alone = schemes.size() == 1 && schemes.front() == Scheme::kChief;
-    if (chief_alone && !solvers.empty() &&
-        std::find(solvers.begin(), solvers.end(), SolverKind::kLu) == solvers.end()) {
-      throw InputError("study: chief is solved by lu alone, which --solvers leaves out");
-    }
-  }
-
-  /// The coarsest first.
-  std::vector<double> edges() const {
-    if (from_file(scene_)) {
-      return {0.0};
-    }
-    std::vector<double> edges = options_.edges;
-    if (edges.empty()) {
-      const double own = named_edge(scene_);
-      edges = {1.4 * own, own, 0.7 * own};
-    }
-    std::sort(edges.begin(), edges.end(), std::greater<>());
-    return edges;
   }
 
   /// A scene that asks for the best pressure gets one for all rungs, found on the coarsest mesh.
@@ -298,9 +293,18 @@ class Ladder {
 
 }  // namespace
 
-Study run_study(const Scene& scene, const StudyOptions& options, Progress& progress,
+std::vector<Model> study_models(const Scene& scene, const StudyOptions& options) {
+  require_rungs(scene, options);
+  std::vector<Model> models;
+  for (const double edge : edges_of(scene, options)) {
+    models.push_back(build_model(with_edge(scene, edge)));
+  }
+  return models;
+}
+
+Study run_study(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress,
                 const std::function<void(const Study&)>& on_rung) {
-  return Ladder(scene, options, progress).climb(on_rung);
+  return Ladder(scene, std::move(models), options, progress).climb(on_rung);
 }
 
 }  // namespace touchfield

@@ -44,9 +44,13 @@ struct Study {
 ///
 /// chief has no iterative rungs: its square form suits none.
 ///
+/// models    as study_models makes them
 /// on_rung   called after each rung with all so far, so that none is lost
-/// throws    InputError as build_model
-Study run_study(const Scene& scene, const StudyOptions& options, Progress& progress,
+Study run_study(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress,
                 const std::function<void(const Study&)>& on_rung);
+
+/// The models of a study's edge lengths, the coarsest first.
+/// throws   InputError as build_model, or on options that leave no rung or do not fit the scene
+std::vector<Model> study_models(const Scene& scene, const StudyOptions& options);
 
 }  // namespace touchfield

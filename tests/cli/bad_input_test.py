@@ -124,6 +124,30 @@ class BadInput(CommandTest):
         scene = self.scene(FINGER.replace("phases_rad: 0", "phases_rad: [0, 1, 2]"))
         self.refused("run", scene, "-o", "out", says=["fixed has 3 phases", "64 channels"])
 
+    def test_a_run_to_start_from_that_is_none_or_does_not_fit(self):
+        self.write("text.h5", "no run")
+        small = FINGER.replace("[8, 8]", "[4, 4]").replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]",
+                                                           "[paper]")
+        self.run_ok("run", self.write("small.yaml", small), "-o", "small", "--quiet")
+        whole = (self.folder / "small/run.h5").read_bytes()
+        (self.folder / "cut.h5").write_bytes(whole[:5000])
+        (self.folder / "flipped.h5").write_bytes(whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:])
+        for file, says in [("no.h5", "no.h5"), ("text.h5", "is no HDF5 file"), ("cut.h5", "checksum"),
+                           ("flipped.h5", "checksum"), ("small/run.h5", "has 16 channels, the array here has 64"),
+                           ("small/run.h5, method: focus", "has no method focus")]:
+            scene = self.scene(FINGER.replace("iterations: 8", f"iterations: 8\n  start: {{previous: {file}}}")
+                               .replace("[8, 8]", "[4, 4]" if "method" in file else "[8, 8]"))
+            for command in [["run"], ["study"], ["run", "-o", "out"], ["study", "-o", "out"], ["check"]]:
+                self.refused(command[0], scene, *command[1:], says=[says, "" if file == "no.h5" else "start of paper: "])
+
+    def test_options_of_a_study_that_do_not_fit(self):
+        scene = self.scene(FINGER)
+        self.refused("study", scene, "-o", "out", "--schemes", "chief", "--solvers", "gmres",
+                     says="study: chief is solved by lu alone")
+        self.write("skin.obj", TETRAHEDRON)
+        mesh = self.scene(MESH_SCENE, "mesh.yaml")
+        self.refused("study", mesh, "-o", "out", "--edges-mm", "3", says="has its own edges; leave --edges-mm out")
+
     def test_unknown_landmark(self):
         scene = self.scene(FINGER.replace("landmark: bottom", "landmark: botom"))
         self.refused("run", scene, "-o", "out", says=["botom", "bottom"])

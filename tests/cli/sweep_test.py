@@ -53,6 +53,7 @@ class SweepTest(CommandTest):
     def setUp(self):
         super().setUp()
         self.write("tiny.yaml", TINY)
+        self.write("tiny.stl", "no mesh")
 
     def sweep(self, name, text):
         return self.write(name, "base: tiny.yaml\n" + text)
@@ -142,14 +143,30 @@ class SweepTest(CommandTest):
             "random: {count: 1, seed: 1, ranges: {a: {log: [0, 1]}}}\n": "random.ranges.a: must have low > 0",
             "set: {solve.iterations: 3}\n": "nothing varies",
             "grid: [1, 2\n": "s.yaml:3:1",
+            # Files that scenes name.
+            "cases: [{'solve.start': {previous: no.h5}}]\n": "no.h5",
+            "cases: [{'solve.start': {previous: tiny.yaml}}]\n": "case 1: start of paper: .*tiny.yaml: is no HDF5 file",
+            "set: {body.sphere: null, body.edge_mm: null}\n"
+            "cases: [{body.mesh: {file: tiny.stl, unit: mm}}, {body.mesh: {file: no.stl, unit: mm}}]\n": "no.stl",
+            "set: {body.sphere: null, body.edge_mm: null}\n"
+            "cases: [{body.mesh: {file: tiny.stl, unit: mm}}]\n": "case 1: .*tiny.stl",
+            "cases: [{solve.methods: [{fixed: {phases_rad: [0, 1]}}]}]\n": "case 1: solve.methods: fixed has 2 phases",
+            "grid: [1, 2\n": "s.yaml:3:1",
         }
         for text, message in cases.items():
             with self.subTest(text=text):
                 self.sweep("s.yaml", text)
-                done = self.touchfield("sweep", "s.yaml", "-o", "out")
-                self.assertEqual(done.returncode, 2, done.stderr)
-                self.assertIn(message, done.stderr)
-                self.assertFalse((self.folder / "out").exists())
+                before = self.entries()
+                for command in [["sweep", "s.yaml", "-o", "out"], ["sweep", "s.yaml"], ["check", "s.yaml"]]:
+                    done = self.touchfield(*command)
+                    self.assertEqual(done.returncode, 2, done.stderr)
+                    self.assertRegex(done.stderr, message if ".*" in message else re.escape(message))
+                    self.assertEqual(self.entries(), before)
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.5]}\n")
+        done = self.touchfield("sweep", "s.yaml", "--plot", "beauty")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("metric beauty: unknown", done.stderr)
+        self.assertFalse((self.folder / "results").exists())
         done = self.touchfield("sweep", "missing.yaml")
         self.assertEqual(done.returncode, 2)
         self.assertIn("missing.yaml: no such file", done.stderr)
