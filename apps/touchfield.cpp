@@ -147,6 +147,12 @@ int dispatch(int argc, char** argv) {
   add_overrides(sweep_app, sweep.overrides);
   sweep_app->add_option("--jobs", sweep.jobs, "Cases at a time; default: one for each body, at most one a thread")
       ->check(CLI::Range(1, 4096));
+  sweep_app
+      ->add_option(
+          "--case-seconds", sweep.case_seconds,
+          "Give up a case that takes longer; default: 600 and 20 times what it is expected to, or 10 times the "
+          "longest so far")
+      ->check(CLI::PositiveNumber);
   sweep_app->add_option("--shard", sweep.shard, "Compute part i of n only: i/n")->capture_default_str();
   sweep_app->add_flag("--resume", sweep.resume,
                       "Go on with the sweep in the output directory; begin it if there is none");

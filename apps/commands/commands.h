@@ -45,6 +45,7 @@ struct SweepCommand {
   std::string shard = "1/1";
   std::string metric = "relative_error";  // of the plot
   int jobs = 0;
+  double case_seconds = 0.0;  // 0: derived
   bool resume = false;
   bool retry_failed = false;
   std::string command_line;

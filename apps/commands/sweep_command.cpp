@@ -65,6 +65,7 @@ std::string inputs_text(const SweepRecord& record) {
 
 Json record_json(const SweepRecord& record, const SweepProgress& progress) {
   Json json = Json::parse(to_json(record, -1));
+  json.erase("crc32");  // of the record alone
   json["event"] = "case";
   json["done"] = progress.done;
   json["failed"] = progress.failed;
@@ -84,6 +85,8 @@ class Reporter {
       fmt::print(stderr, "{}\n", line);
     }
   }
+
+  static void warn(const std::string& line) { fmt::print(stderr, "touchfield: warning: {}\n", line); }
 
   void on_case(const SweepRecord& record, const SweepProgress& progress) const {
     if (json_) {
@@ -151,10 +154,13 @@ int report(const SweepSummary& summary, const std::string& directory, const Comm
 }
 
 int collect(const SweepCommand& command, const CommonFlags& flags) {
-  const SweepSummary summary = collect_sweep(command.collect);
-  write_sweep_tables(command.collect, summary);
-  draw(command.collect, summary, command.metric, Reporter(flags));
-  return report(summary, command.collect, flags, 0);
+  const SweepCollection found = collect_sweep(command.collect);
+  for (const std::string& gap : found.gaps) {
+    Reporter::warn(gap);
+  }
+  write_sweep_tables(command.collect, found.summary);
+  draw(command.collect, found.summary, command.metric, Reporter(flags));
+  return report(found.summary, command.collect, flags, 0);
 }
 
 std::string output_directory(const SweepCommand& command, const SweepPlan& plan, Shard shard) {
@@ -219,8 +225,12 @@ int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
   options.threads = threads;
   options.jobs = command.jobs;
   options.retry_failed = command.retry_failed;
+  options.case_seconds = command.case_seconds;
   options.command_line = command.command_line;
   SweepRunner runner(plan, scenes, identity, directory, options);
+  for (const auto& [number, damage] : runner.damaged()) {
+    Reporter::warn(fmt::format("case {} is damaged and computed anew: {}", number, damage));
+  }
   if (const auto expected = runner.left() > 0 ? first_case(scenes) : std::nullopt) {
     runner.limit_jobs(expected->memory_mib, expected->available_mib);
     reporter.note(fmt::format("a case: {} faces, {} channels, about {:.0f} MiB and, on its own, {:.0f} s",

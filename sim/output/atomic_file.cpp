@@ -9,8 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
-
 namespace touchfield {
 
 namespace {
@@ -63,7 +61,11 @@ class TemporaryFile {
 
   [[noreturn]] void fail() const {
     const int reason = errno;
-    throw IoError(fmt::format("{}: cannot write: {}", target_.string(), std::strerror(reason)));
+    const std::string text = fmt::format("{}: cannot write: {}", target_.string(), std::strerror(reason));
+    if (reason == ENOSPC || reason == EDQUOT || reason == EFBIG) {
+      throw NoRoomError(text);
+    }
+    throw IoError(text);
   }
 
   std::filesystem::path target_;

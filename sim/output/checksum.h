@@ -15,6 +15,12 @@ enum class Checksum {
   kWrong,
 };
 
+/// Eight hexadecimal digits: the CRC-32 of every byte.
+std::string checksum(std::string_view bytes);
+/// The same of a file.
+/// throws   IoError if it cannot be read
+std::string file_checksum(const std::string& path);
+
 /// Compares a file with the line at its end.
 /// throws   IoError if it cannot be read
 Checksum check_file(const std::string& path);

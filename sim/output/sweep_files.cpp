@@ -26,6 +26,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kRecordChecksum = "crc32";  // of the rest of the record, as one line
+
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 double json_number(const Json& json) { return json.is_null() ? kNotComputed : json.get<double>(); }
 
@@ -141,25 +143,36 @@ std::string to_json(const SweepRecord& record, int indent) {
                        {"status", method.status},
                        {"metrics", metrics}});
   }
-  const Json json = {{"case", record.number},
-                     {"inputs", inputs},
-                     {"status", record.status},
-                     {"reason", record.reason},
-                     {"methods", methods},
-                     {"faces", record.faces},
-                     {"channels", record.channels},
-                     {"seconds", number_json(record.seconds)},
-                     {"peak_mib", number_json(record.peak_mib)},
-                     {"models", record.models},
-                     {"models_reused", record.models_reused},
-                     {"warnings", record.warnings},
-                     {"revision", record.revision}};
+  Json files = Json::object();
+  for (const SweepRecord::File& file : record.files) {
+    files[file.name] = {{"bytes", file.bytes}, {"crc32", file.crc32}};
+  }
+  Json json = {{"case", record.number},
+               {"inputs", inputs},
+               {"status", record.status},
+               {"reason", record.reason},
+               {"methods", methods},
+               {"faces", record.faces},
+               {"channels", record.channels},
+               {"seconds", number_json(record.seconds)},
+               {"peak_mib", number_json(record.peak_mib)},
+               {"models", record.models},
+               {"models_reused", record.models_reused},
+               {"warnings", record.warnings},
+               {"revision", record.revision},
+               {"files", files}};
+  json[kRecordChecksum] = checksum(json.dump());
   return json.dump(indent) + "\n";
 }
 
 SweepRecord record_from_json(const std::string& text, const std::string& path) {
   try {
-    const Json json = Json::parse(text);
+    Json json = Json::parse(text);
+    const auto written = json.at(kRecordChecksum).get<std::string>();
+    json.erase(kRecordChecksum);
+    if (checksum(json.dump()) != written) {
+      throw IoError(fmt::format("{}: its checksum is not what it was", path));
+    }
     SweepRecord record;
     record.number = json.at("case").get<int>();
     for (const auto& [key, value] : json.at("inputs").items()) {
@@ -186,6 +199,9 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
     record.models_reused = json.at("models_reused").get<int>();
     record.warnings = json.at("warnings").get<std::vector<std::string>>();
     record.revision = json.at("revision").get<std::string>();
+    for (const auto& [name, file] : json.at("files").items()) {
+      record.files.push_back({name, file.at("bytes").get<std::uintmax_t>(), file.at("crc32").get<std::string>()});
+    }
     return record;
   } catch (const Json::exception& error) {
     throw IoError(fmt::format("{}: not the record of a case: {}", path, error.what()));

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
@@ -30,13 +31,19 @@ struct SweepRecord {
   int models_reused = 0;           // those that an earlier case had set up and factorised
   std::vector<std::string> warnings;
   std::string revision;  // of the program that computed it
+  struct File {
+    std::string name;
+    std::uintmax_t bytes = 0;
+    std::string crc32;  // eight hexadecimal digits
+  };
+  std::vector<File> files;  // of its folder, as they were when the case was finished
 };
 
-/// case.json: the record as JSON; numbers that were not computed are null.
+/// case.json: the record as JSON with a CRC-32 of itself; numbers that were not computed are null.
 ///
 /// indent   -1: all in one line
 std::string to_json(const SweepRecord& record, int indent = 1);
-/// throws   IoError naming `path` if the text is no such record
+/// throws   IoError naming `path` if the text is no such record or no longer the one that was written
 SweepRecord record_from_json(const std::string& text, const std::string& path);
 
 /// A sweep as its summary files hold it.

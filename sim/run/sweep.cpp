@@ -2,22 +2,16 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
+#include <cmath>
 #include <deque>
-#include <filesystem>
-#include <iostream>
 #include <poll.h>
-#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
-#include <omp.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/text_hash.h"
 #include "sim/core/version.h"
-#include "sim/run/file_progress.h"
-#include "sim/run/provenance.h"
+#include "sim/output/atomic_file.h"
 #include "sim/run/sweep_case.h"
 #include "sim/run/worker_process.h"
 #include "sim/scene/scene_reader.h"
@@ -28,26 +22,11 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-SweepSummary summary_of(const SweepIdentity& identity) {
-  SweepSummary summary;
-  summary.name = identity.name;
-  summary.text = identity.text;
-  summary.base = identity.base;
-  summary.hash = identity.hash;
-  summary.parameters = identity.parameters;
-  return summary;
-}
-
-std::vector<SweepRecord> values(const std::map<int, SweepRecord>& records) {
-  std::vector<SweepRecord> list;
-  list.reserve(records.size());
-  for (const auto& [number, record] : records) {
-    list.push_back(record);
-  }
-  return list;
-}
+constexpr std::chrono::milliseconds kTick{500};  // the limit of time is looked at so often
 
 }  // namespace
+
+double case_limit(double expected, double longest) { return std::max(600.0 + 20.0 * expected, 10.0 * longest); }
 
 /// Cases that share a body.
 struct SweepRunner::Group {
@@ -61,6 +40,8 @@ struct SweepRunner::Worker {
   std::optional<std::size_t> place;  // of the case it is at
   std::string scratch;
   Clock::time_point start;
+  double spent = 0.0;     // on the case, while this process ran too [s]
+  double expected = 0.0;  // as the process has said; 0 before [s]
 };
 
 SweepRunner::SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes, const SweepIdentity& identity,
@@ -69,10 +50,11 @@ SweepRunner::SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes
       scenes_(scenes),
       directory_(directory),
       options_(std::move(options)),
-      summary_(summary_of(identity)),
-      records_(directory.records()),
+      summary_(summary_of(identity, options_.threads, options_.command_line)),
       next_table_(Clock::now()) {
-  summary_.provenance = provenance_now(options_.threads, "", options_.command_line, identity.hash);
+  CaseRecords found = directory.records();
+  records_ = std::move(found.whole);
+  damaged_ = std::move(found.damaged);
   if (options_.retry_failed) {
     std::erase_if(records_, [](const auto& entry) { return entry.second.status != "ok"; });
   }
@@ -160,38 +142,69 @@ bool SweepRunner::dispatch(Worker& worker) {
   worker.place = place;
   worker.scratch = job.scratch;
   worker.start = Clock::now();
-  worker.process->send(to_json(job));  // one that has ended meanwhile is met when its answer is read
+  worker.spent = 0.0;
+  worker.expected = 0.0;
+  worker.process->send(to_json(job));
   return true;
 }
 
 void SweepRunner::receive(Worker& worker, const OnCase& on_case) {
-  const WorkerProcess::Answer answer = worker.process->receive();
-  if (answer.line && worker.place) {
-    finish(worker, record_from_json(*answer.line, "answer of a worker"), on_case);
-  } else if (answer.ended) {
+  WorkerProcess::Answer answer = worker.process->receive();
+  for (; answer.line && worker.place; answer = worker.process->receive()) {
+    CaseAnswer said = answer_from_json(*answer.line);
+    if (said.record) {
+      finish(worker, std::move(*said.record), on_case);
+    } else {
+      worker.expected = *said.expected_seconds;
+    }
+  }
+  if (answer.ended) {
     const std::string how = worker.process->how_it_ended();
     worker.process.reset();
-    worker.group = nullptr;
     if (worker.place) {
-      const SweepCase& item = plan_.cases[*worker.place];
-      SweepRecord record;
-      record.number = item.number;
-      for (const SceneChange& change : item.changes) {
-        record.inputs.emplace_back(change.path, change.value);
-      }
-      record.status = "failed";
-      record.reason = fmt::format("the process that computed it ended by {}; sweep.log may tell more", how);
-      record.seconds = std::chrono::duration<double>(Clock::now() - worker.start).count();
-      record.revision = summary_.provenance.revision;
-      finish(worker, std::move(record), on_case);
+      fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how), on_case);
     }
   }
 }
 
+/// Counts the time of a case and ends one that takes too long.
+void SweepRunner::limit_time(Worker& worker, Clock::duration passed, const OnCase& on_case) {
+  worker.spent += std::chrono::duration<double>(passed).count();
+  const double limit = options_.case_seconds > 0.0 ? options_.case_seconds : case_limit(worker.expected, longest_);
+  if (worker.spent > limit) {
+    worker.process.reset();
+    fail(worker,
+         fmt::format("took longer than {} s: its process was stopped or hung, or the case is larger than expected; "
+                     "--case-seconds sets the limit",
+                     std::round(10.0 * limit) / 10.0),
+         on_case);
+  }
+}
+
+/// Records the case of a worker whose process is gone.
+void SweepRunner::fail(Worker& worker, std::string reason, const OnCase& on_case) {
+  const SweepCase& item = plan_.cases[*worker.place];
+  SweepRecord record;
+  record.number = item.number;
+  for (const SceneChange& change : item.changes) {
+    record.inputs.emplace_back(change.path, change.value);
+  }
+  record.status = "failed";
+  record.reason = std::move(reason);
+  record.seconds = std::chrono::duration<double>(Clock::now() - worker.start).count();
+  record.revision = summary_.provenance.revision;
+  worker.group = nullptr;
+  finish(worker, std::move(record), on_case);
+}
+
 void SweepRunner::finish(Worker& worker, SweepRecord record, const OnCase& on_case) {
+  if (record.status == kNoRoom) {
+    throw NoRoomError(fmt::format("case {}: {}", record.number, record.reason));
+  }
   worker.place.reset();
   land(record, worker.scratch);
   ++computed_;
+  longest_ = record.status == "ok" ? std::max(longest_, record.seconds) : longest_;
   seconds_sum_ += std::isfinite(record.seconds) ? record.seconds : 0.0;
   const SweepRecord& kept = records_.insert_or_assign(record.number, std::move(record)).first->second;
   write_table_now_and_then();
@@ -200,10 +213,13 @@ void SweepRunner::finish(Worker& worker, SweepRecord record, const OnCase& on_ca
   }
 }
 
-/// A case that cannot be put in its place is recorded as failed instead.
+/// A case that cannot be put in its place is recorded as failed instead, unless only room is missing.
 void SweepRunner::land(SweepRecord& record, const std::string& scratch) {
   try {
     directory_.land(record, scratch);
+  } catch (const NoRoomError&) {
+    SweepDirectory::drop(scratch);
+    throw;
   } catch (const IoError& error) {
     SweepDirectory::drop(scratch);
     record.status = "failed";
@@ -236,7 +252,7 @@ void SweepRunner::write_table_now_and_then() {
   if (start < next_table_) {
     return;
   }
-  summary_.records = values(records_);
+  summary_.records = listed(records_);
   write_sweep_tables(directory_.path(), summary_);
   const Clock::time_point end = Clock::now();
   next_table_ = end + std::max<Clock::duration>(std::chrono::seconds(10), 20 * (end - start));
@@ -244,7 +260,7 @@ void SweepRunner::write_table_now_and_then() {
 
 SweepResult SweepRunner::result() {
   SweepResult result;
-  summary_.records = values(records_);
+  summary_.records = listed(records_);
   summary_.provenance.end = utc_now();
   write_sweep_tables(directory_.path(), summary_);
   result.summary = summary_;
@@ -254,96 +270,89 @@ SweepResult SweepRunner::result() {
   return result;
 }
 
-SweepResult SweepRunner::run(const OnCase& on_case) {
-  while (true) {
-    std::vector<pollfd> waiting;
-    std::vector<Worker*> owners;
-    {
-      const std::lock_guard lock(mutex_);
-      for (Worker& worker : workers_) {
-        if (worker.place || dispatch(worker)) {
-          waiting.push_back({worker.process->answers(), POLLIN, 0});
-          owners.push_back(&worker);
-        }
+/// Every worker that has no case gets one. Returns false if none has any.
+bool SweepRunner::dispatch_all() {
+  const std::lock_guard lock(mutex_);
+  bool any = false;
+  for (Worker& worker : workers_) {
+    any = worker.place || dispatch(worker) || any;
+  }
+  return any;
+}
+
+void SweepRunner::wait_and_receive(const OnCase& on_case) {
+  std::vector<pollfd> waiting;
+  std::vector<Worker*> owners;
+  {
+    const std::lock_guard lock(mutex_);
+    for (Worker& worker : workers_) {
+      if (worker.place) {
+        waiting.push_back({worker.process->answers(), POLLIN, 0});
+        owners.push_back(&worker);
       }
-      if (waiting.empty()) {
-        return result();
+      if (worker.place && worker.process->has_rest()) {
+        waiting.push_back({worker.process->jobs(), POLLOUT, 0});
+        owners.push_back(&worker);
       }
     }
-    if (poll(waiting.data(), waiting.size(), -1) < 0 && errno != EINTR) {
-      throw IoError("a sweep cannot wait for its workers");
+  }
+  const Clock::time_point start = Clock::now();
+  if (poll(waiting.data(), waiting.size(), static_cast<int>(kTick.count())) < 0 && errno != EINTR) {
+    throw IoError("a sweep cannot wait for its workers");
+  }
+  // Longer than it was to wait: this process was stopped itself, its workers with it perhaps.
+  const auto passed = std::min<Clock::duration>(Clock::now() - start, 2 * kTick);
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < waiting.size(); ++i) {
+    if (waiting[i].revents == 0) {
+      continue;
+    }
+    if (waiting[i].events == POLLIN) {
+      receive(*owners[i], on_case);
+    } else if (owners[i]->process) {
+      owners[i]->process->send_rest();
+    }
+  }
+  for (Worker& worker : workers_) {
+    if (worker.place) {
+      limit_time(worker, passed, on_case);
+    }
+  }
+}
+
+SweepResult SweepRunner::run(const OnCase& on_case) {
+  try {
+    while (dispatch_all()) {
+      wait_and_receive(on_case);
     }
     const std::lock_guard lock(mutex_);
-    for (std::size_t i = 0; i < waiting.size(); ++i) {
-      if (waiting[i].revents != 0) {
-        receive(*owners[i], on_case);
-      }
+    return result();
+  } catch (const NoRoomError& error) {
+    const std::lock_guard lock(mutex_);
+    stop_workers();
+    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, --resume goes on from there when there is room",
+                              error.what(), records_.size(), cases_, directory_.path()));
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    stop_workers();
+    throw;
+  }
+}
+
+/// Drops what they were at.
+void SweepRunner::stop_workers() {
+  for (Worker& worker : workers_) {
+    worker.process.reset();
+    if (worker.place) {
+      SweepDirectory::drop(worker.scratch);
     }
   }
 }
 
 SweepResult SweepRunner::interrupt() {
   mutex_.lock();  // for good: run() must not go on
-  for (Worker& worker : workers_) {
-    if (worker.process) {
-      worker.process->kill();
-      worker.process->how_it_ended();
-    }
-    if (worker.place) {
-      SweepDirectory::drop(worker.scratch);
-    }
-  }
+  stop_workers();
   return result();
-}
-
-int serve_cases() {
-  // Whatever a library prints must not end up among the answers.
-  FILE* answers = fdopen(dup(STDOUT_FILENO), "w");
-  dup2(STDERR_FILENO, STDOUT_FILENO);
-  if (answers == nullptr) {
-    throw IoError("the answers cannot be written");
-  }
-  KeptWork kept;
-  std::string line;
-  while (std::getline(std::cin, line)) {
-    const CaseJob job = job_from_json(line);
-    omp_set_num_threads(job.threads);
-    FileProgress progress(job.scratch + "/run.log");
-    const SweepRecord record = run_case(job, kept, progress);
-    fmt::print(answers, "{}", to_json(record, -1));
-    std::fflush(answers);
-  }
-  std::fclose(answers);
-  return 0;
-}
-
-SweepSummary collect_sweep(const std::string& directory) {
-  std::vector<std::string> parts = shard_directories(directory);
-  if (std::filesystem::exists(directory + "/sweep.json")) {
-    parts.insert(parts.begin(), directory);
-  }
-  if (parts.empty()) {
-    throw InputError(fmt::format("{} holds no sweep and no shard of one", directory));
-  }
-  const SweepIdentity first = read_identity(parts.front());
-  SweepSummary summary = summary_of(first);
-  summary.cases = static_cast<int>(first.cases.size());
-  std::map<int, SweepRecord> records;
-  for (const std::string& part : parts) {
-    const SweepIdentity identity = read_identity(part);
-    if (identity.hash != first.hash) {
-      throw InputError(fmt::format("{} and {} are of different sweeps", parts.front(), part));
-    }
-    records.merge(read_records(part));
-  }
-  summary.records = values(records);
-  summary.provenance = provenance_now({}, "", "", first.hash);
-  return summary;
-}
-
-void write_sweep_tables(const std::string& directory, const SweepSummary& summary) {
-  write_sweep_csv(directory + "/sweep.csv", summary);
-  write_sweep_h5(directory + "/sweep.h5", summary);
 }
 
 }  // namespace touchfield

@@ -2,15 +2,21 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <iostream>
 #include <map>
 #include <new>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <omp.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
+#include "sim/output/atomic_file.h"
 #include "sim/run/check.h"
+#include "sim/run/file_progress.h"
 #include "sim/run/peak_memory.h"
 #include "sim/run/run_directory.h"
 #include "sim/scene/scene_reader.h"
@@ -20,6 +26,8 @@ namespace touchfield {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr const char* kExpected = "expected_seconds";
 
 void take_results(const Run& run, SweepRecord& record) {
   record.faces = static_cast<int>(run.mesh.face_count());
@@ -31,10 +39,13 @@ void take_results(const Run& run, SweepRecord& record) {
   }
 }
 
-void compute(const CaseJob& job, KeptWork& kept, Progress& progress, SweepRecord& record) {
+void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<void(double)>& expect,
+             SweepRecord& record) {
   const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
   const Model model = build_model(scene, &kept.bodies);
-  require_memory(check_model(scene, model));
+  const CheckReport report = check_model(scene, model);
+  require_memory(report);
+  expect(report.seconds);
   RunDirectory directory = RunDirectory::made(job.scratch);
   try {
     RunOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
@@ -100,7 +111,8 @@ CaseJob job_from_json(const std::string& text) {
   }
 }
 
-SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress) {
+SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
+                     const std::function<void(double)>& expect) {
   SweepRecord record;
   record.number = job.number;
   record.inputs = job.inputs;
@@ -110,8 +122,11 @@ SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress) {
   kept.models.take_count();
   kept.models.expect(job.scenes);
   try {
-    compute(job, kept, progress, record);
+    compute(job, kept, progress, expect, record);
     record.status = "ok";
+  } catch (const NoRoomError& error) {
+    record.status = kNoRoom;
+    record.reason = error.what();
   } catch (const std::bad_alloc&) {
     record.reason = "out of memory; choose a larger body.edge_mm";
   } catch (const std::exception& error) {
@@ -127,6 +142,42 @@ SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress) {
   record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   record.peak_mib = peak_memory_mib();
   return record;
+}
+
+CaseAnswer answer_from_json(const std::string& line) {
+  try {
+    const Json json = Json::parse(line);
+    if (json.contains(kExpected)) {
+      return {json.at(kExpected).get<double>(), std::nullopt};
+    }
+  } catch (const Json::exception& error) {
+    throw IoError(fmt::format("the answer of a process that computes cases cannot be read: {}", error.what()));
+  }
+  return {std::nullopt, record_from_json(line, "answer of a process that computes cases")};
+}
+
+int serve_cases() {
+  // Whatever a library prints must not end up among the answers.
+  FILE* answers = fdopen(dup(STDOUT_FILENO), "w");
+  dup2(STDERR_FILENO, STDOUT_FILENO);
+  if (answers == nullptr) {
+    throw IoError("the answers cannot be written");
+  }
+  const auto answer = [answers](const std::string& line) {
+    fmt::print(answers, "{}", line);
+    std::fflush(answers);
+  };
+  KeptWork kept;
+  std::string line;
+  while (std::getline(std::cin, line)) {
+    const CaseJob job = job_from_json(line);
+    omp_set_num_threads(job.threads);
+    FileProgress progress(job.scratch + "/run.log");
+    const auto expect = [&](double seconds) { answer(Json{{kExpected, seconds}}.dump() + "\n"); };
+    answer(to_json(run_case(job, kept, progress, expect), -1));
+  }
+  std::fclose(answers);
+  return 0;
 }
 
 std::vector<int> body_groups(const std::vector<Scene>& scenes) {

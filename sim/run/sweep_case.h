@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,9 +33,28 @@ struct KeptWork {
   KeptModels models;
 };
 
+/// Status of an answer on a case that there was no room to write: it is no record to be kept, the case may be computed
+/// as soon as there is room.
+inline constexpr const char* kNoRoom = "no room";
+
 /// Computes a case into its scratch folder and returns its record. A case that fails has a record that says why, and a
 /// failed.json beside what was finished. Nothing is thrown.
-SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress);
+///
+/// expect   called with the seconds that the case is expected to take (check_model), once its model stands
+SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<void(double)>& expect);
+
+/// What the process that computes cases says of one: first how long it is expected to take, a line
+/// {"expected_seconds": 12.5}, then its record.
+struct CaseAnswer {
+  std::optional<double> expected_seconds;
+  std::optional<SweepRecord> record;
+};
+/// throws   IoError on a line that is neither
+CaseAnswer answer_from_json(const std::string& line);
+
+/// The loop of a worker process: reads a job a line from standard input, computes it, and answers it; ends with the
+/// input.
+int serve_cases();
 
 /// For every scene the number of its group, from 0: scenes of a group have the same bodies, medium and schemes, and
 /// share models if they only stand elsewhere.

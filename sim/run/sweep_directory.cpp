@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
+#include "sim/output/checksum.h"
 #include "sim/output/run_file.h"
 
 namespace touchfield {
@@ -26,6 +27,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kFormat = "touchfield-sweep-plan";
+constexpr const char* kRecordName = "case.json";
 
 std::string system_text(int error) { return std::system_category().message(error); }
 
@@ -138,6 +140,52 @@ std::optional<int> number_in_name(const std::string& text) {
   return error == std::errc{} && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
 }
 
+/// Files of a case's folder that are results: without its record, the log and what was left half-written.
+std::vector<SweepRecord::File> files_of(const std::string& folder) {
+  std::vector<SweepRecord::File> files;
+  try {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      const std::string name = entry.path().filename().string();
+      if (entry.is_regular_file() && !name.starts_with('.') && name != kRecordName && name != "run.log") {
+        files.push_back({name, entry.file_size(), file_checksum(entry.path().string())});
+      }
+    }
+  } catch (const fs::filesystem_error& error) {
+    throw IoError(fmt::format("{}: {}", folder, error.code().message()));
+  }
+  std::ranges::sort(files, {}, &SweepRecord::File::name);
+  return files;
+}
+
+/// throws   IoError if a file is not what it was
+void require_unchanged(const std::string& folder, const std::vector<SweepRecord::File>& files) {
+  for (const SweepRecord::File& file : files) {
+    const std::string path = folder + "/" + file.name;
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(path, error);
+    if (error) {
+      throw IoError(fmt::format("{}: {}", path, error.message()));
+    }
+    if (bytes != file.bytes) {
+      throw IoError(fmt::format("{}: has {} bytes, had {}", path, bytes, file.bytes));
+    }
+    if (file_checksum(path) != file.crc32) {
+      throw IoError(fmt::format("{}: its checksum is not what it was", path));
+    }
+  }
+}
+
+/// throws   IoError if a case is not what it was when it finished
+SweepRecord read_case_record(const std::string& folder, int number) {
+  const std::string path = fmt::format("{}/{}", folder, kRecordName);
+  SweepRecord record = record_from_json(read_file(path), path);
+  if (record.number != number) {
+    throw IoError(fmt::format("{}: is the record of case {}", path, record.number));
+  }
+  require_unchanged(folder, record.files);
+  return record;
+}
+
 /// Renames survive a power failure once the folder they are in is flushed.
 void flush_folder(const std::string& path) {
   const int folder = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -213,7 +261,7 @@ void SweepDirectory::clear_leftovers() const {
   }
 }
 
-std::map<int, SweepRecord> SweepDirectory::records() const { return read_records(path_); }
+CaseRecords SweepDirectory::records() const { return read_records(path_); }
 
 std::string SweepDirectory::scratch(int number) const {
   const std::string path = fmt::format("{}/cases/.{}.{}", path_, case_name(number), getpid());
@@ -226,8 +274,9 @@ std::string SweepDirectory::scratch(int number) const {
   return path;
 }
 
-void SweepDirectory::land(const SweepRecord& record, const std::string& scratch) const {
-  write_text_file(scratch + "/case.json", to_json(record));
+void SweepDirectory::land(SweepRecord& record, const std::string& scratch) const {
+  record.files = files_of(scratch);
+  write_text_file(fmt::format("{}/{}", scratch, kRecordName), to_json(record));
   flush_folder(scratch);
   const std::string place = fmt::format("{}/cases/{}", path_, case_name(record.number));
   const std::string old = fmt::format("{}/cases/.{}.old", path_, case_name(record.number));
@@ -278,21 +327,16 @@ SweepIdentity read_identity(const std::string& directory) {
   }
 }
 
-std::map<int, SweepRecord> read_records(const std::string& directory) {
-  std::map<int, SweepRecord> records;
+CaseRecords read_records(const std::string& directory) {
+  CaseRecords records;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(directory + "/cases", error)) {
-    const auto number = number_in_name(entry.path().filename().string());
-    const std::string file = entry.path().string() + "/case.json";
-    if (!number || !fs::exists(file)) {
-      continue;
-    }
-    try {
-      SweepRecord record = record_from_json(read_file(file), file);
-      if (record.number == *number) {
-        records.emplace(*number, std::move(record));
+    if (const auto number = number_in_name(entry.path().filename().string())) {
+      try {
+        records.whole.emplace(*number, read_case_record(entry.path().string(), *number));
+      } catch (const IoError& damage) {
+        records.damaged.emplace(*number, damage.what());
       }
-    } catch (const IoError&) {  // damaged: to be computed anew
     }
   }
   return records;

@@ -32,6 +32,12 @@ struct SweepIdentity {
   SweepIdentity(const SweepPlan& plan, std::string plan_hash, Shard part);
 };
 
+/// What the cases of a directory came to.
+struct CaseRecords {
+  std::map<int, SweepRecord> whole;
+  std::map<int, std::string> damaged;  // what is wrong with those that are no longer what they were when they finished
+};
+
 /// The directory of a sweep or of one of its shards:
 ///
 ///   sweep.json            the plan; there before the first case
@@ -59,17 +65,16 @@ class SweepDirectory {
   const std::string& path() const { return path_; }
   std::string file(const std::string& name) const { return path_ + "/" + name; }
 
-  /// Records of the cases that are done. A case without a readable record counts as not done.
-  std::map<int, SweepRecord> records() const;
+  CaseRecords records() const;
 
   /// A new empty folder for a case to be computed in.
   /// throws   IoError
   std::string scratch(int number) const;
 
-  /// Puts a case in its place: the record is written into its scratch folder, which then gets the case's name; what was
-  /// there before is removed.
+  /// Puts a case in its place: its files are added to the record, the record is written into its scratch folder, which
+  /// then gets the case's name; what was there before is removed.
   /// throws   IoError; the scratch folder is then still there
-  void land(const SweepRecord& record, const std::string& scratch) const;
+  void land(SweepRecord& record, const std::string& scratch) const;
 
   /// Removes a scratch folder and what is in it.
   static void drop(const std::string& scratch) noexcept;
@@ -86,8 +91,9 @@ class SweepDirectory {
 /// throws   InputError if it holds none, IoError if it cannot be read
 SweepIdentity read_identity(const std::string& directory);
 
-/// Records of the cases in a directory, by number, without locking it.
-std::map<int, SweepRecord> read_records(const std::string& directory);
+/// The cases in a directory, by number, without locking it. Each is whole if its record can be read and every file that
+/// the record names is there, as long as it was and with the same CRC-32.
+CaseRecords read_records(const std::string& directory);
 
 /// The shards' directories in a directory, in order.
 std::vector<std::string> shard_directories(const std::string& directory);

@@ -78,6 +78,7 @@ WorkerProcess::WorkerProcess(const std::vector<std::string>& arguments, const st
     errno = error;
     fail(errors >= 0 ? "fork" : log.c_str());
   }
+  fcntl(to_, F_SETFL, O_NONBLOCK);  // of this end alone: the process waits for its jobs
   fcntl(from_, F_SETFL, O_NONBLOCK);
 }
 
@@ -85,6 +86,7 @@ WorkerProcess::WorkerProcess(WorkerProcess&& other) noexcept
     : pid_(std::exchange(other.pid_, -1)),
       to_(std::exchange(other.to_, -1)),
       from_(std::exchange(other.from_, -1)),
+      unsent_(std::move(other.unsent_)),
       buffer_(std::move(other.buffer_)) {}
 
 WorkerProcess::~WorkerProcess() {
@@ -100,17 +102,22 @@ WorkerProcess::~WorkerProcess() {
   }
 }
 
-bool WorkerProcess::send(const std::string& line) {
-  const std::string text = line + "\n";
-  std::size_t sent = 0;
-  while (sent < text.size()) {
-    const ssize_t count = write(to_, text.data() + sent, text.size() - sent);
-    if (count < 0 && errno != EINTR) {
-      return false;
+void WorkerProcess::send(const std::string& line) {
+  unsent_ += line + "\n";
+  send_rest();
+}
+
+void WorkerProcess::send_rest() {
+  while (!unsent_.empty()) {
+    const ssize_t count = write(to_, unsent_.data(), unsent_.size());
+    if (count >= 0) {
+      unsent_.erase(0, static_cast<std::size_t>(count));
+    } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
+      return;
+    } else if (errno != EINTR) {
+      unsent_.clear();  // it has ended
     }
-    sent += count > 0 ? static_cast<std::size_t>(count) : 0;
   }
-  return true;
 }
 
 WorkerProcess::Answer WorkerProcess::receive() {

@@ -22,8 +22,13 @@ class WorkerProcess {
   /// Kills it if it still runs.
   ~WorkerProcess();
 
-  /// False if it does not take the line any more.
-  bool send(const std::string& line);
+  /// Sends a line, as much of it as the process takes now; a process that does not read keeps nobody waiting. SIGPIPE
+  /// must be ignored: a process that has ended is met when its answer is read.
+  void send(const std::string& line);
+  /// What to wait for with poll() while a line is not all sent: writable once send_rest() can go on.
+  int jobs() const { return to_; }
+  bool has_rest() const { return !unsent_.empty(); }
+  void send_rest();
 
   /// What to wait for with poll(): readable once there is an answer or the process has ended.
   int answers() const { return from_; }
@@ -45,7 +50,8 @@ class WorkerProcess {
   pid_t pid_ = -1;
   int to_ = -1;
   int from_ = -1;
-  std::string buffer_;
+  std::string unsent_;
+  std::string buffer_;  // read and not yet a line
 };
 
 }  // namespace touchfield

@@ -142,7 +142,6 @@ class SweepTest(CommandTest):
             "random: {count: 1, seed: 1, ranges: {a: [2, 1]}}\n": "random.ranges.a: must have low <= high",
             "random: {count: 1, seed: 1, ranges: {a: {log: [0, 1]}}}\n": "random.ranges.a: must have low > 0",
             "set: {solve.iterations: 3}\n": "nothing varies",
-            "grid: [1, 2\n": "s.yaml:3:1",
             # Files that scenes name.
             "cases: [{'solve.start': {previous: no.h5}}]\n": "no.h5",
             "cases: [{'solve.start': {previous: tiny.yaml}}]\n": "case 1: start of paper: .*tiny.yaml: is no HDF5 file",
@@ -217,11 +216,50 @@ class SweepTest(CommandTest):
         again = [path.stat().st_mtime_ns for path in sorted((self.folder / "out/cases").rglob("run.h5"))]
         self.assertEqual((written[0], written[2]), (again[0], again[2]))
         self.assertNotEqual(written[1], again[1])
-        # A record that was damaged counts as missing.
-        record = self.folder / "out/cases/00003/case.json"
-        record.write_text(record.read_text()[:50])
-        done = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
-        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 1)
+
+    def test_a_damaged_case_is_named_and_computed_again(self):
+        self.sweep("s.yaml", "set: {solve.methods: [focus]}\ngrid: {array.level: [1, 0.9, 0.8]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out")
+        good = table(self.folder / "out")
+        case = self.folder / "out/cases/00002"
+
+        def changed(name, change):
+            content = (case / name).read_bytes()
+            self.assertNotEqual(change(content), content)
+            (case / name).write_bytes(change(content))
+
+        def flipped(content):
+            middle = len(content) // 2
+            return content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1:]
+
+        damages = [
+            ("run.h5: No such file or directory", lambda: (case / "run.h5").unlink()),
+            ("metrics.csv: No such file or directory", lambda: (case / "metrics.csv").unlink()),
+            ("case.json cannot be read", lambda: (case / "case.json").unlink()),
+            ("run.h5: has ", lambda: changed("run.h5", lambda content: content[:1000])),
+            ("run.h5: its checksum is not what it was", lambda: changed("run.h5", flipped)),
+            ("case.json: not the record of a case", lambda: changed("case.json", lambda content: content[:50])),
+            ("case.json: its checksum is not what it was",
+             lambda: changed("case.json", lambda content: content.replace(b'"faces": ', b'"faces": 1'))),
+            ("case.json: is the record of case 3",
+             lambda: shutil.copytree(self.folder / "out/cases/00003", case, dirs_exist_ok=True)),
+        ]
+        for message, damage in damages:
+            with self.subTest(message=message):
+                damage()
+                collected = self.touchfield("sweep", "--collect", "out")
+                self.assertEqual(collected.returncode, 1)
+                self.assertRegex(collected.stderr, f"warning: case 2 is damaged: .*{message}")
+                self.assertIn("2 of 3 cases done, 0 failed, 1 missing", collected.stdout)
+                again = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
+                self.assertRegex(again.stderr, f"warning: case 2 is damaged and computed anew: .*{message}")
+                self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 1)
+                self.same_tables(good, table(self.folder / "out"))
+                self.run_ok("sweep", "--collect", "out")
+        # The log is no result.
+        (case / "run.log").unlink()
+        again = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
+        self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 0)
 
     def test_a_changed_sweep_is_not_mixed_in(self):
         self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
@@ -361,8 +399,8 @@ class SweepTest(CommandTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("output directory /proc/out cannot be made", done.stderr)
 
-    def test_files_that_grow_too_large_fail_their_cases(self):
-        # The limit stands for a full disk: what needs more than 12 KiB cannot be written.
+    def test_want_of_room_is_no_result_of_a_case(self):
+        # The limit stands for a full disk: what needs more than 12 KiB cannot be written, a record can.
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\n")
 
         def limit():
@@ -372,9 +410,9 @@ class SweepTest(CommandTest):
         done = subprocess.run([PROGRAM, "sweep", "s.yaml", "-o", "out"], cwd=self.folder, capture_output=True,
                               text=True, timeout=300, check=False, preexec_fn=limit)
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertIn("File too large", done.stderr)
-        # With room again the failed ones can be computed.
-        self.run_ok("sweep", "s.yaml", "-o", "out", "--retry-failed", "--quiet")
+        self.assertRegex(done.stderr, r"case 1: .*File too large; 0 of 2 cases are kept in out, --resume goes on from")
+        self.assertEqual(list((self.folder / "out/cases").iterdir()), [])
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--quiet")
         self.assertEqual([row["status"] for row in table(self.folder / "out")], ["ok"] * 4)
 
     def test_a_full_disk_keeps_what_is_finished(self):
@@ -389,17 +427,40 @@ class SweepTest(CommandTest):
         done = self.touchfield("sweep", "s.yaml", "-o", disk / "out")
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("No space left on device", done.stderr)
-        whole = 0
-        for case in sorted((disk / "out/cases").iterdir()):
-            record = case / "case.json"
-            if record.exists() and record.stat().st_size and json.loads(record.read_text())["status"] == "ok":
-                with h5py.File(case / "run.h5") as run:
-                    self.assertEqual(run.attrs["complete"], 1)
-                whole += 1
-        self.assertGreater(whole, 0)
+        whole = sorted((disk / "out/cases").iterdir())
+        self.assertGreater(len(whole), 0)
+        self.assertIn(f"{len(whole)} of 60 cases are kept in {disk}/out, --resume goes on from there", done.stderr)
+        for case in whole:
+            self.assertEqual(json.loads((case / "case.json").read_text())["status"], "ok")
+            with h5py.File(case / "run.h5") as run:
+                self.assertEqual(run.attrs["complete"], 1)
         subprocess.run(["mount", "-o", "remount,size=40m", disk], check=True)
-        self.run_ok("sweep", "s.yaml", "-o", disk / "out", "--retry-failed", "--quiet")
+        again = self.run_ok("sweep", "s.yaml", "-o", disk / "out", "--resume", "--json")
+        self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 60 - len(whole))
         self.assertEqual({row["status"] for row in table(disk / "out")}, {"ok"})
+
+    def test_a_stopped_process_is_given_up_and_the_rest_go_on(self):
+        self.sweep("s.yaml", "random: {count: 40, seed: 1, ranges: {array.level: [0.5, 1]}}\n")
+        going = self.start("s.yaml", "-o", "out", "--jobs", 1, "--case-seconds", 15)
+        worker = self.wait_for(lambda: self.workers(going.pid))[0]
+        os.kill(worker, signal.SIGSTOP)
+        out, err = going.communicate(timeout=300)
+        self.assertEqual(going.returncode, 1, err)
+        self.assertRegex(err, r"case \d+ \(array.level=.*\) failed: took longer than 15 s: its process was stopped or hung")
+        self.assertIn("40 of 40 cases done, ", out)
+        # On a busy machine more than the stopped one may be late.
+        statuses = [row["status"] for row in table(self.folder / "out")]
+        self.assertIn("failed", statuses)
+        self.assertIn("ok", statuses)
+        self.assertFalse(pathlib.Path(f"/proc/{worker}").exists())
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--retry-failed", "--quiet")
+
+    def test_a_case_that_takes_longer_than_allowed(self):
+        self.sweep("s.yaml", "set: {body.edge_mm: 0.5}\ngrid: {array.level: [1]}\n")
+        done = self.touchfield("sweep", "s.yaml", "-o", "out", "--case-seconds", 0.1)
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("took longer than 0.1 s", done.stderr)
+        self.assertIn("took longer than 0.1 s", table(self.folder / "out")[0]["reason"])
 
     def test_a_folder_removed_meanwhile(self):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8]}\nset: {solve.iterations: 4000}\n")
@@ -427,6 +488,11 @@ class SweepTest(CommandTest):
         done = self.touchfield("sweep", "--collect", "parts")
         self.assertEqual(done.returncode, 1)
         self.assertIn("2 missing", done.stdout)
+        self.assertIn("warning: shard 2/3 is missing, there is no parts/shard-2-of-3: 2 cases: 2, 5\n", done.stderr)
+        shutil.rmtree(self.folder / "parts/shard-1-of-3/cases/00004")
+        done = self.touchfield("sweep", "--collect", "parts", "--json")
+        self.assertEqual(json.loads(done.stdout)["missing"], 3)
+        self.assertIn("warning: parts/shard-1-of-3 lacks 1 case: 4\n", done.stderr)
         self.sweep("other.yaml", "grid: {array.level: [0.4, 0.3]}\n")
         self.run_ok("sweep", "other.yaml", "-o", "parts", "--shard", "2/3", "--quiet")
         done = self.touchfield("sweep", "--collect", "parts")
