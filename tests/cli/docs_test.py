@@ -1,0 +1,146 @@
+"""Every example of the documentation holds: YAML is read, Python runs, commands and their options exist.
+
+A fenced block says what it is: `yaml` is a whole scene or sweep as it might stand in scenes/, `python` runs beside a run,
+`usage` is the synopsis of commands, `text` is an output or a layout and is not looked at. One without a word is `sh`: a
+command a line, with file names that stand for the reader's own. Another word, an indented command and a line that is no
+known kind of command fail. In the running text, commands and names of files in backticks are held to the same.
+"""
+
+import json
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import unittest
+
+from support import FINGER, SOURCE, CommandTest
+
+PAGES = sorted([*SOURCE.glob("docs/*.md"), SOURCE / "README.md", *(SOURCE / folder / "README.md"
+                                                                 for folder in ["scenes", "bench", "results"])])
+BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+COMMAND = r"(?:touchfield [a-z]|\.?/?scripts/)"
+
+
+def blocks(page, *kinds):
+    return [body for kind, body in BLOCK.findall(page.read_text()) if kind in kinds]
+
+
+def each(*kinds):
+    return [(page.name, body) for page in PAGES for body in blocks(page, *kinds)]
+
+
+def spans(page):
+    return re.findall(r"`([^`\n]+)`", BLOCK.sub("", page.read_text()))
+
+
+class Docs(CommandTest):
+    def test_blocks_are_of_a_kind_that_is_tested(self):
+        for page in PAGES:
+            text = page.read_text()
+            fences = re.findall(r"^ *```.*$", text, re.MULTILINE)
+            self.assertEqual(len(fences), 2 * len(BLOCK.findall(text)), f"{page.name}: a fence that is not at a line's begin")
+            for kind, body in BLOCK.findall(text):
+                self.assertIn(kind, ["", "sh", "yaml", "python", "usage", "text"], f"{page.name}: {body}")
+            indented = re.search(rf"^ {{4,}}{COMMAND}.*", BLOCK.sub("", text), re.MULTILINE)
+            self.assertIsNone(indented, f"{page.name}: a command outside a fenced block: {indented}")
+
+    def test_scenes_and_sweeps(self):
+        shutil.copytree(SOURCE / "scenes", self.folder / "scenes")
+        for page, body in each("yaml"):
+            with self.subTest(page=page, body=body):
+                self.run_ok("check", self.write("scenes/example.yaml", body))
+        shipped = sorted((SOURCE / "scenes").glob("*/*.yaml"))  # those beside them are bad_input_test's
+        self.assertGreaterEqual(len(shipped), 6)
+        for scene in shipped:
+            with self.subTest(scene=scene):
+                self.run_ok("check", scene, *([] if scene.parent.name == "sweeps" else ["--resolved"]))
+
+    def test_python(self):
+        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "results/runs/width_5mm-0001", "--quiet")
+        run = (self.folder / "results/runs/width_5mm-0001/run.h5").read_bytes()
+        self.assertTrue(run[-26:].startswith(b"touchfield-crc32 "))
+        for page, body in each("python"):
+            with self.subTest(page=page, body=body):
+                (self.folder / "run.h5").write_bytes(run[:-26])  # as a program leaves it that changes it
+                done = subprocess.run([sys.executable, "-c", body], cwd=self.folder, capture_output=True, text=True,
+                                      check=False)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                if "crc32" in body:
+                    self.run_ok("info", "run.h5")
+
+    # Commands
+
+    def options_of(self, *command):
+        """Every option of a command and of its own commands."""
+        said = self.run_ok(*command, "--help").stdout
+        options = set(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", said))
+        commands = said.partition("\nSubcommands:\n")[2]
+        for name in re.findall(r"^  ([a-z]+) ", commands, re.MULTILINE):
+            options |= self.options_of(*command, name)
+        return options
+
+    def check_touchfield(self, words):
+        self.assertIn(words[0], self.commands, "no such command")
+        named = {option.partition("=")[0] for word in words[1:]
+                 for option in re.findall(r"(?<![\w-])--?[a-z][a-z-]*", word if word[0] in "-[|" else "")}
+        self.assertLessEqual(named, self.commands[words[0]], f"touchfield {words[0]} --help does not know them")
+
+    def check_script(self, words):
+        script = SOURCE / words[0]
+        self.assertTrue(script.exists(), f"no file {words[0]}")
+        for word in words[1:]:
+            if word.startswith("--") and script.suffix != ".slurm" and script.name != "run":
+                self.assertIn(word, script.read_text())
+            if word.startswith("scenes/"):
+                self.assertTrue((SOURCE / word).is_file(), f"no file {word}")
+
+    def check_command(self, words):
+        while re.match(r"[A-Z_]+=", words[0]):
+            words = words[1:]
+        program, rest = words[0], words[1:]
+        if program == "touchfield":
+            self.check_touchfield(rest)
+        elif re.match(r"(\./)?scripts/", program):
+            self.check_script(words)
+        elif program == "sbatch":
+            self.check_script(rest[next(i for i, word in enumerate(rest) if not word.startswith("-")):])
+        elif program == "cmake":
+            presets = json.loads((SOURCE / "CMakePresets.json").read_text())
+            kind = "buildPresets" if "--build" in rest else "configurePresets"
+            self.assertIn(rest[rest.index("--preset") + 1], [preset["name"] for preset in presets[kind]])
+        elif program.startswith("build/bench/bench/"):
+            self.assertIn(program.rpartition("/")[2], (SOURCE / "bench/CMakeLists.txt").read_text())
+        else:
+            self.fail("a command that this test does not know; output is a block of `text`")
+
+    def test_commands(self):
+        listed = self.run_ok("--help").stdout.partition("\nSubcommands:\n")[2]
+        self.commands = {name: self.options_of(name) for name in re.findall(r"^  ([a-z]+) ", listed, re.MULTILINE)}
+        self.assertIn("--case-seconds", self.commands["sweep"])
+        self.assertIn("--dwell", self.commands["array"])
+        for page, body in each("", "sh"):
+            for command in re.split(r"\n|&&", body.replace("\\\n", " ")):
+                with self.subTest(page=page, command=command):
+                    words = shlex.split(command, comments=True)
+                    if words:
+                        self.check_command(words)
+        for page, body in each("usage"):
+            for line in re.sub(r"\n +", " ", body).splitlines():
+                with self.subTest(page=page, line=line):
+                    words = line.split()
+                    self.assertEqual(words[0], "touchfield")
+                    self.check_touchfield(words[1:])
+        usage, = blocks(SOURCE / "docs/user-guide.md", "usage")
+        self.assertEqual(set(re.findall(r"^touchfield ([a-z]+)", usage, re.MULTILINE)), set(self.commands))
+        for page in PAGES:
+            for span in spans(page):
+                with self.subTest(page=page.name, span=span):
+                    if re.match(COMMAND, span):
+                        self.check_command(span.split())
+                    elif re.fullmatch(r"(scenes|docs|scripts|tests)/[\w/]+\.\w+", span):
+                        self.assertTrue((SOURCE / span).exists(), "no such file")
+
+
+if __name__ == "__main__":
+    unittest.main()
