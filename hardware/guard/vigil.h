@@ -9,18 +9,26 @@ namespace touchfield {
 /// [s] of the steady clock.
 double steady_now();
 
-/// How long another process has said nothing, counted in looks. A look counts for kLongestLook at most: a pause of the
-/// whole machine, or of the one who looks, is not the other's.
+/// What the system says of a process.
+struct ProcessState {
+  char letter = 'S';  // of /proc/PID/stat: R runs or waits for a processor, T is stopped, ...
+  double worked = 0;  // time that it had a processor [s]
+};
+
+/// How long another process has said nothing, counted in looks. A look counts for kLongestLook at most, and of a
+/// process that could run for the time that it did: a pause of the whole machine, or of the one who looks, is not the
+/// other's silence, and neither is waiting for a processor.
 class Silence {
  public:
   explicit Silence(double now) : last_(now) {}
   /// The other one said something.
   void heard(double now);
   /// returns   whether it has now said nothing for too long
-  bool look(double now);
+  bool look(double now, const ProcessState& state);
 
  private:
   double last_;        // heard or looked [s]
+  double worked_ = 0;  // by then [s]
   double silent_ = 0;  // [s]
 };
 
@@ -47,9 +55,10 @@ class Vigil {
   std::optional<std::string> fault(double now);
 
  private:
-  bool stopped() const;
+  /// Nothing if it is gone.
+  std::optional<ProcessState> state() const;
 
-  int state_;  // descriptor of /proc/PID/stat, which goes with the process and not with its number
+  int file_;  // descriptor of /proc/PID/stat, which goes with the process and not with its number
   Silence silence_;
 };
 

@@ -16,7 +16,7 @@ TEST(Silence, IsFoundWithin250Milliseconds) {
   double now = 7;
   do {
     now += kLookPeriod;
-  } while (!silence.look(now));
+  } while (!silence.look(now, {}));
   EXPECT_GT(now - 7, 0.2);
   EXPECT_LE(now - 7, 0.25);
 }
@@ -27,7 +27,7 @@ TEST(Silence, EndsWithASignOfLife) {
   for (int k = 0; k < 100; ++k) {
     now += 0.2;
     for (double look = now - 0.2 + kLookPeriod; look < now; look += kLookPeriod) {
-      EXPECT_FALSE(silence.look(look)) << look;
+      EXPECT_FALSE(silence.look(look, {})) << look;
     }
     silence.heard(now);
   }
@@ -36,11 +36,29 @@ TEST(Silence, EndsWithASignOfLife) {
 // Who was kept from running himself has not been there to hear.
 TEST(Silence, APauseOfTheListenerIsNone) {
   Silence silence(0);
-  EXPECT_FALSE(silence.look(5));
-  EXPECT_FALSE(silence.look(10));
-  EXPECT_FALSE(silence.look(15));
+  EXPECT_FALSE(silence.look(5, {}));
+  EXPECT_FALSE(silence.look(10, {}));
+  EXPECT_FALSE(silence.look(15, {}));
   silence.heard(15);
-  EXPECT_FALSE(silence.look(60));
+  EXPECT_FALSE(silence.look(60, {}));
+}
+
+// A busy machine lets a process wait; one that works and says nothing hangs as much as one that sleeps.
+TEST(Silence, WaitingForAProcessorIsNone) {
+  Silence silence(0);
+  double now = 0;
+  for (int k = 0; k < 100; ++k) {
+    now += kLookPeriod;
+    EXPECT_FALSE(silence.look(now, {'R', 0.01})) << now;
+  }
+  const double start = now;
+  double worked = 0.01;
+  do {
+    now += kLookPeriod;
+    worked += kLookPeriod;
+  } while (!silence.look(now, {'R', worked}));
+  EXPECT_GT(now - start, 0.2 - 0.01 - 1e-9);
+  EXPECT_LE(now - start, 0.25);
 }
 
 TEST(Vigil, SeesThatAProcessIsStopped) {
