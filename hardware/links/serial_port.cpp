@@ -104,8 +104,18 @@ void SerialPort::write(const std::vector<std::uint8_t>& bytes, double patience) 
 
 void SerialPort::drain(double patience) {
   const auto end = Clock::now() + nanoseconds(patience);
-  int waiting = 0;
-  while (::ioctl(port_->serial.native_handle(), TIOCOUTQ, &waiting) == 0 && waiting > 0 && Clock::now() < end) {
+  for (;;) {
+    const bool over = Clock::now() >= end;
+    int waiting = 0;
+    if (::ioctl(port_->serial.native_handle(), TIOCOUTQ, &waiting) != 0) {
+      fail(name_, fmt::format("it does not tell whether its bytes have left: {}", std::strerror(errno)));
+    }
+    if (waiting <= 0) {
+      return;
+    }
+    if (over) {
+      fail(name_, fmt::format("{} bytes have not left this machine after {:g} s", waiting, patience));
+    }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
 }

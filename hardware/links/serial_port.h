@@ -20,7 +20,9 @@ class SerialPort {
   /// patience   how long it may take nothing [s]
   /// throws     DeviceError if it does not take them, or the port is gone
   void write(const std::vector<std::uint8_t>& bytes, double patience);
-  /// Waits until the bytes are out of this machine, at most `patience` [s].
+  /// Waits until the bytes are out of this machine.
+  /// patience   how long that may take [s]
+  /// throws     DeviceError if some are still there then, or the port does not tell
   void drain(double patience);
   /// Throws away what is not out yet.
   void discard();

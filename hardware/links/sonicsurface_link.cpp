@@ -74,11 +74,12 @@ void SonicsurfaceLink::quiet() {
   if (stuck_) {
     serial().discard();
     free_at_ = Clock::now();
+    stuck_ = false;
   }
   write(sonicsurface::quiet_bytes(firmware_));
   const double carrying = std::chrono::duration<double>(free_at_ - Clock::now()).count();
   std::this_thread::sleep_until(free_at_);
-  serial().drain(std::max(0.0, kLinkPatience - carrying));
+  unless_stuck([&] { serial().drain(std::max(0.0, kLinkPatience - carrying)); });
 }
 
 void SonicsurfaceLink::write(const std::vector<std::uint8_t>& bytes) {
@@ -87,13 +88,18 @@ void SonicsurfaceLink::write(const std::vector<std::uint8_t>& bytes) {
   const auto carried =
       std::chrono::duration<double>(kBitsPerByte * static_cast<double>(bytes.size()) / sonicsurface::kBaud);
   const auto start = Clock::now();
+  unless_stuck([&] { serial().write(bytes, kLinkPatience); });
+  free_at_ = start + std::chrono::duration_cast<Clock::duration>(carried);
+}
+
+template <class Action>
+void SonicsurfaceLink::unless_stuck(const Action& act) {
   try {
-    serial().write(bytes, kLinkPatience);
+    act();
   } catch (const DeviceError&) {
     stuck_ = true;
     throw;
   }
-  free_at_ = start + std::chrono::duration_cast<Clock::duration>(carried);
 }
 
 SerialPort& SonicsurfaceLink::serial() {

@@ -31,6 +31,9 @@ class SonicsurfaceLink final : public ArrayLink {
  private:
   /// Writes bytes once the line has carried what was written before.
   void write(const std::vector<std::uint8_t>& bytes);
+  /// Remembers if an action leaves bytes behind.
+  template <class Action>
+  void unless_stuck(const Action& act);
   SerialPort& serial();
 
   std::string port_;
