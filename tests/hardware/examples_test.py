@@ -1,0 +1,65 @@
+"""The commands of docs/hardware.md as they stand there, but for the places of devices and for coarser meshes."""
+
+import os
+import pathlib
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+
+from support import SOURCE, CommandTest, unittest  # noqa: E402
+from sonicsurface_board import Board  # noqa: E402
+
+LIBRARY = pathlib.Path(os.environ.get("TOUCHFIELD_AUTD3_LIBRARY", SOURCE / "build/autd3/libautd3capi.so"))
+PAGE = (SOURCE / "docs/hardware.md").read_text()
+COARSE = ["body.edge_mm=6", "judge=null", "field=[]", "write=[h5]", "solve.iterations=1",
+          "solve.methods=[{surface: {start: {random: 1}}}]"]
+
+
+def commands():
+    """Of code blocks, and those between backticks that name what they are done to."""
+    blocks = [line.strip().split("  #")[0] for line in PAGE.splitlines() if re.match(r"(    )?touchfield ", line)]
+    inline = [text for text in re.findall(r"`(touchfield [^`]+)`", PAGE) if re.search("RUN|LINK|array list", text)]
+    return [[word.strip("'") for word in re.findall(r"'[^']*'|\S+", line)[1:]] for line in blocks + inline]
+
+
+class Examples(CommandTest):
+    def setUp(self):
+        super().setUp()
+        (self.folder / "scenes").symlink_to(SOURCE / "scenes")
+        self.board = Board()
+        self.addCleanup(self.board.close)
+
+    def there(self, words):
+        """A command with devices that this machine has."""
+        places = {"RUN": "results/runs/units", "NAME": "surface", "LINK": "autd3:nop", "build/autd3": str(LIBRARY)}
+        words = [places.get(word, word).replace("/dev/ttyUSB0", self.board.port) for word in words]
+        words = [re.sub(r"^autd3:remote:.*", "autd3:nop", word) for word in words]
+        if "autd3:nop" in words and "--library" not in words:
+            words += ["--library", str(LIBRARY)]
+        if words[0] == "run":
+            for change in COARSE:
+                words += ["--set", change]
+        return words
+
+    def test_every_command(self):
+        done = {"run": 0, "send": 0, "array": 0}
+        emitted = set()
+        for words in commands():
+            command = self.there(words)
+            if str(LIBRARY) in command and not LIBRARY.exists():
+                continue
+            with self.subTest(command=" ".join(words)):
+                said = self.run_ok(*command)
+                if "--emit" in command:
+                    self.assertIn("the array is quiet", said.stdout)
+                    emitted.add(command[command.index("--to") + 1].split(":")[0])
+                done[command[0]] += 1
+        self.assertGreaterEqual(min(done.values()), 1, done)
+        self.assertEqual(emitted, {"sonicsurface", "autd3"} if LIBRARY.exists() else {"sonicsurface"})
+        self.assertEqual(len(self.board.patterns()), 1)
+        self.assertTrue(self.board.firmware.quiet())
+
+
+if __name__ == "__main__":
+    unittest.main()
