@@ -18,7 +18,8 @@ std::unique_ptr<ArrayLink> make_link(const LinkSettings& settings) {
       if (!has_array) {
         throw InputError("dry-run: it stands for the array of a run, and there is none");
       }
-      return std::make_unique<DryRunLink>(settings.array, address.path, address.levels, settings.sequence);
+      return std::make_unique<DryRunLink>(settings.array, address.levels,
+                                          DryRunFiles{address.path, settings.frames, settings.replace});
     case LinkAddress::Kind::kSonicsurface:
       return std::make_unique<SonicsurfaceLink>(address.path, address.firmware, address.order);
     case LinkAddress::Kind::kAutd3: {

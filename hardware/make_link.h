@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 
@@ -10,11 +11,12 @@ namespace touchfield {
 
 /// What a link needs to know beside its address.
 struct LinkSettings {
-  std::string address;    // see LinkAddress
-  std::string library;    // of autd3, see --library
-  ArrayLayout array;      // of the run: a dry run takes its shape, autd3 the places of its units; may be without
-                          // transducers where the device alone says what it is
-  bool sequence = false;  // more than one frame is to come
+  std::string address;     // see LinkAddress
+  std::string library;     // of autd3, see --library
+  ArrayLayout array;       // of the run: a dry run takes its shape, autd3 the places of its units; may be without
+                           // transducers where the device alone says what it is
+  std::size_t frames = 1;  // that are to come; of a dry run
+  bool replace = false;    // the files of a dry run that are there
 };
 
 /// The link that an address names, not yet open: no device is touched.

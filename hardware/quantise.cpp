@@ -16,9 +16,12 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kStepSlack = 1e-9;  // of a step: 0.5 * 2 must not fall to 0 by rounding
 
-void require_range(const std::string& device, const char* what, double value, double most) {
-  if (!(value >= 0 && value <= most)) {
-    throw InputError(fmt::format("{}: {} = {} must be >= 0 and <= {}", device, what, value, most));
+// Of transducer n; a NaN lies in no range.
+void require_range(const std::string& device, const char* what, Eigen::Index n, double value, double least,
+                   double most) {
+  if (!(value >= least && value <= most)) {
+    throw InputError(fmt::format("{}: the {} of transducer {} is {}, it must be >= {:g} and <= {:g}", device, what, n,
+                                 value, least, most));
   }
 }
 
@@ -54,7 +57,9 @@ QuantisedDrive quantise(const Eigen::VectorXd& phases, const Eigen::VectorXd& am
   if (phases.size() != amplitudes.size()) {
     throw InputError(fmt::format("{}: {} phases and {} amplitudes", device, phases.size(), amplitudes.size()));
   }
-  require_range(device, "level", level, 1);
+  if (!(level > 0 && level <= 1)) {
+    throw InputError(fmt::format("{}: level = {} must be > 0 and <= 1", device, level));
+  }
   QuantisedDrive out;
   out.report.steps = steps;
   double squares = 0;
@@ -62,10 +67,8 @@ QuantisedDrive quantise(const Eigen::VectorXd& phases, const Eigen::VectorXd& am
   double driven_energy = 0;
   std::complex<double> overlap = 0;
   for (Eigen::Index n = 0; n < phases.size(); ++n) {
-    if (!std::isfinite(phases(n))) {
-      throw InputError(fmt::format("{}: the phase of transducer {} is {}, it must be a number", device, n, phases(n)));
-    }
-    require_range(device, "an amplitude", amplitudes(n), 1);
+    require_range(device, "phase", n, phases(n), -kMostPhase, kMostPhase);
+    require_range(device, "amplitude", n, amplitudes(n), 0, 1);
     const double amplitude = level * amplitudes(n);
     out.frame.phase.push_back(phase_step(phases(n), steps.phase_levels));
     out.frame.intensity.push_back(intensity_step(amplitude, steps.intensity_levels, device));

@@ -23,6 +23,10 @@ struct QuantisedDrive {
   QuantisationReport report;
 };
 
+/// Largest phase of a drive, up or down [rad]: its remainder of a turn is still known to 1e-10 rad. Phases that solvers
+/// write lie in 0..2 pi.
+inline constexpr double kMostPhase = 1e6;
+
 /// Rounds drives w_n = level amplitude_n exp(i phase_n) to steps q_n.
 ///
 ///   phase      round(phase L / 2 pi) mod L: the last half step wraps to 0, it never becomes `off`
@@ -31,7 +35,7 @@ struct QuantisedDrive {
 ///   into
 ///              another pattern where all transducers act alike; 0 if q is w times a number
 ///
-/// phases       N [rad], any finite value
+/// phases       N [rad], -kMostPhase..kMostPhase
 /// amplitudes   N, 0..1
 /// level        0 < level <= 1
 /// device       its name, for messages

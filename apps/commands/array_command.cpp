@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double kFrequency = 40e3;  // [Hz] of every array there is a link for
 constexpr double kNearest = 10e-3;   // of a focus to a transducer [m]
+constexpr double kFarthest = 10;     // [m]: far beyond where such a focus can be heard
 constexpr const char* kLinks[][2] = {
     {"dry-run[:FILE][?levels=N]", "no device: rounds, reports and writes the phases"},
     {"sonicsurface:PORT[?firmware=primary|secondary|tactile&order=fpga|natural]", "16 x 16 at 10.5 mm, a serial port"},
@@ -65,9 +67,9 @@ EmissionPlan plan_of(const ArrayCommand& command) {
 Drive focus(const ArrayLayout& layout, const Vector3& at, const Wave& wave) {
   for (Eigen::Index n = 0; n < layout.positions.cols(); ++n) {
     const double distance = (layout.positions.col(n) - at).norm();
-    if (!(distance >= kNearest)) {
-      throw InputError(fmt::format("--at-mm: {:.1f} mm from transducer {}, must be >= {:g} mm", distance / kMillimetre,
-                                   n, kNearest / kMillimetre));
+    if (!(distance >= kNearest && distance <= kFarthest)) {
+      throw InputError(fmt::format("--at-mm: {:.1f} mm from transducer {}, must be >= {:g} and <= {:g} mm",
+                                   distance / kMillimetre, n, kNearest / kMillimetre, kFarthest / kMillimetre));
     }
   }
   const TransducerArray array = make_array(layout, Directivity::omni(), 1, 1);
@@ -79,8 +81,7 @@ int list(const ArrayCommand& command, const CommonFlags& flags) {
   nlohmann::ordered_json json;
   if (command.device.link != DeviceOptions{}.link) {
     const auto array = array_of(command.run);
-    const std::unique_ptr<ArrayLink> link =
-        local_link(command.device, array ? layout_of(*array) : ArrayLayout{}, false);
+    const std::unique_ptr<ArrayLink> link = local_link(command.device, array ? layout_of(*array) : ArrayLayout{});
     const LinkAbilities abilities = link->abilities();
     const ArrayLayout& layout = link->layout();
     json = {{"device", link->describe()},
@@ -121,7 +122,7 @@ int list(const ArrayCommand& command, const CommonFlags& flags) {
 
 int off(const ArrayCommand& command, const CommonFlags& flags) {
   const auto array = array_of(command.run);
-  const std::unique_ptr<ArrayLink> link = local_link(command.device, array ? layout_of(*array) : ArrayLayout{}, false);
+  const std::unique_ptr<ArrayLink> link = local_link(command.device, array ? layout_of(*array) : ArrayLayout{});
   link->open();
   link->quiet();
   link->close();
@@ -149,6 +150,9 @@ int test(const ArrayCommand& command, const CommonFlags& flags) {
 }
 
 int walk(const ArrayCommand& command, const CommonFlags& flags) {
+  if (!(command.dwell > 0) || !std::isfinite(command.dwell)) {
+    throw InputError(fmt::format("--dwell = {} must be > 0 and finite", command.dwell));
+  }
   EmissionPlan plan = plan_of(command);
   plan.rate = 1 / command.dwell;
   ArrayLayout layout;

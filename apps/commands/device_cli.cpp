@@ -28,9 +28,7 @@ void add_emission(CLI::App* command, DeviceOptions& device) {
   command->add_option("--level", device.level,
                       "Drive of a transducer at full amplitude, 0..1; default: 0.5, or 1 where a device has no other");
   command->add_option("--max-level", device.most_level, "Cap on the level")->capture_default_str();
-  command->add_option("--max-seconds", device.most_seconds, "Cap on the time of emission [s]")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  command->add_option("--max-seconds", device.most_seconds, "Cap on the time of emission [s]")->capture_default_str();
   auto* modulation =
       command->add_option("--modulation", device.frequency, "Modulate the amplitude by a sine of this frequency [Hz]");
   command->add_option("--depth", device.depth, "Depth of that sine, 0..1")->needs(modulation)->capture_default_str();
@@ -38,6 +36,7 @@ void add_emission(CLI::App* command, DeviceOptions& device) {
       ->add_option("--modulation-samples", device.samples,
                    "File of modulation samples 0..255, played round and round at the device's own rate")
       ->excludes(modulation);
+  command->add_flag("--force", device.force, "Replace the files of a dry run that are there");
 }
 
 }  // namespace
@@ -80,7 +79,7 @@ void add_device_commands(CLI::App& app, DeviceCommands& state, const std::functi
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   walk->add_option("--count", array.count, "How many; default: to the last")->check(CLI::PositiveNumber);
-  walk->add_option("--dwell", array.dwell, "Time on each [s]")->check(CLI::PositiveNumber)->capture_default_str();
+  walk->add_option("--dwell", array.dwell, "Time on each [s]")->capture_default_str();
   add_action("off", "Switch every transducer off", ArrayCommand::Action::kOff);
 
   state.guard_app = app.add_subcommand(kGuardName, "")->group("");

@@ -20,6 +20,7 @@ struct DeviceOptions {
   std::optional<double> frequency;  // of a sine that modulates [Hz]
   double depth = 1;                 // of that sine
   std::string samples;              // file of modulation samples
+  bool force = false;               // replace the files of a dry run
 };
 
 struct SendCommand {

@@ -52,6 +52,9 @@ Modulation chosen_modulation(const DeviceOptions& options, const LinkAbilities& 
 }
 
 double chosen_level(const DeviceOptions& options, const LinkAbilities& abilities, const std::string& device) {
+  if (!(options.most_level > 0 && options.most_level <= 1)) {
+    throw InputError(fmt::format("--max-level = {} must be > 0 and <= 1", options.most_level));
+  }
   const bool fixed = abilities.steps.intensity_levels == 2;
   const double level = options.level.value_or(fixed ? 1.0 : std::min(kDefaultLevel, options.most_level));
   if (!(level > 0 && level <= 1)) {
@@ -71,14 +74,17 @@ double chosen_level(const DeviceOptions& options, const LinkAbilities& abilities
 }
 
 double chosen_seconds(const EmissionPlan& plan, std::size_t frames) {
+  const double most = plan.device.most_seconds;
+  if (!(most > 0) || !std::isfinite(most)) {
+    throw InputError(fmt::format("--max-seconds = {} must be > 0 and finite", most));
+  }
   const double once = frames == 1 ? kDefaultSeconds : static_cast<double>(frames) / plan.rate;
   const double seconds = plan.seconds.value_or(once);
   if (!(seconds > 0) || !std::isfinite(seconds)) {
-    throw InputError(fmt::format("--seconds = {} must be > 0", seconds));
+    throw InputError(fmt::format("--seconds = {} must be > 0 and finite", seconds));
   }
-  if (seconds > plan.device.most_seconds) {
-    throw InputError(fmt::format("{:g} s of emission must be <= {:g} s; --max-seconds raises the cap", seconds,
-                                 plan.device.most_seconds));
+  if (seconds > most) {
+    throw InputError(fmt::format("{:g} s of emission must be <= {:g} s; --max-seconds raises the cap", seconds, most));
   }
   return seconds;
 }
@@ -182,8 +188,8 @@ ArrayLayout layout_of(const TransducerArray& array) {
   return {array.positions, array.axes, array.device, array.channel};
 }
 
-std::unique_ptr<ArrayLink> local_link(const DeviceOptions& options, const ArrayLayout& array, bool sequence) {
-  return make_link({options.link, options.library, array, sequence});
+std::unique_ptr<ArrayLink> local_link(const DeviceOptions& options, const ArrayLayout& array, std::size_t frames) {
+  return make_link({options.link, options.library, array, frames, options.force});
 }
 
 EmissionReport emit(const EmissionPlan& plan) {
@@ -194,7 +200,7 @@ EmissionReport emit(const EmissionPlan& plan) {
   if (plan.device.emit && !dry) {
     signals.emplace();
   }
-  const std::unique_ptr<ArrayLink> local = local_link(plan.device, plan.array, false);
+  const std::unique_ptr<ArrayLink> local = local_link(plan.device, plan.array);
   for (const TransducerArray& array : plan.must_match) {
     require_match(array, local->layout(), local->describe());
   }
@@ -212,13 +218,14 @@ EmissionReport emit(const EmissionPlan& plan) {
   report.quantisation = rounded.report;
   report.seconds = chosen_seconds(plan, report.frames);
   if (dry) {
-    const std::unique_ptr<ArrayLink> writer = local_link(plan.device, plan.array, report.frames > 1);
+    const std::unique_ptr<ArrayLink> writer = local_link(plan.device, plan.array, report.frames);
+    writer->open();
     for (const DriveFrame& frame : rounded.frames) {
       writer->send(frame);
     }
     report.written = address.path.empty() ? 0 : report.frames;
   } else if (signals) {
-    GuardedLink link(watchdog_command(), {plan.device.link, plan.device.library, plan.array, report.frames > 1},
+    GuardedLink link(watchdog_command(), {plan.device.link, plan.device.library, plan.array, report.frames, false},
                      {report.level, report.seconds});
     report.emitted = true;
     play_guarded(plan, rounded.frames, modulation, link, *signals, report);

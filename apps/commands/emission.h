@@ -54,7 +54,7 @@ struct EmissionReport {
 ArrayLayout layout_of(const TransducerArray& array);
 
 /// The link that the options name, in this process.
-std::unique_ptr<ArrayLink> local_link(const DeviceOptions& options, const ArrayLayout& array, bool sequence);
+std::unique_ptr<ArrayLink> local_link(const DeviceOptions& options, const ArrayLayout& array, std::size_t frames = 1);
 
 /// Checks everything that can be checked, and then, with --emit, sends through a guard. A dry run writes its files.
 ///

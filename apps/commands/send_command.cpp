@@ -36,6 +36,12 @@ int send_command(const SendCommand& command, const CommonFlags& flags) {
   std::vector<Drive> drives;
   for (const std::string& path : command.runs) {
     const Run run = read_run_file(run_file_at(path));
+    if (!run.complete) {
+      throw InputError(
+          fmt::format("{}: complete = 0: the run did not finish, so its phases are not sent; "
+                      "`touchfield run --from` computes it again",
+                      path));
+    }
     const MethodResult& method = chosen_method(run, command.method, path);
     drives.push_back({method.solution.phases, method.solution.amplitudes});
     plan.must_match.push_back(run.array);

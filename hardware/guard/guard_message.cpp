@@ -94,7 +94,8 @@ GuardMessage& GuardMessage::put(const LinkSettings& settings) {
   return put(settings.address)
       .put(settings.library)
       .put(settings.array)
-      .put(static_cast<std::uint32_t>(settings.sequence));
+      .put(static_cast<std::uint32_t>(settings.frames))
+      .put(static_cast<std::uint32_t>(settings.replace));
 }
 
 GuardMessage& GuardMessage::append(const GuardMessage& other) {
@@ -185,7 +186,8 @@ LinkSettings GuardMessage::take_settings() {
   settings.address = take_text();
   settings.library = take_text();
   settings.array = take_layout();
-  settings.sequence = take_number() != 0;
+  settings.frames = take_number();
+  settings.replace = take_number() != 0;
   return settings;
 }
 

@@ -1,14 +1,12 @@
 #include "hardware/links/dry_run_link.h"
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
@@ -33,19 +31,40 @@ std::string frame_text(const DriveFrame& frame, const DriveSteps& steps) {
 
 }  // namespace
 
-DryRunLink::DryRunLink(ArrayLayout array, std::string file, int phase_levels, bool sequence)
+std::string DryRunFiles::of(std::size_t frame) const {
+  if (frames == 1) {
+    return file;
+  }
+  const std::filesystem::path path(file);
+  return (path.parent_path() / fmt::format("{}-{:04}{}", path.stem().string(), frame + 1, path.extension().string()))
+      .string();
+}
+
+DryRunLink::DryRunLink(ArrayLayout array, int phase_levels, DryRunFiles files)
     : array_(std::move(array)),
-      file_(std::move(file)),
       phase_levels_(phase_levels),
-      sequence_(sequence),
+      files_(std::move(files)),
       last_(quiet_frame(static_cast<std::size_t>(array_.positions.cols()))) {}
 
 std::string DryRunLink::describe() const {
-  return fmt::format("dry run of {} transducers{}", array_.positions.cols(), file_.empty() ? "" : " to " + file_);
+  return fmt::format("dry run of {} transducers{}", array_.positions.cols(),
+                     files_.file.empty() ? "" : " to " + files_.file);
 }
 
 LinkAbilities DryRunLink::abilities() const {
   return {{phase_levels_, 256}, kFramesPerSecond, {kModulationRate, kModulationSamples, {}}, true};
+}
+
+void DryRunLink::open() {
+  if (files_.file.empty() || files_.replace) {
+    return;
+  }
+  for (std::size_t frame = 0; frame < files_.frames; ++frame) {
+    std::error_code error;
+    if (std::filesystem::exists(std::filesystem::symlink_status(files_.of(frame), error))) {
+      throw InputError(fmt::format("dry-run: {} is there already; --force replaces it", files_.of(frame)));
+    }
+  }
 }
 
 void DryRunLink::set_modulation(const Modulation& modulation) {
@@ -54,26 +73,10 @@ void DryRunLink::set_modulation(const Modulation& modulation) {
 
 void DryRunLink::send(const DriveFrame& frame) {
   require_fits(frame, abilities(), static_cast<std::size_t>(array_.positions.cols()), describe());
-  if (!file_.empty()) {
-    const std::string path = next_file();
-    std::ofstream out(path, std::ios::binary);
-    out << frame_text(frame, abilities().steps);
-    out.close();
-    if (!out) {
-      throw IoError(fmt::format("{}: cannot be written: {}", path, std::strerror(errno)));
-    }
+  if (!files_.file.empty()) {
+    write_atomically(files_.of(written_++), {frame_text(frame, abilities().steps)});
   }
   last_ = frame;
-}
-
-std::string DryRunLink::next_file() {
-  ++written_;
-  if (!sequence_) {
-    return file_;
-  }
-  const std::filesystem::path path(file_);
-  return (path.parent_path() / fmt::format("{}-{:04}{}", path.stem().string(), written_, path.extension().string()))
-      .string();
 }
 
 }  // namespace touchfield

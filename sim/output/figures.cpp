@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/output/atomic_file.h"
+#include "sim/core/atomic_file.h"
 #include "sim/output/display.h"
 #include "sim/output/field_picture.h"
 #include "sim/output/picture_parts.h"

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <iterator>
 
-#include "sim/output/atomic_file.h"
+#include "sim/core/atomic_file.h"
 #include "sim/output/checksum.h"
 #include "sim/output/run_file.h"
 #include "sim/output/run_layout.h"

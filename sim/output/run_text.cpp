@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/output/atomic_file.h"
+#include "sim/core/atomic_file.h"
 #include "sim/output/run_file.h"
 #include "sim/output/run_layout.h"
 #include "sim/output/text_table.h"

@@ -11,8 +11,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/output/atomic_file.h"
 #include "sim/output/checksum.h"
 #include "sim/output/hdf5_file.h"
 #include "sim/output/run_file.h"

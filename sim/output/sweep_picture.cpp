@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/output/atomic_file.h"
 #include "sim/output/canvas.h"
 #include "sim/output/display.h"
 #include "sim/output/picture_parts.h"

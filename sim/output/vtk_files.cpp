@@ -19,8 +19,8 @@
 #include <vtkXMLImageDataWriter.h>
 #include <vtkXMLPolyDataWriter.h>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
-#include "sim/output/atomic_file.h"
 #include "sim/output/run_layout.h"
 #include "sim/output/vtk_points.h"
 

@@ -68,12 +68,13 @@ class BoardTest(CommandTest):
         run.write_bytes(self.solved[array])
         return run
 
-    def with_drives(self, run, name, phases, amplitudes=None):
+    def with_drives(self, run, name, phases, amplitudes=None, complete=1):
         """A copy of a run with other drives."""
         path = self.folder / f"{name}.h5"
         shutil.copy(run, path)
         with h5py.File(path, "r+") as file:
             file["methods/fixed/phase"][:] = phases
+            file.attrs["complete"] = complete
             if amplitudes is not None:
                 file["methods/fixed/amplitude"][:] = amplitudes
         data = path.read_bytes()
@@ -251,6 +252,49 @@ class Permission(BoardTest):
         self.refused(board, run, *to, "--seconds", "nan", says="--seconds")
         self.refused(board, run, *to, "--rate", 0, says="0 frames a second")
         self.refused(board, run, "--to", "dry-run", "--level", 0.6, full=False, says="level = 0.6 must be <= 0.5")
+
+    def test_what_is_no_number(self):
+        board = self.board()
+        run = self.run_of()
+        to = ["--to", f"sonicsurface:{board.port}"]
+        for number in ("nan", "inf", "-inf", "-1"):
+            self.refused(board, run, *to, "--max-level", number, full=False, says="--max-level")
+            for option in ("--level", "--max-seconds", "--seconds", "--rate"):
+                said = {"--rate": "frames a second must be > 0"}.get(option, option)
+                self.refused(board, run, *to, option, number, says=said)
+            walk = ["walk", "--count", 4, *to]
+            self.refused(board, *walk, "--dwell", number, command="array", says="--dwell")
+            for more in ((number, 0, 100), (0, 0, number)):
+                if number != "-1":
+                    self.refused(board, "test", *to, "--at-mm", *more, command="array", says="--at-mm")
+            for option in ("--first", "--count"):
+                self.refused(board, "walk", *to, option, number, command="array", says=option)
+            if number != "-1":
+                self.refused(board, "test", *to, "--temperature-c", number, command="array", says="temperature")
+            tactile = ["--to", f"sonicsurface:{board.port}?firmware=tactile"]
+            self.refused(board, run, *tactile, "--modulation", number, says="frequency")
+            self.refused(board, run, *tactile, "--modulation", 200, "--depth", number, says="depth")
+
+    def test_only_a_run_that_finished(self):
+        board = self.board()
+        to = ["--to", f"sonicsurface:{board.port}"]
+        run = self.with_drives(self.run_of(), "broken_off", numpy.zeros(256), complete=0)
+        self.refused(board, run, *to, says=["broken_off.h5: complete = 0", "touchfield run --from"])
+        self.refused(None, self.run_of(), run, "--to", "dry-run", full=False, says="complete = 0")
+
+    def test_only_phases_and_amplitudes(self):
+        board = self.board()
+        to = ["--to", f"sonicsurface:{board.port}"]
+        for value in (1e17, -1e17, numpy.nan, numpy.inf):
+            phases = numpy.zeros(256)
+            phases[7] = value
+            run = self.with_drives(self.run_of(), "wild", phases)
+            self.refused(board, run, *to, says=["the phase of transducer 7", "<= 1e+06"])
+        for value in (1e17, -0.5, 1.01, numpy.nan):
+            amplitudes = numpy.ones(256)
+            amplitudes[9] = value
+            run = self.with_drives(self.run_of(), "wild", numpy.zeros(256), amplitudes)
+            self.refused(board, run, *to, says=["the amplitude of transducer 9", "<= 1"])
 
     def test_only_this_array(self):
         board = self.board()
@@ -617,6 +661,22 @@ class DryRun(BoardTest):
                  if not line.startswith("#")]
         self.assertEqual(len(first), 256)
         self.assertAlmostEqual(float(first[0]), 5 * 2 * numpy.pi / 32, places=12)  # 1 rad is 5.09 steps
+
+    def test_a_file_that_is_there_is_kept(self):
+        run = self.run_of()
+        for name in ("f.txt", "g-0002.txt"):
+            self.write(name, "mine")
+        entries = self.entries()
+        for runs, to in (([run], "dry-run:f.txt"), ([run] * 3, "dry-run:g.txt")):
+            done = self.touchfield("send", *runs, "--to", to)
+            self.assertEqual(done.returncode, BAD_INPUT)
+            self.assertIn("--force", done.stderr)
+        self.assertEqual([(self.folder / name).read_text() for name in ("f.txt", "g-0002.txt")], ["mine", "mine"])
+        self.assertEqual(self.entries(), entries)
+        self.run_ok("send", run, "--to", "dry-run:f.txt", "--force")
+        self.run_ok("send", run, run, run, "--to", "dry-run:g.txt", "--force")
+        for name in ("f.txt", "g-0001.txt", "g-0002.txt", "g-0003.txt"):
+            self.assertEqual(len((self.folder / name).read_text().splitlines()), 257, name)
 
     def test_a_file_that_cannot_be_written(self):
         done = self.touchfield("send", self.run_of(), "--to", "dry-run:nowhere/f.txt")

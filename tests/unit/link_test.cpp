@@ -128,7 +128,7 @@ TEST(Sonicsurface, ModulationOfTheTactileFirmware) {
 }
 
 TEST(DryRun, SaysWhatItWasSent) {
-  DryRunLink link(grid_layout(2, 1, 0.01), "", 32, false);
+  DryRunLink link(grid_layout(2, 1, 0.01), 32, {});
   EXPECT_EQ(link.read_back(), quiet_frame(2));
   const DriveFrame frame{{3, 31}, {255, 0}};
   link.send(frame);
@@ -139,9 +139,14 @@ TEST(DryRun, SaysWhatItWasSent) {
   EXPECT_EQ(link.read_back_modulation()->size(), 20U);
 }
 
+TEST(DryRun, NamesItsFiles) {
+  EXPECT_EQ((DryRunFiles{"a/b.txt", 1, false}.of(0)), "a/b.txt");
+  EXPECT_EQ((DryRunFiles{"a/b.txt", 2, false}.of(1)), "a/b-0002.txt");
+}
+
 TEST(GuardMessage, BringsBackWhatWentIn) {
   const LinkAbilities abilities{{32, 2}, 89, {4000, 123, {250, 125}}, true};
-  const LinkSettings settings{"autd3:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), true};
+  const LinkSettings settings{"autd3:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), 7, true};
   const DriveFrame frame{{1, 2, 3}, {4, 5, 6}};
   GuardMessage out;
   out.put(GuardRequest::kSend).put(0.25).put(std::string("a text")).put(frame).put(abilities).put(settings);
@@ -169,7 +174,8 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
   EXPECT_EQ(set.array.axes, settings.array.axes);
   EXPECT_EQ(set.array.device, settings.array.device);
   EXPECT_EQ(set.array.channel, settings.array.channel);
-  EXPECT_TRUE(set.sequence);
+  EXPECT_EQ(set.frames, 7U);
+  EXPECT_TRUE(set.replace);
   for (const Modulation& modulation : modulations) EXPECT_EQ(in.take_modulation(), modulation);
   EXPECT_THROW(in.take_number(), IoError);
 }
@@ -177,7 +183,7 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
 // Cut anywhere, it is an error and not a read past the end.
 TEST(GuardMessage, CutShort) {
   GuardMessage out;
-  out.put(LinkSettings{"dry-run", "", grid_layout(2, 2, 0.01), false}).put(DriveFrame{{1}, {2}});
+  out.put(LinkSettings{"dry-run", "", grid_layout(2, 2, 0.01), 1, false}).put(DriveFrame{{1}, {2}});
   for (std::size_t length = 0; length < out.bytes().size(); ++length) {
     GuardMessage in({out.bytes().begin(), out.bytes().begin() + static_cast<std::ptrdiff_t>(length)});
     EXPECT_THROW((in.take_settings(), in.take_frame()), IoError) << length;

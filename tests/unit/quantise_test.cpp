@@ -121,6 +121,16 @@ TEST(Quantise, RefusesWhatIsNoDrive) {
   EXPECT_THROW(quantise(phases, Eigen::Vector2d(0, -0.1), 1, steps, "device"), InputError);
   EXPECT_THROW(quantise(phases, Eigen::Vector2d(0, kNan), 1, steps, "device"), InputError);
   EXPECT_THROW(quantise(phases, ones(2), 1.1, steps, "device"), InputError);
+  EXPECT_THROW(quantise(phases, ones(2), kNan, steps, "device"), InputError);
+}
+
+// From 1e17 rad a double does not even tell one turn from the next.
+TEST(Quantise, RefusesPhasesThatKnowNoTurn) {
+  EXPECT_NO_THROW(quantise(Eigen::Vector2d(-kMostPhase, kMostPhase), ones(2), 1, {}, "device"));
+  for (const double phase : {1e17, -1e17, 1.001e6}) {
+    EXPECT_THAT([&] { quantise(Eigen::Vector2d(0, phase), ones(2), 1, {}, "device"); },
+                testing::ThrowsMessage<InputError>(testing::HasSubstr("device: the phase of transducer 1 is ")));
+  }
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "sim/output/atomic_file.h"
+#include "sim/core/atomic_file.h"
 
 #include <algorithm>
 #include <cerrno>
