@@ -24,7 +24,7 @@ std::atomic<int> leaving = 0;  // of them before the next question
 }  // namespace
 
 // In place of the system's: a pseudo-terminal has no queue of its own.
-extern "C" int ioctl(int descriptor, unsigned long request, ...) noexcept {
+extern "C" int ioctl(int fd, unsigned long request, ...) noexcept {
   va_list arguments;
   va_start(arguments, request);
   void* argument = va_arg(arguments, void*);
@@ -34,7 +34,7 @@ extern "C" int ioctl(int descriptor, unsigned long request, ...) noexcept {
     waiting = std::max(0, waiting - leaving);
     return 0;
   }
-  return static_cast<int>(::syscall(SYS_ioctl, descriptor, request, argument));
+  return static_cast<int>(::syscall(SYS_ioctl, fd, request, argument));
 }
 
 namespace touchfield {
