@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
+#include <sys/random.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -13,12 +15,18 @@ namespace touchfield {
 
 namespace {
 
+constexpr std::string_view kMark = ".tmp-";
+constexpr std::size_t kDigits = 16;
+
 /// A file under its temporary name; gone again unless it was renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target) : target_(target) {
-    temporary_ = target.parent_path() / fmt::format(".{}.tmp-{}", target.filename().string(), ::getpid());
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    do {
+      temporary_ = target.parent_path() /
+                   fmt::format(".{}{}{:0{}x}", target.filename().string(), kMark, random_number(), kDigits);
+      descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
+    } while (descriptor_ < 0 && errno == EEXIST);
     if (descriptor_ < 0) {
       fail();
     }
@@ -57,6 +65,14 @@ class TemporaryFile {
   }
 
  private:
+  std::uint64_t random_number() const {
+    std::uint64_t number = 0;
+    if (::getrandom(&number, sizeof number, 0) != sizeof number) {
+      fail();
+    }
+    return number;
+  }
+
   static constexpr std::size_t kLargestWrite = std::size_t{1} << 30;  // Linux moves less than 2 GiB in one call
 
   [[noreturn]] void fail() const {
@@ -82,6 +98,12 @@ void write_atomically(const std::string& path, std::initializer_list<std::string
     file.write(part);
   }
   file.commit();
+}
+
+bool is_leftover(std::string_view name, std::string_view target) {
+  const std::string begin = fmt::format(".{}{}", target, kMark);
+  return name.size() == begin.size() + kDigits && name.starts_with(begin) &&
+         name.find_first_not_of("0123456789abcdef", begin.size()) == std::string_view::npos;
 }
 
 }  // namespace touchfield

@@ -10,12 +10,12 @@
 #include <fstream>
 #include <numeric>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
@@ -150,25 +150,7 @@ TriangleMesh read_mesh(const std::string& path, double unit) {
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh, double unit) {
   require_unit(unit);
-  const std::string content = format_of(path).as_file(mesh, unit);
-  const std::string unfinished = fmt::format("{}.{}.part", path, getpid());
-  std::error_code error;
-  {
-    std::ofstream file(unfinished, std::ios::binary);
-    file.write(content.data(), static_cast<std::streamsize>(content.size()));
-    file.close();
-    if (!file) {
-      const std::string reason = std::strerror(errno);
-      fs::remove(unfinished, error);
-      throw IoError(fmt::format("{}: cannot be written: {}", path, reason));
-    }
-  }
-  fs::rename(unfinished, path, error);
-  if (error) {
-    const std::string reason = error.message();
-    fs::remove(unfinished, error);
-    throw IoError(fmt::format("{}: cannot be written: {}", path, reason));
-  }
+  write_atomically(path, {format_of(path).as_file(mesh, unit)});
 }
 
 }  // namespace touchfield

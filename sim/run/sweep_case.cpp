@@ -14,7 +14,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
-#include "sim/output/atomic_file.h"
+#include "sim/core/atomic_file.h"
 #include "sim/run/check.h"
 #include "sim/run/file_progress.h"
 #include "sim/run/peak_memory.h"
