@@ -264,7 +264,7 @@ void SweepDirectory::clear_leftovers() const {
 CaseRecords SweepDirectory::records() const { return read_records(path_); }
 
 std::string SweepDirectory::scratch(int number) const {
-  const std::string path = fmt::format("{}/cases/.{}.{}", path_, case_name(number), getpid());
+  std::string path = fmt::format("{}/cases/.{}.{}", path_, case_name(number), getpid());
   std::error_code error;
   fs::remove_all(path, error);
   fs::create_directory(path, error);
