@@ -13,6 +13,7 @@
 #include "apps/commands/compare_command.h"
 #include "apps/commands/device_cli.h"
 #include "apps/commands/interrupt_guard.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/core/version.h"
@@ -186,6 +187,7 @@ int dispatch(int argc, char** argv) {
                                                              {"left", touchfield::HandSide::kLeft}};
   CLI::App* hand_app = app.add_subcommand("hand", "Write the built-in hand as a mesh file (STL, OBJ or PLY)");
   hand_app->add_option("-o,--output", hand.output, "Mesh file; its ending names the format")->required();
+  hand_app->add_flag("--force", hand.force, "Replace the mesh file if it exists");
   hand_app->add_option("--pose", hand.options.pose, "Pose")
       ->check(CLI::IsMember(touchfield::hand_poses()))
       ->capture_default_str();
@@ -207,6 +209,7 @@ int dispatch(int argc, char** argv) {
       app.add_subcommand("mesh", "Inspect, repair, cut or remesh a mesh file (STL, OBJ, PLY, OFF, VTP)");
   mesh_app->add_option("FILE", mesh.file, "Mesh file; its ending names the format")->required();
   mesh_app->add_option("-o,--output", mesh.output, "Mesh file to write; default: report only");
+  mesh_app->add_flag("--force", mesh.force, "Replace the mesh file to write if it exists");
   mesh_app->add_option("--unit", mesh.unit, "Unit of FILE: mm, cm or m; default: guessed from its size")
       ->check(CLI::IsMember({"mm", "cm", "m"}));
   mesh_app->add_option("--output-unit", mesh.output_unit, "Unit of the file written: mm, cm or m; default: FILE's")
@@ -327,14 +330,11 @@ void check_instruction_level() {
 }
 
 int report(const std::string& message, int code) {
-  fmt::print(stderr, "touchfield: error: {}\n", message);
+  touchfield::say(fmt::format("touchfield: error: {}\n", message));
   return code;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  touchfield::restart_with_better_blas_core(argv);
+int exit_code_of(int argc, char** argv) {
   try {
     check_instruction_level();
     return dispatch(argc, argv);
@@ -349,4 +349,12 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     return report(error.what(), kFailed);
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  touchfield::restart_with_better_blas_core(argv);
+  touchfield::hold_standard_streams();
+  return touchfield::finish_output(exit_code_of(argc, argv));
 }

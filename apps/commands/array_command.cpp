@@ -8,6 +8,7 @@
 
 #include "apps/commands/device_commands.h"
 #include "apps/commands/emission.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
@@ -100,22 +101,22 @@ int list(const ArrayCommand& command, const CommonFlags& flags) {
     json["serial_ports"] = serial_ports();
   }
   if (flags.json) {
-    fmt::print("{}\n", json.dump(2));
+    put(fmt::format("{}\n", json.dump(2)));
     return 0;
   }
   if (!json.contains("links")) {
     for (const auto& [key, value] : json.items()) {
-      fmt::print("{:<30} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+      put(fmt::format("{:<30} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump()));
     }
     return 0;
   }
-  fmt::print("links:\n");
+  put("links:\n");
   for (const auto& [form, what] : kLinks) {
-    fmt::print("  {}\n      {}\n", form, what);
+    put(fmt::format("  {}\n      {}\n", form, what));
   }
-  fmt::print("serial ports:{}\n", json["serial_ports"].empty() ? " none" : "");
+  put(fmt::format("serial ports:{}\n", json["serial_ports"].empty() ? " none" : ""));
   for (const auto& port : json["serial_ports"]) {
-    fmt::print("  {}\n", port.get<std::string>());
+    put(fmt::format("  {}\n", port.get<std::string>()));
   }
   return 0;
 }
@@ -127,9 +128,9 @@ int off(const ArrayCommand& command, const CommonFlags& flags) {
   link->quiet();
   link->close();
   if (flags.json) {
-    fmt::print("{}\n", nlohmann::ordered_json{{"device", link->describe()}, {"off", true}}.dump(2));
+    put(fmt::format("{}\n", nlohmann::ordered_json{{"device", link->describe()}, {"off", true}}.dump(2)));
   } else if (!flags.quiet) {
-    fmt::print("{}: every transducer is off\n", link->describe());
+    put(fmt::format("{}: every transducer is off\n", link->describe()));
   }
   return 0;
 }
@@ -141,10 +142,10 @@ int test(const ArrayCommand& command, const CommonFlags& flags) {
   plan.drives = [&](const ArrayLayout& layout) { return std::vector<Drive>{focus(layout, command.at, wave)}; };
   const EmissionReport report = emit(plan);
   if (flags.json) {
-    fmt::print("{}", emission_json(report, command.device));
+    put(emission_json(report, command.device));
   } else if (!flags.quiet) {
-    fmt::print("focus at ({:g}, {:g}, {:g}) mm\n{}", command.at.x() / kMillimetre, command.at.y() / kMillimetre,
-               command.at.z() / kMillimetre, describe_emission(report, command.device));
+    put(fmt::format("focus at ({:g}, {:g}, {:g}) mm\n{}", command.at.x() / kMillimetre, command.at.y() / kMillimetre,
+                    command.at.z() / kMillimetre, describe_emission(report, command.device)));
   }
   return report.exit_code;
 }
@@ -174,17 +175,17 @@ int walk(const ArrayCommand& command, const CommonFlags& flags) {
   plan.observer = [&](std::size_t k, const DriveFrame&) {
     const auto n = static_cast<Eigen::Index>(k) + command.first;
     if (lines) {
-      fmt::print("transducer {}: unit {} channel {} at ({:.2f}, {:.2f}, {:.2f}) mm\n", n, layout.device(n),
-                 layout.channel(n), layout.positions(0, n) / kMillimetre, layout.positions(1, n) / kMillimetre,
-                 layout.positions(2, n) / kMillimetre);
+      put(fmt::format("transducer {}: unit {} channel {} at ({:.2f}, {:.2f}, {:.2f}) mm\n", n, layout.device(n),
+                      layout.channel(n), layout.positions(0, n) / kMillimetre, layout.positions(1, n) / kMillimetre,
+                      layout.positions(2, n) / kMillimetre));
       std::fflush(stdout);
     }
   };
   const EmissionReport report = emit(plan);
   if (flags.json) {
-    fmt::print("{}", emission_json(report, command.device));
+    put(emission_json(report, command.device));
   } else if (lines) {
-    fmt::print("{}", describe_emission(report, command.device));
+    put(describe_emission(report, command.device));
   }
   return report.exit_code;
 }

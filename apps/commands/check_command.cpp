@@ -7,6 +7,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/run_json.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/run/accuracy.h"
 #include "sim/run/bodies.h"
 #include "sim/run/check.h"
@@ -53,15 +54,15 @@ int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
     text += fmt::format("  and {} bodies more\n", bodies - kMostShown);
   }
   if (flags.json) {
-    fmt::print("{}\n", nlohmann::ordered_json{{"name", plan.name},
-                                              {"cases", scenes.size()},
-                                              {"bodies", bodies},
-                                              {"memory_mib", largest},
-                                              {"available_mib", available_memory() / (1024.0 * 1024.0)},
-                                              {"first_cases", shown}}
-                           .dump(2));
+    put(fmt::format("{}\n", nlohmann::ordered_json{{"name", plan.name},
+                                                   {"cases", scenes.size()},
+                                                   {"bodies", bodies},
+                                                   {"memory_mib", largest},
+                                                   {"available_mib", available_memory() / (1024.0 * 1024.0)},
+                                                   {"first_cases", shown}}
+                                .dump(2)));
   } else if (!flags.quiet) {
-    fmt::print("{}", text);
+    put(text);
   }
   return 0;
 }
@@ -75,7 +76,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
   }
   Scene scene = read_scene(command.scene, command.overrides);
   if (command.resolved) {
-    fmt::print("{}", resolved_yaml(scene));
+    put(resolved_yaml(scene));
     return 0;
   }
   const std::vector<std::string> guesses = guess_units(scene);
@@ -113,11 +114,11 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
       json["accuracy_split_target"] = number_or_null(accuracy->split_target);
       json["accuracy_seconds"] = accuracy->seconds;
     }
-    fmt::print("{}\n", json.dump(2));
+    put(fmt::format("{}\n", json.dump(2)));
   } else if (!flags.quiet) {
-    fmt::print("{}", describe_check(scene, model, report));
+    put(describe_check(scene, model, report));
     if (accuracy) {
-      fmt::print("{}", describe_accuracy(*accuracy, model.body.mesh.mean_edge()));
+      put(describe_accuracy(*accuracy, model.body.mesh.mean_edge()));
     }
   }
   require_memory(report);

@@ -2,7 +2,10 @@
 
 #include <filesystem>
 
+#include <fmt/format.h>
 #include <omp.h>
+
+#include "sim/core/errors.h"
 
 namespace touchfield {
 
@@ -15,6 +18,14 @@ int apply_threads(const CommonFlags& flags) {
 
 std::string run_file_at(const std::string& path) {
   return std::filesystem::is_directory(path) ? (std::filesystem::path(path) / "run.h5").string() : path;
+}
+
+void require_free_output(const std::string& path, bool force) {
+  std::error_code error;
+  if (!force && std::filesystem::exists(std::filesystem::symlink_status(path, error))) {
+    throw InputError(
+        fmt::format("{}: there is a file of that name; give another with -o, or --force to replace it", path));
+  }
 }
 
 std::string joined_command_line(int argc, char** argv) {

@@ -17,6 +17,9 @@ int apply_threads(const CommonFlags& flags);
 /// The run.h5 that a path on the command line names: the file itself, or the directory that holds it.
 std::string run_file_at(const std::string& path);
 
+/// throws   InputError if there is a file of the name that the command is to write and --force does not replace it
+void require_free_output(const std::string& path, bool force);
+
 /// The command as it was typed, for provenance.
 std::string joined_command_line(int argc, char** argv);
 

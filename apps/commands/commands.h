@@ -53,6 +53,7 @@ struct SweepCommand {
 
 struct HandCommand {
   std::string output;
+  bool force = false;  // replace an existing file
   HandOptions options;
   double unit = 1e-3;  // metres per file unit
 };
@@ -60,6 +61,7 @@ struct HandCommand {
 struct MeshCommand {
   std::string file;
   std::string output;       // empty: report only
+  bool force = false;       // replace an existing file
   std::string unit;         // of the file: mm, cm or m; empty: guessed
   std::string output_unit;  // empty: the file's
   bool repair = false;

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/compare_json.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/output/run_compare.h"
 #include "sim/output/run_file.h"
 #include "sim/run/scene_changes.h"
@@ -40,11 +41,11 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
     json["tolerance"] = command.tolerance ? nlohmann::ordered_json(*command.tolerance) : nullptr;
     json["within_tolerance"] = command.tolerance ? nlohmann::ordered_json(within) : nullptr;
     json.update(difference_json(difference));
-    fmt::print("{}\n", json.dump(2));
+    put(fmt::format("{}\n", json.dump(2)));
   } else {
-    fmt::print("{}{}{}", heading('A', path_a, a), heading('B', path_b, b), describe_difference(difference));
+    put(fmt::format("{}{}{}", heading('A', path_a, a), heading('B', path_b, b), describe_difference(difference)));
     if (command.tolerance) {
-      fmt::print("{}", tolerance_line(*command.tolerance, difference.largest_result));
+      put(tolerance_line(*command.tolerance, difference.largest_result));
     }
   }
   return within ? 0 : 1;

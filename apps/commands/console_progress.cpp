@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <spdlog/sinks/basic_file_sink.h>
 
+#include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
@@ -30,7 +31,7 @@ void ConsoleProgress::begin(std::string_view what) {
   stages_.emplace_back(what);
   shown_percent_ = -1;
   if (terminal_ && !quiet_) {
-    fmt::print(stderr, "\r\033[K  {} ...", stages_.back());
+    say(fmt::format("\r\033[K  {} ...", stages_.back()));
     std::fflush(stderr);
     bar_shown_ = true;
   }
@@ -44,8 +45,8 @@ void ConsoleProgress::advance(double fraction) {
   shown_percent_ = percent;
   constexpr int kWidth = 24;
   const int full = percent * kWidth / 100;
-  fmt::print(stderr, "\r\033[K  {} [{}{}] {:3d} %", stages_.back(), std::string(static_cast<std::size_t>(full), '#'),
-             std::string(static_cast<std::size_t>(kWidth - full), '.'), percent);
+  say(fmt::format("\r\033[K  {} [{}{}] {:3d} %", stages_.back(), std::string(static_cast<std::size_t>(full), '#'),
+                  std::string(static_cast<std::size_t>(kWidth - full), '.'), percent));
   std::fflush(stderr);
   bar_shown_ = true;
 }
@@ -57,7 +58,7 @@ void ConsoleProgress::end(double seconds) {
 
 void ConsoleProgress::warn(std::string_view message) {
   clear_bar();
-  fmt::print(stderr, "touchfield: warning: {}\n", message);
+  say(fmt::format("touchfield: warning: {}\n", message));
   if (log_) {
     log_->warn("warning: {}", message);
   }
@@ -66,7 +67,7 @@ void ConsoleProgress::warn(std::string_view message) {
 void ConsoleProgress::note(std::string_view line) {
   clear_bar();
   if (!quiet_) {
-    fmt::print(stderr, "{}\n", line);
+    say(fmt::format("{}\n", line));
   }
   if (log_) {
     log_->info("{}", line);
@@ -75,7 +76,7 @@ void ConsoleProgress::note(std::string_view line) {
 
 void ConsoleProgress::clear_bar() {
   if (bar_shown_) {
-    fmt::print(stderr, "\r\033[K");
+    say("\r\033[K");
     std::fflush(stderr);
     bar_shown_ = false;
   }

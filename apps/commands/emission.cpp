@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/device_cli.h"
+#include "apps/commands/standard_streams.h"
 #include "hardware/array_match.h"
 #include "hardware/guard/guarded_link.h"
 #include "hardware/stop_signals.h"
@@ -178,7 +179,7 @@ void play_guarded(const EmissionPlan& plan, const std::vector<DriveFrame>& frame
   }
   if (signals.signal() != 0) {
     report.exit_code = 128 + signals.signal();
-    fmt::print(stderr, "touchfield: stopped by {}\n", StopSignals::name(signals.signal()));
+    say(fmt::format("touchfield: stopped by {}\n", StopSignals::name(signals.signal())));
   }
 }
 

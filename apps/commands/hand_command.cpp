@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/core/units.h"
 #include "sim/mesh/inspect.h"
 #include "sim/mesh/mesh_io.h"
@@ -10,6 +11,7 @@ namespace touchfield {
 
 int hand_command(const HandCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
+  require_free_output(command.output, command.force);
   const Body body = hand(command.options);
   write_mesh(command.output, body.mesh, command.unit);
   const MeshReport report = inspect(body.mesh);
@@ -24,15 +26,15 @@ int hand_command(const HandCommand& command, const CommonFlags& flags) {
                                          {"area_cm2", report.area * 1e4},
                                          {"volume_cm3", report.volume * 1e6},
                                          {"landmarks", landmarks}};
-    fmt::print("{}\n", json.dump(2));
+    put(fmt::format("{}\n", json.dump(2)));
   } else if (!flags.quiet) {
-    fmt::print("{}: {} faces, {:.1f} cm2, {:.1f} cm3, edges {:.2f} to {:.2f} mm\n", command.output, report.faces,
-               report.area * 1e4, report.volume * 1e6, report.shortest_edge / kMillimetre,
-               report.longest_edge / kMillimetre);
-    fmt::print("landmarks in the file's unit:\n");
+    put(fmt::format("{}: {} faces, {:.1f} cm2, {:.1f} cm3, edges {:.2f} to {:.2f} mm\n", command.output, report.faces,
+                    report.area * 1e4, report.volume * 1e6, report.shortest_edge / kMillimetre,
+                    report.longest_edge / kMillimetre));
+    put("landmarks in the file's unit:\n");
     for (const auto& [name, at] : landmarks.items()) {
-      fmt::print("  {:<12} {:9.3f} {:9.3f} {:9.3f}\n", name, at[0].get<double>(), at[1].get<double>(),
-                 at[2].get<double>());
+      put(fmt::format("  {:<12} {:9.3f} {:9.3f} {:9.3f}\n", name, at[0].get<double>(), at[1].get<double>(),
+                      at[2].get<double>()));
     }
   }
   return 0;

@@ -2,6 +2,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/run_json.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/output/run_file.h"
 
 namespace touchfield {
@@ -9,7 +10,7 @@ namespace touchfield {
 int info_command(const std::string& path, const CommonFlags& flags) {
   const Run run = read_run_file(run_file_at(path));
   if (!flags.json) {
-    fmt::print("{}", describe_run(run));
+    put(describe_run(run));
     return 0;
   }
   const nlohmann::ordered_json json = {{"name", run.name},
@@ -22,7 +23,7 @@ int info_command(const std::string& path, const CommonFlags& flags) {
                                        {"revision", run.provenance.revision},
                                        {"command_line", run.provenance.command_line},
                                        {"scene_hash", run.provenance.scene_hash}};
-  fmt::print("{}\n", json.dump(2));
+  put(fmt::format("{}\n", json.dump(2)));
   return 0;
 }
 

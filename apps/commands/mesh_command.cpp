@@ -9,6 +9,7 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/cut_plane.h"
 #include "apps/commands/mesh_text.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/cut.h"
@@ -114,6 +115,9 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   if (command.cut) {
     parse_cut_plane(*command.cut);  // a slip in it is said before the work begins
   }
+  if (!command.output.empty()) {
+    require_free_output(command.output, command.force);
+  }
   const FileSurface surface = read_surface(command.file);
   const double size = surface_size(surface);
   if (!(size > 0)) {
@@ -146,9 +150,9 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     }
   }
   if (flags.json) {
-    fmt::print("{}\n", mesh_json(text).dump(2));
+    put(fmt::format("{}\n", mesh_json(text).dump(2)));
   } else if (!flags.quiet) {
-    fmt::print("{}", describe_mesh(text));
+    put(describe_mesh(text));
   }
   return 0;
 }

@@ -7,11 +7,13 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/interrupt_guard.h"
 #include "apps/commands/run_json.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
 #include "sim/output/run_file.h"
 #include "sim/run/check.h"
 #include "sim/run/pipeline.h"
+#include "sim/run/run_files.h"
 #include "sim/scene/scene_reader.h"
 #include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
@@ -34,9 +36,11 @@ nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
           {"warnings", run.warnings}};
 }
 
-std::shared_ptr<RunDirectory> claim(const RunCommand& command, const std::string& name) {
-  return std::make_shared<RunDirectory>(command.output.empty() ? RunDirectory::next_free("results/runs", name)
-                                                               : RunDirectory::at(command.output, command.force));
+std::shared_ptr<RunDirectory> claim(const RunCommand& command, const std::string& name,
+                                    const std::vector<std::string>& files) {
+  return std::make_shared<RunDirectory>(command.output.empty()
+                                            ? RunDirectory::next_free("results/runs", name, files)
+                                            : RunDirectory::at(command.output, files, command.force));
 }
 
 /// The scene of the command: a file, or the one that a run has kept, whose paths are absolute.
@@ -59,10 +63,10 @@ void close_on_interrupt(const std::shared_ptr<OpenRun>& open) {
     const std::lock_guard lock(open->mutex);
     if (open->directory) {
       open->directory->fail(fmt::format("interrupted by {}", signal_name));
-      fmt::print(stderr, "\ntouchfield: interrupted; {} says which methods are finished and which are missing\n",
-                 open->directory->file("failed.json"));
+      say(fmt::format("\ntouchfield: interrupted; {} says which methods are finished and which are missing\n",
+                      open->directory->file("failed.json")));
     } else {
-      fmt::print(stderr, "\ntouchfield: interrupted before anything was written\n");
+      say("\ntouchfield: interrupted before anything was written\n");
     }
   });
 }
@@ -83,7 +87,7 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
 
   {
     const std::lock_guard lock(open->mutex);
-    open->directory = claim(command, scene.name);
+    open->directory = claim(command, scene.name, run_files(scene, model));
   }
   RunDirectory& directory = *open->directory;
   try {
@@ -98,11 +102,12 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
       progress.note(fmt::format("  {}", report.note));
     }
     const Run run = run_scene(scene, model, {command.command_line, threads}, directory, progress);
+    directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
-      fmt::print("{}\n", run_json(run, directory.path()).dump(2));
+      put(fmt::format("{}\n", run_json(run, directory.path()).dump(2)));
     } else {
-      fmt::print("{}{}", methods_table(run), flags.quiet ? directory.path() + "\n" : "");
+      put(fmt::format("{}{}", methods_table(run), flags.quiet ? directory.path() + "\n" : ""));
     }
     const std::lock_guard lock(open->mutex);
     open->directory.reset();  // complete: an interrupt from here on finds nothing to close

@@ -2,6 +2,7 @@
 
 #include "apps/commands/device_commands.h"
 #include "apps/commands/emission.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/output/run_file.h"
 
@@ -50,9 +51,9 @@ int send_command(const SendCommand& command, const CommonFlags& flags) {
   plan.drives = [&](const ArrayLayout&) { return drives; };
   const EmissionReport report = emit(plan);
   if (flags.json) {
-    fmt::print("{}", emission_json(report, command.device));
+    put(emission_json(report, command.device));
   } else if (!flags.quiet) {
-    fmt::print("{}", describe_emission(report, command.device));
+    put(describe_emission(report, command.device));
   }
   return report.exit_code;
 }

@@ -4,11 +4,13 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/run_json.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/output/figures.h"
 #include "sim/output/run_file.h"
 #include "sim/output/study_files.h"
 #include "sim/run/run_directory.h"
+#include "sim/run/run_files.h"
 #include "sim/run/study.h"
 #include "sim/scene/scene_reader.h"
 
@@ -81,8 +83,9 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
   const Scene scene = read_scene(command.scene, command.overrides);
   // What is wrong with the scene or the options is found before the directory exists.
   std::vector<Model> models = study_models(scene, command.options);
-  RunDirectory directory = command.output.empty() ? RunDirectory::next_free("results/runs", scene.name + "_study")
-                                                  : RunDirectory::at(command.output, command.force);
+  RunDirectory directory = command.output.empty()
+                               ? RunDirectory::next_free("results/runs", scene.name + "_study", study_files())
+                               : RunDirectory::at(command.output, study_files(), command.force);
   try {
     progress.log_to(directory.file("study.log"));
     const auto keep = [&](const Study& so_far) { write_study_csv(directory.file("study.csv"), so_far.rungs); };
@@ -96,6 +99,7 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
                     study_table(study.rungs), describe_pick(command, study.rungs, picked, one_edge));
     write_text_file(directory.file("study.txt"), report);
     draw(directory.file("study.png"), scene.name, study.rungs, picked, progress);
+    directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
       nlohmann::ordered_json rungs = nlohmann::ordered_json::array();
@@ -104,9 +108,9 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
       }
       nlohmann::ordered_json json = {{"name", scene.name}, {"directory", directory.path()}, {"rungs", rungs}};
       json["picked"] = picked ? rung_json(study.rungs[*picked]) : nlohmann::ordered_json(nullptr);
-      fmt::print("{}\n", json.dump(2));
+      put(fmt::format("{}\n", json.dump(2)));
     } else {
-      fmt::print("{}", report);
+      put(report);
     }
     return (command.budget || command.error) && !picked ? 1 : 0;
   } catch (const std::exception& error) {

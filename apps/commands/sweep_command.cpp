@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <charconv>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -13,6 +12,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/interrupt_guard.h"
 #include "apps/commands/run_json.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/output/figures.h"
 #include "sim/run/check.h"
@@ -82,7 +82,7 @@ class Reporter {
 
   void note(const std::string& line) const {
     if (!quiet_) {
-      fmt::print(stderr, "{}\n", line);
+      say(fmt::format("{}\n", line));
     }
   }
 
@@ -90,7 +90,7 @@ class Reporter {
 
   void on_case(const SweepRecord& record, const SweepProgress& progress) const {
     if (json_) {
-      fmt::print("{}\n", record_json(record, progress).dump());
+      put(fmt::format("{}\n", record_json(record, progress).dump()));
       std::fflush(stdout);
     }
     const bool failed = record.status != "ok";
@@ -99,19 +99,19 @@ class Reporter {
     }
     const std::string bar = terminal_ && !quiet_ ? "\r\033[K" : "";
     if (failed) {
-      fmt::print(stderr, "{}touchfield: case {} ({}) failed: {}\n", bar, record.number, inputs_text(record),
-                 record.reason);
+      say(fmt::format("{}touchfield: case {} ({}) failed: {}\n", bar, record.number, inputs_text(record),
+                      record.reason));
     }
     const std::string count = fmt::format("{} of {} cases{}, {} left", progress.done, progress.cases,
                                           progress.failed > 0 ? fmt::format(", {} failed", progress.failed) : "",
                                           duration(progress.seconds_left));
     if (!quiet_ && terminal_) {
-      fmt::print(stderr, "{}  {}{}", bar, count, progress.done == progress.cases ? "\n" : "");
+      say(fmt::format("{}  {}{}", bar, count, progress.done == progress.cases ? "\n" : ""));
     } else if (!quiet_ && !failed) {
-      fmt::print(
-          stderr, "  case {} ({}): {:.1f} s{}; {}\n", record.number, inputs_text(record), record.seconds,
+      say(fmt::format(
+          "  case {} ({}): {:.1f} s{}; {}\n", record.number, inputs_text(record), record.seconds,
           record.models > 0 ? fmt::format(", {} of {} models used again", record.models_reused, record.models) : "",
-          count);
+          count));
     }
     std::fflush(stderr);
   }
@@ -136,19 +136,19 @@ int report(const SweepSummary& summary, const std::string& directory, const Comm
   const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
   const auto missing = summary.cases - static_cast<int>(summary.records.size());
   if (flags.json) {
-    fmt::print("{}\n", Json{{"event", "end"},
-                            {"name", summary.name},
-                            {"directory", directory},
-                            {"cases", summary.cases},
-                            {"done", summary.records.size()},
-                            {"computed", computed},
-                            {"failed", failed},
-                            {"missing", missing}}
-                           .dump());
+    put(fmt::format("{}\n", Json{{"event", "end"},
+                                 {"name", summary.name},
+                                 {"directory", directory},
+                                 {"cases", summary.cases},
+                                 {"done", summary.records.size()},
+                                 {"computed", computed},
+                                 {"failed", failed},
+                                 {"missing", missing}}
+                                .dump()));
   } else {
-    fmt::print("{}", sweep_table(summary));
-    fmt::print("{} of {} cases done, {} failed{}; table in {}/sweep.csv and sweep.h5\n", summary.records.size(),
-               summary.cases, failed, missing > 0 ? fmt::format(", {} missing", missing) : "", directory);
+    put(sweep_table(summary));
+    put(fmt::format("{} of {} cases done, {} failed{}; table in {}/sweep.csv and sweep.h5\n", summary.records.size(),
+                    summary.cases, failed, missing > 0 ? fmt::format(", {} missing", missing) : "", directory));
   }
   return failed > 0 || missing > 0 ? 1 : 0;
 }
@@ -168,7 +168,7 @@ std::string output_directory(const SweepCommand& command, const SweepPlan& plan,
     if (command.resume || command.retry_failed || shard.count > 1) {
       throw InputError("--resume, --retry-failed and --shard need the sweep's directory: -o DIR");
     }
-    return RunDirectory::next_free("results/runs", plan.name + "_sweep").path();
+    return RunDirectory::next_free("results/runs", plan.name + "_sweep", {}).path();
   }
   return shard_directory(command.output, shard);
 }
@@ -191,7 +191,6 @@ int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
   if (!command.collect.empty()) {
     return collect(command, flags);
   }
-  std::signal(SIGPIPE, SIG_IGN);  // a worker that has died is met when it is read from
   block_interrupts();
   struct Open {
     std::mutex mutex;
@@ -202,14 +201,14 @@ int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
   handle_interrupts([open](const char* signal_name) {
     const std::lock_guard lock(open->mutex);
     if (open->runner == nullptr) {
-      fmt::print(stderr, "\ntouchfield: interrupted by {} before any case was begun\n", signal_name);
+      say(fmt::format("\ntouchfield: interrupted by {} before any case was begun\n", signal_name));
       return;
     }
     const SweepResult result = open->runner->interrupt();
-    fmt::print(stderr,
-               "\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, those under way were dropped; "
-               "the same command with -o and --resume goes on\n",
-               signal_name, result.summary.records.size(), result.summary.cases, open->path);
+    say(fmt::format(
+        "\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, those under way were dropped; "
+        "the same command with -o and --resume goes on\n",
+        signal_name, result.summary.records.size(), result.summary.cases, open->path));
   });
   const int threads = apply_threads(flags);
   const Reporter reporter(flags);

@@ -1,15 +1,15 @@
 #include "sim/run/run_directory.h"
 
 #include <algorithm>
-#include <fcntl.h>
 #include <filesystem>
+#include <fstream>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
 #include "sim/output/run_file.h"
@@ -20,53 +20,115 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Every name a run or a study writes; what is none of these is never touched.
-bool belongs_to_a_run(const fs::path& file) {
-  static const std::vector<std::string> names = {"run.h5",    "metrics.csv", "surface.vtp", "judge.vtp",
-                                                 "array.vtp", "run.log",     "failed.json", "target.png",
-                                                 "study.csv", "study.txt",   "study.png",   "study.log"};
-  const std::string name = file.filename().string();
-  const std::string ending = file.extension().string();
-  return std::find(names.begin(), names.end(), name) != names.end() || ending == ".vti" ||
-         (ending == ".png" && (name.starts_with("pressure_") || name.starts_with("field_"))) ||
-         (name.starts_with(".") && name.find(".tmp-") != std::string::npos);
+constexpr const char* kManifest = "files.json";
+constexpr const char* kFormat = "touchfield-files";
+
+/// What runs and studies wrote before they kept a manifest, whatever the scene.
+const std::vector<std::string>& older_files() {
+  static const std::vector<std::string> kNames = {"run.h5",    "metrics.csv", "surface.vtp", "judge.vtp",
+                                                  "array.vtp", "run.log",     "failed.json", "study.csv",
+                                                  "study.txt", "study.png",   "study.log"};
+  return kNames;
 }
 
-bool holds_a_run(const fs::path& directory) {
-  return fs::exists(directory / "run.h5") || fs::exists(directory / "failed.json") ||
-         fs::exists(directory / "metrics.csv") || fs::exists(directory / "run.log") ||
-         fs::exists(directory / "study.csv") || fs::exists(directory / "study.log");
+bool there(const fs::path& file) {
+  std::error_code error;
+  return fs::symlink_status(file, error).type() != fs::file_type::not_found;
 }
 
-void clear_run(const fs::path& directory) {
-  for (const auto& entry : fs::directory_iterator(directory)) {
-    if (entry.is_regular_file() && belongs_to_a_run(entry.path())) {
-      fs::remove(entry.path());
+bool holds_an_older_run(const fs::path& directory) {
+  const auto has = [&](const char* name) { return there(directory / name); };
+  return has("run.h5") || has("failed.json") || (has("metrics.csv") && has("run.log")) ||
+         (has("study.csv") && has("study.log"));
+}
+
+bool is_plain_name(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos;
+}
+
+/// The names in a directory's manifest; nothing if there is none, or another file of its name.
+std::optional<std::vector<std::string>> manifest(const fs::path& directory) {
+  std::ifstream file(directory / kManifest);
+  const nlohmann::json json = nlohmann::json::parse(file, nullptr, false);
+  if (!json.is_object() || json.value("format", nlohmann::json()) != kFormat || !json.contains("files") ||
+      !json["files"].is_array()) {
+    return std::nullopt;
+  }
+  std::vector<std::string> names;
+  for (const nlohmann::json& name : json["files"]) {
+    if (name.is_string() && is_plain_name(name.get<std::string>())) {
+      names.push_back(name.get<std::string>());
+    }
+  }
+  return names;
+}
+
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+void write_manifest(const fs::path& directory, const std::vector<std::string>& files) {
+  const nlohmann::ordered_json json = {{"format", kFormat}, {"files", files}};
+  write_atomically((directory / kManifest).string(), {json.dump(1), "\n"});
+}
+
+void remove_leftovers(const fs::path& directory, const std::vector<std::string>& files) {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory, error)) {
+    const std::string name = entry.path().filename().string();
+    if (std::ranges::any_of(files, [&](const std::string& file) { return is_leftover(name, file); })) {
+      fs::remove(entry.path(), error);
     }
   }
 }
 
-/// Permission bits do not tell (root, read-only mounts), a file does.
-void require_writable(const fs::path& directory) {
-  const std::string probe = (directory / fmt::format(".probe.tmp-{}", getpid())).string();
-  const int descriptor = open(probe.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600);
-  if (descriptor < 0) {
-    throw InputError(fmt::format("output directory {} cannot be written to: {}", directory.string(),
-                                 std::system_category().message(errno)));
+void require_nothing_in_the_way(const fs::path& directory, const std::vector<std::string>& files,
+                                const std::vector<std::string>& own) {
+  for (const std::string& file : files) {
+    if (there(directory / file) && !contains(own, file)) {
+      throw InputError(fmt::format(
+          "output directory {}: its file {} is of no run and would be overwritten; move it, or give another directory "
+          "with -o",
+          directory.string(), file));
+    }
   }
-  close(descriptor);
-  unlink(probe.c_str());
 }
 
 }  // namespace
 
+std::optional<std::vector<std::string>> own_files(const std::string& directory, const std::vector<std::string>& files) {
+  std::optional<std::vector<std::string>> own = manifest(directory);
+  if (!own && holds_an_older_run(directory)) {
+    own = older_files();
+    own->insert(own->end(), files.begin(), files.end());
+  }
+  if (own) {
+    own->emplace_back(kManifest);
+  }
+  return own;
+}
+
 RunDirectory::RunDirectory(RunDirectory&& other) noexcept
     : path_(std::move(other.path_)),
+      files_(std::move(other.files_)),
       planned_(std::move(other.planned_)),
       finished_(std::move(other.finished_)),
       failed_(other.failed_) {}
 
-RunDirectory RunDirectory::next_free(const std::string& root, const std::string& name) {
+void RunDirectory::claim(const std::vector<std::string>& files) {
+  if (files.empty()) {
+    return;
+  }
+  files_ = files;
+  try {
+    write_manifest(path_, files_);
+  } catch (const IoError& error) {
+    throw InputError(fmt::format("output directory {} cannot be written to: {}", path_, error.what()));
+  }
+}
+
+RunDirectory RunDirectory::next_free(const std::string& root, const std::string& name,
+                                     const std::vector<std::string>& files) {
   std::error_code error;
   fs::create_directories(root, error);
   if (error) {
@@ -76,8 +138,9 @@ RunDirectory RunDirectory::next_free(const std::string& root, const std::string&
     const std::string path = fmt::format("{}/{}-{:04d}", root, name, number);
     // create_directory is atomic: false means that somebody else has this number.
     if (fs::create_directory(path, error)) {
-      require_writable(path);
-      return RunDirectory(path);
+      RunDirectory directory(path);
+      directory.claim(files);
+      return directory;
     }
     if (error) {
       throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
@@ -85,7 +148,7 @@ RunDirectory RunDirectory::next_free(const std::string& root, const std::string&
   }
 }
 
-RunDirectory RunDirectory::at(const std::string& path, bool force) {
+RunDirectory RunDirectory::at(const std::string& path, const std::vector<std::string>& files, bool force) {
   std::error_code error;
   if (fs::exists(path, error) && !fs::is_directory(path, error)) {
     throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
@@ -94,15 +157,46 @@ RunDirectory RunDirectory::at(const std::string& path, bool force) {
   if (error) {
     throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
   }
-  require_writable(path);
-  if (holds_a_run(path)) {
-    if (!force) {
-      throw InputError(
-          fmt::format("output directory {} already holds a run; give another with -o, or --force to replace it", path));
-    }
-    clear_run(path);
+  const std::optional<std::vector<std::string>> older = own_files(path, files);
+  if (older && !force) {
+    throw InputError(
+        fmt::format("output directory {} already holds a run; give another with -o, or --force to replace it", path));
   }
-  return RunDirectory(path);
+  std::vector<std::string> all = files;
+  all.emplace_back(kManifest);
+  require_nothing_in_the_way(path, all, older.value_or(std::vector<std::string>()));
+  RunDirectory directory(path);
+  if (older) {
+    directory.clear(*older);
+  }
+  directory.claim(files);
+  return directory;
+}
+
+RunDirectory RunDirectory::made(const std::string& path, const std::vector<std::string>& files) {
+  RunDirectory directory(path);
+  directory.claim(files);
+  return directory;
+}
+
+void RunDirectory::clear(const std::vector<std::string>& names) const {
+  for (const std::string& name : names) {
+    const fs::path file = fs::path(path_) / name;
+    std::error_code error;
+    if (!fs::is_directory(fs::symlink_status(file, error)) && !fs::remove(file, error) && error) {
+      throw InputError(fmt::format("output directory {} cannot be written to: {}: {}", path_, name, error.message()));
+    }
+  }
+  remove_leftovers(path_, names);
+}
+
+void RunDirectory::settle() {
+  const std::lock_guard lock(mutex_);
+  std::erase_if(files_, [&](const std::string& name) { return !there(fs::path(path_) / name); });
+  try {
+    write_manifest(path_, files_);
+  } catch (const IoError&) {  // the one that is there names them all, and some more
+  }
 }
 
 void RunDirectory::plan(const std::vector<std::string>& methods) {
@@ -127,13 +221,7 @@ void RunDirectory::fail(const std::string& reason) {
   });
   const nlohmann::ordered_json record = {
       {"reason", reason}, {"time", utc_now()}, {"finished_methods", finished_}, {"missing_methods", missing}};
-  const std::string own_temporary = fmt::format(".tmp-{}", getpid());
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(path_, error)) {
-    if (entry.path().filename().string().ends_with(own_temporary)) {
-      fs::remove(entry.path(), error);
-    }
-  }
+  remove_leftovers(path_, files_);
   write_text_file(file("failed.json"), record.dump(2) + "\n");
 }
 

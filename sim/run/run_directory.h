@@ -1,26 +1,35 @@
 #pragma once
 
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 namespace touchfield {
 
-/// The directory a run lands in, claimed before anything is computed, and the record of what it holds.
+/// The names of a directory's files that are a run's or a study's own, its manifest among them; nothing if it holds
+/// neither. A run that is older than manifests owns the names that every run had, and those of `files`.
+std::optional<std::vector<std::string>> own_files(const std::string& directory, const std::vector<std::string>& files);
+
+/// The directory a run lands in, claimed before anything is computed, and the record of what it holds. Its manifest,
+/// files.json, names the files that the run writes: no other file is ever replaced or removed.
 /// Safe to call from several threads: an interrupt is handled beside the run.
 class RunDirectory {
  public:
   /// The next free ROOT/NAME-NNNN, made here. Two runs that start at once get two numbers.
-  /// throws   InputError if it cannot be made, naming the path and the system's reason
-  static RunDirectory next_free(const std::string& root, const std::string& name);
+  /// files    names of all that is going to be written; if empty, there is no manifest
+  /// throws   InputError if it cannot be made or written to, naming the path and the system's reason
+  static RunDirectory next_free(const std::string& root, const std::string& name,
+                                const std::vector<std::string>& files);
 
   /// An explicit directory, made if it is not there.
-  /// force    clear the files of an older run first; without it a directory that holds a run is refused
-  /// throws   InputError if it holds a run and force is false, is no directory, or cannot be made or written to
-  static RunDirectory at(const std::string& path, bool force);
+  /// force    remove the files of an older run first; without it a directory that holds a run is refused
+  /// throws   InputError if it holds a run and force is false, if one of the files is there and no run's, if it is no
+  ///          directory, or cannot be made or written to
+  static RunDirectory at(const std::string& path, const std::vector<std::string>& files, bool force);
 
   /// A directory that was made for one run.
-  static RunDirectory made(const std::string& path) { return RunDirectory(path); }
+  static RunDirectory made(const std::string& path, const std::vector<std::string>& files);
 
   RunDirectory(RunDirectory&& other) noexcept;
 
@@ -31,14 +40,21 @@ class RunDirectory {
   void plan(const std::vector<std::string>& methods);
   void finished(const std::string& method);
 
-  /// failed.json: the reason, finished and missing methods. Half-written temporary files of this process are removed.
+  /// Everything is written: the manifest forgets what was not, pictures for want of a display, say.
+  void settle();
+
+  /// failed.json: the reason, finished and missing methods. Half-written temporary files are removed.
   /// Called at most once takes effect.
   void fail(const std::string& reason);
 
  private:
   explicit RunDirectory(std::string path) : path_(std::move(path)) {}
 
+  void claim(const std::vector<std::string>& files);
+  void clear(const std::vector<std::string>& names) const;
+
   std::string path_;
+  std::vector<std::string> files_;
   std::mutex mutex_;
   std::vector<std::string> planned_;
   std::vector<std::string> finished_;

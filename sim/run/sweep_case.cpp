@@ -12,13 +12,14 @@
 #include <nlohmann/json.hpp>
 #include <omp.h>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
-#include "sim/core/atomic_file.h"
 #include "sim/run/check.h"
 #include "sim/run/file_progress.h"
 #include "sim/run/peak_memory.h"
 #include "sim/run/run_directory.h"
+#include "sim/run/run_files.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {
@@ -46,10 +47,11 @@ void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::
   const CheckReport report = check_model(scene, model);
   require_memory(report);
   expect(report.seconds);
-  RunDirectory directory = RunDirectory::made(job.scratch);
+  RunDirectory directory = RunDirectory::made(job.scratch, run_files(scene, model));
   try {
     RunOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
     take_results(run_scene(scene, model, options, directory, progress), record);
+    directory.settle();
   } catch (const std::exception& error) {
     directory.fail(error.what());
     throw;

@@ -18,6 +18,7 @@
 #include "sim/core/errors.h"
 #include "sim/output/checksum.h"
 #include "sim/output/run_file.h"
+#include "sim/run/run_directory.h"
 
 namespace touchfield {
 
@@ -186,12 +187,37 @@ SweepRecord read_case_record(const std::string& folder, int number) {
   return record;
 }
 
+/// The names that scratch() and land() give: .NUMBER.PROCESS and .NUMBER.old.
+bool is_scratch(const std::string& name) {
+  const std::size_t point = name.find('.', 1);
+  if (!name.starts_with('.') || point == std::string::npos) {
+    return false;
+  }
+  const std::string end = name.substr(point + 1);
+  return number_in_name(name.substr(1, point - 1)) && (end == "old" || number_in_name(end));
+}
+
 /// Renames survive a power failure once the folder they are in is flushed.
 void flush_folder(const std::string& path) {
   const int folder = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder >= 0) {
     fsync(folder);
     close(folder);
+  }
+}
+
+/// Moves what no case wrote from a case's former folder into its new one, unless the new one has a file of that name.
+void keep_files_of_others(const fs::path& former, const fs::path& place) {
+  const std::vector<std::string> own =
+      own_files(former.string(), own_files(place.string(), {}).value_or(std::vector<std::string>()))
+          .value_or(std::vector<std::string>());
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(former, error)) {
+    const fs::path name = entry.path().filename();
+    if (name != "case.json" && std::find(own.begin(), own.end(), name.string()) == own.end() &&
+        !fs::exists(fs::symlink_status(place / name, error))) {
+      fs::rename(entry.path(), place / name, error);
+    }
   }
 }
 
@@ -255,7 +281,7 @@ SweepDirectory::~SweepDirectory() {
 void SweepDirectory::clear_leftovers() const {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(path_ + "/cases", error)) {
-    if (entry.path().filename().string().starts_with(".")) {
+    if (is_scratch(entry.path().filename().string())) {
       fs::remove_all(entry.path(), error);
     }
   }
@@ -267,7 +293,9 @@ std::string SweepDirectory::scratch(int number) const {
   std::string path = fmt::format("{}/cases/.{}.{}", path_, case_name(number), getpid());
   std::error_code error;
   fs::remove_all(path, error);
-  fs::create_directory(path, error);
+  if (!fs::create_directory(path, error) && !error) {
+    error = std::make_error_code(std::errc::file_exists);
+  }
   if (error) {
     throw IoError(fmt::format("{} cannot be made: {}", path, error.message()));
   }
@@ -290,6 +318,9 @@ void SweepDirectory::land(SweepRecord& record, const std::string& scratch) const
   }
   if (error) {
     throw IoError(fmt::format("{} cannot be put in its place: {}", place, error.message()));
+  }
+  if (fs::exists(old, error)) {
+    keep_files_of_others(old, place);
   }
   flush_folder(path_ + "/cases");
   fs::remove_all(old, error);

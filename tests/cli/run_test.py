@@ -22,7 +22,7 @@ class RunTest(CommandTest):
                            " size_mm: [30, 40], spacing_mm: 2}]\n")
         done = self.run_ok("run", scene, "-o", "out")
         names = {path.name for path in (self.folder / "out").iterdir()}
-        self.assertEqual(names, {"run.h5", "surface.vtp", "array.vtp", "side.vti", "metrics.csv", "run.log"})
+        self.assertEqual(names, {"run.h5", "surface.vtp", "array.vtp", "side.vti", "metrics.csv", "run.log", "files.json"})
         for name in ["paper", "unscattered", "focus", "fixed"]:
             self.assertIn(name, done.stdout)
         with open_run(self.folder / "out") as run:

@@ -293,7 +293,7 @@ class SweepTest(CommandTest):
                    .replace("[0, 0, 60]", "[0, 0, 200]"))
         self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
-        self.run_ok("hand", "-o", "a.stl", "--edge-mm", 7)
+        self.run_ok("hand", "-o", "a.stl", "--force", "--edge-mm", 7)
         done = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume")
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("a file that the scenes name has changed", done.stderr)
@@ -312,7 +312,11 @@ class SweepTest(CommandTest):
         again = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume", "--json")
         self.assertEqual(again.returncode, 1)
         self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 0)
+        for name in ("00002/notes.txt", "00002/my_scan.vti", ".mine"):
+            self.write(f"out/cases/{name}", "mine")
         retried = self.touchfield("sweep", "s.yaml", "-o", "out", "--retry-failed", "--json")
+        for name in ("00002/notes.txt", "00002/my_scan.vti", ".mine"):
+            self.assertEqual((self.folder / "out/cases" / name).read_text(), "mine")
         self.assertEqual(retried.returncode, 1)
         self.assertEqual(json.loads(retried.stdout.splitlines()[-1])["computed"], 1)
 

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string_view>
+
+namespace touchfield {
+
+/// To be called first: a standard stream that is closed is held open, so that no result file gets its number, and a
+/// reader that goes away ends no computation (SIGPIPE is ignored).
+void hold_standard_streams();
+
+/// Prints on standard output, and on standard error. Neither throws: what has been computed must not be lost because
+/// nobody listens. A stream that does not take everything is reported by finish_output().
+void put(std::string_view text);
+void say(std::string_view text);
+
+/// To be called last, with the exit code so far.
+/// returns  that code; 1 instead of 0 if a standard stream was full or closed, which the other one then says
+int finish_output(int code);
+
+}  // namespace touchfield

@@ -1,0 +1,120 @@
+"""Whose files a command replaces, and what it says of a run.h5 that is damaged."""
+
+import json
+import os
+import unittest
+import zlib
+
+from support import CommandTest
+
+# A run of a moment: four faces, phases that are given.
+TETRAHEDRON = "v 0 0 0\nv 20 0 0\nv 0 20 0\nv 0 0 20\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+SCENE = """\
+name: small
+array: {grid: {count: [4, 4], pitch_mm: 10}, at_mm: [0, 0, -60]}
+body: {mesh: {file: skin.obj, unit: mm}}
+solve: {methods: [{fixed: {phases_rad: 0}}]}
+field: [{name: side, plane: xz, through_mm: [0, 0, 60], size_mm: [30, 40], spacing_mm: 10}]
+write: [h5, vti]
+"""
+
+
+class Files(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.write("skin.obj", TETRAHEDRON)
+        self.scene = self.write("small.yaml", SCENE)
+
+    def run_scene(self, *arguments):
+        return self.touchfield("run", self.scene, "-o", "out", "--quiet", "--threads", 1, *arguments)
+
+    def refused(self, done, *phrases):
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        for phrase in phrases:
+            self.assertIn(phrase, done.stderr)
+
+    def names(self):
+        return {path.name for path in (self.folder / "out").iterdir()}
+
+    def test_force_replaces_what_the_manifest_names(self):
+        self.assertEqual(self.run_scene().returncode, 0)
+        own = {"run.h5", "metrics.csv", "run.log", "side.vti"}
+        self.assertEqual(set(json.loads((self.folder / "out/files.json").read_text())["files"]), own)
+        others = {"my_scan.vti", "pressure_notes.png", "field_notes.png", "target.png", ".a.tmp-b"}
+        for name in others:
+            self.write(f"out/{name}", "mine")
+        leftover = ".run.h5.tmp-0123456789abcdef"
+        self.write(f"out/{leftover}", "of a run that was killed")
+        self.assertEqual(self.run_scene("--force", "--set", "write=[h5]").returncode, 0)
+        self.assertEqual(self.names(), (own - {"side.vti"}) | others | {"files.json"})
+        for name in others:
+            self.assertEqual((self.folder / "out" / name).read_text(), "mine")
+
+    def test_force_on_a_run_without_manifest(self):
+        self.assertEqual(self.run_scene().returncode, 0)
+        os.remove(self.folder / "out/files.json")
+        self.write("out/my_scan.vti", "mine")
+        self.refused(self.run_scene(), "already holds a run", "--force")
+        self.assertEqual(self.run_scene("--force").returncode, 0)
+        self.assertEqual(self.names(), {"run.h5", "metrics.csv", "run.log", "side.vti", "files.json", "my_scan.vti"})
+
+    def test_a_file_in_the_way_is_kept(self):
+        (self.folder / "out").mkdir()
+        for name in ["side.vti", "metrics.csv", "files.json"]:
+            self.write(f"out/{name}", "mine")
+            self.refused(self.run_scene("--force"), "out", name, "of no run")
+            self.assertEqual((self.folder / "out" / name).read_text(), "mine")
+            os.remove(self.folder / "out" / name)
+
+    def test_a_manifest_reaches_no_other_folder(self):
+        self.assertEqual(self.run_scene().returncode, 0)
+        self.write("precious.txt", "mine")
+        files = ["../precious.txt", str(self.folder / "precious.txt"), "..", ".", "run.h5", "metrics.csv", "run.log"]
+        self.write("out/files.json", json.dumps({"format": "touchfield-files", "files": [*files, "side.vti"]}))
+        self.assertEqual(self.run_scene("--force").returncode, 0)
+        self.assertEqual((self.folder / "precious.txt").read_text(), "mine")
+
+    def test_a_link_is_removed_and_not_what_it_leads_to(self):
+        self.assertEqual(self.run_scene().returncode, 0)
+        os.remove(self.folder / "out/run.log")
+        target = self.write("precious.txt", "mine")
+        (self.folder / "out/run.log").symlink_to(target)
+        self.assertEqual(self.run_scene("--force").returncode, 0)
+        self.assertEqual(target.read_text(), "mine")
+
+    def test_mesh_files_are_replaced_with_force_only(self):
+        for command in [["hand", "-o", "x.stl", "--edge-mm", 8], ["mesh", "skin.obj", "--unit", "mm", "-o", "x.stl"]]:
+            self.write("x.stl", "mine")
+            before = self.entries()
+            self.refused(self.touchfield(*command), "x.stl", "--force")
+            self.assertEqual((self.folder / "x.stl").read_text(), "mine")
+            self.run_ok(*command, "--force")
+            self.assertEqual(self.entries(), before)
+            self.assertNotEqual((self.folder / "x.stl").read_bytes(), b"mine")
+
+    def test_every_command_says_the_same_of_a_damaged_run(self):
+        self.assertEqual(self.run_scene().returncode, 0)
+        whole = (self.folder / "out/run.h5").read_bytes()
+        flipped = bytearray(whole)
+        flipped[len(whole) // 2] ^= 0xFF
+        (self.folder / "flipped.h5").write_bytes(flipped)
+        (self.folder / "cut.h5").write_bytes(whole[:len(whole) // 2])
+        # Its checksum fits: what is wrong is found by HDF5, or by what it gives.
+        forged = whole[:-26].replace(b"touchfield-run", b"touchfield-fun")
+        (self.folder / "forged.h5").write_bytes(forged + b"touchfield-crc32 %08x\n" % zlib.crc32(forged))
+        self.write("text.h5", "no run")
+        for bad in ["flipped.h5", "cut.h5", "forged.h5", "text.h5", "missing.h5"]:
+            said = set()
+            for command in [["info", bad], ["compare", bad, "out"], ["compare", "out", bad],
+                            ["run", "--from", bad, "-o", "again"], ["send", bad, "--to", "dry-run:frames.bin"]]:
+                done = self.touchfield(*command)
+                self.refused(done, bad)
+                self.assertEqual(done.stdout, "")
+                said.add(done.stderr)
+            self.assertEqual(len(said), 1, said)
+        self.assertFalse((self.folder / "again").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
