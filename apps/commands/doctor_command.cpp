@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/commands.h"
+#include "apps/commands/standard_streams.h"
 #include "sim/run/doctor.h"
 
 namespace touchfield {
@@ -13,13 +14,13 @@ int doctor_command(const CommonFlags& flags) {
     for (const Finding& finding : findings) {
       json[finding.subject] = {{"state", finding.state}, {"advice", finding.advice}};
     }
-    fmt::print("{}\n", json.dump(2));
+    put(json.dump(2) + "\n");
     return 0;
   }
   for (const Finding& finding : findings) {
     if (!flags.quiet || !finding.advice.empty()) {
-      fmt::print("{:<10} {}{}{}\n", finding.subject, finding.state, finding.advice.empty() ? "" : " -- ",
-                 finding.advice);
+      put(fmt::format("{:<10} {}{}{}\n", finding.subject, finding.state, finding.advice.empty() ? "" : " -- ",
+                      finding.advice));
     }
   }
   return 0;

@@ -86,7 +86,7 @@ class Reporter {
     }
   }
 
-  static void warn(const std::string& line) { fmt::print(stderr, "touchfield: warning: {}\n", line); }
+  static void warn(const std::string& line) { say(fmt::format("touchfield: warning: {}\n", line)); }
 
   void on_case(const SweepRecord& record, const SweepProgress& progress) const {
     if (json_) {
