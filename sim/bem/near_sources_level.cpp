@@ -5,8 +5,6 @@
 
 namespace touchfield::TOUCHFIELD_LEVEL {
 
-namespace {
-
 int near_sources(const PairPoint<double>& point, const PairSources<double>& sources, const double* reach_squared,
                  int total, int* near) {
   const PairPoint<double> p = point;
@@ -36,9 +34,5 @@ int near_sources(const PairPoint<double>& point, const PairSources<double>& sour
   }
   return found;
 }
-
-}  // namespace
-
-const NearSources kNearSources = near_sources;
 
 }  // namespace touchfield::TOUCHFIELD_LEVEL

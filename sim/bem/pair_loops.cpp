@@ -20,21 +20,6 @@ const PairLoopTable& pair_loops(InstructionLevel level) {
   }
 }
 
-NearSources near_loop(InstructionLevel level) {
-  switch (level) {
-#ifdef __x86_64__
-    case InstructionLevel::kV2:
-      return v2::kNearSources;
-    case InstructionLevel::kV3:
-      return v3::kNearSources;
-    case InstructionLevel::kV4:
-      return v4::kNearSources;
-#endif
-    default:
-      return generic::kNearSources;
-  }
-}
-
 namespace {
 
 const PairLoopTable& loops() {
@@ -88,8 +73,7 @@ double static_sum(const PairPoint<double>& point, const PairSources<double>& sou
 
 int near_sources(const PairPoint<double>& point, const PairSources<double>& sources, const double* reach_squared,
                  int count, int* near) {
-  static const NearSources chosen = near_loop(instruction_level());
-  return chosen(point, sources, reach_squared, count, near);
+  return loops().near(point, sources, reach_squared, count, near);
 }
 
 }  // namespace touchfield

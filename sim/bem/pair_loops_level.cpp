@@ -9,6 +9,9 @@
 
 namespace touchfield::TOUCHFIELD_LEVEL {
 
+int near_sources(const PairPoint<double>& point, const PairSources<double>& sources, const double* reach_squared,
+                 int count, int* near);  // near_sources_level.cpp
+
 namespace {
 
 constexpr int kBlock = kPairBlock;  // sources a pass: distances stay in the first cache
@@ -211,6 +214,6 @@ constexpr PairLoopTableOf<Real> loops_of() {
 
 }  // namespace
 
-const PairLoopTable kPairLoops = {loops_of<float>(), loops_of<double>(), static_values, static_sum};
+const PairLoopTable kPairLoops = {loops_of<float>(), loops_of<double>(), static_values, static_sum, near_sources};
 
 }  // namespace touchfield::TOUCHFIELD_LEVEL

@@ -20,29 +20,23 @@ struct PairLoopTable {
   PairLoopTableOf<double> of_double;
   decltype(&static_values) fixed_values;
   decltype(&static_sum) fixed_sum;
+  decltype(&near_sources) near;
 };
-
-using NearSources = decltype(&near_sources);
 
 namespace generic {
 extern const PairLoopTable kPairLoops;
-extern const NearSources kNearSources;
 }  // namespace generic
 namespace v2 {
 extern const PairLoopTable kPairLoops;
-extern const NearSources kNearSources;
 }  // namespace v2
 namespace v3 {
 extern const PairLoopTable kPairLoops;
-extern const NearSources kNearSources;
 }  // namespace v3
 namespace v4 {
 extern const PairLoopTable kPairLoops;
-extern const NearSources kNearSources;
 }  // namespace v4
 
 /// The loops of one level, which the processor must carry out.
 const PairLoopTable& pair_loops(InstructionLevel level);
-NearSources near_loop(InstructionLevel level);
 
 }  // namespace touchfield

@@ -53,7 +53,7 @@ def collapsed(vertices, triangles, wanted, faces):
             old, old_size = normal(*(place[v] for v in corners[f]))
             new, new_size = normal(*(place[b if v == a else v] for v in corners[f]))
             longest = max(length(b, v) for v in corners[f] if v != a)
-            turns = sum(p * q for p, q in zip(old, new)) < 0.7 * old_size * new_size
+            turns = sum(p * q for p, q in zip(old, new)) < 0.9 * old_size * new_size
             if turns or new_size < 0.05 * longest**2:
                 return False
         return True

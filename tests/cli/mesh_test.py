@@ -158,7 +158,7 @@ class Work(Mesh):
         path = self.cube()
         for plane, share in [("y=30", 0.3), ("y<=30", 0.3), ("y>=30", 0.7), ("0,30,0,0,2,0", 0.3),
                              ("0,30,0,0,-1e-3,0", 0.7), ("-5,30,12,0,1,0", 0.3), ("100,0,0,1,1,0", 0.5)]:
-            self.report(path, "--cut", plane, "-o", "out.ply")
+            self.report(path, "--cut", plane, "-o", "out.ply", "--force")
             self.assertAlmostEqual(self.volume("out.ply", "--unit", "mm"), 1000 * share, delta=1e-3, msg=plane)
         self.refused(path, "--cut", "y=200", "-o", "out2.ply", says="")
         for plane in ["y", "w=3", "y=", "y=a", "y=nan", "1,2,3,4,5", "1,2,3,4,5,6,7", "1,2,3,0,0,0", "1,2,3,0,0,inf",

@@ -81,9 +81,10 @@ class RunTest(CommandTest):
                 with open_run(self.folder / f"out{threads}") as other:
                     for name in one["methods"]:
                         a, b = one[f"methods/{name}"], other[f"methods/{name}"]
-                        numpy.testing.assert_allclose(numpy.abs(b["pressure"][:]), numpy.abs(a["pressure"][:]), rtol=1e-9)
+                        # Polishing rounds to single precision, where the last bit of a sum in double can tip a value.
+                        numpy.testing.assert_allclose(numpy.abs(b["pressure"][:]), numpy.abs(a["pressure"][:]), rtol=1e-6)
                         for metric in ["relative_error", "leakage", "width_mm", "force_target_n", "cost"]:
-                            numpy.testing.assert_allclose(b.attrs[metric], a.attrs[metric], rtol=1e-9)
+                            numpy.testing.assert_allclose(b.attrs[metric], a.attrs[metric], rtol=1e-7)
 
     def test_resolved_scene_runs_to_the_same_result(self):
         scene = self.write("scene.yaml", FINGER)

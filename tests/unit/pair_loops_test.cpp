@@ -251,8 +251,8 @@ TEST(NearSources, AreTheSameInEveryLevel) {
   const PairSources<double> sources{x.data(), y.data(), zero.data(), zero.data(), zero.data(), zero.data()};
   const auto near_of = [&](InstructionLevel level, std::size_t i) {
     std::vector<int> near(x.size());
-    near.resize(static_cast<std::size_t>(
-        near_loop(level)({x[i], y[i], 0, 0, 0, 1}, sources, reach.data(), static_cast<int>(x.size()), near.data())));
+    near.resize(static_cast<std::size_t>(pair_loops(level).near({x[i], y[i], 0, 0, 0, 1}, sources, reach.data(),
+                                                                static_cast<int>(x.size()), near.data())));
     return near;
   };
   for (std::size_t i = 0; i < x.size(); ++i) {

@@ -767,10 +767,16 @@ TEST(SurfaceStarts, SpectralSolvesTheRelaxedProblem) {
     }
     const Relaxed expected = relaxed_answer(problem, high);
     ASSERT_LE(expected.drive_energy, 20.0 + 1e-6);
-    const Eigen::VectorXcd phasors = expected.drives.array() / expected.drives.array().abs();
     const Eigen::VectorXcd start = spectral_start(problem);
-    // Up to the common phase; the price of energy is found to 1 %, and the energy may jump there.
-    EXPECT_GT(std::abs(start.dot(phasors)), 0.995 * 20.0) << seed;
+    // Up to the common phase. The price of energy is found to 1 %, within which an answer may turn far: it must be that
+    // of a price there.
+    double nearest = 0;
+    for (int i = 0; i <= 100; ++i) {
+      const Relaxed there = relaxed_answer(problem, high * std::exp(1.05e-4 * i));
+      const Eigen::VectorXcd phasors = there.drives.array() / there.drives.array().abs();
+      nearest = std::max(nearest, std::abs(start.dot(phasors)));
+    }
+    EXPECT_GT(nearest, 0.999 * 20.0) << seed;  // of a hundred prices
   }
 }
 

@@ -191,7 +191,7 @@ TEST(SweepRunner, WithoutALimitACaseHasTimeByWhatIsExpected) {
 
 TEST(SweepRunner, AProcessThatDoesNotTakeItsJobIsGivenUp) {
   std::string positions;
-  for (int i = 0; i < 20'000; ++i) {
+  for (int i = 0; i < 10'000; ++i) {
     positions += fmt::format("{}[{}, 0, 0]", i == 0 ? "" : ", ", i);
   }
   Sweep sweep({"works"}, fmt::format(R"(
