@@ -151,7 +151,7 @@ void draw_legend(Canvas& canvas, const std::vector<std::string>& schemes, const 
 void draw_dots(Canvas& canvas, const Axis& x, const Axis& y, std::vector<Dot> dots) {
   const auto place = [&](const Dot& dot) { return Eigen::Vector2d(x.pixel(dot.seconds), y.pixel(dot.percent)); };
   std::ranges::stable_sort(dots, {}, &Dot::seconds);
-  std::ranges::stable_partition(dots, [](const Dot& dot) { return !dot.pareto; });
+  std::stable_partition(dots.begin(), dots.end(), [](const Dot& dot) { return !dot.pareto; });
   const Dot* last = nullptr;
   for (const Dot& dot : dots) {
     if (dot.pareto && last != nullptr) {

@@ -237,7 +237,7 @@ void draw_maps(Canvas& canvas, const std::vector<Sample>& samples, const std::ve
       const auto cell = std::upper_bound(ends.begin() + 1, ends.end() - 1, place) - (ends.begin() + 1);
       return *std::next(at.begin(), cell);
     };
-    canvas.image(panel, [&](int i, int j) {
+    canvas.image(panel, [&, least = least, most = most](int i, int j) {
       const double x = value_at(xs, x_ends, (i + 0.5) / panel.width);
       const double y = value_at(ys, y_ends, (j + 0.5) / panel.height);
       const auto found = values.find({x, y});

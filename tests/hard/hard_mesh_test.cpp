@@ -103,7 +103,7 @@ TEST_P(HardMesh, SinglePrecisionOnTheWorstConditioned) {
       const Answer exact =
           answer(mesh, wave, wave_up(), scheme, {SolverKind::kLu, Precision::kDouble, true, 1e-10, 400, 100});
       const double condition = 1 / exact.rcond;
-      const auto difference = [&](SolverKind kind, bool refine, double tolerance) {
+      const auto difference = [&, &mesh = mesh](SolverKind kind, bool refine, double tolerance) {
         const Answer single =
             answer(mesh, wave, wave_up(), scheme, {kind, Precision::kSingle, refine, tolerance, 400, 100});
         return error(mesh.areas(), single.pressure, exact.pressure);
