@@ -14,6 +14,9 @@ if(TOUCHFIELD_SANITIZE)
   target_compile_options(touchfield_flags INTERFACE -fsanitize=${TOUCHFIELD_SANITIZE} -fno-omit-frame-pointer
                                                     -fno-sanitize-recover=all)
   target_link_options(touchfield_flags INTERFACE -fsanitize=${TOUCHFIELD_SANITIZE})
+  if(TOUCHFIELD_SANITIZE MATCHES address)
+    target_compile_definitions(touchfield_flags INTERFACE TOUCHFIELD_ADDRESS_SANITIZER)
+  endif()
 endif()
 target_include_directories(touchfield_flags INTERFACE ${PROJECT_SOURCE_DIR})
 # Eigen runs serially inside our own parallel regions; OpenBLAS does the large products.

@@ -83,7 +83,7 @@ Json map_json(const MapInfo& info) {
     Json property = {{"description", key.help}};
     property.update(type_json(key.type));
     if (!key.fallback.empty()) property["default"] = value_json(schema::parse_yaml(key.fallback, 0));
-    if (!key.example.empty()) property["examples"] = {value_json(schema::parse_yaml(key.example, 0))};
+    if (!key.example.empty()) property["examples"] = Json::array({value_json(schema::parse_yaml(key.example, 0))});
     properties[key.name] = property;
   }
   if (!required.empty()) json["required"] = required;

@@ -156,6 +156,9 @@ TEST_F(Hdf5Content, AMazeIsRefused) {
 
 // The same numbers under so many names that they would fill the memory.
 TEST_F(Hdf5Content, AFileThatUnfoldsWithoutEndIsRefused) {
+#ifdef TOUCHFIELD_ADDRESS_SANITIZER
+  GTEST_SKIP() << "the sanitizer's allocator ends a process that lacks memory";
+#endif
   write_file(path_, [](hid_t file) {
     const hsize_t size = 1 << 20;
     const hid_t space = H5Screate_simple(1, &size, nullptr);
