@@ -9,9 +9,9 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
-#include "sim/core/atomic_file.h"
 #include "sim/run/sweep_case.h"
 #include "sim/run/worker_process.h"
 #include "sim/scene/scene_reader.h"
