@@ -1,5 +1,6 @@
 #include "solvers/linear/refinement.h"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <cstdlib>
@@ -65,7 +66,7 @@ TEST(Refinement, SinglePrecisionLuReachesDoublePrecision) {
 
 // At a condition of 1e9 the single-precision factors, off by 6e-8 of the norm, are no approximate inverse. For images
 // of moderate vectors the first solution still has the small residual of a backward stable one, which a correction
-// would spoil; for a random right-hand side it is worse than none.
+// may spoil (rounding decides); for a random right-hand side it is worse than none.
 TEST(Refinement, BadlyConditionedMatrixIsReportedAndTheBetterIterateKept) {
   constexpr Eigen::Index kSize = 80;
   Eigen::VectorXcd singular_values(kSize);
@@ -76,17 +77,23 @@ TEST(Refinement, BadlyConditionedMatrixIsReportedAndTheBetterIterateKept) {
   Eigen::MatrixXcd b = a * random_matrix(kSize, 3, 5);
   b.col(2) = random_matrix(kSize, 1, 6);
   const DenseLuSingle lu(a.cast<std::complex<float>>());
-  const Eigen::MatrixXcd first = solve_with(lu)(b);
-  const Eigen::MatrixXcd corrected = first + solve_with(lu)(b - a * first);
-  const RefinementResult result = refine(product_with(a), solve_with(lu), b, {});
+  std::vector<Eigen::MatrixXcd> tried;
+  const Product exact = [&](const Eigen::MatrixXcd& x) -> Eigen::MatrixXcd {
+    tried.push_back(x);
+    return a * x;
+  };
+  const RefinementResult result = refine(exact, solve_with(lu), b, {});
   EXPECT_FALSE(result.converged);
   EXPECT_EQ(result.rounds, 1);
+  ASSERT_EQ(tried.size(), 2U);
   for (Eigen::Index s = 0; s < 2; ++s) {
-    ASSERT_GT(relative_residual(a, corrected.col(s), b.col(s)), relative_residual(a, first.col(s), b.col(s)));
-    EXPECT_LT(result.residuals[static_cast<std::size_t>(s)], 1e-4);
-    EXPECT_NEAR(relative_residual(a, result.x.col(s), b.col(s)), result.residuals[static_cast<std::size_t>(s)], 1e-12);
+    const double better =
+        std::min(relative_residual(a, tried[0].col(s), b.col(s)), relative_residual(a, tried[1].col(s), b.col(s)));
+    EXPECT_LT(better, 1e-4);
+    EXPECT_NEAR(result.residuals[static_cast<std::size_t>(s)], better, 1e-12);
+    EXPECT_NEAR(relative_residual(a, result.x.col(s), b.col(s)), better, 1e-12);
   }
-  ASSERT_GT(relative_residual(a, first.col(2), b.col(2)), 1.0);
+  ASSERT_GT(relative_residual(a, tried[0].col(2), b.col(2)), 1.0);
   EXPECT_EQ(result.x.col(2).norm(), 0.0);
   EXPECT_EQ(result.residuals[2], 1.0);
 }
