@@ -6,6 +6,9 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/errors.h"
+#include "sim/scene/text_file.h"
+
 namespace touchfield::schema {
 namespace {
 
@@ -23,6 +26,19 @@ std::string description(const Node& node) {
       return "a map";
   }
   return "";
+}
+
+// The parser's word for a tab that indents is seldom "tab".
+void explain_tab(const std::string& text, SyntaxError& error) {
+  std::size_t start = 0;
+  for (int line = 1; line < error.place.line && start != std::string::npos; ++line) {
+    start = text.find('\n', start);
+    if (start != std::string::npos) ++start;
+  }
+  const auto tab = start == std::string::npos ? start : text.find_first_not_of(' ', start);
+  if (tab == std::string::npos || text[tab] != '\t') return;
+  error.place.column = static_cast<int>(tab - start) + 1;
+  error.what = "not YAML: indented by a tab, must be spaces";
 }
 
 }  // namespace
@@ -111,6 +127,25 @@ std::string quoted_for_message(const std::string& text, std::size_t longest) {
       c = '?';
   }
   return shown;
+}
+
+Node read_map(const std::string& text, std::string_view what, Reading& reading) {
+  const auto fault = find_text_fault(text);
+  if (fault.column > 0) {
+    reading.add({0, fault.line, fault.column}, "not a character of UTF-8 text");
+    throw InputError(reading.message());
+  }
+  try {
+    Node root = parse_yaml(text, 0);
+    if (root.kind == Node::Kind::kMap) return root;
+    const bool empty = root.kind == Node::Kind::kNull;
+    reading.add(empty ? Place{} : root.place,
+                fmt::format("{}, {} must be a map of keys", empty ? "empty" : "not a map", what));
+  } catch (SyntaxError& error) {
+    explain_tab(text, error);
+    reading.add(error.place, error.what);
+  }
+  throw InputError(reading.message());
 }
 
 }  // namespace touchfield::schema

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/scene/yaml_tree.h"
@@ -69,6 +70,12 @@ class Input {
   std::string path_;
   Reading* reading_;
 };
+
+/// The values of a text file that must hold one map: a scene, a sweep.
+///
+/// what     how messages call the file, e.g. "a scene"
+/// throws   InputError with what `reading` has found: a character that is no UTF-8 text, what is not YAML, no map
+Node read_map(const std::string& text, std::string_view what, Reading& reading);
 
 /// A text as a message quotes it: in one line, without control characters, cut after `longest` bytes.
 std::string quoted_for_message(const std::string& text, std::size_t longest = 60);

@@ -14,41 +14,8 @@ namespace {
 
 using schema::Node;
 
-// The parser's word for a tab that indents is seldom "tab".
-void explain_tab(const std::string& text, schema::SyntaxError& error) {
-  std::size_t start = 0;
-  for (int line = 1; line < error.place.line && start != std::string::npos; ++line) {
-    start = text.find('\n', start);
-    if (start != std::string::npos) ++start;
-  }
-  const auto tab = start == std::string::npos ? start : text.find_first_not_of(' ', start);
-  if (tab == std::string::npos || text[tab] != '\t') return;
-  error.place.column = static_cast<int>(tab - start) + 1;
-  error.what = "not YAML: indented by a tab, must be spaces";
-}
-
-// The text's values; one that is not YAML ends the reading.
-Node load(const std::string& text, schema::Reading& reading) {
-  const auto fault = schema::find_text_fault(text);
-  if (fault.column > 0) {
-    reading.add({0, fault.line, fault.column}, "not a character of UTF-8 text, a scene is a text file");
-    throw InputError(reading.message());
-  }
-  try {
-    Node root = schema::parse_yaml(text, 0);
-    if (root.kind == Node::Kind::kMap) return root;
-    const bool empty = root.kind == Node::Kind::kNull;
-    reading.add(empty ? schema::Place{} : root.place,
-                empty ? "empty, a scene must be a map of keys" : "not a map, a scene must be a map of keys");
-  } catch (schema::SyntaxError& error) {
-    explain_tab(text, error);
-    reading.add(error.place, error.what);
-  }
-  throw InputError(reading.message());
-}
-
 Scene read(const std::string& text, const std::vector<std::string>& overrides, schema::Reading reading) {
-  Node root = load(text, reading);
+  Node root = schema::read_map(text, "a scene", reading);
   int source = 0;
   for (const auto& override_text : overrides) schema::apply_override(root, override_text, ++source, reading);
   Scene scene;

@@ -288,17 +288,6 @@ void fail_if_any(const Reading& reading) {
   if (reading.failed()) throw InputError(reading.message());
 }
 
-Node load(const std::string& text, Reading& reading) {
-  try {
-    Node root = schema::parse_yaml(text, 0);
-    if (root.kind == Node::Kind::kMap) return root;
-    reading.add(root.place, "a sweep must be a map of keys");
-  } catch (const schema::SyntaxError& error) {
-    reading.add(error.place, error.what);
-  }
-  throw InputError(reading.message());
-}
-
 /// Every case of each part combined with every case of the others, the last part fastest.
 std::vector<SweepCase> combined(const std::vector<Part>& parts) {
   std::vector<SweepCase> cases(1);
@@ -358,7 +347,7 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   Reading reading(path, {});
   SweepPlan plan;
   plan.text = schema::read_text_file(path);
-  const Node root = load(plan.text, reading);
+  const Node root = schema::read_map(plan.text, "a sweep", reading);
   SweepFile file(root, reading);
   file.check_keys();
 
