@@ -17,14 +17,23 @@ namespace {
 // A scene of 10,000 transducers with axes and phases has 90,000 values, its maps at most 20 keys but for landmarks, and
 // it nests 8 deep.
 constexpr std::size_t kMostValues = 200'000;
+constexpr std::size_t kMostCopiedBytes = std::size_t{16} << 20U;
 constexpr std::size_t kMostKeys = 1000;
 constexpr std::size_t kDeepest = 50;
 
-std::size_t count_values(const Node& node) {
-  std::size_t count = 1;
-  for (const auto& item : node.items) count += count_values(item);
-  for (const auto& entry : node.entries) count += count_values(entry.value);
-  return count;
+struct Size {
+  std::size_t values = 0;
+  std::size_t bytes = 0;  // of their texts and keys
+};
+
+void add_size(const Node& node, Size& size) {
+  ++size.values;
+  size.bytes += node.text.size();
+  for (const auto& item : node.items) add_size(item, size);
+  for (const auto& entry : node.entries) {
+    size.bytes += entry.key.size();
+    add_size(entry.value, size);
+  }
 }
 
 // Builds the tree from the parser's events: the library's own node type drops the places of keys and shares values.
@@ -59,7 +68,7 @@ class TreeBuilder : public YAML::EventHandler {
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchors_.find(anchor);
     if (found == anchors_.end()) throw SyntaxError{place(mark), "an alias inside its own anchor"};
-    count(count_values(found->second), place(mark));
+    count_copy(found->second, place(mark));
     finish(found->second, 0);
   }
 
@@ -104,6 +113,17 @@ class TreeBuilder : public YAML::EventHandler {
     finish(std::move(level.node), level.anchor);
   }
 
+  void count_copy(const Node& node, const Place& at) {
+    Size size;
+    add_size(node, size);
+    count(size.values, at);
+    copied_bytes_ += size.bytes;
+    if (copied_bytes_ > kMostCopiedBytes) {
+      throw SyntaxError{at, fmt::format("more than {} MiB of text up to here that anchors and aliases copy",
+                                        kMostCopiedBytes >> 20U)};
+    }
+  }
+
   /// More values, of the text or of copies.
   void count(std::size_t values, const Place& at) {
     values_ += values;
@@ -115,7 +135,7 @@ class TreeBuilder : public YAML::EventHandler {
   void finish(Node node, YAML::anchor_t anchor) {
     count(1, node.place);
     if (anchor != 0) {
-      count(count_values(node), node.place);
+      count_copy(node, node.place);
       anchors_[anchor] = node;
     }
     if (levels_.empty()) {
@@ -147,6 +167,7 @@ class TreeBuilder : public YAML::EventHandler {
   std::vector<Level> levels_;
   std::map<YAML::anchor_t, Node> anchors_;
   std::size_t values_ = 0;
+  std::size_t copied_bytes_ = 0;
 };
 
 bool holds_only_scalars(const Node& node) {

@@ -57,8 +57,8 @@ struct SyntaxError {
 
 /// The one document in a text. Anchors and aliases are resolved; an empty text is a null.
 /// throws   SyntaxError on what is not YAML, a second document, a key that is not a word, a tag, an alias within its
-///          own anchor, more than 200,000 values (what anchors and aliases copy counts each time), more than 1000 keys
-///          in a map or 50 levels
+///          own anchor, more than 200,000 values (what anchors and aliases copy counts each time) or 16 MiB of copied
+///          text, more than 1000 keys in a map or 50 levels
 Node parse_yaml(const std::string& text, int source);
 
 /// The value as YAML text: maps and lists of them in block style, lists of scalars in one line.

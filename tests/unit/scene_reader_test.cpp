@@ -126,6 +126,14 @@ TEST(SceneReader, StopsAliasesThatMultiply) {
               ElementsAre(HasSubstr("more than 200000 values up to here")));
 }
 
+TEST(SceneReader, StopsAliasesThatMultiplyALongText) {
+  const TempFolder folder;
+  std::string text = "a: &a " + std::string(1'000'000, 'x') + "\nb: [*a";
+  for (int i = 1; i < 20'000; ++i) text += ", *a";
+  EXPECT_THAT(problems_of(folder.write("bomb.yaml", text + "]\n")),
+              ElementsAre(HasSubstr("more than 16 MiB of text up to here that anchors and aliases copy")));
+}
+
 TEST(SceneReader, RefusesDeepNesting) {
   const TempFolder folder;
   EXPECT_THAT(problems_of(folder.write("deep.yaml", "name: " + std::string(20000, '['))),
