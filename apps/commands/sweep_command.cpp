@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <memory>
 #include <mutex>
@@ -47,7 +48,7 @@ std::string duration(double seconds) {
   if (!(seconds >= 0)) {
     return "?";
   }
-  const int whole = static_cast<int>(seconds + 0.5);
+  const int whole = static_cast<int>(std::lround(seconds));
   if (whole < 60) {
     return fmt::format("{} s", whole);
   }
