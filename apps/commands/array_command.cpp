@@ -12,7 +12,7 @@
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
-#include "sim/output/run_file.h"
+#include "sim/store/run_file.h"
 
 namespace touchfield {
 

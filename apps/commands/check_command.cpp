@@ -8,14 +8,14 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/run/accuracy.h"
-#include "sim/run/bodies.h"
-#include "sim/run/check.h"
-#include "sim/run/named_files.h"
-#include "sim/run/sweep_case.h"
-#include "sim/run/warnings.h"
+#include "sim/assess/accuracy.h"
+#include "sim/assess/check.h"
+#include "sim/batch/sweep_case.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/sweep_reader.h"
+#include "sim/solve/bodies.h"
+#include "sim/solve/named_files.h"
+#include "sim/solve/warnings.h"
 
 namespace touchfield {
 
@@ -37,7 +37,7 @@ int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
     const auto first = static_cast<std::size_t>(std::ranges::find(groups, body) - groups.begin());
     const auto sharing = static_cast<int>(std::ranges::count(groups, body));
     const Model model = build_model(scenes[first]);
-    const CheckReport report = check_model(scenes[first], model, sharing);
+    const CheckReport report = check_model(model, sharing);
     largest = std::max(largest, report.memory_mib);
     text += fmt::format("  case {} and {} more: {} faces, {} channels, {}; about {:.0f} MiB, and {:.0f} s on its own\n",
                         plan.cases[first].number, sharing - 1, report.faces, report.channels,
@@ -82,12 +82,12 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
   const std::vector<std::string> guesses = guess_units(scene);
   Model model = build_model(scene);
   model.plan.warnings.insert(model.plan.warnings.begin(), guesses.begin(), guesses.end());
-  const CheckReport report = check_model(scene, model);
+  const CheckReport report = check_model(model);
   std::optional<AccuracyReport> accuracy;
   if (command.accuracy) {
     require_memory(report);
     ConsoleProgress progress(flags.quiet || flags.json);
-    accuracy = measure_accuracy(scene, model, progress);
+    accuracy = measure_accuracy(model, progress);
   }
   if (flags.json) {
     nlohmann::ordered_json json = {{"name", scene.name},
@@ -116,7 +116,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
     }
     put(fmt::format("{}\n", json.dump(2)));
   } else if (!flags.quiet) {
-    put(describe_check(scene, model, report));
+    put(describe_check(model, report));
     if (accuracy) {
       put(describe_accuracy(*accuracy, model.body.mesh.mean_edge()));
     }

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "apps/commands/command_line.h"
-#include "sim/mesh/hand.h"
-#include "sim/mesh/repair.h"
-#include "sim/run/study.h"
+#include "sim/assess/study.h"
+#include "sim/body/hand.h"
+#include "sim/mesh/repair/repair.h"
 
 namespace touchfield {
 

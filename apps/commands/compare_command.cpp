@@ -6,9 +6,9 @@
 
 #include "apps/commands/compare_json.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/output/run_compare.h"
-#include "sim/output/run_file.h"
-#include "sim/run/scene_changes.h"
+#include "sim/batch/scene_changes.h"
+#include "sim/store/run_compare.h"
+#include "sim/store/run_file.h"
 
 namespace touchfield {
 

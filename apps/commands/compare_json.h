@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/output/run_compare.h"
+#include "sim/store/run_compare.h"
 
 namespace touchfield {
 

@@ -3,7 +3,7 @@
 
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/run/doctor.h"
+#include "sim/assess/doctor.h"
 
 namespace touchfield {
 

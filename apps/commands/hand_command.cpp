@@ -4,8 +4,8 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/units.h"
-#include "sim/mesh/inspect.h"
-#include "sim/mesh/mesh_io.h"
+#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/query/inspect.h"
 
 namespace touchfield {
 

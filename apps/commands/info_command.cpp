@@ -3,7 +3,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/output/run_file.h"
+#include "sim/store/run_file.h"
 
 namespace touchfield {
 

@@ -12,14 +12,14 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
-#include "sim/mesh/cut.h"
-#include "sim/mesh/edge_sizing.h"
-#include "sim/mesh/mesh_io.h"
-#include "sim/mesh/surface_remesh.h"
-#include "sim/mesh/surface_report.h"
-#include "sim/mesh/unit_guess.h"
-#include "sim/mesh/weld.h"
-#include "sim/run/stages.h"
+#include "sim/mesh/cut/cut.h"
+#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/unit_guess.h"
+#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/remesh/surface_remesh.h"
+#include "sim/mesh/repair/surface_report.h"
+#include "sim/mesh/repair/weld.h"
+#include "sim/solve/stages.h"
 
 namespace touchfield {
 

@@ -6,8 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/mesh/surface_report.h"
-#include "sim/mesh/unit_guess.h"
+#include "sim/mesh/io/unit_guess.h"
+#include "sim/mesh/repair/surface_report.h"
 
 namespace touchfield {
 

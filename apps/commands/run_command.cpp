@@ -8,13 +8,13 @@
 #include "apps/commands/interrupt_guard.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/assess/check.h"
+#include "sim/batch/run_files.h"
+#include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
-#include "sim/output/run_file.h"
-#include "sim/run/check.h"
-#include "sim/run/pipeline.h"
-#include "sim/run/run_files.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/store/run_file.h"
 #include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
 
@@ -82,12 +82,12 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = scene_of(command);
   const Model model = build_model(scene);
-  const CheckReport report = check_model(scene, model);
+  const CheckReport report = check_model(model);
   require_memory(report);
 
   {
     const std::lock_guard lock(open->mutex);
-    open->directory = claim(command, scene.name, run_files(scene, model));
+    open->directory = claim(command, scene.name, run_files(model));
   }
   RunDirectory& directory = *open->directory;
   try {
@@ -101,7 +101,7 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
     if (!report.note.empty()) {
       progress.note(fmt::format("  {}", report.note));
     }
-    const Run run = run_scene(scene, model, {command.command_line, threads}, directory, progress);
+    const Run run = run_model(model, {command.command_line, threads}, directory, progress);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {

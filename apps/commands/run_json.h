@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "sim/output/run_data.h"
+#include "sim/store/run_data.h"
 
 namespace touchfield {
 

@@ -4,7 +4,7 @@
 #include "apps/commands/emission.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
-#include "sim/output/run_file.h"
+#include "sim/store/run_file.h"
 
 namespace touchfield {
 

@@ -5,14 +5,14 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/assess/study.h"
+#include "sim/batch/run_directory.h"
+#include "sim/batch/run_files.h"
 #include "sim/core/errors.h"
-#include "sim/output/figures.h"
-#include "sim/output/run_file.h"
-#include "sim/output/study_files.h"
-#include "sim/run/run_directory.h"
-#include "sim/run/run_files.h"
-#include "sim/run/study.h"
+#include "sim/pictures/figures.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/store/run_file.h"
+#include "sim/store/study_files.h"
 
 namespace touchfield {
 

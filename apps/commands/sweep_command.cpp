@@ -14,14 +14,14 @@
 #include "apps/commands/interrupt_guard.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/assess/check.h"
+#include "sim/batch/run_directory.h"
+#include "sim/batch/sweep.h"
+#include "sim/batch/sweep_case.h"
 #include "sim/core/errors.h"
-#include "sim/output/figures.h"
-#include "sim/run/check.h"
-#include "sim/run/named_files.h"
-#include "sim/run/run_directory.h"
-#include "sim/run/sweep.h"
-#include "sim/run/sweep_case.h"
+#include "sim/pictures/figures.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/solve/named_files.h"
 
 namespace touchfield {
 
@@ -178,8 +178,7 @@ std::string output_directory(const SweepCommand& command, const SweepPlan& plan,
 std::optional<CheckReport> first_case(const std::vector<Scene>& scenes) {
   try {
     const std::vector<int> groups = body_groups(scenes);
-    return check_model(scenes.front(), build_model(scenes.front()),
-                       static_cast<int>(std::ranges::count(groups, groups.front())));
+    return check_model(build_model(scenes.front()), static_cast<int>(std::ranges::count(groups, groups.front())));
   } catch (const Error&) {
     return std::nullopt;
   }

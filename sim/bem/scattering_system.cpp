@@ -5,7 +5,7 @@
 #include "sim/acoustics/incident_field.h"
 #include "sim/bem/chief_operator.h"
 #include "sim/bem/static_sums.h"
-#include "sim/mesh/interior_points.h"
+#include "sim/mesh/query/interior_points.h"
 #include "solvers/linear/hermitian_product.h"
 
 namespace touchfield {

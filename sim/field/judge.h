@@ -2,7 +2,7 @@
 
 #include "sim/acoustics/medium.h"
 #include "sim/field/metrics.h"
-#include "sim/rendering/target.h"
+#include "sim/target/target.h"
 
 namespace touchfield {
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "sim/mesh/hand.h"
-#include "sim/mesh/unit_guess.h"
+#include "sim/body/hand.h"
+#include "sim/mesh/io/unit_guess.h"
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {

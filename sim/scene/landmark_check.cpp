@@ -5,8 +5,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/mesh/hand_landmarks.h"
-#include "sim/mesh/shapes.h"
+#include "sim/body/hand_landmarks.h"
+#include "sim/body/shapes.h"
 #include "sim/scene/scene_table.h"
 #include "sim/scene/suggest.h"
 

@@ -10,10 +10,10 @@
 #include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"
 #include "sim/bem/scheme.h"
-#include "sim/mesh/edge_sizing.h"
-#include "sim/mesh/hand.h"
-#include "sim/mesh/perturb.h"
-#include "sim/rendering/target.h"
+#include "sim/body/hand.h"
+#include "sim/body/perturb.h"
+#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/target/target.h"
 
 namespace touchfield {
 

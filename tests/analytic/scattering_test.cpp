@@ -8,7 +8,7 @@
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/rotation.h"
 #include "sim/field/evaluate.h"
-#include "tests/analytic/sphere_support.h"
+#include "tests/support/sphere_support.h"
 
 namespace touchfield {
 namespace {

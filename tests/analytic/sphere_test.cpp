@@ -9,7 +9,7 @@
 
 #include "sim/acoustics/incident_field.h"
 #include "solvers/linear/dense_lu.h"
-#include "tests/analytic/sphere_support.h"
+#include "tests/support/sphere_support.h"
 
 namespace touchfield {
 namespace {

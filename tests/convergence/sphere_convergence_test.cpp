@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/analytic/sphere_support.h"
+#include "tests/support/sphere_support.h"
 
 namespace touchfield {
 namespace {

@@ -1,7 +1,7 @@
 // run.h5: the input is the file without its last line, which is added, or every changed byte would be refused by it.
 
-#include "sim/output/checksum.h"
-#include "sim/output/run_file.h"
+#include "sim/store/checksum.h"
+#include "sim/store/run_file.h"
 #include "tests/fuzz/fuzz_support.h"
 
 using namespace touchfield;

@@ -6,11 +6,11 @@
 #include <exception>
 #include <filesystem>
 
-#include "sim/mesh/mesh_io.h"
-#include "sim/mesh/shapes.h"
-#include "sim/output/checksum.h"
-#include "sim/output/run_file.h"
-#include "tests/unit/output_support.h"
+#include "sim/body/shapes.h"
+#include "sim/mesh/io/mesh_io.h"
+#include "sim/store/checksum.h"
+#include "sim/store/run_file.h"
+#include "tests/support/output_support.h"
 
 namespace {
 

@@ -11,9 +11,9 @@
 #include <gtest/gtest.h>
 
 #include "sim/bem/rigid_sphere.h"
+#include "sim/body/shapes.h"
 #include "sim/core/units.h"
-#include "sim/mesh/mesh_risks.h"
-#include "sim/mesh/shapes.h"
+#include "sim/mesh/query/mesh_risks.h"
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
 

@@ -8,9 +8,9 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/mesh/remesh.h"
-#include "sim/mesh/shapes.h"
-#include "tests/unit/mesh_support.h"
+#include "sim/body/shapes.h"
+#include "sim/mesh/remesh/remesh.h"
+#include "tests/support/mesh_support.h"
 
 namespace touchfield {
 

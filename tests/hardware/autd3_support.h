@@ -14,8 +14,8 @@
 #include <gtest/gtest.h>
 
 #include "hardware/links/autd3_link.h"
-#include "tests/unit/error_support.h"
-#include "tests/unit/random_support.h"
+#include "tests/support/error_support.h"
+#include "tests/support/random_support.h"
 
 namespace touchfield {
 

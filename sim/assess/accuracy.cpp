@@ -1,0 +1,178 @@
+#include "sim/assess/accuracy.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "sim/acoustics/incident_field.h"
+#include "sim/assess/cost.h"
+#include "sim/bem/interior_sources.h"
+#include "sim/core/units.h"
+#include "sim/mesh/query/interior_points.h"
+#include "sim/mesh/remesh/subdivide.h"
+#include "sim/solve/judge_comparison.h"
+#include "sim/solve/skin_scattering.h"
+#include "sim/solve/speed.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr int kSources = 16;
+constexpr std::uint64_t kSeed = 1;
+constexpr double kSplitSeconds = 60.0;  // that the split mesh may take
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
+
+/// Where the target is, or else the face nearest to the array.
+Vector3 centre_of_interest(const Model& model) {
+  if (!model.boxes.empty()) {
+    return model.boxes.front().centre;
+  }
+  const TriangleMesh& mesh = model.body.mesh;
+  Eigen::Index face = 0;
+  if (model.array.kind == TransducerArray::Kind::kPlaneWave) {
+    (model.array.axes.col(0).transpose() * mesh.centroids()).minCoeff(&face);
+  } else {
+    (mesh.centroids().colwise() - model.array.positions.rowwise().mean().eval()).colwise().norm().minCoeff(&face);
+  }
+  return mesh.centroids().col(face);
+}
+
+/// Areas of the faces within reach of a point, 0 of the others.
+Eigen::VectorXd areas_near(const TriangleMesh& mesh, const Vector3& centre, double reach) {
+  Eigen::VectorXd areas = mesh.areas();
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    if ((mesh.centroids().col(f) - centre).norm() > reach) {
+      areas(f) = 0.0;
+    }
+  }
+  return areas;
+}
+
+ErrorSummary summarise(const Eigen::VectorXd& areas, const Eigen::MatrixXcd& found, const Eigen::MatrixXcd& exact) {
+  if (areas.sum() <= 0) {
+    return {kNothing, kNothing};
+  }
+  Eigen::VectorXd errors(found.cols());
+  for (Eigen::Index s = 0; s < found.cols(); ++s) {
+    errors(s) = relative_difference(areas, found.col(s), exact.col(s));
+  }
+  return {errors.maxCoeff(), std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size()))};
+}
+
+SolverDecision decide(const SolveSpec& solve, Eigen::Index unknowns) {
+  return choose_solver(solve.solver, solve.scheme, unknowns, available_memory());
+}
+
+Eigen::VectorXcd focused_pressure(const Model& model, const TriangleMesh& mesh, Progress& progress) {
+  std::vector<SolveRecord> records;
+  const SolveSpec& solve = model.scene.solve;
+  SkinScattering scattering(mesh, model.wave, solve.scheme, solve.solver, model.array, records, progress);
+  return scattering.pressure(free_focus(model), "accuracy");
+}
+
+/// The difference to the split mesh, where it is affordable.
+void compare_split(const Model& model, AccuracyReport& report, Progress& progress) {
+  report.split_body = kNothing;
+  report.split_target = kNothing;
+  const TriangleMesh& mesh = model.body.mesh;
+  const Eigen::Index faces = 4 * mesh.face_count();
+  const SolverDecision decision = decide(model.scene.solve, faces);
+  const double product = 16.0 * product_seconds(mesh, model.wave);
+  const double lu = 8.0 / 3.0 * std::pow(static_cast<double>(faces), 3) / 3e10;  // a slow machine's rate
+  const double seconds = decision.options.kind == SolverKind::kLu ? lu : 60.0 * product;
+  const double bytes = solver_memory(faces, decision.options, 1) + near_memory(static_cast<double>(faces));
+  if (seconds > kSplitSeconds) {
+    report.split_reason = fmt::format("{} faces would take about {:.0f} s", faces, seconds);
+    return;
+  }
+  if (bytes > available_memory()) {
+    report.split_reason = fmt::format("{} faces would take {:.1f} GiB", faces, bytes / std::pow(2.0, 30));
+    return;
+  }
+  const TriangleMesh fine = split_faces(mesh);
+  const Eigen::VectorXcd coarse_pressure = focused_pressure(model, mesh, progress);
+  const Eigen::VectorXcd fine_pressure =
+      JudgeComparison(mesh, fine, 1).at_centroids(focused_pressure(model, fine, progress));
+  report.split_body = relative_difference(mesh.areas(), coarse_pressure, fine_pressure);
+  if (!model.boxes.empty()) {
+    report.split_target =
+        relative_difference(areas_near(mesh, centre_of_interest(model), kTargetReach), coarse_pressure, fine_pressure);
+  }
+}
+
+std::string percent(double value) { return std::isnan(value) ? "-" : fmt::format("{:.2f} %", 100.0 * value); }
+
+}  // namespace
+
+double edge_for_error(double edge, double error, double wanted) { return edge * wanted / error; }
+
+Eigen::VectorXcd free_focus(const Model& model) {
+  const Eigen::MatrixXcd row = incident_matrix(model.array, model.wave, centre_of_interest(model));
+  return (Complex(0, -1) * row.transpose().col(0).cwiseArg().cast<Complex>()).array().exp();
+}
+
+AccuracyReport interior_indicator(const Model& model, Scheme scheme, const SolverSpec& spec, Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const TriangleMesh& mesh = model.body.mesh;
+  AccuracyReport report;
+  report.scheme = to_string(scheme);
+  report.sources = kSources;
+  report.reach = kTargetReach;
+  report.split_body = kNothing;
+  report.split_target = kNothing;
+  const Points sources = interior_sources(mesh, centre_of_interest(model), kTargetReach, kSources, kSeed);
+  std::vector<SolveRecord> unused;
+  SkinScattering scattering(mesh, model.wave, scheme, spec, model.array, unused, progress);
+  const ScatteringSystem& system = scattering.system();
+  const SourceField field = source_field(mesh, model.wave, sources);
+  const IncidentField incident = interior_incident(system, field);
+  const auto solver = make_solver(system, scattering.decision().options);
+  const Solved solved = solver->solve(system.right_hand_side(incident));
+  const Eigen::MatrixXcd found = system.pressure(solved.x, incident);
+  report.residual = solved.report.residual;
+  report.body = summarise(mesh.areas(), found, field.value);
+  report.target = model.boxes.empty()
+                      ? ErrorSummary{kNothing, kNothing}
+                      : summarise(areas_near(mesh, centre_of_interest(model), kTargetReach), found, field.value);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+AccuracyReport measure_accuracy(const Model& model, Progress& progress) {
+  const SolveSpec& solve = model.scene.solve;
+  const auto start = std::chrono::steady_clock::now();
+  AccuracyReport report = interior_indicator(model, solve.scheme, solve.solver, progress);
+  compare_split(model, report, progress);
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+std::string describe_accuracy(const AccuracyReport& report, double edge) {
+  std::string text = fmt::format("  accuracy of scheme {} on this mesh\n", report.scheme);
+  text += fmt::format("           indicator, {} sources inside: over the body rms {}, worst {}\n", report.sources,
+                      percent(report.body.rms), percent(report.body.worst));
+  if (!std::isnan(report.target.rms)) {
+    text += fmt::format("           within {:.0f} mm of the target: rms {}, worst {}\n", report.reach / kMillimetre,
+                        percent(report.target.rms), percent(report.target.worst));
+  }
+  if (std::isnan(report.split_body)) {
+    text += fmt::format("           difference to the split mesh: not computed, {}\n", report.split_reason);
+  } else {
+    text += fmt::format("           difference to the split mesh: over the body {}, near the target {}\n",
+                        percent(report.split_body), percent(report.split_target));
+  }
+  // First order: the split mesh has half the error, so twice the difference is the error.
+  const bool split = !std::isnan(report.split_body);
+  const double error = split ? 2.0 * report.split_body : report.body.rms;
+  text += fmt::format("           edge for 5 / 2 / 1 %: {:.2f} / {:.2f} / {:.2f} mm, by {}\n",
+                      edge_for_error(edge, error, 0.05) / kMillimetre, edge_for_error(edge, error, 0.02) / kMillimetre,
+                      edge_for_error(edge, error, 0.01) / kMillimetre,
+                      split ? "twice the difference to the split mesh (first order)" : "the indicator (first order)");
+  return text;
+}
+
+}  // namespace touchfield

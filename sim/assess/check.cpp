@@ -1,0 +1,225 @@
+#include "sim/assess/check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "sim/assess/cost.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/solve/judge_comparison.h"
+#include "sim/solve/speed.h"
+#include "sim/solve/transfer.h"
+#include "sim/solve/warnings.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kMebibyte = 1024.0 * 1024.0;
+constexpr double kComplex = 16.0;  // bytes
+// Operations of a product A^H A, of a Cholesky factorisation, times their sizes.
+constexpr double kGramFlops = 4.0;
+constexpr double kCholeskyFlops = 1.0 / 3.0;
+constexpr double kSolvedBlocks = 6.5;     // b, p, what refines and polishes them: numbers a face and right-hand side
+constexpr double kKernelSeconds = 25e-9;  // one kernel on one core outside the solver: sine, cosine, directivity
+
+/// Whether a method needs what every channel makes of the skin, by the scene's own scheme.
+bool spans_channels(const Scene& scene) { return largest_block(scene.solve, scene.solve.scheme, 2) > 1; }
+
+/// Whether a method asks for the field of every channel.
+bool drives_channels(const Scene& scene) {
+  return scene.solve.certificate || std::ranges::any_of(scene.solve.methods, [](const MethodSpec& method) {
+           return method.kind != MethodKind::kFixed;
+         });
+}
+
+int surface_iterations(const Scene& scene) {
+  int iterations = 0;
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (method.kind == MethodKind::kSurface || method.kind == MethodKind::kLbfgs) {
+      iterations += method.iterations * method.start.restarts;
+    }
+  }
+  return iterations;
+}
+
+/// Faces of a mesh by the judge's edge lengths: the areas of the model's faces over those asked for in their places.
+double judge_edge_faces(const Model& model) {
+  const Scene& scene = model.scene;
+  double faces = 0.0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.judge.edge);
+    for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
+      if (model.owner[static_cast<std::size_t>(f)] == static_cast<int>(i)) {
+        const double edge = sizing.at(model.plan.to_own(scene, i, model.body.mesh.centroids().col(f)));
+        faces += model.body.mesh.areas()(f) / (std::sqrt(3.0) / 4.0 * edge * edge);
+      }
+    }
+  }
+  return faces;
+}
+
+/// Faces of the judge's mesh; 0 if it has none of its own.
+double judge_faces(const Model& model) {
+  const Scene& scene = model.scene;
+  const auto faces = static_cast<double>(model.body.mesh.face_count());
+  switch (scene.judge.kind) {
+    case JudgeSpec::Kind::kEdge:
+      return judge_edge_faces(model);
+    case JudgeSpec::Kind::kSplit:
+      return faces * std::pow(4.0, scene.judge.splits);
+    case JudgeSpec::Kind::kSame:
+      return scene.sensing ? faces : 0.0;
+    case JudgeSpec::Kind::kNone:
+      break;
+  }
+  return 0.0;
+}
+
+}  // namespace
+
+CheckReport check_model(const Model& model, int sharing) {
+  const Scene& scene = model.scene;
+  CheckReport report;
+  report.faces = model.body.mesh.face_count();
+  report.channels = model.array.size();
+  report.target_faces = scene.target ? build_target(model).size() : 0;
+  report.epw_mean = edges_per_wavelength(model.body.mesh, model.wave.wavelength());
+  report.epw_min = model.wave.wavelength() / model.report.longest_edge;
+  report.quality = mesh_quality(model.body.mesh, model.wave.wavelength(), world_sizing(scene, model.plan));
+  if (!model.boxes.empty()) {
+    report.near_target =
+        resolution_within(model.body.mesh, model.wave.wavelength(), model.boxes.front().centre, kTargetReach);
+  }
+
+  const auto m = static_cast<double>(report.faces);
+  const auto n = static_cast<double>(report.channels);
+  const auto k = static_cast<double>(report.target_faces);
+  double iterations = 0;
+  double optimisers = 0;
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (method.kind == MethodKind::kPaper || method.kind == MethodKind::kUnscattered) {
+      iterations += method.iterations;
+      ++optimisers;
+    }
+  }
+  if (scene.target && !scene.target->pressure) {
+    iterations += 9.0 * scene.solve.methods.front().iterations;  // trials of the pressure's scale
+  }
+  double points = 0;
+  for (const FieldGrid& grid : model.fields) {
+    points += static_cast<double>(grid.size());
+  }
+  const Scheme scheme = scene.solve.scheme;
+  const double unknowns = m + (scheme == Scheme::kChief ? chief_points(model) : 0.0);
+  report.available_mib = available_memory() / kMebibyte;
+  report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
+                                  sharing * largest_block(scene.solve, scheme, model.array.size(), sharing > 1));
+  const auto solves = static_cast<double>(scene.solve.methods.size());
+  const double product = product_seconds(model.body.mesh, model.wave);
+  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, product);
+  // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
+  // while it is compressed twice over.
+  const double drives =
+      spans_channels(scene) ? expected_drives(model.body.mesh, model.array, model.wave.wavelength()) : 0;
+  const double fields = drives_channels(scene) ? (is_burton_miller(scheme) ? 2.0 : 1.0) : 0.0;
+  const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
+  const double kept =
+      m * n * (fields + (optimisers > 0 && is_burton_miller(scheme) ? 1.0 : 0.0)) + 2.0 * m * k + 4.0 * gram;
+  const double compressing = drives > 0 ? 2.0 * m * n + 2.0 * m * drives : 0.0;
+  const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
+  double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
+  report.seconds = own.seconds + kKernelSeconds * ((fields + 1.0) * m * n + points * (m + n));
+  report.note = own.note;
+  const auto flops = [&] {
+    const Speed& speed = measured_speed();
+    report.note = speed.note;
+    return speed.flops;
+  };
+  if (optimisers > 0) {
+    report.seconds += (kGramFlops * m * n * n + kCholeskyFlops * iterations * std::pow(k + n, 3)) / flops();
+  }
+  if (drives > 0) {  // products with the field of every channel, LU's solves, steps of surface
+    const double steps = static_cast<double>(surface_iterations(scene));
+    report.seconds += (4.0 * kGramFlops * m * n * drives + kGramFlops * unknowns * unknowns * drives +
+                       std::pow(k + 2.0 * drives, 2) * n * steps) /
+                      flops();
+  }
+  const double judged = judge_faces(model);
+  if (judged > 0) {
+    const SolverDecision judge =
+        choose_solver({}, scene.judge.scheme, static_cast<Eigen::Index>(judged), available_memory());
+    const double scale = std::pow(judged / m, 2);
+    const ModelCost cost = scattering_cost(judge, scene.judge.scheme, judged, judged, 1.0, scale * product);
+    bytes += cost.bytes + kComplex * judged * 4.0 * solves * 30.0;
+    report.seconds += cost.seconds * (1.0 + 0.3 * (solves - 1.0)) + 2.0 * kKernelSeconds * judged * n;
+  }
+  report.judge_faces = static_cast<Eigen::Index>(judged);
+  report.memory_mib = bytes / kMebibyte + 100.0;
+  return report;
+}
+
+void require_memory(const CheckReport& report) {
+  if (report.available_mib > 0 && report.memory_mib > report.available_mib) {
+    throw InputError(
+        fmt::format("the body has {} faces, which need about {:.1f} GiB of memory; {:.1f} GiB are free: choose a "
+                    "larger body.edge_mm",
+                    report.faces, report.memory_mib / 1024.0, report.available_mib / 1024.0));
+  }
+}
+
+std::string describe_check(const Model& model, const CheckReport& report) {
+  const Scene& scene = model.scene;
+  const MeshReport& mesh = model.report;
+  std::string text = fmt::format("scene {}\n", scene.name);
+  text += fmt::format(
+      "  medium   c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m; {:.3f} kHz, wavelength {:.3f} mm\n",
+      model.wave.medium().sound_speed, model.wave.medium().density, model.wave.medium().absorption,
+      model.wave.frequency() / 1e3, model.wave.wavelength() / kMillimetre);
+  text += fmt::format("  array    {} channels\n", report.channels);
+  text += fmt::format("  body     {} faces, {} vertices, {} components, {:.1f} cm2, {:.1f} cm3\n", mesh.faces,
+                      mesh.vertices, mesh.components, mesh.area * 1e4, mesh.volume * 1e6);
+  text += fmt::format(
+      "           edges {:.2f} to {:.2f} mm, mean {:.2f} mm; smallest angle {:.1f} degrees, 1 % of the "
+      "faces below {:.1f}\n",
+      mesh.shortest_edge / kMillimetre, mesh.longest_edge / kMillimetre, model.body.mesh.mean_edge() / kMillimetre,
+      mesh.smallest_angle / kDegree, report.quality.smallest_angle_1 / kDegree);
+  text +=
+      fmt::format("           {:.2f} edges a wavelength, {:.2f} at the longest edge", report.epw_mean, report.epw_min);
+  text += report.near_target
+              ? fmt::format("; within {:.0f} mm of the target {:.2f} and {:.2f}\n", kTargetReach / kMillimetre,
+                            report.near_target->mean, report.near_target->least)
+              : "\n";
+  if (const std::optional<EdgeFit>& fit = report.quality.edges) {
+    text += fmt::format("           {:.1f} % of the edges are {} to {} times as long as asked, all {:.2f} to {:.2f}\n",
+                        100.0 * fit->share, EdgeFit::kShortest, EdgeFit::kLongest, fit->shortest, fit->longest);
+  }
+  text += "           closed, manifold, outward: no faults\n";
+  if (scene.target) {
+    text += fmt::format("  target   {} faces in {} box{}\n", report.target_faces, model.boxes.size(),
+                        model.boxes.size() == 1 ? "" : "es");
+  }
+  for (const FieldGrid& grid : model.fields) {
+    text += fmt::format("  field    {}: {} x {} x {} points\n", grid.name, grid.count[0], grid.count[1], grid.count[2]);
+  }
+  text += fmt::format("  scheme   {}, {} in {} precision ({})\n", to_string(scene.solve.scheme),
+                      to_string(report.decision.options.kind), precision_name(report.decision.options),
+                      report.decision.reason);
+  if (report.judge_faces > 0) {
+    text += fmt::format("  judge    {} on about {} faces\n", to_string(scene.judge.scheme), report.judge_faces);
+  }
+  for (const std::string& warning : model_warnings(model)) {
+    text += fmt::format("  warning  {}\n", warning);
+  }
+  if (!report.note.empty()) {
+    text += fmt::format("  note     {}\n", report.note);
+  }
+  text +=
+      fmt::format("  cost     about {:.0f} MiB of memory ({:.0f} MiB free) and {:.0f} s, pictures and files aside\n",
+                  report.memory_mib, report.available_mib, report.seconds);
+  return text;
+}
+
+}  // namespace touchfield

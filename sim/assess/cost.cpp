@@ -1,0 +1,57 @@
+#include "sim/assess/cost.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/solve/speed.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kLuFlops = 8.0 / 3.0;  // complex operations counted as real ones, times n^3
+constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corrections on a uniform mesh
+constexpr double kNearBytes = 30;       // a pair, while they are gathered
+constexpr double kNearCost = 1500;      // of a near pair, in double, over one pair of a product in single precision
+constexpr double kMillerCost = 1.3;     // of a product with W over one with D alone
+constexpr double kMillerSteps = 25;     // GMRES on a hand
+constexpr double kPlainSteps = 200;
+
+}  // namespace
+
+double near_memory(double faces) { return kNearBytes * kNearPairs * faces; }
+
+/// product   seconds of a product with D in single precision on this mesh
+ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
+                          double product) {
+  ModelCost cost;
+  const SolverOptions& options = decision.options;
+  cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
+  const bool miller = is_burton_miller(scheme);
+  if (miller) {
+    cost.bytes += near_memory(faces);
+    cost.seconds += kNearCost * kNearPairs * product / faces;
+  }
+  if (scheme == Scheme::kChief) {
+    cost.bytes += 16.0 * faces * (unknowns - faces);
+  }
+  const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual
+  if (options.kind == SolverKind::kLu) {
+    const double speed = options.precision == Precision::kSingle ? 1.9 : 1.0;
+    const Speed& measured = measured_speed();
+    cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
+    cost.note = measured.note;
+  } else {
+    const double steps = miller ? kMillerSteps : kPlainSteps;
+    const double step = options.precision == Precision::kSingle ? product * (miller ? kMillerCost : 1.0) : in_double;
+    cost.seconds += solves * (steps * step + in_double);
+  }
+  return cost;
+}
+
+double chief_points(const Model& model) {
+  const double spacing = SystemOptions{}.chief_spacing * model.wave.wavelength();
+  return std::max(0.0, model.report.volume) / std::pow(spacing, 3);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <string>
+
+#include "sim/solve/model.h"
+#include "sim/solve/solver_choice.h"
+
+namespace touchfield {
+
+/// What one scattering model takes beside its mesh: its matrix or Krylov space, near pairs, and its solves. Estimates,
+/// within a factor of two.
+struct ModelCost {
+  double bytes = 0;
+  double seconds = 0;
+  std::string note;  // empty, or why the seconds are a guess
+};
+
+/// What Burton-Miller's near corrections take while they are gathered, on a uniform mesh [bytes].
+double near_memory(double faces);
+
+/// faces, unknowns   of the system; they differ for chief
+/// solves            right-hand sides, solved one after another
+/// product           seconds of a product with D in single precision on this mesh (product_seconds)
+ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
+                          double product);
+
+/// Points inside the body that a CHIEF system will have, about: one a cube of the spacing in its volume.
+double chief_points(const Model& model);
+
+}  // namespace touchfield

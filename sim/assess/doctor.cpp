@@ -1,0 +1,138 @@
+#include "sim/assess/doctor.h"
+
+#include <cstdlib>
+#include <filesystem>
+#include <sched.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "sim/core/version.h"
+#include "sim/pictures/display.h"
+#include "sim/solve/solver_choice.h"
+#include "sim/solve/speed.h"
+#include "sim/store/libraries.h"
+#include "solvers/linear/blas_core.h"
+#include "solvers/linear/instruction_level.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
+
+Finding processor() {
+  Finding finding{"processor",
+                  fmt::format("{}; loops for level {}", machine_description(), to_string(instruction_level())), ""};
+  if (instruction_level() < processor_level()) {
+    finding.advice = fmt::format("TOUCHFIELD_LEVEL holds the loops below {}, the level of this processor: unset it",
+                                 to_string(processor_level()));
+  } else if (processor_level() < InstructionLevel::kV3) {
+    finding.advice = "no AVX2: sums over faces take some four times as long as on processors since 2013";
+  }
+  return finding;
+}
+
+Finding blas() {
+  Finding finding{"BLAS",
+                  fmt::format("OpenBLAS, core {} (chosen by {}), threads by {}", blas_core(), blas_core_chosen_by(),
+                              blas_threading()),
+                  blas_warning()};
+  if (const std::string better = better_blas_core(); finding.advice.empty() && !better.empty()) {
+    finding.advice = fmt::format("OPENBLAS_CORETYPE asks for {}; {} is faster here: unset it", blas_core(), better);
+  } else if (blas_threading() != "OpenMP") {
+    finding.advice =
+        "its threads compete with those of our own loops: install libopenblas0-openmp and choose it with "
+        "update-alternatives --config libopenblas.so.0-x86_64-linux-gnu";
+  }
+  return finding;
+}
+
+/// Cores that this process may use: affinity, as a batch system or a container sets it.
+int usable_cores() {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  return sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set)
+                                                     : static_cast<int>(sysconf(_SC_NPROCESSORS_ONLN));
+}
+
+Finding threads_of(int threads) {
+  const int cores = usable_cores();
+  const char* policy = std::getenv("OMP_WAIT_POLICY");
+  Finding finding{
+      "threads",
+      fmt::format("{} on {} usable cores, OMP_WAIT_POLICY {}", threads, cores, policy == nullptr ? "not set" : policy),
+      ""};
+  if (threads > cores) {
+    finding.advice = "more threads than cores wait for each other: use --threads or OMP_NUM_THREADS";
+  } else if (threads < cores) {
+    finding.advice = fmt::format("OMP_NUM_THREADS or --threads leaves {} cores idle", cores - threads);
+  } else if (policy == nullptr) {
+    finding.advice = "on a machine that others use too, OMP_WAIT_POLICY=passive halves the time of a factorisation";
+  }
+  return finding;
+}
+
+Finding speed() {
+  const Speed& measured = measured_speed();
+  return {"speed", fmt::format("LU in double precision {:.1f} GFlop/s", measured.flops / 1e9), measured.note};
+}
+
+Finding memory() {
+  const double total =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE)) / kGibibyte;
+  const double free = available_memory() / kGibibyte;
+  Finding finding{"memory", fmt::format("{:.1f} GiB, {:.1f} GiB free", total, free), ""};
+  if (free < 2.0) {
+    finding.advice = "below 2 GiB a whole hand with all channels does not fit";
+  }
+  return finding;
+}
+
+Finding disk() {
+  std::error_code error;
+  const std::filesystem::path here = std::filesystem::current_path(error);
+  const std::filesystem::space_info space = std::filesystem::space(here, error);
+  if (error) {
+    return {"disk", "unknown", fmt::format("the folder of this call cannot be read: {}", error.message())};
+  }
+  const double free = static_cast<double>(space.available) / kGibibyte;
+  Finding finding{"disk", fmt::format("{:.1f} GiB free here", free), ""};
+  if (access(here.c_str(), W_OK) != 0) {
+    finding.advice = "this folder cannot be written to: runs need -o";
+  } else if (free < 1.0) {
+    finding.advice = "a run with fields takes some 100 MB, a sweep that for each case";
+  }
+  return finding;
+}
+
+Finding libraries() {
+  std::string state;
+  for (const auto& [name, version] : library_versions()) {
+    state += fmt::format("{}{} {}", state.empty() ? "" : ", ", name, version);
+  }
+  return {"libraries", state, ""};
+}
+
+Finding display() {
+  if (DisplayConnection().can_draw()) {
+    return {"display", "there is one to draw pictures on", ""};
+  }
+  return {"display", "none",
+          "runs leave out their pictures: start them by scripts/with_display, or give DISPLAY one with OpenGL"};
+}
+
+}  // namespace
+
+std::vector<Finding> examine_machine(int threads) {
+  const BuildInfo build = build_info();
+  const Finding program{
+      "program",
+      fmt::format("touchfield {} ({}), {}, {} build", build.version, build.revision, build.compiler, build.build_type),
+      build.build_type == "Release" || build.build_type == "RelWithDebInfo"
+          ? ""
+          : "not an optimised build: everything takes many times as long"};
+  return {program, processor(), blas(), threads_of(threads), speed(), memory(), disk(), libraries(), display()};
+}
+
+}  // namespace touchfield

@@ -1,0 +1,311 @@
+#include "sim/assess/study.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "sim/assess/accuracy.h"
+#include "sim/assess/cost.h"
+#include "sim/assess/peak_memory.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/field/judge.h"
+#include "sim/mesh/remesh/subdivide.h"
+#include "sim/solve/judge_comparison.h"
+#include "sim/solve/methods.h"
+#include "sim/solve/speed.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kReferenceEdge = 0.6;  // of the finest rung's
+constexpr double kMemoryShare = 0.9;    // of the free memory that a rung may be expected to take
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// Whether the bodies' faces are those of files, so that a study cannot choose their size.
+bool from_file(const Scene& scene) {
+  return std::none_of(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& body) { return body.edge; });
+}
+
+/// The finest edge of the first body that has one: what the rungs of a study are called by.
+double named_edge(const Scene& scene) {
+  const auto first = std::find_if(scene.bodies.begin(), scene.bodies.end(), [](const BodySpec& b) { return b.edge; });
+  return first->edge->finest();
+}
+
+/// Every edge length in proportion, so that the finest of the first body becomes `edge`.
+Scene with_edge(Scene scene, double edge) {
+  if (!from_file(scene)) {
+    const double factor = edge / named_edge(scene);
+    for (BodySpec& body : scene.bodies) {
+      if (body.edge) {
+        body.edge = body.edge->scaled(factor);
+      }
+    }
+  }
+  return scene;
+}
+
+/// The finest converged solution: what every rung is held against.
+class Reference {
+ public:
+  Reference(const Scene& scene, const Model& finest, double finest_edge, Progress& progress)
+      : model_(finest),
+        scattering_(mesh_of(scene, finest, finest_edge), finest.wave, Scheme::kBurtonMillerPolished, SolverSpec{},
+                    finest.array, records_, progress) {
+    focus_ = scattering_.pressure(free_focus(finest), "reference");
+    if (scene.target) {
+      target_ = build_target(finest, mesh());
+    }
+  }
+
+  const TriangleMesh& mesh() const { return scattering_.system().mesh(); }
+
+  /// The focused pressure at another mesh's centroids.
+  Eigen::VectorXcd focus_at(const TriangleMesh& other) const {
+    return JudgeComparison(other, mesh(), std::nullopt).at_centroids(focus_);
+  }
+
+  double pattern_error(const PhaseSolution& solution) {
+    if (!target_) {
+      return kNotComputed;
+    }
+    const Eigen::VectorXcd p = scattering_.pressure(drive(solution), "reference");
+    return judge(mesh(), model_.wave, model_.boxes, *target_, p).relative_error;
+  }
+
+ private:
+  static TriangleMesh mesh_of(const Scene& scene, const Model& finest, double finest_edge) {
+    if (from_file(scene)) {
+      return split_faces(finest.body.mesh);
+    }
+    return build_bodies(with_edge(scene, kReferenceEdge * finest_edge), finest.plan).body.mesh;
+  }
+
+  const Model& model_;
+  std::vector<SolveRecord> records_;
+  SkinScattering scattering_;
+  Eigen::VectorXcd focus_;
+  std::optional<Target> target_;
+};
+
+/// What rungs of one scheme and one mesh share: it does not depend on how B p = b is solved.
+struct Shared {
+  double interior = kNotComputed;
+  double pattern = kNotComputed;
+};
+
+SolverSpec spec_of(const Scene& scene, SolverKind solver, Precision precision) {
+  SolverSpec spec = scene.solve.solver;
+  spec.solver = solver == SolverKind::kLu      ? SolverChoice::kLu
+                : solver == SolverKind::kGmres ? SolverChoice::kGmres
+                                               : SolverChoice::kMatrixFree;
+  spec.precision = precision == Precision::kSingle ? PrecisionChoice::kSingle : PrecisionChoice::kDouble;
+  return spec;
+}
+
+/// Why a rung is not worth starting; empty if it is.
+std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& spec, double limit) {
+  const auto faces = static_cast<double>(model.body.mesh.face_count());
+  const double unknowns = faces + (scheme == Scheme::kChief ? chief_points(model) : 0.0);
+  const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
+  const ModelCost cost =
+      scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()),
+                      product_seconds(model.body.mesh, model.wave));
+  if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
+    return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
+  }
+  if (cost.seconds > limit) {
+    return fmt::format("skipped: expected to take {:.2g} s", cost.seconds);
+  }
+  return "";
+}
+
+void require_rungs(const Scene& scene, const StudyOptions& options) {
+  if (from_file(scene) && !options.edges.empty()) {
+    throw InputError("study: a body from a mesh file without edge_mm has its own edges; leave --edges-mm out");
+  }
+  const auto& schemes = options.schemes;
+  const auto& solvers = options.solvers;
+  const bool chief_alone = schemes.size() == 1 && schemes.front() == Scheme::kChief;
+  if (chief_alone && !solvers.empty() && std::find(solvers.begin(), solvers.end(), SolverKind::kLu) == solvers.end()) {
+    throw InputError("study: chief is solved by lu alone, which --solvers leaves out");
+  }
+}
+
+/// The coarsest first.
+std::vector<double> edges_of(const Scene& scene, const StudyOptions& options) {
+  if (from_file(scene)) {
+    return {0.0};
+  }
+  std::vector<double> edges = options.edges;
+  if (edges.empty()) {
+    const double own = named_edge(scene);
+    edges = {1.4 * own, own, 0.7 * own};
+  }
+  std::sort(edges.begin(), edges.end(), std::greater<>());
+  return edges;
+}
+
+class Ladder {
+ public:
+  Ladder(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress)
+      : scene_(scene), options_(options), progress_(progress), models_(std::move(models)) {
+    const auto start = Clock::now();
+    progress_.begin("reference solution");
+    reference_ = std::make_unique<Reference>(scene_, models_.back(), edges_of(scene_, options_).back(), progress_);
+    progress_.end(seconds_since(start));
+    study_.reference = {to_string(Scheme::kBurtonMillerPolished), reference_->mesh().face_count(),
+                        reference_->mesh().mean_edge(), seconds_since(start)};
+    if (scene_.target && !scene_.target->pressure) {
+      find_pressure();
+    }
+  }
+
+  Study climb(const std::function<void(const Study&)>& on_rung) {
+    const std::vector<double> all_edges = edges_of(scene_, options_);
+    for (std::size_t m = 0; m < models_.size(); ++m) {
+      const Model& model = models_[m];
+      const double edge = from_file(scene_) ? model.body.mesh.mean_edge() : all_edges[m];
+      const Eigen::VectorXcd expected = reference_->focus_at(model.body.mesh);
+      for (const Scheme scheme : listed(options_.schemes, all_schemes())) {
+        Shared shared;
+        for (const SolverKind solver :
+             listed(options_.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree})) {
+          for (const Precision precision : listed(options_.precisions, {Precision::kDouble, Precision::kSingle})) {
+            if (scheme == Scheme::kChief && solver != SolverKind::kLu) {
+              continue;
+            }
+            study_.rungs.push_back(rung(model, edge, scheme, spec_of(scene_, solver, precision), expected, shared));
+            mark_pareto(study_.rungs);
+            on_rung(study_);
+          }
+        }
+      }
+    }
+    return study_;
+  }
+
+ private:
+  template <typename Value>
+  static std::vector<Value> listed(const std::vector<Value>& asked, const std::vector<Value>& all) {
+    return asked.empty() ? all : asked;
+  }
+
+  /// A scene that asks for the best pressure gets one for all rungs, found on the coarsest mesh.
+  void find_pressure() {
+    const Model& model = models_.front();
+    std::optional<Target> target = build_target(model);
+    std::vector<SolveRecord> records;
+    SkinScattering scattering(model.body.mesh, model.wave, Scheme::kBurtonMillerPolished, SolverSpec{}, model.array,
+                              records, progress_);
+    MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
+    const double pressure =
+        methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.wave, model.boxes, progress_);
+    for (Model& rung : models_) {
+      rung.scene.target->pressure = pressure;
+    }
+  }
+
+  StudyRung rung(const Model& model, double edge, Scheme scheme, const SolverSpec& spec,
+                 const Eigen::VectorXcd& expected, Shared& shared) {
+    StudyRung rung;
+    rung.scheme = to_string(scheme);
+    rung.edge_mm = edge / kMillimetre;
+    rung.faces = model.body.mesh.face_count();
+    const SolverOptions options = choose_solver(spec, scheme, model.body.mesh.face_count(), 0.0).options;
+    rung.precision = precision_name(options);
+    rung.solver = to_string(options.kind);
+    rung.status = reason_to_skip(model, scheme, spec, options_.rung_seconds);
+    if (!rung.status.empty()) {
+      return rung;
+    }
+    const auto start = Clock::now();
+    progress_.begin(fmt::format("{}, {} faces, {}, {}", rung.scheme, rung.faces, rung.solver, rung.precision));
+    try {
+      climb_rung(model, scheme, spec, expected, shared, rung);
+    } catch (const NumericalError& error) {
+      rung.status = fmt::format("failed: {}", error.what());
+    }
+    progress_.end(seconds_since(start));
+    return rung;
+  }
+
+  void climb_rung(const Model& model, Scheme scheme, const SolverSpec& spec, const Eigen::VectorXcd& expected,
+                  Shared& shared, StudyRung& rung) {
+    rung.status = "ok";
+    const std::optional<Target> target = scene_.target ? std::optional(build_target(model)) : std::nullopt;
+    const Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
+    std::vector<SolveRecord> records;
+    reset_peak_memory();
+    const auto start = Clock::now();
+    SkinScattering scattering(model.body.mesh, model.wave, scheme, spec, model.array, records, progress_);
+    MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
+    std::optional<PhaseSolution> first;
+    for (const MethodSpec& method : scene_.solve.methods) {
+      const PhaseSolution solution = methods.solve(method, amplitudes, progress_);
+      scattering.pressure(drive(solution), "study");
+      first = first ? first : std::optional(solution);
+    }
+    rung.seconds = seconds_since(start);
+    rung.peak_mib = peak_memory_mib();
+    const Eigen::VectorXcd focus = scattering.pressure(free_focus(model), "study");
+    rung.error_reference = relative_difference(model.body.mesh.areas(), focus, expected);
+    if (std::any_of(records.begin(), records.end(), [](const SolveRecord& solve) { return !solve.converged; })) {
+      rung.status = fmt::format("not converged in {} steps", spec.max_steps);
+    }
+    if (std::isnan(shared.pattern)) {
+      shared.pattern = reference_->pattern_error(*first);
+    }
+    if (std::isnan(shared.interior)) {
+      shared.interior = indicator(scheme, model);
+    }
+    rung.pattern_error = shared.pattern;
+    rung.error_interior = shared.interior;
+  }
+
+  double indicator(Scheme scheme, const Model& model) {
+    SolverSpec solver = scene_.solve.solver;
+    solver.solver = SolverChoice::kAuto;
+    solver.precision = PrecisionChoice::kAuto;
+    try {
+      return interior_indicator(model, scheme, solver, progress_).body.rms;
+    } catch (const InputError& error) {  // no room for sources in a thin body or a coarse mesh
+      progress_.warn(error.what());
+      return kNotComputed;
+    }
+  }
+
+  Scene scene_;
+  StudyOptions options_;
+  Progress& progress_;
+  std::vector<Model> models_;
+  std::unique_ptr<Reference> reference_;
+  Study study_;
+};
+
+}  // namespace
+
+std::vector<Model> study_models(const Scene& scene, const StudyOptions& options) {
+  require_rungs(scene, options);
+  std::vector<Model> models;
+  for (const double edge : edges_of(scene, options)) {
+    models.push_back(build_model(with_edge(scene, edge)));
+  }
+  return models;
+}
+
+Study run_study(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress,
+                const std::function<void(const Study&)>& on_rung) {
+  return Ladder(scene, std::move(models), options, progress).climb(on_rung);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "sim/bem/scattering_solver.h"
+#include "sim/core/progress.h"
+#include "sim/solve/model.h"
+#include "sim/store/study_files.h"
+
+namespace touchfield {
+
+/// The ladder of a study: every combination of these. Empty lists mean all there are.
+struct StudyOptions {
+  std::vector<double> edges;  // [m]; empty: 1.4, 1 and 0.7 times the scene's. A mesh from a file has its own alone
+  std::vector<Scheme> schemes;
+  std::vector<SolverKind> solvers;
+  std::vector<Precision> precisions;
+  double rung_seconds = 300;  // a rung that is expected to take longer is skipped, with its status saying so
+};
+
+/// What a study compares with.
+struct StudyReference {
+  std::string scheme;
+  Eigen::Index faces = 0;
+  double edge = 0;  // mean [m]
+  double seconds = 0;
+};
+
+struct Study {
+  StudyReference reference;
+  std::vector<StudyRung> rungs;
+};
+
+/// Solves a scene in every way of the ladder. A rung's seconds are those of setting up the scheme, solving the scene's
+/// methods and their pressures on the skin, without meshing and files; its memory the largest of the process meanwhile.
+///
+///   error_reference   of the pressure that the array focused on the target makes, against burton_miller_polished on a
+///                     mesh of 0.6 times the finest edge (of a file's mesh: every face in four), at the rung's
+///                     centroids
+///   error_interior    rms of the interior-source indicator over the body
+///   pattern_error     relative_error of the scene's first method, judged by the reference; NaN without a target
+///
+/// chief has no iterative rungs: its square form suits none.
+///
+/// models    as study_models makes them
+/// on_rung   called after each rung with all so far, so that none is lost
+Study run_study(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress,
+                const std::function<void(const Study&)>& on_rung);
+
+/// The models of a study's edge lengths, the coarsest first.
+/// throws   InputError as build_model, or on options that leave no rung or do not fit the scene
+std::vector<Model> study_models(const Scene& scene, const StudyOptions& options);
+
+}  // namespace touchfield

@@ -1,0 +1,67 @@
+#include "sim/batch/run_model.h"
+
+#include "sim/pictures/figures.h"
+#include "sim/solve/stages.h"
+#include "sim/store/run_file.h"
+#include "sim/store/vtk_files.h"
+
+namespace touchfield {
+
+namespace {
+
+void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& directory) {
+  if (write.vtp) {
+    write_surface_vtp(directory.file("surface.vtp"), run);
+    write_array_vtp(directory.file("array.vtp"), run);
+    if (run.judge_model) {
+      write_judge_vtp(directory.file("judge.vtp"), run);
+    }
+  }
+  if (write.vti) {
+    for (const FieldResult& field : run.fields) {
+      write_field_vti(directory.file(field.grid.name + ".vti"), run, field);
+    }
+  }
+}
+
+void draw(const Run& run, const RunDirectory& directory, Progress& progress) {
+  if (!can_draw()) {
+    progress.warn("no display answers, so no pictures are drawn; scripts/run or xvfb-run -a gives the program one");
+    return;
+  }
+  std::vector<std::pair<std::string, double>> unused;
+  timed(progress, unused, "pictures", "draw pictures", [&] { draw_figures(directory.path(), run); });
+}
+
+void write_tables(const WriteSpec& write, const Run& run, const RunDirectory& directory) {
+  if (write.h5) {
+    write_run_file(directory.file("run.h5"), run);
+  }
+  write_metrics_csv(directory.file("metrics.csv"), run);
+}
+
+}  // namespace
+
+Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress) {
+  const WriteSpec& write = model.scene.write;
+  std::vector<std::string> names;
+  for (const MethodSpec& method : model.scene.solve.methods) {
+    names.push_back(method.name);
+  }
+  directory.plan(names);
+  const auto keep = [&](const Run& so_far) {
+    write_tables(write, so_far, directory);
+    directory.finished(so_far.methods.back().name);
+  };
+  Run run = solve_model(model, options, keep, progress);
+  timed(progress, run.seconds, "write", "write results", [&] {
+    write_vtk(write, run, directory);
+    write_tables(write, run, directory);
+  });
+  if (write.png) {
+    draw(run, directory, progress);
+  }
+  return run;
+}
+
+}  // namespace touchfield

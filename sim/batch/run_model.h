@@ -1,0 +1,17 @@
+#pragma once
+
+#include "sim/batch/run_directory.h"
+#include "sim/core/progress.h"
+#include "sim/solve/solve_model.h"
+
+namespace touchfield {
+
+/// Computes a scene (solve_model) and writes its results. run.h5 and metrics.csv are written anew after each method, so
+/// that a later failure loses nothing that was found.
+///
+/// directory   where the files land
+/// returns     the finished run
+/// throws      as solve_model; IoError on a failed write
+Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress);
+
+}  // namespace touchfield

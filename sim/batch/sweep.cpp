@@ -1,0 +1,358 @@
+#include "sim/batch/sweep.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <deque>
+#include <poll.h>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/batch/sweep_case.h"
+#include "sim/batch/worker_process.h"
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/core/version.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr std::chrono::milliseconds kTick{500};  // the limit of time is looked at so often
+
+}  // namespace
+
+double case_limit(double expected, double longest) { return std::max(600.0 + 20.0 * expected, 10.0 * longest); }
+
+/// Cases that share a body.
+struct SweepRunner::Group {
+  std::deque<std::size_t> left;  // places in the plan
+  int size = 0;                  // of all cases of the plan, so that a resumed sweep chooses its solvers alike
+};
+
+struct SweepRunner::Worker {
+  std::optional<WorkerProcess> process;
+  Group* group = nullptr;            // of its last case, whose models it keeps
+  std::optional<std::size_t> place;  // of the case it is at
+  std::string scratch;
+  Clock::time_point start;
+  double spent = 0.0;     // on the case, while this process ran too [s]
+  double expected = 0.0;  // as the process has said; 0 before [s]
+};
+
+SweepRunner::SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes, const SweepIdentity& identity,
+                         SweepDirectory& directory, SweepOptions options)
+    : plan_(plan),
+      scenes_(scenes),
+      directory_(directory),
+      options_(std::move(options)),
+      summary_(summary_of(identity, options_.threads, options_.command_line)),
+      next_table_(Clock::now()) {
+  CaseRecords found = directory.records();
+  records_ = std::move(found.whole);
+  damaged_ = std::move(found.damaged);
+  if (options_.retry_failed) {
+    std::erase_if(records_, [](const auto& entry) { return entry.second.status != "ok"; });
+  }
+  const std::vector<int> numbers = body_groups(scenes);
+  groups_.resize(numbers.empty() ? 0 : 1 + static_cast<std::size_t>(*std::ranges::max_element(numbers)));
+  for (std::size_t i = 0; i < plan.cases.size(); ++i) {
+    Group& group = groups_[static_cast<std::size_t>(numbers[i])];
+    ++group.size;
+    if (identity.shard.has(plan.cases[i].number)) {
+      ++cases_;
+      if (!records_.contains(plan.cases[i].number)) {
+        group.left.push_back(i);
+      }
+    }
+  }
+  summary_.cases = cases_;
+  const auto open = std::ranges::count_if(groups_, [](const Group& group) { return !group.left.empty(); });
+  jobs_ = options_.jobs > 0 ? options_.jobs : std::min(options_.threads, static_cast<int>(open));
+  jobs_ = std::clamp(jobs_, 1, std::max(1, left()));
+  workers_.resize(static_cast<std::size_t>(jobs_));
+}
+
+SweepRunner::~SweepRunner() = default;
+
+std::size_t SweepRunner::groups() const { return groups_.size(); }
+
+void SweepRunner::limit_jobs(double case_mib, double available_mib) {
+  if (available_mib > 0 && case_mib > 0) {
+    jobs_ = std::clamp(static_cast<int>(std::min(available_mib / case_mib, 1e6)), 1, jobs_);
+    workers_.resize(static_cast<std::size_t>(jobs_));
+  }
+}
+
+int SweepRunner::left() const {
+  std::size_t count = 0;
+  for (const Group& group : groups_) {
+    count += group.left.size();
+  }
+  return static_cast<int>(count);
+}
+
+/// Its own group while that has cases; else one that no worker holds; else the one with most left.
+SweepRunner::Group* SweepRunner::next_group(const Worker& worker) {
+  if (worker.group != nullptr && !worker.group->left.empty()) {
+    return worker.group;
+  }
+  Group* best = nullptr;
+  bool best_is_held = true;
+  for (Group& group : groups_) {
+    if (group.left.empty()) {
+      continue;
+    }
+    const bool held = std::ranges::any_of(workers_, [&](const Worker& other) { return other.group == &group; });
+    if (best == nullptr || (best_is_held && !held) || (held == best_is_held && group.left.size() > best->left.size())) {
+      best = &group;
+      best_is_held = held;
+    }
+  }
+  return best;
+}
+
+/// Gives an idle worker its next case. Returns false if there is none.
+bool SweepRunner::dispatch(Worker& worker) {
+  Group* group = next_group(worker);
+  if (group == nullptr) {
+    return false;
+  }
+  const std::size_t place = group->left.front();
+  const SweepCase& item = plan_.cases[place];
+  CaseJob job;
+  job.number = item.number;
+  job.scratch = directory_.scratch(item.number);
+  job.scene = resolved_yaml(scenes_[place]);
+  for (const SceneChange& change : item.changes) {
+    job.inputs.emplace_back(change.path, change.value);
+  }
+  job.scenes = group->size;
+  job.command_line = options_.command_line;
+  job.threads = std::max(1, options_.threads / jobs_);
+  if (!worker.process) {
+    worker.process.emplace(options_.worker, directory_.file("sweep.log"));
+  }
+  group->left.pop_front();
+  worker.group = group;
+  worker.place = place;
+  worker.scratch = job.scratch;
+  worker.start = Clock::now();
+  worker.spent = 0.0;
+  worker.expected = 0.0;
+  worker.process->send(to_json(job));
+  return true;
+}
+
+void SweepRunner::receive(Worker& worker, const OnCase& on_case) {
+  WorkerProcess::Answer answer = worker.process->receive();
+  for (; answer.line && worker.place; answer = worker.process->receive()) {
+    CaseAnswer said = answer_from_json(*answer.line);
+    if (said.record) {
+      finish(worker, std::move(*said.record), on_case);
+    } else {
+      worker.expected = *said.expected_seconds;
+    }
+  }
+  if (answer.ended) {
+    const std::string how = worker.process->how_it_ended();
+    worker.process.reset();
+    if (worker.place) {
+      fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how), on_case);
+    }
+  }
+}
+
+/// Counts the time of a case and ends one that takes too long.
+void SweepRunner::limit_time(Worker& worker, Clock::duration passed, const OnCase& on_case) {
+  worker.spent += std::chrono::duration<double>(passed).count();
+  const double limit = options_.case_seconds > 0.0 ? options_.case_seconds : case_limit(worker.expected, longest_);
+  if (worker.spent > limit) {
+    worker.process.reset();
+    fail(worker,
+         fmt::format("took longer than {} s: its process was stopped or hung, or the case is larger than expected; "
+                     "--case-seconds sets the limit",
+                     std::round(10.0 * limit) / 10.0),
+         on_case);
+  }
+}
+
+/// Records the case of a worker whose process is gone.
+void SweepRunner::fail(Worker& worker, std::string reason, const OnCase& on_case) {
+  const SweepCase& item = plan_.cases[*worker.place];
+  SweepRecord record;
+  record.number = item.number;
+  for (const SceneChange& change : item.changes) {
+    record.inputs.emplace_back(change.path, change.value);
+  }
+  record.status = "failed";
+  record.reason = std::move(reason);
+  record.seconds = std::chrono::duration<double>(Clock::now() - worker.start).count();
+  record.revision = summary_.provenance.revision;
+  worker.group = nullptr;
+  finish(worker, std::move(record), on_case);
+}
+
+void SweepRunner::finish(Worker& worker, SweepRecord record, const OnCase& on_case) {
+  if (record.status == kNoRoom) {
+    throw NoRoomError(fmt::format("case {}: {}", record.number, record.reason));
+  }
+  worker.place.reset();
+  land(record, worker.scratch);
+  ++computed_;
+  longest_ = record.status == "ok" ? std::max(longest_, record.seconds) : longest_;
+  seconds_sum_ += std::isfinite(record.seconds) ? record.seconds : 0.0;
+  const SweepRecord& kept = records_.insert_or_assign(record.number, std::move(record)).first->second;
+  write_table_now_and_then();
+  if (on_case) {
+    on_case(kept, progress());
+  }
+}
+
+/// A case that cannot be put in its place is recorded as failed instead, unless only room is missing.
+void SweepRunner::land(SweepRecord& record, const std::string& scratch) {
+  try {
+    directory_.land(record, scratch);
+  } catch (const NoRoomError&) {
+    SweepDirectory::drop(scratch);
+    throw;
+  } catch (const IoError& error) {
+    SweepDirectory::drop(scratch);
+    record.status = "failed";
+    record.reason = error.what();
+    record.methods.clear();
+    try {
+      directory_.land(record, directory_.scratch(record.number));
+    } catch (const IoError& again) {
+      throw IoError(fmt::format("case {}: {}; what has finished is in {}, --resume goes on from there", record.number,
+                                again.what(), directory_.path()));
+    }
+  }
+}
+
+SweepProgress SweepRunner::progress() const {
+  SweepProgress progress;
+  progress.done = static_cast<int>(records_.size());
+  progress.failed =
+      static_cast<int>(std::ranges::count_if(records_, [](const auto& entry) { return entry.second.status != "ok"; }));
+  progress.cases = cases_;
+  if (computed_ > 0) {
+    progress.seconds_left = seconds_sum_ / computed_ * (cases_ - progress.done) / jobs_;
+  }
+  return progress;
+}
+
+/// As often as takes a twentieth of the time: the table of many cases grows long.
+void SweepRunner::write_table_now_and_then() {
+  const Clock::time_point start = Clock::now();
+  if (start < next_table_) {
+    return;
+  }
+  summary_.records = listed(records_);
+  write_sweep_tables(directory_.path(), summary_);
+  const Clock::time_point end = Clock::now();
+  next_table_ = end + std::max<Clock::duration>(std::chrono::seconds(10), 20 * (end - start));
+}
+
+SweepResult SweepRunner::result() {
+  SweepResult result;
+  summary_.records = listed(records_);
+  summary_.provenance.end = utc_now();
+  write_sweep_tables(directory_.path(), summary_);
+  result.summary = summary_;
+  result.computed = computed_;
+  result.failed = progress().failed;
+  result.jobs = jobs_;
+  return result;
+}
+
+/// Every worker that has no case gets one. Returns false if none has any.
+bool SweepRunner::dispatch_all() {
+  const std::lock_guard lock(mutex_);
+  bool any = false;
+  for (Worker& worker : workers_) {
+    any = worker.place || dispatch(worker) || any;
+  }
+  return any;
+}
+
+void SweepRunner::wait_and_receive(const OnCase& on_case) {
+  std::vector<pollfd> waiting;
+  std::vector<Worker*> owners;
+  {
+    const std::lock_guard lock(mutex_);
+    for (Worker& worker : workers_) {
+      if (worker.place) {
+        waiting.push_back({worker.process->answers(), POLLIN, 0});
+        owners.push_back(&worker);
+      }
+      if (worker.place && worker.process->has_rest()) {
+        waiting.push_back({worker.process->jobs(), POLLOUT, 0});
+        owners.push_back(&worker);
+      }
+    }
+  }
+  const Clock::time_point start = Clock::now();
+  if (poll(waiting.data(), waiting.size(), static_cast<int>(kTick.count())) < 0 && errno != EINTR) {
+    throw IoError("a sweep cannot wait for its workers");
+  }
+  // Longer than it was to wait: this process was stopped itself, its workers with it perhaps.
+  const auto passed = std::min<Clock::duration>(Clock::now() - start, 2 * kTick);
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < waiting.size(); ++i) {
+    if (waiting[i].revents == 0) {
+      continue;
+    }
+    if (waiting[i].events == POLLIN) {
+      receive(*owners[i], on_case);
+    } else if (owners[i]->process) {
+      owners[i]->process->send_rest();
+    }
+  }
+  for (Worker& worker : workers_) {
+    if (worker.place) {
+      limit_time(worker, passed, on_case);
+    }
+  }
+}
+
+SweepResult SweepRunner::run(const OnCase& on_case) {
+  try {
+    while (dispatch_all()) {
+      wait_and_receive(on_case);
+    }
+    const std::lock_guard lock(mutex_);
+    return result();
+  } catch (const NoRoomError& error) {
+    const std::lock_guard lock(mutex_);
+    stop_workers();
+    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, --resume goes on from there when there is room",
+                              error.what(), records_.size(), cases_, directory_.path()));
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    stop_workers();
+    throw;
+  }
+}
+
+/// Drops what they were at.
+void SweepRunner::stop_workers() {
+  for (Worker& worker : workers_) {
+    worker.process.reset();
+    if (worker.place) {
+      SweepDirectory::drop(worker.scratch);
+    }
+  }
+}
+
+SweepResult SweepRunner::interrupt() {
+  mutex_.lock();  // for good: run() must not go on
+  stop_workers();
+  return result();
+}
+
+}  // namespace touchfield

@@ -1,0 +1,118 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "sim/batch/sweep_directory.h"
+#include "sim/batch/sweep_summary.h"
+
+namespace touchfield {
+
+struct SweepOptions {
+  std::vector<std::string> worker;  // program and arguments of a process that computes cases: see serve_cases
+  int threads = 1;                  // of all jobs together
+  int jobs = 0;                     // cases at a time; 0: chosen
+  bool retry_failed = false;
+  double case_seconds = 0.0;  // a case that takes longer is given up as failed [s]; 0: case_limit
+  std::string command_line;
+};
+
+/// How long a case may take that nobody has limited: max(600 s + 20 expected, 10 longest) [s]. Estimates hold within a
+/// factor of two where nothing else runs.
+///
+/// expected   as check_model says of this very case; 0 before its model stands
+/// longest    of the cases that the runner has computed
+double case_limit(double expected, double longest);
+
+/// How far a sweep is.
+struct SweepProgress {
+  int done = 0;    // cases with a record, whenever they were computed
+  int failed = 0;  // of these
+  int cases = 0;   // of this shard
+  double seconds_left = kNotComputed;
+};
+
+struct SweepResult {
+  SweepSummary summary;
+  int computed = 0;  // by this call
+  int failed = 0;    // of all
+  int jobs = 1;
+};
+
+/// Computes the cases of a sweep that have no record yet, each in a worker process, several at a time. A process goes
+/// on with cases that share its last one's body while there are any, so that mesh and factorisation are used again;
+/// cases of other bodies go to other processes. A process that dies takes only its case with it; one that is stopped or
+/// hangs is killed once its case has taken longer than options.case_seconds, or without that longer than case_limit.
+/// Time while this process does not run itself does not count.
+///
+/// Without options.jobs there are as many jobs as bodies, at most one a thread; the threads are shared out evenly.
+class SweepRunner {
+ public:
+  using OnCase = std::function<void(const SweepRecord&, const SweepProgress&)>;
+
+  /// scenes      one for every case of the plan
+  /// directory   of the plan; outlives the runner
+  SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes, const SweepIdentity& identity,
+              SweepDirectory& directory, SweepOptions options);
+  SweepRunner(const SweepRunner&) = delete;
+  SweepRunner& operator=(const SweepRunner&) = delete;
+  ~SweepRunner();
+
+  int jobs() const { return jobs_; }
+  /// Fewer jobs where the memory of that many cases is not there; not below 1.
+  void limit_jobs(double case_mib, double available_mib);
+  /// Groups of cases that share a body, and cases left to compute.
+  std::size_t groups() const;
+  int left() const;
+  /// Cases that are there and damaged, which are computed anew, and what is wrong with each.
+  const std::map<int, std::string>& damaged() const { return damaged_; }
+
+  /// throws   IoError if there is no room for a case, or if it can be neither kept nor recorded as failed; what has
+  ///          landed stays, and what has not is still to be computed
+  SweepResult run(const OnCase& on_case);
+
+  /// From another thread: ends the workers, drops what they were at and writes the table. The caller then leaves the
+  /// process; run() does not return.
+  SweepResult interrupt();
+
+ private:
+  struct Group;
+  struct Worker;
+
+  Group* next_group(const Worker& worker);
+  bool dispatch(Worker& worker);
+  void receive(Worker& worker, const OnCase& on_case);
+  void finish(Worker& worker, SweepRecord record, const OnCase& on_case);
+  void fail(Worker& worker, std::string reason, const OnCase& on_case);
+  void limit_time(Worker& worker, std::chrono::steady_clock::duration passed, const OnCase& on_case);
+  void wait_and_receive(const OnCase& on_case);
+  bool dispatch_all();
+  void stop_workers();
+  void land(SweepRecord& record, const std::string& scratch);
+  SweepProgress progress() const;
+  SweepResult result();
+  void write_table_now_and_then();
+
+  const SweepPlan& plan_;
+  const std::vector<Scene>& scenes_;
+  SweepDirectory& directory_;
+  SweepOptions options_;
+  SweepSummary summary_;
+  std::map<int, SweepRecord> records_;
+  std::map<int, std::string> damaged_;
+  std::vector<Group> groups_;
+  std::vector<Worker> workers_;
+  int jobs_ = 1;
+  int cases_ = 0;  // of this shard
+  int computed_ = 0;
+  double seconds_sum_ = 0.0;  // of the cases computed
+  double longest_ = 0.0;      // of them, those that are ok [s]
+  std::chrono::steady_clock::time_point next_table_;
+  std::mutex mutex_;  // of all that interrupt() shares with run()
+};
+
+}  // namespace touchfield

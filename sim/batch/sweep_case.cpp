@@ -1,0 +1,195 @@
+#include "sim/batch/sweep_case.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <new>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <omp.h>
+
+#include "sim/assess/check.h"
+#include "sim/assess/peak_memory.h"
+#include "sim/batch/file_progress.h"
+#include "sim/batch/run_directory.h"
+#include "sim/batch/run_files.h"
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/core/version.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kExpected = "expected_seconds";
+
+void take_results(const Run& run, SweepRecord& record) {
+  record.faces = static_cast<int>(run.mesh.face_count());
+  record.channels = static_cast<int>(run.array.size());
+  record.warnings = run.warnings;
+  for (const MethodResult& method : run.methods) {
+    record.methods.push_back(
+        {method.name, method.method, method.scheme, to_string(method.solution.status), method.metrics});
+  }
+}
+
+void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<void(double)>& expect,
+             SweepRecord& record) {
+  const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
+  const Model model = build_model(scene, &kept.bodies);
+  const CheckReport report = check_model(model);
+  require_memory(report);
+  expect(report.seconds);
+  RunDirectory directory = RunDirectory::made(job.scratch, run_files(model));
+  try {
+    SolveOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
+    take_results(run_model(model, options, directory, progress), record);
+    directory.settle();
+  } catch (const std::exception& error) {
+    directory.fail(error.what());
+    throw;
+  }
+}
+
+/// What scenes that may share their models have in common, as text.
+std::string sharing_key(const Scene& scene) {
+  Scene shared = scene;
+  shared.name.clear();
+  shared.array = {};
+  shared.fields.clear();
+  shared.write = {};
+  if (shared.bodies.size() == 1) {
+    shared.bodies.front().place.at.setZero();
+    shared.bodies.front().place.angles.setZero();
+  }
+  if (shared.target) {
+    shared.target->pressure.reset();
+    shared.target->profile = TargetProfile::kUniform;
+    const EdgeSpec* edge = shared.bodies.front().edge ? &*shared.bodies.front().edge : nullptr;
+    const bool shapes_mesh = (edge != nullptr && edge->near_target) || shared.bodies.front().keep_within ||
+                             (scene.judge.kind == JudgeSpec::Kind::kEdge && scene.judge.edge.near_target);
+    if (!shapes_mesh) {
+      shared.target.reset();
+    } else {
+      for (TargetBoxSpec& box : shared.target->boxes) {
+        box.size.setOnes();
+        box.angles.setZero();
+      }
+    }
+  }
+  SolveSpec solve;
+  solve.scheme = scene.solve.scheme;
+  solve.solver = scene.solve.solver;
+  shared.solve = solve;
+  return resolved_yaml(shared);
+}
+
+}  // namespace
+
+std::string to_json(const CaseJob& job) {
+  return Json{{"case", job.number},    {"scratch", job.scratch}, {"scene", job.scene},
+              {"inputs", job.inputs},  {"scenes", job.scenes},   {"command_line", job.command_line},
+              {"threads", job.threads}}
+      .dump();
+}
+
+CaseJob job_from_json(const std::string& text) {
+  try {
+    const Json json = Json::parse(text);
+    return {
+        json.at("case").get<int>(),          json.at("scratch").get<std::string>(),
+        json.at("scene").get<std::string>(), json.at("inputs").get<std::vector<std::pair<std::string, std::string>>>(),
+        json.at("scenes").get<int>(),        json.at("command_line").get<std::string>(),
+        json.at("threads").get<int>()};
+  } catch (const Json::exception& error) {
+    throw IoError(fmt::format("a case's job cannot be read: {}", error.what()));
+  }
+}
+
+SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
+                     const std::function<void(double)>& expect) {
+  SweepRecord record;
+  record.number = job.number;
+  record.inputs = job.inputs;
+  record.revision = build_info().revision;
+  const auto start = std::chrono::steady_clock::now();
+  reset_peak_memory();
+  kept.models.take_count();
+  kept.models.expect(job.scenes);
+  try {
+    compute(job, kept, progress, expect, record);
+    record.status = "ok";
+  } catch (const NoRoomError& error) {
+    record.status = kNoRoom;
+    record.reason = error.what();
+  } catch (const std::bad_alloc&) {
+    record.reason = "out of memory; choose a larger body.edge_mm";
+  } catch (const std::exception& error) {
+    record.reason = error.what();
+  }
+  if (record.status.empty()) {
+    record.status = "failed";
+    progress.warn(fmt::format("case {} failed: {}", job.number, record.reason));
+  }
+  const KeptModels::Count count = kept.models.take_count();
+  record.models = count.asked;
+  record.models_reused = count.reused;
+  record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  record.peak_mib = peak_memory_mib();
+  return record;
+}
+
+CaseAnswer answer_from_json(const std::string& line) {
+  try {
+    const Json json = Json::parse(line);
+    if (json.contains(kExpected)) {
+      return {json.at(kExpected).get<double>(), std::nullopt};
+    }
+  } catch (const Json::exception& error) {
+    throw IoError(fmt::format("the answer of a process that computes cases cannot be read: {}", error.what()));
+  }
+  return {std::nullopt, record_from_json(line, "answer of a process that computes cases")};
+}
+
+int serve_cases() {
+  // Whatever a library prints must not end up among the answers.
+  FILE* answers = fdopen(dup(STDOUT_FILENO), "w");
+  dup2(STDERR_FILENO, STDOUT_FILENO);
+  if (answers == nullptr) {
+    throw IoError("the answers cannot be written");
+  }
+  const auto answer = [answers](const std::string& line) {
+    fmt::print(answers, "{}", line);
+    std::fflush(answers);
+  };
+  KeptWork kept;
+  std::string line;
+  while (std::getline(std::cin, line)) {
+    const CaseJob job = job_from_json(line);
+    omp_set_num_threads(job.threads);
+    FileProgress progress(job.scratch + "/run.log");
+    const auto expect = [&](double seconds) { answer(Json{{kExpected, seconds}}.dump() + "\n"); };
+    answer(to_json(run_case(job, kept, progress, expect), -1));
+  }
+  std::fclose(answers);
+  return 0;
+}
+
+std::vector<int> body_groups(const std::vector<Scene>& scenes) {
+  std::map<std::string, int> numbers;
+  std::vector<int> groups;
+  groups.reserve(scenes.size());
+  for (const Scene& scene : scenes) {
+    groups.push_back(numbers.emplace(sharing_key(scene), static_cast<int>(numbers.size())).first->second);
+  }
+  return groups;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,393 @@
+#include "sim/batch/sweep_directory.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sys/file.h>
+#include <system_error>
+#include <unistd.h>
+#include <utility>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/batch/run_directory.h"
+#include "sim/core/errors.h"
+#include "sim/store/checksum.h"
+#include "sim/store/run_file.h"
+
+namespace touchfield {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kFormat = "touchfield-sweep-plan";
+constexpr const char* kRecordName = "case.json";
+
+std::string system_text(int error) { return std::system_category().message(error); }
+
+std::string case_name(int number) { return fmt::format("{:05d}", number); }
+
+std::string read_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  if (!file) {
+    throw IoError(fmt::format("{} cannot be read: {}", path, system_text(errno)));
+  }
+  return text;
+}
+
+Json changes_json(const std::vector<SceneChange>& changes) {
+  Json json = Json::object();
+  for (const SceneChange& change : changes) {
+    json[change.path] = change.value;
+  }
+  return json;
+}
+
+std::vector<SceneChange> json_changes(const Json& json) {
+  std::vector<SceneChange> changes;
+  for (const auto& [path, value] : json.items()) {
+    changes.push_back({path, value.get<std::string>()});
+  }
+  return changes;
+}
+
+void write_identity(const std::string& directory, const SweepIdentity& identity) {
+  Json cases = Json::array();
+  for (const SweepCase& item : identity.cases) {
+    cases.push_back(changes_json(item.changes));
+  }
+  const Json json = {{"format", kFormat},
+                     {"format_version", 1},
+                     {"name", identity.name},
+                     {"hash", identity.hash},
+                     {"shard", {identity.shard.index, identity.shard.count}},
+                     {"parameters", identity.parameters},
+                     {"set", changes_json(identity.common)},
+                     {"cases", cases},
+                     {"sweep", identity.text},
+                     {"base", identity.base}};
+  write_text_file(directory + "/sweep.json", json.dump(1) + "\n");
+}
+
+std::string describe(const std::vector<SceneChange>& changes) {
+  std::string text;
+  for (const SceneChange& change : changes) {
+    text += fmt::format("{}{}={}", text.empty() ? "" : " ", change.path, change.value);
+  }
+  return text.empty() ? "no change" : text;
+}
+
+/// The first thing in which two plans differ, for a person.
+std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
+  if (kept.shard.index != asked.shard.index || kept.shard.count != asked.shard.count) {
+    return fmt::format("shard {}/{} there, {}/{} asked for", kept.shard.index, kept.shard.count, asked.shard.index,
+                       asked.shard.count);
+  }
+  if (kept.common != asked.common) {
+    return fmt::format("changes of all cases: {} there, {} asked for", describe(kept.common), describe(asked.common));
+  }
+  for (std::size_t i = 0; i < std::min(kept.cases.size(), asked.cases.size()); ++i) {
+    if (kept.cases[i].changes != asked.cases[i].changes) {
+      return fmt::format("case {}: {} there, {} asked for", i + 1, describe(kept.cases[i].changes),
+                         describe(asked.cases[i].changes));
+    }
+  }
+  if (kept.cases.size() != asked.cases.size()) {
+    return fmt::format("{} cases there, {} asked for", kept.cases.size(), asked.cases.size());
+  }
+  return kept.base != asked.base ? "the base scene has changed" : "a file that the scenes name has changed";
+}
+
+int lock_directory(const std::string& path) {
+  const std::string file = path + "/sweep.lock";
+  // Not handed on to child processes: the lock has to end with this one.
+  const int lock = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  if (lock < 0) {
+    throw InputError(fmt::format("output directory {} cannot be written to: {}", path, system_text(errno)));
+  }
+  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    const int error = errno;
+    std::string owner(32, '\0');
+    const ssize_t length = read(lock, owner.data(), owner.size());
+    owner.resize(length > 0 ? static_cast<std::size_t>(length) : 0);
+    owner.erase(std::find(owner.begin(), owner.end(), '\n'), owner.end());
+    close(lock);
+    throw InputError(error == EWOULDBLOCK
+                         ? fmt::format("output directory {}: another process{} works in it; wait for it, or give "
+                                       "another directory with -o",
+                                       path, owner.empty() ? "" : " (" + owner + ")")
+                         : fmt::format("output directory {} cannot be locked: {}", path, system_text(error)));
+  }
+  const std::string owner = fmt::format("{}\n", getpid());
+  if (ftruncate(lock, 0) != 0 || pwrite(lock, owner.data(), owner.size(), 0) != static_cast<ssize_t>(owner.size())) {
+    const int error = errno;
+    close(lock);
+    throw InputError(fmt::format("output directory {} cannot be written to: {}", path, system_text(error)));
+  }
+  return lock;
+}
+
+std::optional<int> number_in_name(const std::string& text) {
+  int number = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+  return error == std::errc{} && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
+}
+
+/// Files of a case's folder that are results: without its record, the log and what was left half-written.
+std::vector<SweepRecord::File> files_of(const std::string& folder) {
+  std::vector<SweepRecord::File> files;
+  try {
+    for (const auto& entry : fs::directory_iterator(folder)) {
+      const std::string name = entry.path().filename().string();
+      if (entry.is_regular_file() && !name.starts_with('.') && name != kRecordName && name != "run.log") {
+        files.push_back({name, entry.file_size(), file_checksum(entry.path().string())});
+      }
+    }
+  } catch (const fs::filesystem_error& error) {
+    throw IoError(fmt::format("{}: {}", folder, error.code().message()));
+  }
+  std::ranges::sort(files, {}, &SweepRecord::File::name);
+  return files;
+}
+
+/// throws   IoError if a file is not what it was
+void require_unchanged(const std::string& folder, const std::vector<SweepRecord::File>& files) {
+  for (const SweepRecord::File& file : files) {
+    const std::string path = folder + "/" + file.name;
+    std::error_code error;
+    const std::uintmax_t bytes = fs::file_size(path, error);
+    if (error) {
+      throw IoError(fmt::format("{}: {}", path, error.message()));
+    }
+    if (bytes != file.bytes) {
+      throw IoError(fmt::format("{}: has {} bytes, had {}", path, bytes, file.bytes));
+    }
+    if (file_checksum(path) != file.crc32) {
+      throw IoError(fmt::format("{}: its checksum is not what it was", path));
+    }
+  }
+}
+
+/// throws   IoError if a case is not what it was when it finished
+SweepRecord read_case_record(const std::string& folder, int number) {
+  const std::string path = fmt::format("{}/{}", folder, kRecordName);
+  SweepRecord record = record_from_json(read_file(path), path);
+  if (record.number != number) {
+    throw IoError(fmt::format("{}: is the record of case {}", path, record.number));
+  }
+  require_unchanged(folder, record.files);
+  return record;
+}
+
+/// The names that scratch() and land() give: .NUMBER.PROCESS and .NUMBER.old.
+bool is_scratch(const std::string& name) {
+  const std::size_t point = name.find('.', 1);
+  if (!name.starts_with('.') || point == std::string::npos) {
+    return false;
+  }
+  const std::string end = name.substr(point + 1);
+  return number_in_name(name.substr(1, point - 1)) && (end == "old" || number_in_name(end));
+}
+
+/// Renames survive a power failure once the folder they are in is flushed.
+void flush_folder(const std::string& path) {
+  const int folder = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder >= 0) {
+    fsync(folder);
+    close(folder);
+  }
+}
+
+/// Moves what no case wrote from a case's former folder into its new one, unless the new one has a file of that name.
+void keep_files_of_others(const fs::path& former, const fs::path& place) {
+  const std::vector<std::string> own =
+      own_files(former.string(), own_files(place.string(), {}).value_or(std::vector<std::string>()))
+          .value_or(std::vector<std::string>());
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(former, error)) {
+    const fs::path name = entry.path().filename();
+    if (name != "case.json" && std::find(own.begin(), own.end(), name.string()) == own.end() &&
+        !fs::exists(fs::symlink_status(place / name, error))) {
+      fs::rename(entry.path(), place / name, error);
+    }
+  }
+}
+
+}  // namespace
+
+SweepIdentity::SweepIdentity(const SweepPlan& plan, std::string plan_hash, Shard part)
+    : name(plan.name),
+      hash(std::move(plan_hash)),
+      text(plan.text),
+      base(plan.base_text),
+      parameters(plan.parameters),
+      common(plan.common),
+      cases(plan.cases),
+      shard(part) {}
+
+SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity, bool resume) {
+  std::error_code error;
+  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
+    throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
+  }
+  fs::create_directories(path + "/cases", error);
+  if (error) {
+    throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
+  }
+  SweepDirectory directory(path, lock_directory(path));
+  if (fs::exists(path + "/sweep.json")) {
+    if (!resume) {
+      throw InputError(fmt::format(
+          "output directory {} already holds a sweep; --resume goes on with it, or give another with -o", path));
+    }
+    const SweepIdentity kept = read_identity(path);
+    if (kept.hash != identity.hash || kept.shard.index != identity.shard.index ||
+        kept.shard.count != identity.shard.count) {
+      throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
+                                   difference(kept, identity)));
+    }
+  } else {
+    if (!fs::is_empty(path + "/cases", error)) {
+      throw InputError(fmt::format("output directory {}: cases without a sweep.json are in the way", path));
+    }
+    try {
+      write_identity(path, identity);
+    } catch (const IoError& failure) {
+      throw InputError(fmt::format("output directory {} cannot be written to: {}", path, failure.what()));
+    }
+  }
+  directory.clear_leftovers();
+  return directory;
+}
+
+SweepDirectory::SweepDirectory(SweepDirectory&& other) noexcept
+    : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)) {}
+
+SweepDirectory::~SweepDirectory() {
+  if (lock_ >= 0) {
+    close(lock_);
+  }
+}
+
+/// What a killed owner left half done.
+void SweepDirectory::clear_leftovers() const {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(path_ + "/cases", error)) {
+    if (is_scratch(entry.path().filename().string())) {
+      fs::remove_all(entry.path(), error);
+    }
+  }
+}
+
+CaseRecords SweepDirectory::records() const { return read_records(path_); }
+
+std::string SweepDirectory::scratch(int number) const {
+  std::string path = fmt::format("{}/cases/.{}.{}", path_, case_name(number), getpid());
+  std::error_code error;
+  fs::remove_all(path, error);
+  if (!fs::create_directory(path, error) && !error) {
+    error = std::make_error_code(std::errc::file_exists);
+  }
+  if (error) {
+    throw IoError(fmt::format("{} cannot be made: {}", path, error.message()));
+  }
+  return path;
+}
+
+void SweepDirectory::land(SweepRecord& record, const std::string& scratch) const {
+  record.files = files_of(scratch);
+  write_text_file(fmt::format("{}/{}", scratch, kRecordName), to_json(record));
+  flush_folder(scratch);
+  const std::string place = fmt::format("{}/cases/{}", path_, case_name(record.number));
+  const std::string old = fmt::format("{}/cases/.{}.old", path_, case_name(record.number));
+  std::error_code error;
+  if (fs::exists(place, error)) {
+    fs::remove_all(old, error);
+    fs::rename(place, old, error);
+  }
+  if (!error) {
+    fs::rename(scratch, place, error);
+  }
+  if (error) {
+    throw IoError(fmt::format("{} cannot be put in its place: {}", place, error.message()));
+  }
+  if (fs::exists(old, error)) {
+    keep_files_of_others(old, place);
+  }
+  flush_folder(path_ + "/cases");
+  fs::remove_all(old, error);
+}
+
+void SweepDirectory::drop(const std::string& scratch) noexcept {
+  std::error_code error;
+  fs::remove_all(scratch, error);
+}
+
+SweepIdentity read_identity(const std::string& directory) {
+  const std::string path = directory + "/sweep.json";
+  if (!fs::exists(path)) {
+    throw InputError(fmt::format("{} holds no sweep: there is no sweep.json", directory));
+  }
+  try {
+    const Json json = Json::parse(read_file(path));
+    if (json.at("format") != kFormat || json.at("format_version") != 1) {
+      throw InputError(fmt::format("{}: of a format that this version does not know", path));
+    }
+    SweepIdentity identity;
+    identity.name = json.at("name").get<std::string>();
+    identity.hash = json.at("hash").get<std::string>();
+    identity.shard = {json.at("shard").at(0).get<int>(), json.at("shard").at(1).get<int>()};
+    identity.parameters = json.at("parameters").get<std::vector<std::string>>();
+    identity.common = json_changes(json.at("set"));
+    identity.text = json.at("sweep").get<std::string>();
+    identity.base = json.at("base").get<std::string>();
+    for (const Json& item : json.at("cases")) {
+      identity.cases.push_back({static_cast<int>(identity.cases.size()) + 1, json_changes(item)});
+    }
+    return identity;
+  } catch (const Json::exception& error) {
+    throw IoError(fmt::format("{}: damaged: {}", path, error.what()));
+  }
+}
+
+CaseRecords read_records(const std::string& directory) {
+  CaseRecords records;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory + "/cases", error)) {
+    if (const auto number = number_in_name(entry.path().filename().string())) {
+      try {
+        records.whole.emplace(*number, read_case_record(entry.path().string(), *number));
+      } catch (const IoError& damage) {
+        records.damaged.emplace(*number, damage.what());
+      }
+    }
+  }
+  return records;
+}
+
+std::vector<std::string> shard_directories(const std::string& directory) {
+  std::vector<std::string> found;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(directory, error)) {
+    if (entry.is_directory() && entry.path().filename().string().starts_with("shard-") &&
+        fs::exists(entry.path() / "sweep.json")) {
+      found.push_back(entry.path().string());
+    }
+  }
+  std::ranges::sort(found);
+  return found;
+}
+
+std::string shard_directory(const std::string& directory, Shard shard) {
+  return shard.count == 1 ? directory : fmt::format("{}/shard-{}-of-{}", directory, shard.index, shard.count);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/scene/sweep_reader.h"
+#include "sim/store/sweep_files.h"
+
+namespace touchfield {
+
+/// Part i of n of a sweep: the cases whose number is i modulo n.
+struct Shard {
+  int index = 1;  // from 1
+  int count = 1;
+
+  bool has(int number) const { return (number - index) % count == 0; }
+};
+
+/// What a sweep set out to do, as sweep.json in its directory keeps it.
+struct SweepIdentity {
+  std::string name;
+  std::string hash;  // plan_hash
+  std::string text;  // of the sweep file
+  std::string base;  // of the scene file
+  std::vector<std::string> parameters;
+  std::vector<SceneChange> common;
+  std::vector<SweepCase> cases;  // of the whole plan
+  Shard shard;
+
+  SweepIdentity() = default;
+  SweepIdentity(const SweepPlan& plan, std::string plan_hash, Shard part);
+};
+
+/// What the cases of a directory came to.
+struct CaseRecords {
+  std::map<int, SweepRecord> whole;
+  std::map<int, std::string> damaged;  // what is wrong with those that are no longer what they were when they finished
+};
+
+/// The directory of a sweep or of one of its shards:
+///
+///   sweep.json            the plan; there before the first case
+///   cases/00001/          a case: its run and case.json, there whole or not at all
+///   cases/.00002.PID/     one that is being computed
+///   sweep.lock            held by the process that computes, by flock: a process that is killed leaves no lock
+///   sweep.csv, sweep.h5   the table
+///
+/// Everything lands by a rename after it has been flushed to the disk.
+class SweepDirectory {
+ public:
+  /// Makes the directory, or opens it to go on, and locks it.
+  ///
+  /// resume   go on with the same plan; without it a directory that holds a sweep is refused
+  /// throws   InputError if it holds a sweep and resume is false, or another plan than this one (naming the first
+  ///          difference), if another process works in it, or if it cannot be made or written to
+  static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool resume);
+
+  SweepDirectory(SweepDirectory&& other) noexcept;
+  SweepDirectory(const SweepDirectory&) = delete;
+  SweepDirectory& operator=(const SweepDirectory&) = delete;
+  SweepDirectory& operator=(SweepDirectory&&) = delete;
+  ~SweepDirectory();
+
+  const std::string& path() const { return path_; }
+  std::string file(const std::string& name) const { return path_ + "/" + name; }
+
+  CaseRecords records() const;
+
+  /// A new empty folder for a case to be computed in.
+  /// throws   IoError
+  std::string scratch(int number) const;
+
+  /// Puts a case in its place: its files are added to the record, the record is written into its scratch folder, which
+  /// then gets the case's name; what was there before is removed.
+  /// throws   IoError; the scratch folder is then still there
+  void land(SweepRecord& record, const std::string& scratch) const;
+
+  /// Removes a scratch folder and what is in it.
+  static void drop(const std::string& scratch) noexcept;
+
+ private:
+  SweepDirectory(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}
+  void clear_leftovers() const;
+
+  std::string path_;
+  int lock_;  // file descriptor
+};
+
+/// The plan of a directory.
+/// throws   InputError if it holds none, IoError if it cannot be read
+SweepIdentity read_identity(const std::string& directory);
+
+/// The cases in a directory, by number, without locking it. Each is whole if its record can be read and every file that
+/// the record names is there, as long as it was and with the same CRC-32.
+CaseRecords read_records(const std::string& directory);
+
+/// The shards' directories in a directory, in order.
+std::vector<std::string> shard_directories(const std::string& directory);
+
+/// The directory of a shard: `directory` itself if there is only one.
+std::string shard_directory(const std::string& directory, Shard shard);
+
+}  // namespace touchfield

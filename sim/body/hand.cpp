@@ -1,0 +1,119 @@
+#include "sim/body/hand.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/body/hand_flesh.h"
+#include "sim/body/hand_landmarks.h"
+#include "sim/body/hand_pose.h"
+#include "sim/body/hand_skeleton.h"
+#include "sim/body/skin_mesh.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/mesh/query/self_intersections.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kGrid = 1.2e-3;  // [m]: the narrowest gaps stay open only if the first mesh sees them
+
+void require_within(const char* field, double value, double least, double most) {
+  if (!(value >= least && value <= most)) {
+    throw InputError(fmt::format("hand.{} = {} m must be {} to {} m", field, value, least, most));
+  }
+}
+
+/// A right hand: bones and flesh.
+struct Anatomy {
+  explicit Anatomy(const HandOptions& options) : skeleton(checked_skeleton(options)), flesh(hand_flesh(skeleton)) {}
+
+  static HandSkeleton checked_skeleton(const HandOptions& options) {
+    const HandPose pose = hand_pose(options.pose, options.joints);
+    require_within("breadth", options.breadth, 0.05, 0.15);
+    require_within("length", options.length, 0.12, 0.26);
+    return posed_skeleton(pose, options.length, options.breadth);
+  }
+
+  HandSkeleton skeleton;
+  SoftBody flesh;
+};
+
+Vector3 mirrored(const Vector3& x) { return {-x.x(), x.y(), x.z()}; }
+
+EdgeSizing mirrored(const EdgeSizing& sizing) {
+  std::vector<SizingZone> zones = sizing.zones();
+  for (SizingZone& zone : zones) {
+    zone.centre = mirrored(zone.centre);
+  }
+  return EdgeSizing(sizing.far(), std::move(zones), sizing.growth());
+}
+
+/// Mirror image in x, oriented outwards again. Landmarks keep their places.
+Body mirrored(const Body& body) {
+  Points vertices = body.mesh.vertices();
+  vertices.row(0) *= -1.0;
+  Triangles triangles = body.mesh.triangles();
+  triangles.row(1).swap(triangles.row(2));
+  std::vector<Landmark> landmarks = body.landmarks;
+  for (Landmark& landmark : landmarks) {
+    std::swap(landmark.barycentric(1), landmark.barycentric(2));
+  }
+  return {TriangleMesh(std::move(vertices), std::move(triangles)), std::move(landmarks)};
+}
+
+/// Parts that touch merge, but an edge that is long against a fold may still draw one side of it through the other.
+void require_no_cut(const TriangleMesh& mesh) {
+  const auto pairs = self_intersections(mesh, 1);
+  if (!pairs.empty()) {
+    const Vector3 at = mesh.centroids().col(pairs.front().first) / kMillimetre;
+    throw InputError(fmt::format(
+        "hand: the skin cuts itself near ({:.1f}, {:.1f}, {:.1f}) mm of the right hand's own frame, in a fold "
+        "that these edges are too long for: ask for shorter edges, or for joint angles that keep the parts "
+        "there apart or press them together",
+        at.x(), at.y(), at.z()));
+  }
+}
+
+Body finished(const HandOptions& options, const Anatomy& anatomy, TriangleMesh mesh) {
+  require_no_cut(mesh);
+  std::vector<Landmark> landmarks;
+  for (const std::string& name : hand_landmark_names()) {
+    landmarks.push_back(nearest_landmark(mesh, name, landmark_on_skin(anatomy.skeleton, anatomy.flesh, name)));
+  }
+  const Body right{std::move(mesh), std::move(landmarks)};
+  return options.side == HandSide::kRight ? right : mirrored(right);
+}
+
+}  // namespace
+
+std::vector<std::string> hand_poses() {
+  std::vector<std::string> names;
+  for (const HandPose& pose : hand_pose_table()) {
+    names.push_back(pose.name);
+  }
+  return names;
+}
+
+Body hand(const HandOptions& options) {
+  require_within("edge", options.edge, kLeastHandEdge, kMostHandEdge);
+  const Anatomy anatomy(options);
+  return finished(options, anatomy, skin_mesh(anatomy.flesh, options.edge, kGrid));
+}
+
+Body hand(const HandOptions& options, const EdgeSizing& sizing) {
+  require_within("sizing.finest", sizing.finest(), kLeastHandEdge, kMostHandEdge);
+  require_within("sizing.far", sizing.far(), kLeastHandEdge, kMostHandEdge);
+  const Anatomy anatomy(options);
+  return finished(options, anatomy,
+                  skin_mesh(anatomy.flesh, options.side == HandSide::kRight ? sizing : mirrored(sizing), kGrid));
+}
+
+Vector3 hand_landmark(const HandOptions& options, const std::string& name) {
+  const Anatomy anatomy(options);
+  const Vector3 right = landmark_on_skin(anatomy.skeleton, anatomy.flesh, name);
+  return options.side == HandSide::kRight ? right : mirrored(right);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/body/body.h"
+#include "sim/mesh/remesh/edge_sizing.h"
+
+namespace touchfield {
+
+enum class HandSide { kRight, kLeft };
+
+/// Angles of a finger's joints [rad] that differ from the pose's.
+struct FingerJoints {
+  std::optional<double> abduction;  // away from the middle finger; the middle finger's: towards the thumb. Index -15 to
+                                    // 42, middle -20 to 20, ring -15 to 25, little -15 to 45 degrees
+  std::optional<double> mcp;        // knuckle, flexion; 0 to 90 degrees
+  std::optional<double> pip;        // 0 to 100 degrees
+  std::optional<double> dip;        // -10 to 90 degrees
+};
+
+/// Angles of the thumb's joints [rad] that differ from the pose's.
+///
+/// The metacarpal points along y turned by 20 degrees - cmc_flexion about the back of the hand, away from the index
+/// finger, and then by cmc_abduction out of the plane of the palm.
+struct ThumbJoints {
+  std::optional<double> cmc_flexion;    // across the palm; -25 to 35 degrees
+  std::optional<double> cmc_abduction;  // out of the palm's plane, palmwards; -30 to 60 degrees
+  std::optional<double> cmc_rotation;   // of the metacarpal about itself: 0 has the pad face the little finger, so that
+                                        // the thumb flexes within the palm's plane; towards 80 it faces the
+                                        // fingertips (opposition), towards -60 the palm side; -60 to 80 degrees
+  std::optional<double> mcp;            // flexion; -10 to 80 degrees
+  std::optional<double> ip;             // -15 to 80 degrees
+};
+
+struct HandJoints {
+  ThumbJoints thumb;
+  FingerJoints index;
+  FingerJoints middle;
+  FingerJoints ring;
+  FingerJoints little;
+};
+
+/// The built-in hand: published bone lengths and finger thicknesses, posed by joint angles, skin as a smooth implicit
+/// surface over the bones.
+struct HandOptions {
+  std::string pose = "index_up";  // one of hand_poses()
+  double breadth = 88.3e-3;       // [m], across the metacarpal heads; 0.05 to 0.15
+  double length = 193.3e-3;       // [m], crease of the wrist to middle fingertip with the hand flat; 0.12 to 0.26
+  HandSide side = HandSide::kRight;
+  double edge = 3e-3;   // wanted edge length of a uniform mesh [m]; kLeastHandEdge to kMostHandEdge
+  HandJoints joints{};  // joints turned away from the pose
+};
+
+inline constexpr double kLeastHandEdge = 0.4e-3;  // [m]
+inline constexpr double kMostHandEdge = 8e-3;     // [m]
+
+/// Names of the poses that hand() knows: flat; index_up (index finger straight, the others curled, the thumb over
+/// them); grasp (a box of 55 mm between the pads of the thumb and the fingers); point_down (index_up with the index
+/// finger bent a little, to point at an array); fist.
+std::vector<std::string> hand_poses();
+
+/// A closed, manifold, outwardly oriented hand in its own frame: origin at the wrist joint, x to the thumb's side (of
+/// a right hand; a left hand is its mirror image in x), y to the fingertips, z out of the back of the hand. The crease
+/// of the wrist, from which the length counts, lies 0.073 lengths behind the wrist joint, the end of the skin 20 mm.
+/// Parts that touch, or that are nearer than 2.6 mm, merge.
+///
+/// sizing      wanted edge length by place in the hand's own frame, kLeastHandEdge to kMostHandEdge; without it,
+/// uniform landmarks   thumb_pad, index_pad, middle_pad, ring_pad, little_pad (middle of the distal segment, palm
+/// side),
+///             thumb_tip ... little_tip (the far end), palm_centre, back_centre, wrist (palm side). That of a pad or
+///             tip pressed into other flesh lies on the skin nearest to it
+/// accuracy    mean edge of a uniform mesh within 3 % of the wanted one from 2 mm on, 5 % below; area and volume of the
+///             default hand in pose flat 445 cm2 and 343 cm3 (published: 425 and 340), the same at every edge up to 3
+///             mm within 0.5 %; finger thickness within 10 % of the published means
+/// throws      InputError on an unknown pose, a value or an angle out of range, or if the skin cuts itself: the edges
+///             are too long for a fold that the angles make
+/// source      Buryanov & Kotiuk 2010 (bones); ANSUR II (length and breadth)
+Body hand(const HandOptions& options);
+Body hand(const HandOptions& options, const EdgeSizing& sizing);
+
+/// Where a landmark of the hand lies [m], without meshing it: on the implicit skin, within 0.5 mm of the landmark of
+/// the same name on a mesh with edges up to 3 mm.
+///
+/// throws   InputError as hand() does, or listing the names there are
+Vector3 hand_landmark(const HandOptions& options, const std::string& name);
+
+}  // namespace touchfield

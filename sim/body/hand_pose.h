@@ -1,0 +1,41 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "sim/body/hand.h"
+
+namespace touchfield {
+
+/// Angles of a finger's joints [rad], all zero for a finger straight along y. See FingerJoints.
+struct FingerAngles {
+  double abduction;
+  double mcp;
+  double pip;
+  double dip;
+};
+
+/// Angles of the thumb's joints [rad]. See ThumbJoints.
+struct ThumbAngles {
+  double cmc_flexion;
+  double cmc_abduction;
+  double cmc_rotation;
+  double mcp;
+  double ip;
+};
+
+struct HandPose {
+  std::string name;
+  ThumbAngles thumb;
+  std::array<FingerAngles, 4> fingers;  // index, middle, ring, little
+};
+
+/// The poses the hand knows.
+const std::vector<HandPose>& hand_pose_table();
+
+/// The pose of this name with the joints that are given turned to their angles.
+/// throws   InputError on an unknown name, or an angle out of its joint's range
+HandPose hand_pose(const std::string& name, const HandJoints& joints = {});
+
+}  // namespace touchfield

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+
+#include "sim/body/hand_pose.h"
+#include "sim/core/types.h"
+
+namespace touchfield {
+
+/// A chain of bones: joints from the base to the end of the skin at the tip, and which way its palm side faces at each
+/// bone.
+struct BoneChain {
+  std::array<Vector3, 4> joints;  // finger: MCP, PIP, DIP, tip; thumb: CMC, MCP, IP, tip
+  std::array<Vector3, 3> palmar;  // unit, normal to the bone from joint i to i + 1
+  std::array<double, 4> radii;    // of the flesh about each joint; the last: of the ball at the tip [m]
+
+  Vector3 along(int bone, double t) const {
+    const auto i = static_cast<std::size_t>(bone);
+    return joints[i] + t * (joints[i + 1] - joints[i]);
+  }
+  Vector3 direction(int bone) const {
+    const auto i = static_cast<std::size_t>(bone);
+    return (joints[i + 1] - joints[i]).normalized();
+  }
+};
+
+/// A posed right hand in its own frame (see hand.h).
+struct HandSkeleton {
+  BoneChain thumb;
+  std::array<BoneChain, 4> fingers;
+  double length;   // of the hand [m]
+  double breadth;  // [m]
+};
+
+/// Bone lengths scale with the hand's length, thicknesses and distances across it with its breadth.
+/// source   Buryanov and Kotiuk 2010 (phalanges, metacarpal of the thumb, soft tissue at the tips)
+HandSkeleton posed_skeleton(const HandPose& pose, double length, double breadth);
+
+}  // namespace touchfield

@@ -1,0 +1,108 @@
+#include "sim/mesh/cut/capped_cut.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/mesh/cut/thin_faces.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/repair/fill_holes.h"
+
+namespace touchfield {
+
+namespace {
+
+Triangles as_matrix(const std::vector<std::array<int, 3>>& faces) {
+  Triangles triangles(3, static_cast<Eigen::Index>(faces.size()));
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    triangles.col(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
+  }
+  return triangles;
+}
+
+/// The skin's faces come first; those of its points that share a face with the rim may change.
+TriangleMesh without_thin_faces(const TriangleMesh& mesh, Eigen::Index skin_faces, const CutPlace& place) {
+  const auto vertices = static_cast<std::size_t>(mesh.vertex_count());
+  CappedSurface surface{mesh.vertices(), mesh.triangles(), {}, std::vector<bool>(vertices, true), place.tolerance};
+  std::vector<bool> in_cap(vertices, false);
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    surface.is_cap.push_back(f >= skin_faces);
+    for (const int v : mesh.triangles().col(f)) {
+      in_cap[static_cast<std::size_t>(v)] = f >= skin_faces || in_cap[static_cast<std::size_t>(v)];
+    }
+  }
+  for (const auto& face : mesh.triangles().colwise()) {
+    const bool at_cap =
+        std::any_of(face.begin(), face.end(), [&](int v) { return in_cap[static_cast<std::size_t>(v)]; });
+    for (const int v : face) {
+      if (at_cap && (in_cap[static_cast<std::size_t>(v)] || place.may_change(mesh.vertices().col(v)))) {
+        surface.is_fixed[static_cast<std::size_t>(v)] = false;
+      }
+    }
+  }
+  remove_thin_faces(surface);
+  return {std::move(surface.points), std::move(surface.triangles)};
+}
+
+void require_closed(const TriangleMesh& mesh, const CutPlace& place) {
+  const MeshReport report = inspect(mesh);
+  if (!report.faults.empty()) {
+    throw InputError(fmt::format("mesh: {} leaves no closed surface: {}; change it a little", place.what,
+                                 fmt::join(report.faults, "; ")));
+  }
+}
+
+/// The body may cut itself elsewhere: that is not the cut's doing.
+void require_no_intersection(const TriangleMesh& mesh, const CutPlace& place) {
+  const auto is_near = [&](Eigen::Index face) {
+    return place.is_near(mesh.corner(face, 0)) || place.is_near(mesh.corner(face, 1)) ||
+           place.is_near(mesh.corner(face, 2));
+  };
+  for (const auto& [one, other] : self_intersections(mesh)) {
+    if (is_near(one) || is_near(other)) {
+      throw InputError(fmt::format("mesh: {} leaves a surface that cuts itself near {}; change it a little", place.what,
+                                   place_in_mm(mesh.centroids().col(one))));
+    }
+  }
+}
+
+}  // namespace
+
+TriangleMesh as_mesh(const ClippedSurface& surface) {
+  Points points(3, static_cast<Eigen::Index>(surface.points.size()));
+  for (std::size_t v = 0; v < surface.points.size(); ++v) {
+    points.col(static_cast<Eigen::Index>(v)) = surface.points[v];
+  }
+  return {std::move(points), as_matrix(surface.triangles)};
+}
+
+std::vector<std::vector<int>> loops_of(const ClippedSurface& surface) {
+  return boundary_loops(as_matrix(surface.triangles), static_cast<int>(surface.points.size()));
+}
+
+TriangleMesh first_sound_cut(const std::vector<CutCare>& cares, const CutPlace& place,
+                             const std::function<CappedCut(const CutCare&)>& cut) {
+  std::string last_error;
+  for (const CutCare& care : cares) {
+    try {
+      const CappedCut capped = cut(care);
+      TriangleMesh mesh = as_mesh(capped.surface);
+      require_closed(mesh, place);
+      if (care.mends) {
+        mesh = without_thin_faces(mesh, capped.skin_faces, place);
+        require_closed(mesh, place);
+      }
+      require_no_intersection(mesh, place);
+      return mesh;
+    } catch (const InputError& error) {
+      last_error = error.what();
+    }
+  }
+  throw InputError(last_error);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,42 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "sim/mesh/cut/clip_mesh.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// How much a cut may move the skin for the sake of its faces' shapes.
+struct CutCare {
+  double snap;             // as of CuttingSurface
+  double snap_off_crease;  // the same
+  bool mends;              // whether thin faces are removed
+};
+
+/// Result of clipping and capping: closed, the skin's faces first.
+struct CappedCut {
+  ClippedSurface surface;
+  Eigen::Index skin_faces;
+};
+
+/// What a capped cut is judged and mended by.
+struct CutPlace {
+  std::string what;                                 // how errors call the cut
+  std::function<bool(const Vector3&)> is_near;      // whether a face there may have been changed by the cut
+  std::function<bool(const Vector3&)> may_change;   // whether a point of the skin may move
+  std::function<double(const Vector3&)> tolerance;  // as of CappedSurface
+};
+
+TriangleMesh as_mesh(const ClippedSurface& surface);
+std::vector<std::vector<int>> loops_of(const ClippedSurface& surface);
+
+/// The first of several cuts, each with less care for shapes, that is closed and does not cut itself near the cut.
+///
+/// throws   InputError of the last one if there is none
+TriangleMesh first_sound_cut(const std::vector<CutCare>& cares, const CutPlace& place,
+                             const std::function<CappedCut(const CutCare&)>& cut);
+
+}  // namespace touchfield

@@ -1,0 +1,156 @@
+#include "sim/mesh/io/mesh_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <numeric>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Format {
+  const char* ending;
+  FileSurface (*parse)(const std::string& content, const std::string& name);
+  std::string (*as_file)(const TriangleMesh& mesh, double unit);
+};
+
+constexpr std::array<Format, 5> kFormats = {{{".stl", parse_stl, as_stl},
+                                             {".obj", parse_obj, as_obj},
+                                             {".ply", parse_ply, as_ply},
+                                             {".off", parse_off, as_off},
+                                             {".vtp", parse_vtp, as_vtp}}};
+
+const Format& format_of(const std::string& path) {
+  std::string ending = fs::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  const auto* found =
+      std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) { return format.ending == ending; });
+  if (found == kFormats.end()) {
+    throw InputError(fmt::format("{}: a mesh file must end in .stl, .obj, .ply, .off or .vtp", path));
+  }
+  return *found;
+}
+
+void require_unit(double unit) {
+  if (!(unit > 0) || !std::isfinite(unit)) {
+    throw InputError(fmt::format("mesh.unit = {} m must be > 0 and finite", unit));
+  }
+}
+
+std::string content_of(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) {
+    throw InputError(fmt::format("{}: no such file", path));
+  }
+  if (status.type() == fs::file_type::directory) {
+    throw InputError(fmt::format("{}: is a directory, not a mesh file", path));
+  }
+  if (error || status.type() != fs::file_type::regular) {
+    throw InputError(fmt::format("{}: cannot be read as a file", path));
+  }
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (!error && size > static_cast<std::uintmax_t>(kMostFileBytes)) {
+    throw InputError(fmt::format("{}: {} bytes, a mesh file may have at most {}", path, size, kMostFileBytes));
+  }
+  std::ifstream file(path, std::ios::binary);
+  std::string content(error ? 0 : size, '\0');
+  file.read(content.data(), static_cast<std::streamsize>(content.size()));
+  content.resize(static_cast<std::size_t>(file.gcount()));
+  if (error || !file.is_open() || file.bad()) {
+    throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
+  }
+  if (content.empty()) {
+    throw InputError(fmt::format("{}: the file is empty", path));
+  }
+  return content;
+}
+
+/// For each point the number of the first one with its coordinates, counting only first ones; and these.
+std::pair<std::vector<int>, Points> merged(const std::vector<Vector3>& points) {
+  const auto before = [&](std::size_t i, std::size_t j) {
+    return std::lexicographical_compare(points[i].begin(), points[i].end(), points[j].begin(), points[j].end());
+  };
+  std::vector<std::size_t> order(points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), before);
+  std::vector<std::size_t> first(points.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool repeated = i > 0 && !before(order[i - 1], order[i]);
+    first[order[i]] = repeated ? first[order[i - 1]] : order[i];
+  }
+  std::vector<int> number(points.size());
+  Points unique(3, static_cast<Eigen::Index>(points.size()));
+  int count = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (first[i] == i) {
+      number[i] = count;
+      unique.col(count++) = points[i];
+    } else {
+      number[i] = number[first[i]];
+    }
+  }
+  unique.conservativeResize(3, count);
+  return {std::move(number), std::move(unique)};
+}
+
+}  // namespace
+
+void require_few(std::int64_t points, std::int64_t faces, const std::string& name) {
+  if (points > kMostFilePoints || faces > kMostFileFaces) {
+    throw InputError(fmt::format("{}: {} points and {} faces, a mesh file may have at most {} and {}", name, points,
+                                 faces, kMostFilePoints, kMostFileFaces));
+  }
+}
+
+FileSurface read_surface(const std::string& path) {
+  const Format& format = format_of(path);
+  FileSurface surface = format.parse(content_of(path), path);
+  if (surface.triangles.empty()) {
+    throw InputError(fmt::format("{}: the file has no face", path));
+  }
+  require_few(static_cast<std::int64_t>(surface.points.size()), static_cast<std::int64_t>(surface.triangles.size()),
+              path);
+  return surface;
+}
+
+TriangleMesh read_mesh(const std::string& path, double unit) {
+  require_unit(unit);
+  const FileSurface surface = read_surface(path);
+  const auto [number, vertices] = merged(surface.points);
+  Triangles triangles(3, static_cast<Eigen::Index>(surface.triangles.size()));
+  for (std::size_t f = 0; f < surface.triangles.size(); ++f) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      triangles(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(f)) =
+          number[static_cast<std::size_t>(surface.triangles[f][c])];
+    }
+  }
+  try {
+    return {vertices * unit, std::move(triangles)};
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", path, error.what()));
+  }
+}
+
+void write_mesh(const std::string& path, const TriangleMesh& mesh, double unit) {
+  require_unit(unit);
+  write_atomically(path, {format_of(path).as_file(mesh, unit)});
+}
+
+}  // namespace touchfield

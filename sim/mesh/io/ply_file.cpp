@@ -1,0 +1,327 @@
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/mesh/io/byte_string.h"
+#include "sim/mesh/io/mesh_files.h"
+#include "sim/mesh/io/polygon.h"
+#include "sim/mesh/io/text_cursor.h"
+
+namespace touchfield {
+
+namespace {
+
+enum class Encoding { kText, kLittleEndian, kBigEndian };
+enum class Scalar { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat32, kFloat64 };
+
+struct Property {
+  std::string name;
+  Scalar type;
+  std::optional<Scalar> count_type;  // of a list
+};
+
+struct Element {
+  std::string name;
+  std::int64_t count;
+  std::vector<Property> properties;
+};
+
+struct Header {
+  Encoding encoding;
+  std::vector<Element> elements;
+  std::size_t end;  // where the body begins
+};
+
+std::optional<Scalar> scalar_type(std::string_view word) {
+  struct Name {
+    std::string_view word;
+    Scalar type;
+  };
+  static constexpr std::array<Name, 16> kNames = {{
+      {"char", Scalar::kInt8},
+      {"int8", Scalar::kInt8},
+      {"uchar", Scalar::kUint8},
+      {"uint8", Scalar::kUint8},
+      {"short", Scalar::kInt16},
+      {"int16", Scalar::kInt16},
+      {"ushort", Scalar::kUint16},
+      {"uint16", Scalar::kUint16},
+      {"int", Scalar::kInt32},
+      {"int32", Scalar::kInt32},
+      {"uint", Scalar::kUint32},
+      {"uint32", Scalar::kUint32},
+      {"float", Scalar::kFloat32},
+      {"float32", Scalar::kFloat32},
+      {"double", Scalar::kFloat64},
+      {"float64", Scalar::kFloat64},
+  }};
+  const auto* found = std::find_if(kNames.begin(), kNames.end(), [&](const Name& name) { return name.word == word; });
+  return found == kNames.end() ? std::nullopt : std::optional(found->type);
+}
+
+Scalar required_type(const TextCursor& cursor, std::string_view word) {
+  const std::optional<Scalar> type = scalar_type(word);
+  if (!type) {
+    cursor.fail(fmt::format("'{}' is no type of a PLY property", word.substr(0, 40)));
+  }
+  return *type;
+}
+
+Encoding parse_format(const TextCursor& cursor, std::string_view word) {
+  if (word == "ascii") {
+    return Encoding::kText;
+  }
+  if (word == "binary_little_endian") {
+    return Encoding::kLittleEndian;
+  }
+  if (word == "binary_big_endian") {
+    return Encoding::kBigEndian;
+  }
+  cursor.fail(fmt::format("format '{}' must be ascii, binary_little_endian or binary_big_endian", word.substr(0, 40)));
+}
+
+Element parse_element(const TextCursor& cursor, std::string_view line) {
+  Element element{std::string(take_word(line)), 0, {}};
+  if (!to_integer(take_word(line), element.count) || element.count < 0) {
+    cursor.fail(fmt::format("element '{}' must have a number of entries", element.name));
+  }
+  return element;
+}
+
+Property parse_property(const TextCursor& cursor, std::string_view line) {
+  const std::string_view first = take_word(line);
+  Property property;
+  if (first == "list") {
+    property.count_type = required_type(cursor, take_word(line));
+    property.type = required_type(cursor, take_word(line));
+  } else {
+    property.type = required_type(cursor, first);
+  }
+  property.name = std::string(take_word(line));
+  return property;
+}
+
+Header parse_header(const std::string& content, const std::string& name) {
+  TextCursor cursor(content, name);
+  std::string_view line;
+  if (!cursor.next_line(line) || take_word(line) != "ply") {
+    throw InputError(fmt::format("{}: not a PLY file: it does not begin with 'ply'", name));
+  }
+  std::optional<Encoding> encoding;
+  std::vector<Element> elements;
+  while (cursor.next_line(line)) {
+    const std::string_view keyword = take_word(line);
+    if (keyword == "format") {
+      encoding = parse_format(cursor, take_word(line));
+    } else if (keyword == "element") {
+      elements.push_back(parse_element(cursor, line));
+    } else if (keyword == "property") {
+      if (elements.empty()) {
+        cursor.fail("a property before the first element");
+      }
+      elements.back().properties.push_back(parse_property(cursor, line));
+    } else if (keyword == "end_header") {
+      if (!encoding) {
+        cursor.fail("the header has no 'format'");
+      }
+      return {*encoding, std::move(elements), cursor.position()};
+    } else if (keyword != "comment" && keyword != "obj_info") {
+      cursor.fail(fmt::format("'{}' is no line of a PLY header", keyword.substr(0, 40)));
+    }
+  }
+  cursor.fail("the file ends within its header");
+}
+
+/// Hands out the numbers of the body one by one.
+class Body {
+ public:
+  Body(const std::string& content, const std::string& name, const Header& header)
+      : content_(content),
+        name_(name),
+        encoding_(header.encoding),
+        cursor_(content, name, header.end),
+        at_(header.end) {}
+
+  double next(Scalar type) {
+    if (encoding_ == Encoding::kText) {
+      return cursor_.number("a value");
+    }
+    switch (type) {
+      case Scalar::kInt8:
+        return take<std::int8_t>();
+      case Scalar::kUint8:
+        return take<std::uint8_t>();
+      case Scalar::kInt16:
+        return take<std::int16_t>();
+      case Scalar::kUint16:
+        return take<std::uint16_t>();
+      case Scalar::kInt32:
+        return take<std::int32_t>();
+      case Scalar::kUint32:
+        return take<std::uint32_t>();
+      case Scalar::kFloat32:
+        return static_cast<double>(take<float>());
+      case Scalar::kFloat64:
+        return take<double>();
+    }
+    fail("a value of an unknown type");
+  }
+
+  std::int64_t next_integer(Scalar type, const char* what) {
+    constexpr double kMost = 4294967295.0;
+    const double value = next(type);
+    if (!(std::abs(value) <= kMost) || value != std::floor(value)) {
+      fail(fmt::format("{} is {}, it must be a whole number", what, value));
+    }
+    return static_cast<std::int64_t>(value);
+  }
+
+  [[noreturn]] void fail(const std::string& message) const {
+    if (encoding_ == Encoding::kText) {
+      cursor_.fail(message);
+    }
+    throw InputError(fmt::format("{}: {} (byte {})", name_, message, at_));
+  }
+
+ private:
+  template <class Number>
+  Number take() {
+    std::array<char, sizeof(Number)> bytes;
+    if (content_.size() - at_ < bytes.size()) {
+      fail("the file ends before all its elements are read");
+    }
+    std::copy_n(content_.data() + at_, bytes.size(), bytes.begin());
+    at_ += bytes.size();
+    if ((encoding_ == Encoding::kBigEndian) != (std::endian::native == std::endian::big)) {
+      std::reverse(bytes.begin(), bytes.end());
+    }
+    return std::bit_cast<Number>(bytes);
+  }
+
+  const std::string& content_;
+  const std::string& name_;
+  Encoding encoding_;
+  TextCursor cursor_;
+  std::size_t at_;
+};
+
+void skip(Body& body, const Property& property) {
+  std::int64_t count = property.count_type ? body.next_integer(*property.count_type, "the length of a list") : 1;
+  for (; count > 0; --count) {
+    body.next(property.type);
+  }
+}
+
+Vector3 parse_vertex(Body& body, const Element& element) {
+  Vector3 vertex = Vector3::Zero();
+  for (const Property& property : element.properties) {
+    const auto axis = std::string_view("xyz").find(property.name);
+    if (property.name.size() != 1 || axis == std::string_view::npos || property.count_type) {
+      skip(body, property);
+      continue;
+    }
+    const double value = body.next(property.type);
+    if (!std::isfinite(value)) {
+      body.fail(fmt::format("coordinate {} of a vertex is {}, it must be a finite number", property.name, value));
+    }
+    vertex(static_cast<Eigen::Index>(axis)) = value;
+  }
+  return vertex;
+}
+
+bool is_corner_list(const Property& property) {
+  return property.count_type && (property.name == "vertex_indices" || property.name == "vertex_index");
+}
+
+std::vector<std::int64_t> parse_face(Body& body, const Element& element) {
+  std::vector<std::int64_t> corners;
+  for (const Property& property : element.properties) {
+    if (!is_corner_list(property)) {
+      skip(body, property);
+      continue;
+    }
+    const std::int64_t count = body.next_integer(*property.count_type, "the number of corners of a face");
+    for (std::int64_t c = 0; c < count; ++c) {
+      corners.push_back(body.next_integer(property.type, "a corner of a face"));
+    }
+  }
+  return corners;
+}
+
+const Element& required_element(const Header& header, const char* element, const std::string& name) {
+  const auto found = std::find_if(header.elements.begin(), header.elements.end(),
+                                  [&](const Element& candidate) { return candidate.name == element; });
+  if (found == header.elements.end()) {
+    throw InputError(fmt::format("{}: the PLY header has no element '{}'", name, element));
+  }
+  return *found;
+}
+
+void require_properties(const Header& header, const std::string& name) {
+  const Element& vertex = required_element(header, "vertex", name);
+  for (const char* axis : {"x", "y", "z"}) {
+    if (std::none_of(vertex.properties.begin(), vertex.properties.end(),
+                     [&](const Property& property) { return property.name == axis && !property.count_type; })) {
+      throw InputError(fmt::format("{}: the vertices of the PLY file have no property '{}'", name, axis));
+    }
+  }
+  const Element& face = required_element(header, "face", name);
+  if (std::none_of(face.properties.begin(), face.properties.end(), is_corner_list)) {
+    throw InputError(fmt::format("{}: the faces of the PLY file have no list 'vertex_indices'", name));
+  }
+}
+
+}  // namespace
+
+FileSurface parse_ply(const std::string& content, const std::string& name) {
+  const Header header = parse_header(content, name);
+  require_properties(header, name);
+  require_few(required_element(header, "vertex", name).count, required_element(header, "face", name).count, name);
+  FileSurface surface;
+  std::vector<std::vector<std::int64_t>> polygons;
+  Body body(content, name, header);
+  for (const Element& element : header.elements) {
+    const bool is_vertex = element.name == "vertex";
+    const bool is_face = element.name == "face";
+    // An element without properties takes no bytes, however many entries it has.
+    for (std::int64_t i = 0; i < element.count && !element.properties.empty(); ++i) {
+      if (is_vertex) {
+        surface.points.push_back(parse_vertex(body, element));
+      } else if (is_face) {
+        polygons.push_back(parse_face(body, element));
+      } else {
+        std::for_each(element.properties.begin(), element.properties.end(),
+                      [&](const Property& property) { skip(body, property); });
+      }
+    }
+  }
+  add_polygons(surface, polygons, name);
+  return surface;
+}
+
+std::string as_ply(const TriangleMesh& mesh, double unit) {
+  std::string bytes = fmt::format(
+      "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double "
+      "z\n"
+      "element face {}\nproperty list uchar int vertex_indices\nend_header\n",
+      mesh.vertex_count(), mesh.face_count());
+  for (Eigen::Index v = 0; v < mesh.vertex_count(); ++v) {
+    append_bytes<double>(bytes, mesh.vertices().col(v) / unit);
+  }
+  for (const auto& triangle : mesh.triangles().colwise()) {
+    append_bytes(bytes, std::uint8_t{3});
+    for (const int v : triangle) {
+      append_bytes(bytes, static_cast<std::int32_t>(v));
+    }
+  }
+  return bytes;
+}
+
+}  // namespace touchfield

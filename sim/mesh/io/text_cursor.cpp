@@ -1,0 +1,78 @@
+#include "sim/mesh/io/text_cursor.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr std::string_view kSpace = " \t\r\n\v\f";
+
+template <class Number>
+bool convert(std::string_view word, Number& value) {
+  if (word.size() > 1 && word[0] == '+' && word[1] != '-') {
+    word.remove_prefix(1);
+  }
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, value);
+  return error == std::errc() && stop == end && !word.empty();
+}
+
+}  // namespace
+
+std::string_view take_word(std::string_view& line) {
+  line.remove_prefix(std::min(line.find_first_not_of(kSpace), line.size()));
+  const std::string_view word = line.substr(0, line.find_first_of(kSpace));
+  line.remove_prefix(word.size());
+  return word;
+}
+
+bool to_number(std::string_view word, double& value) { return convert(word, value); }
+bool to_integer(std::string_view word, std::int64_t& value) { return convert(word, value); }
+
+bool TextCursor::next_line(std::string_view& line) {
+  if (at_ >= text_.size()) {
+    return false;
+  }
+  last_ = at_;
+  const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+  line = std::string_view(text_).substr(at_, end - at_);
+  if (!line.empty() && line.back() == '\r') {
+    line.remove_suffix(1);
+  }
+  at_ = std::min(end + 1, text_.size());
+  return true;
+}
+
+std::string_view TextCursor::next_word() {
+  std::string_view rest = std::string_view(text_).substr(at_);
+  const std::string_view word = take_word(rest);
+  at_ = text_.size() - rest.size();
+  last_ = at_ - word.size();
+  return word;
+}
+
+double TextCursor::number(const char* what) {
+  const std::string_view word = next_word();
+  double value = 0;
+  if (word.empty()) {
+    fail(fmt::format("the file ends where {} is expected", what));
+  }
+  if (!to_number(word, value)) {
+    fail(fmt::format("{} is '{}', which is not a number", what, word.substr(0, 40)));
+  }
+  return value;
+}
+
+void TextCursor::fail(const std::string& message) const {
+  const auto line = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(last_), '\n');
+  throw InputError(fmt::format("{}:{}: {}", name_, line, message));
+}
+
+}  // namespace touchfield

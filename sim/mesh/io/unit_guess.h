@@ -1,0 +1,74 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+
+#include "sim/mesh/io/mesh_files.h"
+
+namespace touchfield {
+
+/// A unit that a mesh file's coordinates may be in.
+struct LengthUnit {
+  const char* name;
+  double metres;
+  int power;  // metres = 10^power
+};
+inline constexpr std::array<LengthUnit, 3> kFileUnits = {{{"mm", 1e-3, -3}, {"cm", 1e-2, -2}, {"m", 1.0, 0}}};
+
+/// The file unit of this name.
+/// throws   InputError that lists the names
+const LengthUnit& file_unit(const std::string& name);
+
+/// About the diameter of the points that triangles name [file units]: the largest distance from the point that is
+/// farthest from their mean. At least half the diameter, whatever the pose; 0 without a triangle.
+///
+/// throws   InputError if a triangle names no point
+double surface_size(const FileSurface& surface);
+
+/// A body's least and largest size [m]: a tenth of a hair, a room.
+inline constexpr double kLeastBody = 1e-5;
+inline constexpr double kMostBody = 10.0;
+
+/// Refuses what is not the size of any body, before work that grows with it.
+///
+/// size     surface_size() in metres
+/// throws   InputError "name: ..." on a size out of kLeastBody to kMostBody
+void require_body_size(double size, const std::string& name);
+
+/// How far a guess of a file's unit can be trusted.
+enum class UnitCertainty {
+  kSure,     // the one unit in which the body is as large as a hand, and in the others it is none a hand could touch
+  kLikely,   // as large as a hand, but in another unit a fingertip or an arm
+  kUnclear,  // as large as a hand in none; in this unit a smaller or larger body
+  kNone,     // in no unit as large as a fingertip to an arm
+};
+
+struct UnitGuess {
+  LengthUnit unit;
+  UnitCertainty certainty;
+  std::string reason;  // the size in each unit and what a hand's is
+};
+
+/// The unit in which a body of this size is nearest to a hand: 0.12 to 0.26 m from the wrist's skin to the longest
+/// fingertip, in any pose. Bodies of 0.01 m (a fingertip) to 1 m (an arm) pass for bodies at all.
+///
+/// size     surface_size() [file units], > 0
+/// throws   InputError if it is not > 0 and finite
+UnitGuess guess_unit(double size);
+
+/// Why a file's unit is in doubt in a scene.
+struct UnitDoubt {
+  bool refuse;       // a run must not go on: no unit is stated, and it is not surely mm
+  std::string text;  // one line
+};
+
+/// What `check` and `run` say of a mesh file's unit. One that is stated is taken at its word unless the body is then
+/// smaller than a fingertip or larger than an arm; without one the file counts as in mm only if that is sure.
+///
+/// size      surface_size() [file units]
+/// stated    name of the unit that the scene gives, if it gives one
+/// returns   nothing if there is no doubt
+std::optional<UnitDoubt> unit_doubt(double size, const std::optional<std::string>& stated);
+
+}  // namespace touchfield

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// Smooth functions on a surface, known at the centroids of a fine mesh, at the centroids of another mesh of it.
+///
+/// At each point the nearest face whose normal is within 60 degrees of the point's is taken, and a complete quadratic
+/// in its plane's coordinates is fitted, by weighted least squares, to that face, the faces that share a vertex with it
+/// and, if these are fewer than 9, those that share one with them; faces whose normals are more than 60 degrees off
+/// stay out, so that the far side of a thin part and what lies round a sharp edge do not mix in. Where the faces do not
+/// determine a quadratic the fit is linear, and where not that either, constant. Its value is taken at the point of the
+/// skin that is nearest to the given point.
+///
+/// accuracy   third order in the edge length on smooth surfaces, if the points lie off the skin by no more than its
+///            sagitta; exact for quadratics on planes
+class SurfaceFit {
+ public:
+  explicit SurfaceFit(const TriangleMesh& mesh);
+
+  /// points    3 x J [m]
+  /// normals   3 x J, unit, of the surface at the points
+  /// values    M x S, at the centroids
+  /// returns   J x S
+  /// throws    InputError if the sizes do not match, or no face looks within 60 degrees of a point's normal
+  Eigen::MatrixXcd at(const Points& points, const Points& normals, const Eigen::MatrixXcd& values) const;
+
+ private:
+  /// The sum over faces of weight times value is the fitted value.
+  struct Stencil {
+    std::vector<Eigen::Index> faces;
+    std::vector<double> weights;
+  };
+
+  void gather(Eigen::Index face, std::vector<Eigen::Index>& faces) const;
+  void add_ring(const Vector3& normal, std::vector<Eigen::Index>& faces) const;
+  void weigh(const Vector3& x, const Vector3& normal, Stencil& stencil) const;
+
+  TriangleMesh mesh_;
+  FaceTree tree_;
+  // Faces round vertex v: round_[k], starts_[v] <= k < starts_[v + 1].
+  std::vector<Eigen::Index> round_;
+  std::vector<std::size_t> starts_;
+};
+
+}  // namespace touchfield

@@ -1,0 +1,233 @@
+#include "sim/mesh/remesh/edit_mesh.h"
+
+#include <algorithm>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+EditMesh::EditMesh(const Triangles& triangles, Eigen::Index vertex_count)
+    : from_(static_cast<std::size_t>(triangles.size())),
+      opposite_(from_.size(), -1),
+      outgoing_(static_cast<std::size_t>(vertex_count), -1),
+      valence_(outgoing_.size(), 0),
+      labels_(from_.size(), kNoLabel) {
+  struct Side {
+    int low;
+    int high;
+    int number;
+  };
+  std::vector<Side> sides(from_.size());
+  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const int number = static_cast<int>(3 * f) + c;
+      const int start = triangles(c, f);
+      const int end = triangles((c + 1) % 3, f);
+      from_[at(number)] = start;
+      outgoing_[at(start)] = number;
+      ++valence_[at(start)];
+      sides[at(number)] = {std::min(start, end), std::max(start, end), number};
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& s, const Side& t) {
+    return std::tie(s.low, s.high, s.number) < std::tie(t.low, t.high, t.number);
+  });
+  const auto same_edge = [&](std::size_t i, std::size_t j) {
+    return j < sides.size() && sides[i].low == sides[j].low && sides[i].high == sides[j].high;
+  };
+  for (std::size_t i = 0; i < sides.size(); i += 2) {
+    if (!same_edge(i, i + 1) || same_edge(i, i + 2) || from(sides[i].number) == from(sides[i + 1].number)) {
+      throw InputError(
+          fmt::format("mesh: the edge between vertices {} and {} must have two faces that run opposite ways",
+                      sides[i].low, sides[i].high));
+    }
+    join(sides[i].number, sides[i + 1].number);
+  }
+}
+
+void EditMesh::join(int side, int other) {
+  opposite_[at(side)] = other;
+  opposite_[at(other)] = side;
+}
+
+int EditMesh::add_face(int a, int b, int c) {
+  const int first = side_count();
+  from_.insert(from_.end(), {a, b, c});
+  opposite_.insert(opposite_.end(), {-1, -1, -1});
+  labels_.insert(labels_.end(), {kNoLabel, kNoLabel, kNoLabel});
+  return first;
+}
+
+int EditMesh::side_between(int a, int b) const {
+  const int first = first_around(a);
+  int side = first;
+  do {
+    if (to(side) == b) {
+      return side;
+    }
+    side = next_around(side);
+  } while (side != first);
+  return -1;
+}
+
+int EditMesh::split(int side) {
+  const int other = opposite(side);
+  const int a = from(side);
+  const int b = from(other);
+  const int c = from(previous(side));
+  const int d = from(previous(other));
+  const int m = vertex_count();
+  outgoing_.push_back(-1);
+  valence_.push_back(4);
+
+  // (a b c) becomes (a m c) and (m b c), (b a d) becomes (b m d) and (m a d).
+  const int behind = opposite(next(side));
+  const int other_behind = opposite(next(other));
+  const int split_label = label(side);
+  const int half = add_face(m, b, c);
+  const int other_half = add_face(m, a, d);
+  from_[at(next(side))] = m;
+  from_[at(next(other))] = m;
+  join(next(half), behind);
+  join(previous(half), next(side));
+  join(next(other_half), other_behind);
+  join(previous(other_half), next(other));
+  join(side, other_half);
+  join(half, other);
+  set_label(side, split_label);
+  set_label(half, split_label);
+  set_label(next(half), label(behind));
+  set_label(next(other_half), label(other_behind));
+  set_label(next(side), kNoLabel);
+  set_label(next(other), kNoLabel);
+
+  outgoing_[at(m)] = half;
+  outgoing_[at(a)] = side;
+  outgoing_[at(b)] = other;
+  ++valence_[at(c)];
+  ++valence_[at(d)];
+  return m;
+}
+
+bool EditMesh::can_collapse(int side) const {
+  const int a = from(side);
+  const int b = to(side);
+  const int c = from(previous(side));
+  const int d = from(previous(opposite(side)));
+  if (c == d || valence(c) <= 3 || valence(d) <= 3) {
+    return false;
+  }
+  const int first = first_around(a);
+  int around = first;
+  do {
+    const int neighbour = to(around);
+    if (neighbour != b && neighbour != c && neighbour != d && adjacent(neighbour, b)) {
+      return false;
+    }
+    around = next_around(around);
+  } while (around != first);
+  return true;
+}
+
+void EditMesh::collapse(int side) {
+  const int other = opposite(side);
+  const int a = from(side);
+  const int b = to(side);
+  const int c = from(previous(side));
+  const int d = from(previous(other));
+  const int first = first_around(a);
+  int around = first;
+  do {
+    const int following = next_around(around);
+    from_[at(around)] = b;
+    around = following;
+  } while (around != first);
+
+  const int b_to_c = opposite(previous(side));  // left a
+  const int c_to_b = opposite(next(side));
+  const int d_to_b = opposite(next(other));  // led to a
+  const int b_to_d = opposite(previous(other));
+  join(b_to_c, c_to_b);
+  join(d_to_b, b_to_d);
+  set_label(b_to_c, std::max(label(b_to_c), label(c_to_b)));
+  set_label(d_to_b, std::max(label(d_to_b), label(b_to_d)));
+  for (const int gone : {side, next(side), previous(side), other, next(other), previous(other)}) {
+    from_[at(gone)] = -1;
+  }
+  outgoing_[at(a)] = -1;
+  outgoing_[at(b)] = b_to_c;
+  outgoing_[at(c)] = c_to_b;
+  outgoing_[at(d)] = d_to_b;
+  valence_[at(b)] += valence_[at(a)] - 4;
+  --valence_[at(c)];
+  --valence_[at(d)];
+}
+
+bool EditMesh::can_flip(int side) const {
+  const int c = from(previous(side));
+  const int d = from(previous(opposite(side)));
+  return c != d && valence(from(side)) > 3 && valence(to(side)) > 3 && !adjacent(c, d);
+}
+
+void EditMesh::flip(int side) {
+  const int other = opposite(side);
+  const int a = from(side);
+  const int b = from(other);
+  const int c = from(previous(side));
+  const int d = from(previous(other));
+
+  // (a b c), (b a d) become (d c a), (c d b).
+  const int beyond_bc = opposite(next(side));
+  const int beyond_ca = opposite(previous(side));
+  const int beyond_ad = opposite(next(other));
+  const int beyond_db = opposite(previous(other));
+  from_[at(side)] = d;
+  from_[at(next(side))] = c;
+  from_[at(previous(side))] = a;
+  from_[at(other)] = c;
+  from_[at(next(other))] = d;
+  from_[at(previous(other))] = b;
+  join(next(side), beyond_ca);
+  join(previous(side), beyond_ad);
+  join(next(other), beyond_db);
+  join(previous(other), beyond_bc);
+  set_label(side, kNoLabel);
+  for (const int moved : {next(side), previous(side), next(other), previous(other)}) {
+    set_label(moved, label(opposite(moved)));
+  }
+
+  outgoing_[at(a)] = previous(side);
+  outgoing_[at(b)] = previous(other);
+  outgoing_[at(c)] = other;
+  outgoing_[at(d)] = side;
+  --valence_[at(a)];
+  --valence_[at(b)];
+  ++valence_[at(c)];
+  ++valence_[at(d)];
+}
+
+Triangles EditMesh::compact(std::vector<int>& old_numbers) const {
+  std::vector<int> new_numbers(outgoing_.size(), -1);
+  old_numbers.clear();
+  for (int v = 0; v < vertex_count(); ++v) {
+    if (vertex_alive(v)) {
+      new_numbers[at(v)] = static_cast<int>(old_numbers.size());
+      old_numbers.push_back(v);
+    }
+  }
+  Triangles triangles(3, side_count() / 3);
+  Eigen::Index count = 0;
+  for (int side = 0; side < side_count(); side += 3) {
+    if (alive(side)) {
+      triangles.col(count++) << new_numbers[at(from(side))], new_numbers[at(from(side + 1))],
+          new_numbers[at(from(side + 2))];
+    }
+  }
+  triangles.conservativeResize(3, count);
+  return triangles;
+}
+
+}  // namespace touchfield

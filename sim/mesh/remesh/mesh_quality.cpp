@@ -1,0 +1,159 @@
+#include "sim/mesh/remesh/mesh_quality.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/mesh/edges.h"
+
+namespace touchfield {
+
+namespace {
+
+/// Side of the equilateral triangle of an area.
+double side_of(double area) { return std::sqrt(area * 4.0 / std::sqrt(3.0)); }
+
+template <class Counts>
+std::optional<Resolution> resolution_of(const TriangleMesh& mesh, double wavelength, const Counts& counts) {
+  if (!(wavelength > 0) || !std::isfinite(wavelength)) {
+    throw InputError(fmt::format("mesh quality: wavelength = {} m must be > 0 and finite", wavelength));
+  }
+  Resolution resolution{0, 0, 0, Vector3::Zero()};
+  double area = 0;
+  double largest = 0;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    if (counts(f)) {
+      ++resolution.faces;
+      area += mesh.areas()(f);
+      if (mesh.areas()(f) > largest) {
+        largest = mesh.areas()(f);
+        resolution.least_at = mesh.centroids().col(f);
+      }
+    }
+  }
+  if (resolution.faces == 0) {
+    return std::nullopt;
+  }
+  resolution.mean = wavelength / side_of(area / static_cast<double>(resolution.faces));
+  resolution.least = wavelength / side_of(largest);
+  return resolution;
+}
+
+/// A flat triangle of the surface.
+struct Patch {
+  Vector3 a;
+  Vector3 b;
+  Vector3 c;
+
+  double longest() const { return std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}); }
+
+  /// The two halves on either side of the middle of the longest edge: no slivers come of it.
+  std::pair<Patch, Patch> halves() const {
+    const double ab = (b - a).squaredNorm();
+    const double bc = (c - b).squaredNorm();
+    const double ca = (a - c).squaredNorm();
+    if (ab >= bc && ab >= ca) {
+      const Vector3 middle = 0.5 * (a + b);
+      return {{a, middle, c}, {middle, b, c}};
+    }
+    return bc >= ca ? Patch{b, c, a}.halves() : Patch{c, a, b}.halves();
+  }
+};
+
+}  // namespace
+
+Eigen::VectorXd smallest_angles(const TriangleMesh& mesh) {
+  Eigen::VectorXd angles = Eigen::VectorXd::Constant(mesh.face_count(), std::numeric_limits<double>::infinity());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const Vector3 along = mesh.corner(f, (c + 1) % 3) - mesh.corner(f, c);
+      const Vector3 back = mesh.corner(f, (c + 2) % 3) - mesh.corner(f, c);
+      angles(f) = std::min(angles(f), std::atan2(along.cross(back).norm(), along.dot(back)));
+    }
+  }
+  return angles;
+}
+
+EdgeFit edge_fit(const TriangleMesh& mesh, const EdgeSizing& sizing) {
+  const EdgeTable table = edge_table(mesh.triangles());
+  EdgeFit fit{0, 0, 0, std::numeric_limits<double>::infinity(), 0, Vector3::Zero(), Vector3::Zero()};
+  for (Eigen::Index e = 0; e < table.ends.cols(); ++e) {
+    const Vector3 a = mesh.vertices().col(table.ends(0, e));
+    const Vector3 b = mesh.vertices().col(table.ends(1, e));
+    const Vector3 middle = 0.5 * (a + b);
+    const double ratio = (b - a).norm() / sizing.at(middle);
+    fit.share += ratio >= EdgeFit::kShortest && ratio <= EdgeFit::kLongest ? 1.0 : 0.0;
+    fit.mean_log += std::log(ratio);
+    fit.rms_log += std::pow(std::log(ratio), 2);
+    if (ratio < fit.shortest) {
+      fit.shortest = ratio;
+      fit.shortest_at = middle;
+    }
+    if (ratio > fit.longest) {
+      fit.longest = ratio;
+      fit.longest_at = middle;
+    }
+  }
+  const auto count = static_cast<double>(table.ends.cols());
+  fit.share /= count;
+  fit.mean_log /= count;
+  fit.rms_log = std::sqrt(fit.rms_log / count);
+  return fit;
+}
+
+MeshQuality mesh_quality(const TriangleMesh& mesh, double wavelength, const std::optional<EdgeSizing>& sizing) {
+  const Resolution resolution = *resolution_of(mesh, wavelength, [](Eigen::Index) { return true; });
+  Eigen::VectorXd angles = smallest_angles(mesh);
+  std::sort(angles.begin(), angles.end());
+  MeshQuality quality{angles(0), angles((angles.size() - 1) / 100), resolution, std::nullopt};
+  if (sizing) {
+    quality.edges = edge_fit(mesh, *sizing);
+  }
+  return quality;
+}
+
+std::optional<Resolution> resolution_within(const TriangleMesh& mesh, double wavelength, const Vector3& centre,
+                                            double radius) {
+  return resolution_of(mesh, wavelength,
+                       [&](Eigen::Index f) { return (mesh.centroids().col(f) - centre).norm() <= radius; });
+}
+
+double wanted_faces(const TriangleMesh& mesh, const EdgeSizing& sizing, double most) {
+  constexpr double kPatch = 0.5;  // of h: as h grows by 0.6 of the distance at most, the one at the centroid will do
+  constexpr double kFarthest = 1e9;
+  const EdgeSizing uncapped(kFarthest, sizing.zones(), sizing.growth());
+  // No edge is longer than `far`. A surface that has too many of them at once is not taken apart: patches of one that
+  // is far larger than its edges would never get small, for want of digits.
+  if (mesh.total_area() >= most * (std::sqrt(3.0) / 4.0 * sizing.far() * sizing.far())) {
+    return most;
+  }
+  double faces = 0;
+  std::vector<Patch> waiting;
+  for (Eigen::Index f = 0; f < mesh.face_count() && faces < most; ++f) {
+    waiting.push_back({mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2)});
+    while (!waiting.empty() && faces < most) {
+      const Patch patch = waiting.back();
+      waiting.pop_back();
+      const Vector3 centroid = (patch.a + patch.b + patch.c) / 3.0;
+      const double edge = sizing.at(centroid);
+      const bool far_from_zones = uncapped.at(centroid) - sizing.growth() * patch.longest() >= sizing.far();
+      if (far_from_zones || patch.longest() <= kPatch * edge) {
+        faces += 0.5 * (patch.b - patch.a).cross(patch.c - patch.a).norm() / (std::sqrt(3.0) / 4.0 * edge * edge);
+      } else {
+        const auto [one, other] = patch.halves();
+        waiting.push_back(one);
+        waiting.push_back(other);
+      }
+    }
+    waiting.clear();
+  }
+  return std::min(faces, most);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+
+#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// Edges per wavelength. The local edge of a face is the side of the equilateral triangle of its area, as in MeshRisks.
+struct Resolution {
+  Eigen::Index faces;  // counted, >= 1
+  double mean;         // wavelength over the side of the equilateral triangle of their mean area
+  double least;        // wavelength over the longest local edge
+  Vector3 least_at;    // [m], centroid of that face
+};
+
+/// The edges of a mesh against what was asked: ratios r = length / h(middle of the edge), each edge once.
+struct EdgeFit {
+  static constexpr double kShortest = 0.6;
+  static constexpr double kLongest = 1.6;
+
+  double share;         // of the edges with kShortest <= r <= kLongest
+  double mean_log;      // mean of ln r: 0 if the edges are as long as asked, +0.1 if they are 10 % too long
+  double rms_log;       // root mean square of ln r about 0
+  double shortest;      // least r
+  double longest;       // largest r
+  Vector3 shortest_at;  // [m], middles of these edges
+  Vector3 longest_at;
+};
+
+/// How good a mesh is for boundary elements where nothing is wrong with it; see MeshRisks for what may be, and where.
+struct MeshQuality {
+  double smallest_angle;         // [rad]
+  double smallest_angle_1;       // [rad], 1st percentile over the faces of their smallest angles
+  Resolution resolution;         // over the whole mesh
+  std::optional<EdgeFit> edges;  // if a sizing was given
+};
+
+/// mesh         closed or open
+/// wavelength   [m], > 0
+/// sizing       what was asked of its edges
+/// throws       InputError if the wavelength is not positive
+MeshQuality mesh_quality(const TriangleMesh& mesh, double wavelength,
+                         const std::optional<EdgeSizing>& sizing = std::nullopt);
+
+/// Over the faces whose centroids are within `radius` [m] of a point; none if there are no such faces.
+///
+/// throws   InputError if the wavelength is not positive
+std::optional<Resolution> resolution_within(const TriangleMesh& mesh, double wavelength, const Vector3& centre,
+                                            double radius);
+
+EdgeFit edge_fit(const TriangleMesh& mesh, const EdgeSizing& sizing);
+
+/// Smallest angle of each face [rad].
+Eigen::VectorXd smallest_angles(const TriangleMesh& mesh);
+
+/// How many faces a mesh of this surface has if its edges are as asked: the integral of 4 / (sqrt(3) h^2) over it.
+///
+/// most       stops there
+/// accuracy   2 %
+double wanted_faces(const TriangleMesh& mesh, const EdgeSizing& sizing, double most);
+
+}  // namespace touchfield

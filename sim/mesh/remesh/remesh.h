@@ -1,0 +1,48 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "sim/mesh/remesh/creases.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// What a surface is remeshed to. Both are asked for a block of points at a time.
+struct RemeshTarget {
+  /// Wanted edge length [m] at each of n points, > 0.
+  std::function<Eigen::VectorXd(const Points&)> edge_length;
+  /// Moves points that lie near the surface onto it.
+  std::function<void(Points&)> project;
+};
+
+/// A closed manifold with nearly equilateral faces of the wanted size: rounds of splitting edges above 4/3 of the
+/// wanted length, collapsing those below 4/5, flipping towards valence 6, smoothing within the surface and projecting
+/// on it.
+///
+/// vertices, triangles   a closed oriented manifold; degenerate faces are allowed
+/// rounds                8 settle; >= 1
+/// returns   the mesh; the mean of (area / wanted area) over its faces is 1 within 2 %
+/// throws    InputError if an edge does not have two faces that run opposite ways
+///           NumericalError if a face without area is left
+/// source    Botsch and Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004
+TriangleMesh remeshed(const Points& vertices, const Triangles& triangles, const RemeshTarget& target, int rounds);
+
+/// The same for a surface with creases and tips. Vertices on creases move along them only; their ends and tips stay.
+struct CreasedTarget {
+  std::function<Eigen::VectorXd(const Points&)> edge_length;
+  /// Moves the points that no crease or tip holds onto the surface. Of each it is told where it was before it was moved
+  /// along the surface, and the mesh's unit normal there.
+  std::function<void(Points& moved, const Points& before, const Points& normals)> project;
+  std::vector<Crease> creases;  // paths in the mesh to start with; they meet at their ends only
+  std::vector<int> tips;        // vertices off the creases that stay
+};
+
+struct CreasedMesh {
+  TriangleMesh mesh;
+  std::vector<char> held;  // for each vertex, whether it is on a crease or a tip
+};
+
+CreasedMesh remeshed(const Points& vertices, const Triangles& triangles, const CreasedTarget& target, int rounds);
+
+}  // namespace touchfield

@@ -1,0 +1,107 @@
+#include "sim/mesh/remesh/surface_remesh.h"
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/remesh/creases.h"
+#include "sim/mesh/remesh/mean_height.h"
+#include "sim/mesh/remesh/mesh_quality.h"
+#include "sim/mesh/remesh/remesh.h"
+#include "sim/mesh/remesh/splinters.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kFacing = 0.5;  // least cosine between a point's normal and that of the face it is put on
+
+/// Puts points on the original surface. One that would go astray (no face looks its way nearby: the tip of a needle)
+/// stays where it was.
+void project(const FaceTree& tree, const EdgeSizing& sizing, Points& moved, const Points& before,
+             const Points& normals) {
+#pragma omp parallel for schedule(dynamic, 256)
+  for (Eigen::Index i = 0; i < moved.cols(); ++i) {
+    const Vector3 x = moved.col(i);
+    const SkinPoint skin = tree.nearest_facing(x, normals.col(i), kFacing);
+    moved.col(i) = skin.face >= 0 && skin.distance <= sizing.at(x) ? skin.at : Vector3(before.col(i));
+  }
+}
+
+/// Mean height of the original above each face, by the quadrature that is exact for quadratics.
+Eigen::VectorXd heights_above(const FaceTree& tree, const EdgeSizing& sizing, const TriangleMesh& mesh) {
+  Eigen::VectorXd heights = Eigen::VectorXd::Zero(mesh.face_count());
+#pragma omp parallel for schedule(dynamic, 256)
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Vector3 normal = mesh.normals().col(f);
+    for (int c = 0; c < 3; ++c) {
+      const Vector3 x = 0.5 * (mesh.corner(f, c) + mesh.centroids().col(f));
+      const SkinPoint skin = tree.nearest_facing(x, normal, kFacing);
+      if (skin.face >= 0 && skin.distance <= sizing.at(x)) {
+        heights(f) += normal.dot(skin.at - x) / 3.0;
+      }
+    }
+  }
+  return heights;
+}
+
+void require_possible(const TriangleMesh& original, const EdgeSizing& sizing, double crease_angle) {
+  constexpr double kMostFaces = 5e6;
+  require_closed_surface(original, "remesh");
+  if (!(crease_angle > 0 && crease_angle <= std::numbers::pi)) {
+    throw InputError(fmt::format("remesh: the crease angle = {} rad must be > 0 and at most pi", crease_angle));
+  }
+  if (wanted_faces(original, sizing, kMostFaces) >= kMostFaces) {
+    const Vector3 size = 1e3 * (original.vertices().rowwise().maxCoeff() - original.vertices().rowwise().minCoeff());
+    throw InputError(fmt::format(
+        "remesh: edges of {:.4g} to {:.4g} mm on a body of {:.4g} x {:.4g} x {:.4g} mm would make more than "
+        "{:.0f} faces",
+        1e3 * sizing.finest(), 1e3 * sizing.far(), size.x(), size.y(), size.z(), kMostFaces));
+  }
+}
+
+void require_same_volume(const TriangleMesh& original, const TriangleMesh& result) {
+  constexpr double kMostChange = 0.1;
+  const double change = result.signed_volume() / original.signed_volume() - 1.0;
+  if (!(std::abs(change) <= kMostChange)) {
+    throw NumericalError(
+        fmt::format("remesh: the volume changed by {:.1f} %: the edges asked for are too long for parts of the body",
+                    100.0 * change));
+  }
+}
+
+}  // namespace
+
+TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& sizing, double crease_angle) {
+  require_possible(original, sizing, crease_angle);
+  constexpr int kRounds = 10;
+  constexpr double kThinnest = 0.03;  // of the wanted edge
+  constexpr double kMostLift = 0.1;   // of the wanted edge
+  const auto wanted = [&](const Points& points) { return sizing.at(points); };
+  const TriangleMesh start =
+      without_splinters(original, [&](const Points& points) { return Eigen::VectorXd(kThinnest * sizing.at(points)); });
+  const FaceTree tree(original);
+  const CreasedTarget target{wanted,
+                             [&](Points& moved, const Points& before, const Points& normals) {
+                               project(tree, sizing, moved, before, normals);
+                             },
+                             find_creases(start, crease_angle, wanted), find_tips(start, wanted)};
+  const auto [mesh, held] = remeshed(start.vertices(), start.triangles(), target, kRounds);
+  Eigen::VectorXd most = kMostLift * sizing.at(mesh.vertices());
+  for (std::size_t v = 0; v < held.size(); ++v) {
+    if (held[v] != 0) {
+      most(static_cast<Eigen::Index>(v)) = 0;
+    }
+  }
+  TriangleMesh result = with_mean_height_zero(mesh, heights_above(tree, sizing, mesh), most);
+  require_same_volume(original, result);
+  return result;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <numbers>
+
+#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+constexpr double kCreaseAngle = 50.0 / 180.0 * std::numbers::pi;  // [rad]
+
+/// A closed surface of any triangles, meshed anew with nearly equilateral faces of the wanted size: the remesher of
+/// remesh.h, projecting on the original's flat triangles. The shape stays as it is given: nothing is rounded, a coarse
+/// original keeps its facets.
+///
+/// original       closed, manifold, oriented outwards; of any triangles, coarse, fine, thin or mixed; several pieces
+/// are
+///                allowed
+/// crease_angle   edges whose faces' normals are more than this apart stay sharp, e.g. the rims of caps [rad], > 0; pi:
+///                none. Vertices on them move along them only, and where creases meet, turn by as much or come to a
+///                point a vertex stays; see creases.h
+/// returns        a closed, manifold, oriented mesh with as many pieces and holes through them. Off creases its
+/// vertices
+///                stand off the original by the mean distance that their faces cut below it (0.1 edges at most), so
+///                that area and volume are the original's to second order in edge over radius of curvature; flat sides
+///                stay exactly flat. Angles are above 15 degrees but between creases that are nearer than half an edge
+///                to each other, or meet at less
+/// limits         a part thinner than its edges loses its shape, and skins nearer than a tenth of an edge may meet: see
+///                thickness and gap in mesh_risks.h, and self_intersections.h
+/// throws         InputError if the original is not closed, manifold and oriented, the angle is out of range, or the
+///                sizing asks for more than 5 million faces
+///                NumericalError if the volume changes by more than a tenth: the edges are too long for the shape
+TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& sizing,
+                              double crease_angle = kCreaseAngle);
+
+}  // namespace touchfield

@@ -1,0 +1,161 @@
+#include "sim/mesh/repair/repair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/repair/repair_steps.h"
+#include "sim/mesh/repair/surface_report.h"
+#include "sim/mesh/repair/weld.h"
+
+namespace touchfield {
+
+namespace {
+
+using Index = Eigen::Index;
+
+double diagonal(const Points& points) {
+  return points.cols() == 0 ? 0.0 : (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
+}
+
+double median_edge(const Points& points, const Triangles& triangles) {
+  if (triangles.cols() == 0) {
+    return 0.0;
+  }
+  std::vector<double> lengths;
+  lengths.reserve(static_cast<std::size_t>(triangles.size()));
+  for (const auto& face : triangles.colwise()) {
+    for (int c = 0; c < 3; ++c) {
+      lengths.push_back((points.col(face((c + 1) % 3)) - points.col(face(c))).norm());
+    }
+  }
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  return *middle;
+}
+
+void require_options(const RepairOptions& options) {
+  for (const auto& [value, name] : {std::pair(options.weld, "weld"), std::pair(options.hole, "hole")}) {
+    if (value && !(*value >= 0 && std::isfinite(*value))) {
+      throw InputError(fmt::format("repair: {} = {} m must be >= 0 and finite", name, *value));
+    }
+  }
+  if (!(options.stray >= 0 && options.stray <= 1)) {
+    throw InputError(fmt::format("repair: stray = {} must lie in 0..1", options.stray));
+  }
+}
+
+/// The shortest edge of the faces that are no needles: what is finer is no edge that the surface means to have.
+double shortest_genuine_edge(const RawSurface& surface) {
+  constexpr double kNeedle = 1e-3;  // shortest edge over longest
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const auto& face : surface.triangles.colwise()) {
+    Vector3 lengths;
+    for (int c = 0; c < 3; ++c) {
+      lengths(c) = (surface.points.col(face((c + 1) % 3)) - surface.points.col(face(c))).norm();
+    }
+    if (lengths.minCoeff() >= kNeedle * lengths.maxCoeff()) {
+      shortest = std::min(shortest, lengths.minCoeff());
+    }
+  }
+  return shortest;
+}
+
+double weld_tolerance(const RawSurface& exact) {
+  constexpr double kOfDiagonal = 1e-5;
+  constexpr double kOfMedian = 0.01;
+  constexpr double kOfShortest = 0.1;
+  return std::min({kOfDiagonal * diagonal(exact.points), kOfMedian * median_edge(exact.points, exact.triangles),
+                   kOfShortest * shortest_genuine_edge(exact)});
+}
+
+/// The first step; says what it left out.
+RawSurface welded_surface(const FileSurface& surface, double unit, double tolerance, std::vector<bool>& copied,
+                          StepLog& log) {
+  WeldedSurface merged = welded(surface, unit, tolerance);
+  if (merged.unreferenced > 0) {
+    log.push_back(fmt::format("dropped {} that no face names", counted(merged.unreferenced, "point", "points")));
+  }
+  if (merged.welded > 0) {
+    log.push_back(
+        fmt::format("welded {} to others {}", counted(merged.welded, "point", "points"),
+                    tolerance > 0 ? fmt::format("within {:.3g} mm", tolerance / kMillimetre) : "in the same place"));
+  }
+  if (merged.collapsed_faces > 0) {
+    log.push_back(
+        fmt::format("dropped {} with two corners in one point", counted(merged.collapsed_faces, "face", "faces")));
+  }
+  Triangles triangles = without_duplicates(merged.triangles, copied);
+  if (const Index duplicates = merged.triangles.cols() - triangles.cols(); duplicates > 0) {
+    log.push_back(fmt::format("dropped {} with the corners of an earlier one", counted(duplicates, "face", "faces")));
+  }
+  return {std::move(merged.points), std::move(triangles)};
+}
+
+[[noreturn]] void give_up(const std::string& name, const std::vector<std::string>& faults) {
+  throw InputError(fmt::format("{}: the mesh cannot be repaired: {}", name, fmt::join(faults, "; ")));
+}
+
+/// What no later step can mend.
+void require_orientable(const RawSurface& surface, const std::string& name) {
+  if (surface.triangles.cols() == 0) {
+    give_up(name, {"no face is left"});
+  }
+  const MeshReport report = inspect(surface.points, surface.triangles);
+  std::vector<std::string> faults = report.faults;
+  if (report.misoriented_edges > 0) {
+    faults.insert(faults.begin(), "it is not orientable, as a Moebius strip is not");
+  }
+  if (report.misoriented_edges > 0 || report.nonmanifold_edges > 0) {
+    give_up(name, faults);
+  }
+}
+
+}  // namespace
+
+Repaired repaired(const FileSurface& file, double unit, const RepairOptions& options, const std::string& name) {
+  require_options(options);
+  StepLog log;
+  std::vector<bool> copied;
+  RawSurface surface = welded_surface(file, unit, options.weld.value_or(0.0), copied, log);
+  if (inspect_skin(surface.points, surface.triangles).faults.empty()) {
+    drop_stray_pieces(surface, options.stray, log);
+    drop_unused_points(surface);
+    return {TriangleMesh(std::move(surface.points), std::move(surface.triangles)), std::move(log)};
+  }
+  if (!options.weld) {
+    log.clear();
+    surface = welded_surface(file, unit, weld_tolerance(surface), copied, log);
+  }
+  const double hole_limit = options.hole.value_or(0.1 * diagonal(surface.points));
+
+  drop_flaps(surface, copied, options.stray, log);
+  drop_stray_pieces(surface, options.stray, log);
+  make_consistent(surface, log);
+  require_orientable(surface, name);
+  std::vector<std::string> faults = fill_small_holes(surface, hole_limit, log);
+  if (faults.empty()) {
+    split_pinched_vertices(surface, log);
+    remove_slivers(surface, log);
+    turn_outwards(surface, log);
+  }
+  drop_unused_points(surface);
+  SkinReport report = inspect_skin(surface.points, surface.triangles);
+  if (report.crossings > 0 && report.faults.size() == 1) {
+    cut_out_crossings(surface, options.stray, log);
+    report = inspect_skin(surface.points, surface.triangles);
+  }
+  faults.insert(faults.end(), report.faults.begin(), report.faults.end());
+  if (!faults.empty()) {
+    give_up(name, faults);
+  }
+  return {TriangleMesh(std::move(surface.points), std::move(surface.triangles)), std::move(log)};
+}
+
+}  // namespace touchfield

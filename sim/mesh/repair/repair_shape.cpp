@@ -1,0 +1,384 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <unordered_set>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "sim/core/units.h"
+#include "sim/mesh/face_shape.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/pieces.h"
+#include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/repair/fill_holes.h"
+#include "sim/mesh/repair/repair_steps.h"
+#include "sim/mesh/topology.h"
+
+namespace touchfield {
+
+namespace {
+
+using Index = Eigen::Index;
+using Loop = std::vector<int>;
+
+std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+std::uint64_t edge_key(int a, int b) {
+  const auto [low, high] = std::minmax(a, b);
+  return (static_cast<std::uint64_t>(low) << 32) | static_cast<std::uint64_t>(high);
+}
+
+double length(const Points& points, const Loop& loop) {
+  double sum = 0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    sum += (points.col(loop[(i + 1) % loop.size()]) - points.col(loop[i])).norm();
+  }
+  return sum;
+}
+
+Vector3 middle(const Points& points, const Loop& loop) { return points(Eigen::all, loop).rowwise().mean(); }
+
+/// The edges that a filling has inside the loop, or nothing if one of them is in the surface already.
+bool add_inner_edges(const Loop& loop, const std::vector<std::array<int, 3>>& filling,
+                     std::unordered_set<std::uint64_t>& edges) {
+  std::unordered_set<std::uint64_t> rim;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    rim.insert(edge_key(loop[i], loop[(i + 1) % loop.size()]));
+  }
+  std::vector<std::uint64_t> inner;
+  for (const auto& face : filling) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint64_t key = edge_key(face[c], face[(c + 1) % 3]);
+      if (rim.count(key) == 0) {
+        inner.push_back(key);
+      }
+    }
+  }
+  const auto taken = [&](std::uint64_t key) { return edges.count(key) > 0; };
+  if (std::any_of(inner.begin(), inner.end(), taken)) {
+    return false;
+  }
+  edges.insert(inner.begin(), inner.end());
+  return true;
+}
+
+std::vector<std::array<int, 3>> fan_round(const Loop& loop, int centre) {
+  std::vector<std::array<int, 3>> fan;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    fan.push_back({loop[i], loop[(i + 1) % loop.size()], centre});
+  }
+  return fan;
+}
+
+void append(RawSurface& surface, const std::vector<std::array<int, 3>>& faces) {
+  Index count = surface.triangles.cols();
+  surface.triangles.conservativeResize(3, count + static_cast<Index>(faces.size()));
+  for (const auto& [a, b, c] : faces) {
+    surface.triangles.col(count++) << a, b, c;
+  }
+}
+
+/// The faces that have a vertex on a loop.
+class FacesRound {
+ public:
+  explicit FacesRound(const RawSurface& surface)
+      : triangles_(surface.triangles), starts_(at(surface.points.cols()) + 1, 0), faces_(at(triangles_.size())) {
+    for (const int v : triangles_.reshaped()) {
+      ++starts_[at(v) + 1];
+    }
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
+    std::vector<std::size_t> next(starts_.begin(), starts_.end() - 1);
+    for (Index corner = 0; corner < triangles_.size(); ++corner) {
+      faces_[next[at(triangles_(corner % 3, corner / 3))]++] = corner / 3;
+    }
+  }
+
+  Triangles of(const Loop& loop) const {
+    std::vector<Index> found;
+    for (const int v : loop) {
+      found.insert(found.end(), faces_.begin() + static_cast<std::ptrdiff_t>(starts_[at(v)]),
+                   faces_.begin() + static_cast<std::ptrdiff_t>(starts_[at(v) + 1]));
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return triangles_(Eigen::all, found);
+  }
+
+ private:
+  Triangles triangles_;
+  std::vector<std::size_t> starts_;  // faces of vertex v: faces_[k], starts_[v] <= k < starts_[v + 1]
+  std::vector<Index> faces_;
+};
+
+std::string hole_text(const Points& points, const Loop& loop) {
+  return fmt::format("{} edges, {:.2f} mm round, near {}", loop.size(), length(points, loop) / kMillimetre,
+                     place_in_mm(middle(points, loop)));
+}
+
+// Faces this thin do not survive the digits of a single-precision file: on a 10 mm edge 20 nm high.
+constexpr double kSliver = 1e-6;  // area over longest edge squared
+
+Eigen::Vector3i face_of(const EditMesh& mesh, int side) {
+  return {mesh.from(side), mesh.to(side), mesh.from(EditMesh::previous(side))};
+}
+
+/// Exchanges the sliver's longest edge for the other diagonal, if that leaves two faces with area.
+bool flip_away(EditMesh& mesh, const Points& points, int longest) {
+  const int a = mesh.from(longest);
+  const int b = mesh.to(longest);
+  const int c = mesh.from(EditMesh::previous(longest));
+  const int d = mesh.from(EditMesh::previous(mesh.opposite(longest)));
+  if (!mesh.can_flip(longest) || is_flat(points, {d, c, a}, kSliver) || is_flat(points, {c, d, b}, kSliver)) {
+    return false;
+  }
+  mesh.flip(longest);
+  return true;
+}
+
+bool collapse_away(EditMesh& mesh, int shortest) {
+  for (const int side : {shortest, mesh.opposite(shortest)}) {
+    if (mesh.can_collapse(side)) {
+      mesh.collapse(side);
+      return true;
+    }
+  }
+  return false;
+}
+
+bool remove_sliver(EditMesh& mesh, const Points& points, int first_side) {
+  std::array<int, 3> sides = {first_side, first_side + 1, first_side + 2};
+  const auto side_length = [&](int side) { return (points.col(mesh.to(side)) - points.col(mesh.from(side))).norm(); };
+  std::sort(sides.begin(), sides.end(), [&](int s, int t) { return side_length(s) < side_length(t); });
+  // A needle's ends may become one: the skin moves by its short side. Others move nothing by a flip.
+  constexpr double kNeedle = 1e-3;
+  if (side_length(sides[0]) < kNeedle * side_length(sides[2]) && collapse_away(mesh, sides[0])) {
+    return true;
+  }
+  return flip_away(mesh, points, sides[2]);
+}
+
+bool is_closed_manifold(const RawSurface& surface) {
+  bool closed = true;
+  for_each_edge(sorted_sides(surface.triangles), [&](std::span<const Side> edge) {
+    closed = closed && edge.size() == 2 && edge[0].upwards != edge[1].upwards;
+  });
+  return closed;
+}
+
+std::size_t piece_count(const RawSurface& surface) {
+  return find_pieces(surface.points, surface.triangles, sorted_sides(surface.triangles)).list.size();
+}
+
+/// The surface without the faces that cut each other and all that share a vertex with them, and their area; nothing if
+/// that is more than `most` of all.
+std::optional<double> cut_out(RawSurface& surface, const std::vector<std::pair<Index, Index>>& crossings, double most) {
+  std::vector<bool> near(at(surface.points.cols()), false);
+  for (const auto& [one, other] : crossings) {
+    for (const Index face : {one, other}) {
+      for (const int v : surface.triangles.col(face)) {
+        near[at(v)] = true;
+      }
+    }
+  }
+  double area = 0;
+  double area_cut = 0;
+  Triangles kept(3, surface.triangles.cols());
+  Index count = 0;
+  for (Index f = 0; f < surface.triangles.cols(); ++f) {
+    const double face_area = 0.5 * twice_area_vector(surface.points, surface.triangles.col(f)).norm();
+    const auto corners = surface.triangles.col(f);
+    area += face_area;
+    if (near[at(corners(0))] || near[at(corners(1))] || near[at(corners(2))]) {
+      area_cut += face_area;
+    } else {
+      kept.col(count++) = corners;
+    }
+  }
+  if (area_cut > most * area) {
+    return std::nullopt;
+  }
+  kept.conservativeResize(3, count);
+  surface.triangles = std::move(kept);
+  return area_cut;
+}
+
+}  // namespace
+
+std::vector<std::string> fill_small_holes(RawSurface& surface, double limit, StepLog& log) {
+  constexpr std::size_t kMostEdges = 2000;  // of fill_loop
+  constexpr std::size_t kMostNamed = 5;
+  std::vector<std::string> left;
+  std::size_t left_count = 0;
+  std::size_t filled = 0;
+  Loop longest;
+  std::unordered_set<std::uint64_t> edges;
+  std::optional<FacesRound> round;
+  for (const Loop& loop : boundary_loops(surface.triangles, static_cast<int>(surface.points.cols()))) {
+    if (length(surface.points, loop) > limit || loop.size() > kMostEdges) {
+      if (++left_count <= kMostNamed) {
+        left.push_back(fmt::format("a hole of {} is {}", hole_text(surface.points, loop),
+                                   loop.size() > kMostEdges
+                                       ? fmt::format("longer than {} edges", kMostEdges)
+                                       : fmt::format("above the limit of {:.2f} mm", limit / kMillimetre)));
+      }
+      continue;
+    }
+    if (!round) {
+      round.emplace(surface);
+      for (const Side& side : sorted_sides(surface.triangles)) {
+        edges.insert(edge_key(side.low, side.high));
+      }
+    }
+    std::vector<std::array<int, 3>> filling = fill_loop(surface.points, loop, round->of(loop));
+    if (!add_inner_edges(loop, filling, edges)) {
+      const auto centre = static_cast<int>(surface.points.cols());
+      filling = fan_round(loop, centre);
+      add_inner_edges(loop, filling, edges);
+      surface.points.conservativeResize(3, centre + 1);
+      surface.points.col(centre) = middle(surface.points, loop);
+    }
+    append(surface, filling);
+    longest = filled++ == 0 || length(surface.points, loop) > length(surface.points, longest) ? loop : longest;
+  }
+  if (filled > 0) {
+    log.push_back(fmt::format("filled {} {} of {}", filled, filled == 1 ? "hole," : "holes, the longest",
+                              hole_text(surface.points, longest)));
+  }
+  if (left_count > kMostNamed) {
+    left.push_back(fmt::format("{} more holes are above the limit", left_count - kMostNamed));
+  }
+  return left;
+}
+
+void remove_slivers(RawSurface& surface, StepLog& log) {
+  const auto is_sliver = [&](const auto& face) { return is_flat(surface.points, face, kSliver); };
+  const auto columns = surface.triangles.colwise();
+  if (std::none_of(columns.begin(), columns.end(), is_sliver)) {
+    return;
+  }
+  EditMesh mesh(surface.triangles, surface.points.cols());
+  Index removed = 0;
+  Vector3 first = Vector3::Zero();
+  constexpr int kRounds = 20;  // neighbours in a row of slivers wait for each other
+  bool changed = true;
+  for (int round = 0; round < kRounds && changed; ++round) {
+    changed = false;
+    for (int side = 0; side < mesh.side_count(); side += 3) {
+      if (!mesh.alive(side) || !is_sliver(face_of(mesh, side))) {
+        continue;
+      }
+      const Vector3 place = surface.points.col(mesh.from(side));
+      if (remove_sliver(mesh, surface.points, side)) {
+        first = removed++ == 0 ? place : first;
+        changed = true;
+      }
+    }
+  }
+  if (removed == 0) {
+    return;
+  }
+  std::vector<int> old_numbers;
+  surface.triangles = mesh.compact(old_numbers);
+  surface.points = surface.points(Eigen::all, old_numbers).eval();
+  log.push_back(fmt::format("removed {} with next to no area, the first at {}", counted(removed, "face", "faces"),
+                            place_in_mm(first)));
+}
+
+void turn_outwards(RawSurface& surface, StepLog& log) {
+  Pieces pieces = find_pieces(surface.points, surface.triangles, sorted_sides(surface.triangles));
+  const auto turned =
+      std::count_if(pieces.list.begin(), pieces.list.end(), [](const Piece& p) { return p.volume < 0; });
+  if (turned > 0) {
+    for (Index f = 0; f < surface.triangles.cols(); ++f) {
+      if (pieces.list[at(pieces.of_face[at(f)])].volume < 0) {
+        std::swap(surface.triangles(1, f), surface.triangles(2, f));
+      }
+    }
+    for (Piece& piece : pieces.list) {
+      piece.volume = std::abs(piece.volume);
+    }
+    log.push_back(fmt::format("turned {} outwards", counted(turned, "piece", "pieces")));
+  }
+
+  const std::vector<bool> inner = nested(surface.points, surface.triangles, pieces);
+  const auto dropped = std::count(inner.begin(), inner.end(), true);
+  if (dropped == 0) {
+    return;
+  }
+  double area = 0;
+  for (std::size_t p = 0; p < inner.size(); ++p) {
+    area += inner[p] ? pieces.list[p].area : 0.0;
+  }
+  const Piece& first = pieces.list[at(std::find(inner.begin(), inner.end(), true) - inner.begin())];
+  const std::string first_place = place_in_mm(surface.points.col(surface.triangles(0, first.face)));
+  Triangles kept(3, surface.triangles.cols());
+  Index count = 0;
+  for (Index f = 0; f < surface.triangles.cols(); ++f) {
+    if (!inner[at(pieces.of_face[at(f)])]) {
+      kept.col(count++) = surface.triangles.col(f);
+    }
+  }
+  log.push_back(fmt::format("dropped {} inside another, where no sound comes ({}, {}), the first at {}",
+                            counted(dropped, "piece", "pieces"),
+                            counted(surface.triangles.cols() - count, "face", "faces"), area_text(area), first_place));
+  kept.conservativeResize(3, count);
+  surface.triangles = std::move(kept);
+}
+
+void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
+  constexpr int kRounds = 3;
+  constexpr double kMostArea = 0.03;
+  const std::size_t pieces = piece_count(surface);
+  RawSurface trial = surface;
+  std::size_t pairs = 0;
+  double area = 0;
+  StepLog dropped;
+  Vector3 first = Vector3::Zero();
+  for (int round = 0; round <= kRounds; ++round) {
+    const TriangleMesh mesh(trial.points, trial.triangles);
+    const auto crossings = self_intersections(mesh);
+    if (crossings.empty()) {
+      if (round > 0) {
+        log.push_back(
+            fmt::format("cut out the surroundings of {} {} of faces that cut each other ({}) and filled the "
+                        "holes, the first at {}",
+                        pairs, pairs == 1 ? "pair" : "pairs", area_text(area), place_in_mm(first)));
+        log.insert(log.end(), dropped.begin(), dropped.end());
+        surface = std::move(trial);
+      }
+      return;
+    }
+    first = pairs == 0 ? mesh.centroids().col(crossings.front().first) : first;
+    pairs += crossings.size();
+    StepLog details;
+    const std::optional<double> cut = round == kRounds ? std::nullopt : cut_out(trial, crossings, kMostArea);
+    if (!cut) {
+      return;
+    }
+    area += *cut;
+    drop_stray_pieces(trial, share, dropped);
+    const bool fell_apart = piece_count(trial) != pieces;
+    if (fell_apart || !fill_small_holes(trial, std::numeric_limits<double>::infinity(), details).empty()) {
+      return;
+    }
+    split_pinched_vertices(trial, details);
+    drop_unused_points(trial);
+    if (!is_closed_manifold(trial)) {
+      return;
+    }
+    remove_slivers(trial, details);
+    turn_outwards(trial, dropped);
+    const auto columns = trial.triangles.colwise();
+    if (std::any_of(columns.begin(), columns.end(), [&](const auto& face) { return is_flat(trial.points, face); })) {
+      return;
+    }
+  }
+}
+
+}  // namespace touchfield

@@ -1,0 +1,90 @@
+#include "sim/mesh/repair/surface_report.h"
+
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/mesh/face_shape.h"
+#include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/repair/weld.h"
+
+namespace touchfield {
+
+namespace {
+
+using Index = Eigen::Index;
+
+void find_crossings(const TriangleMesh& mesh, SkinReport& report) {
+  const auto pairs = self_intersections(mesh, SkinReport::kMostCrossings);
+  report.crossings = static_cast<Index>(pairs.size());
+  if (pairs.empty()) {
+    return;
+  }
+  const auto [one, other] = pairs.front();
+  report.faults.push_back(fmt::format("{}{} of faces cut each other, the first near {}", pairs.size(),
+                                      pairs.size() == SkinReport::kMostCrossings ? " pairs or more"
+                                      : pairs.size() == 1                        ? " pair"
+                                                                                 : " pairs",
+                                      place_in_mm(0.5 * (mesh.centroids().col(one) + mesh.centroids().col(other)))));
+}
+
+}  // namespace
+
+SkinReport inspect_skin(const Points& points, const Triangles& triangles) {
+  SkinReport report;
+  Triangles solid(3, triangles.cols());
+  Index count = 0;
+  Index first_flat = -1;
+  for (Index f = 0; f < triangles.cols(); ++f) {
+    if (is_flat(points, triangles.col(f))) {
+      first_flat = report.flat_faces++ == 0 ? f : first_flat;
+    } else {
+      solid.col(count++) = triangles.col(f);
+    }
+  }
+  if (count == 0) {
+    report.faults.emplace_back("no face has an area");
+    return report;
+  }
+  solid.conservativeResize(3, count);
+  if (report.flat_faces > 0) {
+    report.faults.push_back(fmt::format("{} {} without area, the first at {}", report.flat_faces,
+                                        report.flat_faces == 1 ? "face" : "faces",
+                                        place_in_mm(points.col(triangles(0, first_flat)))));
+  }
+  report.mesh = inspect(points, triangles);
+  report.faults.insert(report.faults.end(), report.mesh.faults.begin(), report.mesh.faults.end());
+  const TriangleMesh mesh(points, std::move(solid));
+  report.mean_edge = mesh.mean_edge();
+  find_crossings(mesh, report);
+  return report;
+}
+
+SurfaceReport inspect_surface(const FileSurface& surface, double unit) {
+  const WeldedSurface merged = welded(surface, unit, 0.0);
+  std::vector<bool> copied;
+  const Triangles triangles = without_duplicates(merged.triangles, copied);
+
+  SurfaceReport report;
+  report.points = static_cast<Index>(surface.points.size());
+  report.faces = static_cast<Index>(surface.triangles.size());
+  report.unreferenced_points = merged.unreferenced;
+  report.repeated_points = merged.welded;
+  report.collapsed_faces = merged.collapsed_faces;
+  report.duplicate_faces = merged.triangles.cols() - triangles.cols();
+  report.skin = inspect_skin(merged.points, triangles);
+
+  std::vector<std::string> faults;
+  if (report.collapsed_faces > 0) {
+    faults.push_back(fmt::format("{} {} two corners in one point", report.collapsed_faces,
+                                 report.collapsed_faces == 1 ? "face has" : "faces have"));
+  }
+  if (report.duplicate_faces > 0) {
+    faults.push_back(fmt::format("{} {} the corners of an earlier one", report.duplicate_faces,
+                                 report.duplicate_faces == 1 ? "face has" : "faces have"));
+  }
+  report.skin.faults.insert(report.skin.faults.begin(), faults.begin(), faults.end());
+  return report;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,162 @@
+#include "sim/pictures/picture_parts.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <fmt/format.h>
+
+namespace touchfield {
+
+namespace {
+
+constexpr Colour kInk = {25, 25, 25};
+constexpr PixelBox kBar = {1085, 130, 26, 640};
+constexpr int kLeft = 30;  // [pixels]
+
+/// 10^floor(log10 value), and how many times it is in value (1 <= share < 10).
+struct Decade {
+  double unit;
+  double share;
+};
+
+Decade decade(double value) {
+  const double unit = std::pow(10.0, std::floor(std::log10(value)));
+  return {unit, value / unit};
+}
+
+constexpr Colour kPaper = {255, 255, 255};
+constexpr double kRadius = 8.0;  // of a marker [pixels]
+
+/// A regular polygon, its first corner at an angle.
+struct Marker {
+  int corners;
+  double angle;  // [deg], counter-clockwise from the right
+  Colour colour;
+};
+
+// The colours of Okabe and Ito, which people with colour-blindness tell apart, each with a shape of its own.
+constexpr std::array<Marker, 6> kMarkers = {{{24, 0.0, {213, 94, 0}},
+                                             {4, 45.0, {230, 159, 0}},
+                                             {3, 90.0, {0, 158, 115}},
+                                             {4, 0.0, {86, 180, 233}},
+                                             {3, -90.0, {0, 70, 140}},
+                                             {6, 0.0, {204, 121, 167}}}};
+
+std::vector<Eigen::Vector2d> corners(const Marker& marker, const Eigen::Vector2d& centre, double growth) {
+  // Shapes of one area, so that none looks more important; an outline is equally wide on every side.
+  const double turn = 2.0 * std::numbers::pi / marker.corners;
+  const double area = 0.5 * marker.corners * std::sin(turn);
+  const double radius = kRadius * std::sqrt(std::numbers::pi / area) + growth / std::cos(0.5 * turn);
+  std::vector<Eigen::Vector2d> result;
+  for (int i = 0; i < marker.corners; ++i) {
+    const double angle = marker.angle * std::numbers::pi / 180.0 + i * turn;
+    result.emplace_back(centre.x() + radius * std::cos(angle), centre.y() + radius * std::sin(angle));
+  }
+  return result;
+}
+
+}  // namespace
+
+double round_above(double value) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    return 1.0;
+  }
+  const auto [unit, share] = decade(value);
+  constexpr double kSlack = 1e-9;  // 3000.0000001 is 3000
+  for (const double step : {1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0}) {
+    if (share <= step * (1.0 + kSlack)) {
+      return step * unit;
+    }
+  }
+  return 10.0 * unit;
+}
+
+double tick_step(double range, int most) {
+  const auto [unit, share] = decade(range / most);
+  for (const double step : {1.0, 2.0, 5.0}) {
+    if (share <= step) {
+      return step * unit;
+    }
+  }
+  return 10.0 * unit;
+}
+
+std::vector<LogTick> log_ticks(double low, double high) {
+  std::vector<LogTick> ticks;
+  for (double exponent = std::floor(std::log10(low)); ticks.size() < 2 || ticks.back().value < high; ++exponent) {
+    for (const double share : {1.0, 2.0, 5.0}) {
+      const double value = share * std::pow(10.0, exponent);
+      if (!ticks.empty() && value <= low) {
+        ticks.front() = {value, share == 1.0};
+      } else if (ticks.size() < 2 || ticks.back().value < high) {
+        ticks.push_back({value, share == 1.0});
+      }
+    }
+  }
+  return ticks;
+}
+
+double quantile(std::vector<double> values, double share) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  if (values.empty()) {
+    return 0.0;
+  }
+  const auto last = static_cast<double>(values.size() - 1);
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(std::ceil(share * last));
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+
+void describe(Canvas& canvas, const Run& run) {
+  canvas.describe("Software", "touchfield " + run.provenance.version);
+  canvas.describe("Source", run.provenance.revision);
+  canvas.describe("Scene hash", run.provenance.scene_hash);
+}
+
+void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle) {
+  canvas.describe("Description", title);
+  canvas.text(kLeft, kPictureHeight - 36, title, {.size = 28, .bold = true});
+  canvas.text(kLeft, kPictureHeight - 74, subtitle, {.size = 22});
+}
+
+void draw_caption(Canvas& canvas, const std::string& first, const std::string& second) {
+  canvas.text(kLeft, 58, first, {.size = 22});
+  canvas.text(kLeft, 24, second, {.size = 16});
+}
+
+void draw_colour_bar(Canvas& canvas, double top) {
+  canvas.image(kBar, [](int, int j) { return viridis((j + 0.5) / kBar.height); });
+  canvas.frame(kBar, kInk, 1.0);
+  canvas.text(kBar.x + 0.5 * kBar.width, kBar.y + kBar.height + 26, "|p| [Pa]", {.size = 20, .align = Align::kCentre});
+  const double step = tick_step(top, 8);
+  const int right = kBar.x + kBar.width;
+  for (int i = 0; i * step <= top * (1.0 + 1e-9); ++i) {
+    const double y = kBar.y + kBar.height * (i * step / top);
+    canvas.line({right, y}, {right + 6, y}, kInk, 1.0);
+    canvas.text(right + 11, y, fmt::format("{:.6g}", i * step), {.size = 18});
+  }
+}
+
+void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel) {
+  const double length = tick_step(0.3 * panel.width * metres_per_pixel, 2);
+  const double pixels = length / metres_per_pixel;
+  const double x = panel.x + 16.0;
+  const double y = panel.y + 16.0;
+  const PixelBox behind = {panel.x + 6, panel.y + 6, static_cast<int>(pixels) + 20, 40};  // readable on skin too
+  canvas.image(behind, [](int, int) { return Colour{255, 255, 255}; });
+  canvas.line({x, y}, {x + pixels, y}, kInk, 3.0);
+  canvas.text(x + 0.5 * pixels, y + 16.0, fmt::format("{:.6g} mm", 1e3 * length),
+              {.size = 16, .align = Align::kCentre});
+}
+
+void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre, bool outlined) {
+  const Marker& marker = kMarkers[number % kMarkers.size()];
+  canvas.polygon(corners(marker, centre, outlined ? 2.0 : 1.0), outlined ? kInk : kPaper);
+  canvas.polygon(corners(marker, centre, 0.0), marker.colour);
+}
+
+Colour marker_colour(std::size_t number) { return kMarkers[number % kMarkers.size()].colour; }
+
+}  // namespace touchfield

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/pictures/canvas.h"
+#include "sim/store/run_data.h"
+
+/// What all pictures of a run share.
+namespace touchfield {
+
+inline constexpr int kPictureWidth = 1200;  // [pixels]
+inline constexpr int kPictureHeight = 900;  // [pixels]
+
+/// The least of 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten that is not below value; 1 for a value that is
+/// not positive.
+double round_above(double value);
+
+/// Steps of 1, 2 or 5 times a power of ten that cut a length of `range` > 0 into at most `most` pieces.
+double tick_step(double range, int most);
+
+struct LogTick {
+  double value;
+  bool decade;  // a power of ten, not 2 or 5 times one
+};
+
+/// Ticks of a logarithmic axis at 1, 2 and 5 times the powers of ten, ascending. The first and the last are the ends of
+/// an axis that holds low..high, 0 < low <= high; they differ.
+std::vector<LogTick> log_ticks(double low, double high);
+
+/// The value that a share of the finite ones among `values` does not exceed; 0 if there is none.
+double quantile(std::vector<double> values, double share);
+
+/// Says in the picture's file which run it shows: Software and Source are of the program that computed it, Scene hash
+/// is of its scene.
+void describe(Canvas& canvas, const Run& run);
+
+/// A bold line and one below it, at the top of the picture; the first is its file's Description too.
+void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle);
+
+/// Lines at the foot of the picture.
+void draw_caption(Canvas& canvas, const std::string& first, const std::string& second);
+
+/// The colours from 0 to `top` at the right side of the picture, with values in Pa.
+void draw_colour_bar(Canvas& canvas, double top);
+
+/// A bar with its length in mm in the lower left corner of a panel.
+void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel);
+
+/// A marker of a plot; its shape and colour, which people with colour-blindness tell apart, follow from its number.
+void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre, bool outlined);
+Colour marker_colour(std::size_t number);
+
+}  // namespace touchfield

@@ -1,0 +1,57 @@
+#include "sim/solve/alarm.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "sim/solve/judge_comparison.h"
+#include "sim/solve/speed.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kTolerance = 1e-3;
+constexpr int kMaxSteps = 60;
+constexpr double kFreeSeconds = 0.25;  // spent on the alarm whatever the run takes
+constexpr double kShare = 0.5;         // of the run's own solving
+
+}  // namespace
+
+double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const Eigen::VectorXcd& drive,
+                        const Eigen::VectorXcd& own, double spent, std::vector<SolveRecord>& records,
+                        Progress& progress) {
+  const double nothing = std::numeric_limits<double>::quiet_NaN();
+  const TriangleMesh& mesh = scattering.system().mesh();
+  const Wave& wave = scattering.system().wave();
+  const bool plain = !is_burton_miller(scattering.system().scheme());
+  const Scheme other = plain ? Scheme::kBurtonMiller : Scheme::kPaperCorrected;
+  if (spec.alarm == AlarmChoice::kNever) {
+    return nothing;
+  }
+  const double expected = (plain ? 15.0 : 40.0) * product_seconds(mesh, wave);
+  if (spec.alarm == AlarmChoice::kAuto && expected > std::max(kFreeSeconds, kShare * spent)) {
+    progress.note(fmt::format("  alarm: left out, {} would take about {:.1f} s more (solve.alarm: always asks for it)",
+                              to_string(other), expected));
+    return nothing;
+  }
+  SolverSpec quick = spec;
+  quick.solver = SolverChoice::kMatrixFree;
+  quick.precision = PrecisionChoice::kSingle;
+  quick.refine = false;
+  quick.tolerance = kTolerance;
+  quick.max_steps = kMaxSteps;
+  SkinScattering compared(mesh, wave, other, quick, scattering.array(), records, progress);
+  const Eigen::VectorXcd p = compared.pressure(drive, "alarm");
+  const Eigen::VectorXcd& reference = plain ? p : own;
+  const double alarm = relative_difference(mesh.areas(), plain ? own : p, reference);
+  const bool settled = records.back().residual <= 2.0 * kTolerance;
+  progress.note(fmt::format(
+      "  alarm: plain and Burton-Miller pressures differ by {:.2f} %{}", 100.0 * alarm,
+      settled ? "" : fmt::format(" ({} stopped at a residual of {:.1e})", to_string(other), records.back().residual)));
+  return alarm;
+}
+
+}  // namespace touchfield

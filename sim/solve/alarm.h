@@ -1,0 +1,23 @@
+#pragma once
+
+#include "sim/solve/skin_scattering.h"
+
+namespace touchfield {
+
+/// The alarm for fictitious frequencies: how far the pressures of a plain and of a Burton-Miller scheme are apart for
+/// one drive,
+///
+///   || p_plain - p_bm || / || p_bm ||, area-weighted.
+///
+/// The run's own solution is one of the two; the other, paper_corrected or burton_miller, is solved matrix-free to 1e-3
+/// in at most 60 steps. `auto` leaves it out where that would take longer than half of what the run has spent solving,
+/// but for half a second.
+///
+/// own       the pressures that `scattering` found for the drive, M [Pa]
+/// spent     seconds the run has spent on solving so far
+/// returns   NaN if it was left out
+double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const Eigen::VectorXcd& drive,
+                        const Eigen::VectorXcd& own, double spent, std::vector<SolveRecord>& records,
+                        Progress& progress);
+
+}  // namespace touchfield

@@ -1,0 +1,464 @@
+#include "sim/solve/bodies.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/body/shapes.h"
+#include "sim/core/errors.h"
+#include "sim/core/rotation.h"
+#include "sim/core/units.h"
+#include "sim/mesh/cut/cut.h"
+#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/unit_guess.h"
+#include "sim/mesh/query/clearance.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/remesh/surface_remesh.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kKeptSkin = 0.9;                    // of keep_within: nearer to the centre no face is a cap's
+constexpr double kLostLandmark = 0.5 * kMillimetre;  // farther from what is kept of a body: the landmark went with it
+
+HandOptions hand_options(const HandShape& shape, double edge) {
+  return {shape.pose, shape.breadth, shape.length, shape.side, edge, shape.joints};
+}
+
+std::optional<UnitDoubt> doubt_of(const MeshShape& shape, double size) {
+  auto doubt = unit_doubt(size, shape.unit_given ? std::optional(shape.unit_name) : std::nullopt);
+  if (doubt) {
+    doubt->text = fmt::format("{}: {}", shape.file, doubt->text);
+  }
+  return doubt;
+}
+
+/// Refuses a file whose unit is not given and not certain; adds a warning on one that is doubtful.
+void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
+  const double size = surface_size(read_surface(shape.file));
+  const auto doubt = doubt_of(shape, size);
+  if (doubt && doubt->refuse) {
+    throw InputError(doubt->text);
+  }
+  require_body_size(size * shape.unit, shape.file);
+  if (doubt) {
+    warnings.push_back("mesh_unit: " + doubt->text);
+  }
+}
+
+Body body_from_file(const MeshShape& shape) {
+  const TriangleMesh mesh = read_mesh(shape.file, shape.unit);
+  require_closed_surface(mesh, shape.file);
+  Body body{mesh, {}};
+  for (const auto& [name, point] : shape.landmarks) {
+    body.landmarks.push_back(nearest_landmark(body.mesh, name, point));
+  }
+  return body;
+}
+
+/// A body in its own frame with faces of one size, or those of its file.
+Body plain_body(const BodySpec& spec, double edge) {
+  return std::visit(
+      [&](const auto& shape) -> Body {
+        using Shape = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<Shape, HandShape>) {
+          return hand(hand_options(shape, edge));
+        } else if constexpr (std::is_same_v<Shape, SphereShape>) {
+          return sphere(shape.radius, edge);
+        } else if constexpr (std::is_same_v<Shape, CapsuleShape>) {
+          return capsule(shape.radius, shape.length, edge);
+        } else if constexpr (std::is_same_v<Shape, BoxShape>) {
+          return box(shape.size, edge);
+        } else {
+          return body_from_file(shape);
+        }
+      },
+      spec.shape);
+}
+
+/// Landmarks of a mesh on another mesh of the same body, without those that lie off it.
+std::vector<Landmark> carried_over(const Body& from, const TriangleMesh& to) {
+  std::vector<Landmark> landmarks;
+  for (const Landmark& landmark : from.landmarks) {
+    const Vector3 at = position(from.mesh, landmark);
+    Landmark moved = nearest_landmark(to, landmark.name, at);
+    if ((position(to, moved) - at).norm() <= kLostLandmark + 0.3 * to.mean_edge()) {
+      landmarks.push_back(std::move(moved));
+    }
+  }
+  return landmarks;
+}
+
+Body meshed(const BodySpec& spec, const EdgeSpec* edge, const EdgeSizing* sizing) {
+  if (edge == nullptr) {
+    return plain_body(spec, 0.0);  // the faces of its file
+  }
+  const bool from_file = std::holds_alternative<MeshShape>(spec.shape);
+  if (!edge->graded() && !from_file) {
+    return plain_body(spec, edge->far);
+  }
+  if (const auto* shape = std::get_if<HandShape>(&spec.shape)) {
+    return hand(hand_options(*shape, edge->finest()), *sizing);
+  }
+  const Body base = plain_body(spec, edge->finest());
+  Body body{remeshed_surface(base.mesh, *sizing), {}};
+  body.landmarks = carried_over(base, body.mesh);
+  return body;
+}
+
+/// What is known of a body before it is meshed as it is asked for.
+class Locator {
+ public:
+  explicit Locator(const BodySpec& spec, KeptBodies* kept = nullptr) : spec_(spec), kept_(kept) {}
+
+  /// A landmark in the body's own frame.
+  Vector3 landmark(const std::string& name) {
+    if (const auto* shape = std::get_if<HandShape>(&spec_.shape)) {
+      const auto find = [&] { return hand_landmark(hand_options(*shape, HandOptions().edge), name); };
+      return kept_ != nullptr ? kept_->landmark(shape_text(spec_) + name, find) : find();
+    }
+    return position(base().mesh, find_landmark(base(), name));
+  }
+
+  bool has(const std::string& name) {
+    try {
+      landmark(name);
+      return true;
+    } catch (const InputError&) {
+      return false;
+    }
+  }
+
+  const Body& base() {
+    if (!base_) {
+      base_ = plain_body(spec_, spec_.edge ? spec_.edge->finest() : 0.0);
+    }
+    return *base_;
+  }
+
+ private:
+  const BodySpec& spec_;
+  KeptBodies* kept_;
+  std::optional<Body> base_;
+};
+
+/// Number of the body that a landmark's name means, and the name there.
+std::pair<std::size_t, std::string> owner_of(const Scene& scene, std::vector<Locator>& locators,
+                                             const std::string& name) {
+  std::vector<std::size_t> owners;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const std::string& body = scene.bodies[i].name;
+    if (!body.empty() && name.rfind(body + ".", 0) == 0) {
+      return {i, name.substr(body.size() + 1)};
+    }
+    if (scene.bodies.size() > 1 && locators[i].has(name)) {
+      owners.push_back(i);
+    }
+  }
+  if (scene.bodies.size() == 1) {
+    return {0, name};
+  }
+  if (owners.size() == 1) {
+    return {owners.front(), name};
+  }
+  throw InputError(owners.empty() ? fmt::format("landmark '{}' is on none of the bodies", name)
+                                  : fmt::format("landmark '{}' is on {} bodies; say which: {}.{}", name, owners.size(),
+                                                scene.bodies[owners.front()].name, name));
+}
+
+Vector3 to_world(const Placement& place, const Vector3& anchor, const Vector3& own) {
+  return place.at + extrinsic_rotation(place.angles) * (own - anchor);
+}
+
+/// A mesh of several, one behind the other.
+TriangleMesh joined(const std::vector<Body>& bodies) {
+  Eigen::Index vertices = 0;
+  Eigen::Index faces = 0;
+  for (const Body& body : bodies) {
+    vertices += body.mesh.vertex_count();
+    faces += body.mesh.face_count();
+  }
+  Points points(3, vertices);
+  Triangles triangles(3, faces);
+  vertices = faces = 0;
+  for (const Body& body : bodies) {
+    points.middleCols(vertices, body.mesh.vertex_count()) = body.mesh.vertices();
+    triangles.middleCols(faces, body.mesh.face_count()) = body.mesh.triangles().array() + static_cast<int>(vertices);
+    vertices += body.mesh.vertex_count();
+    faces += body.mesh.face_count();
+  }
+  return {std::move(points), std::move(triangles)};
+}
+
+std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Body>& bodies) {
+  if (bodies.size() == 1 && scene.bodies.front().name.empty()) {
+    return bodies.front().landmarks;
+  }
+  std::map<std::string, int> count;
+  for (const Body& body : bodies) {
+    for (const Landmark& landmark : body.landmarks) {
+      ++count[landmark.name];
+    }
+  }
+  std::vector<Landmark> landmarks;
+  Eigen::Index first = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (Landmark landmark : bodies[i].landmarks) {
+      landmark.face += first;
+      const std::string name = landmark.name;
+      landmark.name = scene.bodies[i].name + "." + name;
+      landmarks.push_back(landmark);
+      if (count[name] == 1) {
+        landmark.name = name;
+        landmarks.push_back(landmark);
+      }
+    }
+    first += bodies[i].mesh.face_count();
+  }
+  return landmarks;
+}
+
+std::string called(const Scene& scene, std::size_t body) {
+  return scene.bodies[body].name.empty() ? "body" : fmt::format("bodies: {}", scene.bodies[body].name);
+}
+
+/// Leaves out what is farther than keep_within from the target; marks what is left as skin or cap.
+void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const EdgeSizing& sizing, Body& body,
+               std::vector<unsigned char>& skin) {
+  if (plan.targets.empty()) {
+    throw InputError(called(scene, i) + ".keep_within_mm needs a target, the scene has none");
+  }
+  const double radius = *scene.bodies[i].keep_within;
+  const Vector3& centre = plan.bodies[i].kept_about;
+  if (((body.mesh.vertices().colwise() - centre).colwise().norm().array() <= radius).all()) {
+    return;
+  }
+  Body kept{kept_within(body.mesh, centre, radius, sizing), {}};
+  kept.landmarks = carried_over(body, kept.mesh);
+  body = std::move(kept);
+  skin.resize(static_cast<std::size_t>(body.mesh.face_count()));
+  for (Eigen::Index f = 0; f < body.mesh.face_count(); ++f) {
+    const double distance = (body.mesh.centroids().col(f) - centre).norm();
+    skin[static_cast<std::size_t>(f)] = distance < kKeptSkin * radius ? 1 : 0;
+  }
+}
+
+/// A point to 1 nm: a body that only moves has the same one in its own frame but for rounding.
+std::string place_key(const Vector3& x) { return fmt::format("({:.9f} {:.9f} {:.9f})", x.x(), x.y(), x.z()); }
+
+/// All that a body's mesh in its own frame follows from.
+///
+/// kept_about   centre of keep_within; null: the whole body
+std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& sizing, const Vector3* kept_about) {
+  std::string key = shape_text(spec);
+  if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
+    const auto written = std::filesystem::last_write_time(shape->file);
+    key += fmt::format(" {} {}", std::filesystem::file_size(shape->file), written.time_since_epoch().count());
+  }
+  if (sizing) {
+    key += fmt::format(" far {} growth {}", sizing->far(), sizing->growth());
+    for (const SizingZone& zone : sizing->zones()) {
+      key += fmt::format(" {} {} {}", place_key(zone.centre), zone.edge, zone.within);
+    }
+  }
+  if (kept_about != nullptr) {
+    key += fmt::format(" kept {} {}", *spec.keep_within, place_key(*kept_about));
+  }
+  return key;
+}
+
+void require_apart(const Scene& scene, const std::vector<Body>& bodies) {
+  constexpr double kLeast = 0.05 * kMillimetre;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+      const Clearance clearance = least_clearance(bodies[i].mesh, bodies[j].mesh);
+      const std::string pair = fmt::format("{} and {}", scene.bodies[i].name, scene.bodies[j].name);
+      const std::string at = place_in_mm(clearance.on_first);
+      if (clearance.meeting != Meeting::kApart) {
+        throw InputError(fmt::format("bodies: {} {} near {}; move one by its place.at_mm", pair,
+                                     clearance.meeting == Meeting::kCut ? "cut each other" : "lie one in the other",
+                                     at));
+      }
+      if (clearance.distance < kLeast) {
+        throw InputError(
+            fmt::format("bodies: {} are {:.3f} mm apart near {}, they must be >= {} mm apart; "
+                        "move one by its place.at_mm",
+                        pair, clearance.distance / kMillimetre, at, kLeast / kMillimetre));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+RigidMotion BodyPlan::own_frame(const Scene& scene, std::size_t body) const {
+  const Placement& place = scene.bodies[body].place;
+  const Eigen::Matrix3d back = extrinsic_rotation(place.angles).transpose();
+  return {back, bodies[body].anchor - back * place.at};
+}
+
+std::vector<std::string> guess_units(Scene& scene) {
+  std::vector<std::string> warnings;
+  for (BodySpec& spec : scene.bodies) {
+    auto* shape = std::get_if<MeshShape>(&spec.shape);
+    if (shape == nullptr || shape->unit_given) {
+      continue;
+    }
+    const double size = surface_size(read_surface(shape->file));
+    const auto doubt = doubt_of(*shape, size);
+    if (!doubt) {
+      continue;
+    }
+    const UnitGuess guess = guess_unit(size);
+    if (guess.certainty == UnitCertainty::kNone) {
+      throw InputError(doubt->text);
+    }
+    for (auto& [name, point] : shape->landmarks) {
+      point *= guess.unit.metres / shape->unit;
+    }
+    shape->unit = guess.unit.metres;
+    shape->unit_name = guess.unit.name;
+    shape->unit_given = true;
+    warnings.push_back(fmt::format("mesh_unit: {}; taken as {} here, a run refuses it", doubt->text, guess.unit.name));
+  }
+  return warnings;
+}
+
+void require_body(const MeshShape& shape) {
+  std::vector<std::string> warnings;  // which a run repeats
+  check_unit(shape, warnings);
+  body_from_file(shape);
+}
+
+BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
+                     KeptBodies* kept) {
+  std::vector<Locator> locators;
+  locators.reserve(scene.bodies.size());
+  for (const BodySpec& spec : scene.bodies) {
+    locators.emplace_back(spec, kept);
+  }
+  BodyPlan plan;
+  for (const BodySpec& spec : scene.bodies) {
+    if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
+      check_unit(*shape, plan.warnings);
+    }
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const std::string& landmark = scene.bodies[i].place.landmark;
+    BodyPlan::Entry entry;
+    if (!landmark.empty()) {
+      entry.anchor = locators[i].landmark(landmark);
+    }
+    plan.bodies.push_back(entry);
+  }
+  if (!scene.target) {
+    return plan;
+  }
+  const auto world = [&](std::size_t i, const Vector3& own) {
+    return to_world(scene.bodies[i].place, plan.bodies[i].anchor, own);
+  };
+  for (const TargetBoxSpec& box : scene.target->boxes) {
+    if (box.at.empty()) {
+      plan.targets.push_back(box.centre);
+    } else if (box.at == kNearestToArray) {
+      std::vector<Body> bodies;
+      for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+        const Placement& place = scene.bodies[i].place;
+        bodies.push_back(placed(locators[i].base(), plan.bodies[i].anchor, place.at, place.angles));
+      }
+      plan.targets.push_back(near_array(joined(bodies)) + box.offset);
+    } else {
+      const auto [i, name] = owner_of(scene, locators, box.at);
+      plan.targets.push_back(world(i, locators[i].landmark(name)) + box.offset);
+    }
+  }
+  Vector3 mean = Vector3::Zero();
+  for (const Vector3& centre : plan.targets) {
+    mean += centre / static_cast<double>(plan.targets.size());
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    plan.bodies[i].kept_about = plan.to_own(scene, i, mean);
+  }
+  return plan;
+}
+
+EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body, const EdgeSpec& edge) {
+  const BodySpec& spec = scene.bodies[body];
+  std::vector<SizingZone> zones;
+  if (edge.near_target) {
+    if (plan.targets.empty()) {
+      throw InputError(called(scene, body) + ".edge_mm.near_target needs a target, the scene has none");
+    }
+    for (const Vector3& centre : plan.targets) {
+      zones.push_back({plan.to_own(scene, body, centre), *edge.near_target, edge.within});
+    }
+  }
+  if (!edge.near.empty()) {
+    Locator locator(spec);
+    for (const auto& [landmark, length] : edge.near) {
+      if (scene.bodies.size() == 1 || locator.has(landmark)) {
+        zones.push_back({locator.landmark(landmark), length, edge.within});
+      }
+    }
+  }
+  return EdgeSizing(edge.far, std::move(zones), edge.growth);
+}
+
+std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan) {
+  if (scene.bodies.size() != 1 || !scene.bodies.front().edge) {
+    return std::nullopt;
+  }
+  const EdgeSizing own = sizing_of(scene, plan, 0, *scene.bodies.front().edge);
+  std::vector<SizingZone> zones = own.zones();
+  for (SizingZone& zone : zones) {
+    zone.centre = to_world(scene.bodies.front().place, plan.bodies.front().anchor, zone.centre);
+  }
+  return EdgeSizing(own.far(), std::move(zones), own.growth());
+}
+
+PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge, bool whole,
+                          KeptBodies* kept) {
+  std::vector<Body> bodies;
+  std::vector<int> owner;
+  std::vector<unsigned char> skin;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const BodySpec& spec = scene.bodies[i];
+    const EdgeSpec* own = edge != nullptr ? edge : (spec.edge ? &*spec.edge : nullptr);
+    std::optional<EdgeSizing> sizing;
+    if (own != nullptr) {
+      sizing = sizing_of(scene, plan, i, *own);
+    }
+    const bool part = spec.keep_within && !whole;
+    const auto make = [&] {
+      MeshedBody made{meshed(spec, own, sizing ? &*sizing : nullptr), {}};
+      require_closed_surface(made.body.mesh, called(scene, i));
+      made.skin.assign(static_cast<std::size_t>(made.body.mesh.face_count()), 1);
+      if (part) {
+        keep_part(scene, plan, i, sizing.value_or(EdgeSizing(made.body.mesh.mean_edge())), made.body, made.skin);
+      }
+      return made;
+    };
+    const auto place = [&](const MeshedBody& made) {
+      owner.insert(owner.end(), made.skin.size(), static_cast<int>(i));
+      skin.insert(skin.end(), made.skin.begin(), made.skin.end());
+      bodies.push_back(placed(made.body, plan.bodies[i].anchor, spec.place.at, spec.place.angles));
+    };
+    if (kept != nullptr) {
+      place(kept->get(fmt::format("{} {}", edge != nullptr ? "judge" : "solver", i),
+                      meshing_key(spec, sizing, part ? &plan.bodies[i].kept_about : nullptr), make));
+    } else {
+      place(make());
+    }
+  }
+  require_apart(scene, bodies);
+  return {{joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin)};
+}
+
+}  // namespace touchfield

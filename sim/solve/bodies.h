@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/body/body.h"
+#include "sim/core/rigid_motion.h"
+#include "sim/scene/scene.h"
+#include "sim/solve/kept_bodies.h"
+
+namespace touchfield {
+
+/// How a scene's bodies are put into the world: what has to be the same for every mesh of them, since a landmark of
+/// another mesh of a body lies a little elsewhere.
+struct BodyPlan {
+  struct Entry {
+    Vector3 anchor = Vector3::Zero();      // the point in the body's own frame that lands on place.at [m]
+    Vector3 kept_about = Vector3::Zero();  // keep_within's centre in the body's own frame [m]
+  };
+  std::vector<Entry> bodies;
+  std::vector<Vector3> targets;       // centres of the target's boxes, in the world [m]
+  std::vector<std::string> warnings;  // about the units of mesh files
+
+  /// From the world's frame into a body's own.
+  RigidMotion own_frame(const Scene& scene, std::size_t body) const;
+  /// A point of the world in a body's own frame.
+  Vector3 to_own(const Scene& scene, std::size_t body, const Vector3& world) const {
+    return own_frame(scene, body)(world);
+  }
+};
+
+/// All bodies of a scene as one surface, in the world's frame.
+struct PlacedBodies {
+  Body body;               // landmarks: of a single body under their own names; of several as body.landmark, and under
+                           // their own names where only one body has one
+  std::vector<int> owner;  // M: number of the body a face is of
+  std::vector<unsigned char> skin;  // M: 1 on skin of the body, 0 on caps of keep_within and within a tenth of its
+                                    // radius from them
+};
+
+/// Takes mesh files whose unit is not given, and not surely mm, as in the unit that their size makes likely: for
+/// looking at a scene that a run refuses. Landmarks keep their numbers in the file.
+///
+/// returns  a warning on each
+/// throws   InputError if no unit makes the file a body
+std::vector<std::string> guess_units(Scene& scene);
+
+/// throws   InputError if a mesh file is not the closed surface of a body, or its unit is not given and not surely mm
+void require_body(const MeshShape& shape);
+
+/// Finds anchors and centres without meshing finely.
+///
+/// near_array   the point of a surface, in the world's frame, that is nearest to the array
+/// kept         landmarks of scenes before this one
+/// throws       InputError on an unknown landmark, a mesh file that is not the closed surface of a body or whose unit
+/// is
+///              not given and not surely mm, keep_within without a target
+BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
+                     KeptBodies* kept = nullptr);
+
+/// Meshes every body by its edge lengths and puts it into its place.
+///
+/// edge    taken for every body's own edge_mm where it is given
+/// whole   leaves keep_within out
+/// kept    meshes of scenes before this one, used where a body is the same in its own frame
+/// throws  InputError if two bodies touch or one lies in another, or nothing of a body is within keep_within
+PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge = nullptr, bool whole = false,
+                          KeptBodies* kept = nullptr);
+
+/// The size field in the world's frame of a scene with one body; nothing if there are several, or no edge_mm.
+std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan);
+
+/// The size field of a body in its own frame; edge_mm must be given.
+EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body, const EdgeSpec& edge);
+
+}  // namespace touchfield

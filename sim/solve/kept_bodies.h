@@ -1,0 +1,41 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "sim/body/body.h"
+
+namespace touchfield {
+
+/// A body meshed in its own frame.
+struct MeshedBody {
+  Body body;
+  std::vector<unsigned char> skin;  // M: 0 on and near the caps of keep_within, else 1
+};
+
+/// Meshes that scenes computed one after another share: of each role, a body of the solver's or of the judge's, the
+/// last one is kept. A body that only stands elsewhere is then the same mesh to the last bit.
+class KeptBodies {
+ public:
+  /// role   what the mesh is for in a scene, e.g. "judge 0"
+  /// key    all that the mesh follows from
+  /// make   is called if the role's last mesh had another key
+  const MeshedBody& get(const std::string& role, const std::string& key, const std::function<MeshedBody()>& make);
+
+  /// A landmark in a body's own frame, which takes the whole skin of a hand to find.
+  ///
+  /// key   the body's shape and the landmark's name
+  Vector3 landmark(const std::string& key, const std::function<Vector3()>& find);
+
+ private:
+  struct Entry {
+    std::string key;
+    MeshedBody meshed;
+  };
+  std::map<std::string, Entry> entries_;
+  std::map<std::string, Vector3> landmarks_;
+};
+
+}  // namespace touchfield

@@ -1,0 +1,56 @@
+#include "sim/solve/kept_models.h"
+
+#include <utility>
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kSamePlace = 1e-9;  // [m]; a ten-millionth of a wavelength
+
+bool same_mesh(const TriangleMesh& a, const TriangleMesh& b) {
+  return a.vertex_count() == b.vertex_count() && a.face_count() == b.face_count() && a.triangles() == b.triangles() &&
+         (a.vertices() - b.vertices()).cwiseAbs().maxCoeff() <= kSamePlace;
+}
+
+bool same_wave(const Wave& a, const Wave& b) {
+  return a.frequency() == b.frequency() && a.medium().sound_speed == b.medium().sound_speed &&
+         a.medium().density == b.medium().density && a.medium().absorption == b.medium().absorption;
+}
+
+}  // namespace
+
+std::shared_ptr<SkinModel> KeptModels::get(const std::string& role, const TriangleMesh& mesh, const Wave& wave,
+                                           Scheme scheme, const SolverSpec& spec, Eigen::Index right_hand_sides) {
+  ++count_.asked;
+  const auto found = entries_.find(role);
+  if (found != entries_.end()) {
+    const ScatteringSystem& system = found->second.model->system();
+    if (system.scheme() == scheme && found->second.spec == spec && same_wave(system.wave(), wave) &&
+        same_mesh(system.mesh(), mesh)) {
+      ++count_.reused;
+      return found->second.model;
+    }
+    entries_.erase(found);  // before the next one takes its memory
+  }
+  auto model = std::make_shared<SkinModel>(mesh, wave, scheme, spec, scenes_ * right_hand_sides);
+  entries_.emplace(role, Entry{spec, model});
+  return model;
+}
+
+KeptModels::Count KeptModels::take_count() { return std::exchange(count_, {}); }
+
+std::unique_ptr<SkinScattering> make_scattering(const std::string& role, const TriangleMesh& mesh, Scheme scheme,
+                                                const SolverSpec& spec, Eigen::Index right_hand_sides,
+                                                const Model& model, KeptModels* kept, std::vector<SolveRecord>& records,
+                                                Progress& progress) {
+  if (kept == nullptr || model.array.kind != TransducerArray::Kind::kTransducers) {
+    return std::make_unique<SkinScattering>(mesh, model.wave, scheme, spec, model.array, records, progress,
+                                            right_hand_sides);
+  }
+  const TriangleMesh own(model.own_frame(mesh.vertices()), mesh.triangles());
+  return std::make_unique<SkinScattering>(kept->get(role, own, model.wave, scheme, spec, right_hand_sides),
+                                          moved(model.array, model.own_frame), records, progress);
+}
+
+}  // namespace touchfield

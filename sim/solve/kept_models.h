@@ -1,0 +1,57 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/solve/model.h"
+#include "sim/solve/skin_scattering.h"
+
+namespace touchfield {
+
+/// Scattering models that scenes computed one after another share, each with the factorisation it has made. A model is
+/// the same if scheme, medium, frequency and solver are and the meshes have the same triangles and nowhere differ by
+/// more than 1 nm. Of each role the last model is kept, so that no more is held than one scene needs.
+class KeptModels {
+ public:
+  /// How many scenes are expected to share a model that is made from here on: a factorisation pays earlier.
+  void expect(int scenes) { scenes_ = scenes; }
+  bool shared() const { return scenes_ > 1; }
+
+  /// The model of a role, of a mesh in a frame that does not move with the scene; made if the last one is another.
+  ///
+  /// role               what the model is for in a scene, e.g. "judge"
+  /// right_hand_sides   of the largest block that a scene will ask for
+  std::shared_ptr<SkinModel> get(const std::string& role, const TriangleMesh& mesh, const Wave& wave, Scheme scheme,
+                                 const SolverSpec& spec, Eigen::Index right_hand_sides);
+
+  /// How many models were asked for since the last call of this, and how many of them had been made before.
+  struct Count {
+    int asked = 0;
+    int reused = 0;
+  };
+  Count take_count();
+
+ private:
+  struct Entry {
+    SolverSpec spec;
+    std::shared_ptr<SkinModel> model;
+  };
+
+  int scenes_ = 1;
+  std::map<std::string, Entry> entries_;
+  Count count_;
+};
+
+/// A body of a scene in a scheme with the scene's array. Where models are kept it is set up in the first body's own
+/// frame, in which a scene that only moves has the same mesh.
+///
+/// kept      may be null
+/// records   as SkinScattering's
+std::unique_ptr<SkinScattering> make_scattering(const std::string& role, const TriangleMesh& mesh, Scheme scheme,
+                                                const SolverSpec& spec, Eigen::Index right_hand_sides,
+                                                const Model& model, KeptModels* kept, std::vector<SolveRecord>& records,
+                                                Progress& progress);
+
+}  // namespace touchfield

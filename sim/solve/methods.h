@@ -1,0 +1,59 @@
+#pragma once
+
+#include <optional>
+
+#include "sim/solve/skin_scattering.h"
+#include "sim/solve/transfer.h"
+#include "sim/target/target.h"
+#include "solvers/phase/incident_problem.h"
+#include "solvers/phase/phase_solution.h"
+
+namespace touchfield {
+
+/// Solves the phase methods of a scene on one scattering model. What several methods share (b of every channel, its
+/// Gram matrix, columns of B, the transfer matrix) is computed once, when the first one needs it.
+class MethodSolver {
+ public:
+  /// target   absent for scenes without one; methods other than `fixed` need one. All arguments outlive the solver.
+  MethodSolver(SkinScattering& scattering, Eigen::Index channels, const std::optional<Target>& target,
+               const SolveSpec& spec);
+
+  SkinScattering& scattering() const { return scattering_; }
+
+  /// The drives a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
+  /// throws   NumericalError if a matrix of the problem is not finite; InputError on a previous run that does not fit
+  PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
+
+  /// The problem of method surface, for wanted amplitudes p'.
+  const SkinProblem& skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress);
+
+  /// The factor on the target's amplitudes for a scene that asks for the best pressure: the one at which `method`
+  /// reaches the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each
+  /// trial of a golden-section search over 1/50 to 1 of the largest pressure the array can make on the target's central
+  /// face; the others do not depend on the scale and get the one at which they fit best.
+  ///
+  /// mesh   in the frame of the boxes
+  double best_scale(const MethodSpec& method, const TriangleMesh& mesh, const Wave& wave,
+                    const std::vector<TargetBox>& boxes, Progress& progress);
+
+ private:
+  PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
+  PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
+  IncidentProblem unscattered(const Eigen::VectorXd& amplitudes);
+  IncidentProblem scattered(const Eigen::VectorXd& amplitudes);
+  const Eigen::RowVectorXcd& central_row();
+
+  SkinScattering& scattering_;
+  Eigen::Index channels_;
+  const std::optional<Target>& target_;
+  const SolveSpec& spec_;
+  // Empty until needed:
+  std::optional<Transfer> transfer_;
+  Eigen::MatrixXcd gram_free_;       // of the incident pressures
+  Eigen::MatrixXcd b_;               // of every channel, where it is not the incident pressure
+  Eigen::MatrixXcd gram_b_;          // likewise
+  Eigen::MatrixXcd columns_;         // B_T
+  Eigen::RowVectorXcd central_row_;  // of H
+};
+
+}  // namespace touchfield

@@ -1,0 +1,256 @@
+#include "sim/solve/model.h"
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/rotation.h"
+#include "sim/core/units.h"
+#include "sim/mesh/query/clearance.h"
+#include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/remesh/subdivide.h"
+#include "sim/solve/previous_phases.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kClearance = 1.0 * kMillimetre;  // between a transducer and the skin
+
+ArrayLayout placed_layout(const ArrayLayout& layout, const Vector3& at, const Vector3& angles) {
+  return transformed(layout, extrinsic_rotation(angles), at);
+}
+
+struct LayoutBuilder {
+  ArrayLayout operator()(const GridArray& grid) const { return grid_layout(grid.count[0], grid.count[1], grid.pitch); }
+  ArrayLayout operator()(const Autd3Array& autd3) const {
+    if (autd3.layout) {
+      return autd3_tiles((*autd3.layout)[0], (*autd3.layout)[1], autd3.pitch);
+    }
+    std::vector<ArrayLayout> units;
+    for (const Placement& unit : autd3.units) {
+      units.push_back(placed_layout(autd3_unit(autd3.pitch), unit.at, unit.angles));
+    }
+    return joined(units);
+  }
+  ArrayLayout operator()(const SonicsurfaceArray&) const { return sonicsurface_layout(); }
+  ArrayLayout operator()(const PositionsArray& list) const {
+    const Eigen::Index n = list.points.cols();
+    return {list.points, list.axes, Eigen::VectorXi::Zero(n),
+            Eigen::VectorXi::LinSpaced(n, 0, static_cast<int>(n) - 1)};
+  }
+  ArrayLayout operator()(const PlaneWaveArray&) const { throw std::logic_error("a plane wave has no layout"); }
+};
+
+Directivity build_directivity(const ArraySpec& spec, const Wave& wave) {
+  switch (spec.directivity) {
+    case Directivity::Kind::kOmni:
+      return Directivity::omni();
+    case Directivity::Kind::kPiston:
+      return Directivity::piston(wave.k(), spec.piston_radius);
+    case Directivity::Kind::kT4010a1:
+      return Directivity::t4010a1();
+  }
+  throw std::logic_error("unknown directivity");
+}
+
+TransducerArray build_array(const ArraySpec& spec, const Wave& wave) {
+  if (const auto* plane = std::get_if<PlaneWaveArray>(&spec.layout)) {
+    return plane_wave(extrinsic_rotation(spec.angles) * plane->direction, spec.level * plane->amplitude);
+  }
+  const ArrayLayout layout = placed_layout(std::visit(LayoutBuilder{}, spec.layout), spec.at, spec.angles);
+  return make_array(layout, build_directivity(spec, wave), spec.level, spec.source_strength);
+}
+
+std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {
+  std::vector<TargetBox> boxes;
+  for (const TargetBoxSpec& box : spec.boxes) {
+    const Vector3 centre = box.at.empty() ? box.centre : position(body.mesh, find_landmark(body, box.at)) + box.offset;
+    boxes.push_back({centre, box.size, extrinsic_rotation(box.angles)});
+  }
+  return boxes;
+}
+
+std::string place_of(const Vector3& x) {
+  return fmt::format("({:.2f}, {:.2f}, {:.2f}) mm", x.x() / kMillimetre, x.y() / kMillimetre, x.z() / kMillimetre);
+}
+
+/// A transducer inside a body or on its skin has no pressure there that means anything, and a body cannot reach through
+/// the boards that carry them. Listed positions have no board.
+void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    return;
+  }
+  const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
+  for (Eigen::Index n = 0; n < array.size(); ++n) {
+    const Vector3 x = array.positions.col(n);
+    const PointClearance& clearance = clearances[static_cast<std::size_t>(n)];
+    if (clearance.inside) {
+      throw InputError(fmt::format(
+          "array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n, place_of(x)));
+    }
+    if (clearance.distance < kClearance) {
+      throw InputError(
+          fmt::format("array: transducer {} at {} is {:.3f} mm from face {} of the body, it must be >= {} mm away", n,
+                      place_of(x), clearance.distance / kMillimetre, clearance.face, kClearance / kMillimetre));
+    }
+  }
+  if (on_boards) {
+    if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
+      throw InputError(
+          fmt::format("array: the body crosses the board of unit {} at {}; move body.place.at_mm or array.at_mm",
+                      hit->plate, place_of(hit->at)));
+    }
+  }
+}
+
+/// The point of a surface that is nearest to a transducer, or that a plane wave meets first.
+Vector3 nearest_to_array(const TransducerArray& array, const TriangleMesh& mesh) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    Eigen::Index first = 0;
+    (array.axes.col(0).transpose() * mesh.vertices()).minCoeff(&first);
+    return mesh.vertices().col(first);
+  }
+  const FaceTree tree(mesh);
+  SkinPoint nearest{-1, Vector3::Zero(), std::numeric_limits<double>::infinity()};
+  for (Eigen::Index n = 0; n < array.size(); ++n) {
+    const SkinPoint point = tree.nearest(array.positions.col(n), nearest.distance);
+    if (point.face >= 0 && point.distance < nearest.distance) {
+      nearest = point;
+    }
+  }
+  return nearest.at;
+}
+
+/// A target reaches no cap: there is no skin to press on.
+void require_skin(const Target& target, const Model& model) {
+  const auto caps = std::count_if(target.faces.begin(), target.faces.end(),
+                                  [&](Eigen::Index f) { return model.skin[static_cast<std::size_t>(f)] == 0; });
+  if (caps > 0) {
+    throw InputError(
+        fmt::format("body.keep_within_mm: {} of the target's {} faces are beyond 0.9 of it from the target's centre, "
+                    "where the body is cut; make it larger",
+                    caps, target.size()));
+  }
+}
+
+}  // namespace
+
+Eigen::Index channel_count(const ArraySpec& spec) {
+  return std::holds_alternative<PlaneWaveArray>(spec.layout)
+             ? 1
+             : std::visit(LayoutBuilder{}, spec.layout).positions.cols();
+}
+
+void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
+  const auto count = static_cast<Eigen::Index>(method.phases.size());
+  if (method.kind == MethodKind::kFixed && count != 1 && count != channels) {
+    throw InputError(fmt::format("solve.methods: {} has {} phases, it must have 1 or one for each of the {} channels",
+                                 method.name, count, channels));
+  }
+  if (iterates(method.kind) && method.start.kind == StartSpec::Kind::kPrevious) {
+    previous_phases(method, channels);
+  }
+}
+
+Medium build_medium(const MediumSpec& spec, double frequency) {
+  Medium medium = air(spec.temperature);
+  medium.sound_speed = spec.sound_speed.value_or(medium.sound_speed);
+  medium.density = spec.density.value_or(medium.density);
+  medium.absorption = spec.absorption ? air_absorption(spec.temperature, spec.humidity, frequency) : 0.0;
+  return medium;
+}
+
+Target build_target(const Model& model) {
+  if (!model.scene.target) {
+    throw std::logic_error("the scene has no target");
+  }
+  return build_target(model, model.body.mesh);
+}
+
+Target build_target(const Model& model, const TriangleMesh& mesh) {
+  const TargetSpec& target = *model.scene.target;
+  return make_target(mesh, model.boxes, target.profile, target.pressure.value_or(1.0));
+}
+
+bool judged_elsewhere(const Scene& scene) {
+  const JudgeSpec::Kind kind = scene.judge.kind;
+  return kind == JudgeSpec::Kind::kEdge || kind == JudgeSpec::Kind::kSplit ||
+         (kind == JudgeSpec::Kind::kSame && scene.sensing);
+}
+
+JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
+  const Scene& scene = model.scene;
+  const TriangleMesh& own = model.truth ? *model.truth : model.body.mesh;
+  switch (scene.judge.kind) {
+    case JudgeSpec::Kind::kEdge: {
+      TriangleMesh mesh = build_bodies(scene, model.plan, &scene.judge.edge, scene.judge.whole, kept).body.mesh;
+      require_closed_surface(mesh, "judge");
+      return {std::move(mesh), std::nullopt};
+    }
+    case JudgeSpec::Kind::kSplit: {
+      TriangleMesh mesh = own;
+      for (int i = 0; i < scene.judge.splits; ++i) {
+        mesh = split_faces(mesh);
+      }
+      return {std::move(mesh), scene.judge.splits};
+    }
+    case JudgeSpec::Kind::kSame:
+      if (model.truth) {
+        return {own, 0};
+      }
+      break;
+    case JudgeSpec::Kind::kNone:
+      break;
+  }
+  throw std::logic_error("this judge has no mesh of its own");
+}
+
+Model build_model(const Scene& scene, KeptBodies* kept) {
+  const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
+  TransducerArray array = build_array(scene.array, wave);
+  const auto near_array = [&](const TriangleMesh& mesh) { return nearest_to_array(array, mesh); };
+  BodyPlan plan = plan_bodies(scene, near_array, kept);
+  PlacedBodies bodies = build_bodies(scene, plan, nullptr, false, kept);
+  require_closed_surface(bodies.body.mesh, "body");
+  const bool on_boards = !std::holds_alternative<PositionsArray>(scene.array.layout);
+  require_clear_array(array, bodies.body.mesh, on_boards);
+  for (const MethodSpec& method : scene.solve.methods) {
+    require_fitting_phases(method, array.size());
+  }
+  bodies.body.landmarks.push_back(nearest_landmark(bodies.body.mesh, kNearestToArray, near_array(bodies.body.mesh)));
+  const RigidMotion own_frame = plan.own_frame(scene, 0);
+  Model model{scene,
+              wave,
+              std::move(array),
+              std::move(plan),
+              own_frame,
+              std::move(bodies.body),
+              std::move(bodies.owner),
+              std::move(bodies.skin),
+              std::nullopt,
+              {},
+              {},
+              {}};
+  if (scene.target) {
+    model.boxes = build_boxes(*scene.target, model.body);  // where the skin is, not where it is seen
+  }
+  if (scene.sensing) {
+    model.truth = model.body.mesh;
+    model.body.mesh = perturbed(*model.truth, *scene.sensing).mesh;
+    require_clear_array(model.array, model.body.mesh, on_boards);
+  }
+  model.report = inspect(model.body.mesh);
+  if (scene.target) {
+    require_skin(build_target(model), model);
+  }
+  for (const FieldSpec& field : scene.fields) {
+    model.fields.push_back(centred_grid(field.name, field.centre, field.size, field.spacing));
+  }
+  return model;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/acoustics/transducer_array.h"
+#include "sim/field/field_grid.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/scene/scene.h"
+#include "sim/solve/bodies.h"
+
+namespace touchfield {
+
+/// A scene made concrete: everything that a run computes with, in the world's frame.
+struct Model {
+  Scene scene;
+  Wave wave;
+  TransducerArray array;
+  BodyPlan plan;
+  RigidMotion own_frame;              // from the world's frame into the first body's own
+  Body body;                          // what the solver sees: of several bodies one mesh, one behind the other
+  std::vector<int> owner;             // M: number of the body a face is of
+  std::vector<unsigned char> skin;    // M: 0 near the caps of keep_within, else 1
+  std::optional<TriangleMesh> truth;  // with sensing: the same triangles where the skin really is
+  MeshReport report;                  // on `body`
+  std::vector<TargetBox> boxes;       // empty without a target
+  std::vector<FieldGrid> fields;
+};
+
+/// Builds the mesh, the array, the target's boxes and the grids of a scene and checks that they go together.
+///
+/// throws   InputError on a mesh that is no closed surface, an unknown landmark, bodies that touch, a transducer inside
+///          a body or nearer than 1 mm to its skin, a body that crosses the board of an array's unit, a target that
+///          holds no face, every face or a cap of keep_within, phases that do not fit the channels
+///
+/// kept     meshes of scenes before this one
+Model build_model(const Scene& scene, KeptBodies* kept = nullptr);
+
+/// The mesh a judge computes on, and how it corresponds to the one that was solved.
+struct JudgeMesh {
+  TriangleMesh mesh;          // in the world's frame
+  std::optional<int> splits;  // how often the faces of the solving mesh were split in four; none: a mesh of its own
+};
+
+/// The mesh that a scene's judge computes on: the bodies meshed anew with the judge's edge lengths, in the places of
+/// the model's own, or the model's mesh with every face split in four. With sensing it is of the bodies as they are.
+/// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
+JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept = nullptr);
+
+/// How many channels an array will have.
+Eigen::Index channel_count(const ArraySpec& spec);
+
+/// throws   InputError if a method's fixed phases, or those of the run that it starts from, do not fit the channels, or
+///          that run cannot be read
+void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);
+
+/// Whether a scene is judged on a mesh other than the one that was solved.
+bool judged_elsewhere(const Scene& scene);
+
+/// The medium of a scene at its frequency.
+Medium build_medium(const MediumSpec& spec, double frequency);
+
+/// The target of a scene on its model. A scene that leaves the pressure open (`best`) gets 1 Pa.
+/// throws   InputError as make_target; std::logic_error if the scene has no target
+Target build_target(const Model& model);
+/// The same on another mesh of the same body.
+Target build_target(const Model& model, const TriangleMesh& mesh);
+
+}  // namespace touchfield

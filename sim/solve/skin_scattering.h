@@ -1,0 +1,84 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "sim/acoustics/transducer_array.h"
+#include "sim/core/progress.h"
+#include "sim/solve/solver_choice.h"
+#include "sim/store/run_data.h"
+#include "solvers/linear/low_rank.h"
+
+namespace touchfield {
+
+/// A body in one scheme with its solver: what does not depend on the array. The solver is made when the first solution
+/// is asked for.
+class SkinModel {
+ public:
+  /// right_hand_sides   of the largest block that will be asked for: what the solver is chosen by
+  SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
+            Eigen::Index right_hand_sides = 1);
+
+  const ScatteringSystem& system() const { return system_; }
+  const SolverDecision& decision() const { return decision_; }
+  const ScatteringSolver& solver();
+  /// Reciprocal condition number of B, estimated once; NaN if no factorisation has been made.
+  double reciprocal_condition();
+
+ private:
+  ScatteringSystem system_;
+  SolverDecision decision_;
+  std::unique_ptr<ScatteringSolver> solver_;
+  std::optional<double> reciprocal_condition_;
+};
+
+/// A model with an array: what turns drives into pressures on the skin. The field of every channel is made when a
+/// method needs it. Solves are recorded.
+class SkinScattering {
+ public:
+  /// array     in the frame of the model's mesh
+  /// records   gets a line a solve; records and progress outlive this
+  SkinScattering(std::shared_ptr<SkinModel> model, TransducerArray array, std::vector<SolveRecord>& records,
+                 Progress& progress);
+  /// A model of its own.
+  SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec, TransducerArray array,
+                 std::vector<SolveRecord>& records, Progress& progress, Eigen::Index right_hand_sides = 1);
+
+  const ScatteringSystem& system() const { return model_->system(); }
+  const SolverDecision& decision() const { return model_->decision(); }
+  const TransducerArray& array() const { return array_; }
+
+  /// The field of every channel at unit drive; kept once made.
+  const IncidentField& unit_field();
+
+  /// Pressures M x S [Pa] of drives N x S.
+  ///
+  /// stage    what the record calls it
+  Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& drives, const std::string& stage);
+
+  /// Pressures M x r [Pa] of the drives that span what all channels do: `drives` is b^H of unit_field() compressed, so
+  /// that their right-hand sides are known already.
+  Eigen::MatrixXcd spanned_pressure(const LowRank& drives, const std::string& stage);
+
+  /// Rows of H of the given faces, K x N [Pa]: the pressure of every channel there.
+  Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage);
+
+  double reciprocal_condition() const { return model_->reciprocal_condition(); }
+
+ private:
+  void record(const std::string& stage, const Eigen::MatrixXcd& b, const SolveReport& report, double seconds);
+  Eigen::MatrixXcd solved(const Eigen::MatrixXcd& b, const IncidentField& field, const std::string& stage);
+  IncidentField driven_field(const Eigen::MatrixXcd& drives);
+  ScatteringSolver::Report reporter();
+
+  std::shared_ptr<SkinModel> model_;
+  TransducerArray array_;
+  std::vector<SolveRecord>& records_;
+  Progress& progress_;
+  std::optional<IncidentField> unit_;
+};
+
+/// One line: scheme, solver, precision, unknowns, near pairs, and why this solver.
+std::string describe_decision(const SkinScattering& scattering);
+
+}  // namespace touchfield

@@ -1,0 +1,247 @@
+#include "sim/solve/solve_model.h"
+
+#include <algorithm>
+#include <map>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/text_hash.h"
+#include "sim/core/version.h"
+#include "sim/field/evaluate.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/solve/alarm.h"
+#include "sim/solve/judge.h"
+#include "sim/solve/judge_comparison.h"
+#include "sim/solve/methods.h"
+#include "sim/solve/provenance.h"
+#include "sim/solve/stages.h"
+#include "sim/solve/warnings.h"
+#include "solvers/linear/blas_core.h"
+#include "solvers/phase/certificate.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kSmallestReciprocalCondition = 1e-8;
+
+std::string used_seeds(const Scene& scene) {
+  std::string seeds = scene.sensing ? fmt::format("sensing={}", scene.sensing->seed) : "";
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (method.start.kind == StartSpec::Kind::kRandom) {
+      seeds += fmt::format("{}{}={}", seeds.empty() ? "" : " ", method.name, method.start.seed);
+    }
+  }
+  return seeds;
+}
+
+/// The scheme whose matrix a method works on; the free field and given phases know none.
+std::string scheme_of(const MethodSpec& method) {
+  const bool none = method.kind == MethodKind::kUnscattered || method.kind == MethodKind::kFixed;
+  return none ? "none" : to_string(method.scheme);
+}
+
+Run begin_run(const Model& model, const SolveOptions& options) {
+  const Scene& scene = model.scene;
+  const std::string text = resolved_yaml(scene);
+  Provenance provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text));
+  const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene);
+  const std::string judge = judged_by_itself ? "same" : "none";
+  Run run{scene.name, text, model.body.mesh, model.array, std::nullopt,          judge, std::nullopt, {}, {},
+          {},         {},   kNotComputed,    {},          std::move(provenance), false, {},           {}};
+  if (!scene.bodies.front().name.empty()) {
+    for (const BodySpec& body : scene.bodies) {
+      run.bodies.push_back(body.name);
+    }
+    run.owner = model.owner;
+  }
+  if (scene.target) {
+    run.target = build_target(model);
+  }
+  return run;
+}
+
+void warn(const std::vector<std::string>& warnings, Run& run, Progress& progress) {
+  for (const std::string& warning : warnings) {
+    run.warnings.push_back(warning);
+    progress.warn(warning);
+  }
+}
+
+/// The models that a scene's methods work on, one a scheme, made when first asked for.
+class Models {
+ public:
+  Models(const Model& model, const SolveOptions& options, Run& run, Progress& progress)
+      : model_(model), options_(options), run_(run), progress_(progress) {}
+
+  MethodSolver& of(Scheme scheme) {
+    auto& entry = entries_[scheme];
+    if (!entry) {
+      entry = std::make_unique<Entry>(make(scheme), model_.array.size(), run_.target, solve());
+    }
+    return entry->methods;
+  }
+
+ private:
+  struct Entry {
+    Entry(std::unique_ptr<SkinScattering> made, Eigen::Index channels, const std::optional<Target>& target,
+          const SolveSpec& solve)
+        : scattering(std::move(made)), methods(*scattering, channels, target, solve) {}
+    std::unique_ptr<SkinScattering> scattering;
+    MethodSolver methods;
+  };
+
+  const SolveSpec& solve() const { return model_.scene.solve; }
+
+  std::unique_ptr<SkinScattering> make(Scheme scheme) {
+    const std::string name = to_string(scheme);
+    auto made = timed(progress_, run_.seconds, "set_up_" + name,
+                      fmt::format("set up scheme {} on {} faces", name, run_.mesh.face_count()), [&] {
+                        return make_scattering("solve " + name, run_.mesh, scheme, solve().solver,
+                                               largest_block(solve(), scheme, model_.array.size(),
+                                                             options_.models != nullptr && options_.models->shared()),
+                                               model_, options_.models, run_.solves, progress_);
+                      });
+    progress_.note(describe_decision(*made));
+    return made;
+  }
+
+  const Model& model_;
+  const SolveOptions& options_;
+  Run& run_;
+  Progress& progress_;
+  std::map<Scheme, std::unique_ptr<Entry>> entries_;
+};
+
+/// Scores every method on surface's cost and holds it against the least that any phases can reach.
+void certify_methods(Scheme scheme, Models& models, Run& run, Progress& progress) {
+  const SkinProblem& problem = models.of(scheme).skin_problem(run.target->amplitudes, progress);
+  const auto prove = [&] {
+    try {
+      return certify(problem);
+    } catch (const std::exception& error) {  // what is finished stays
+      warn({fmt::format("certificate: no bound was found: {}", error.what())}, run, progress);
+      return Certificate{};
+    }
+  };
+  const Certificate certificate =
+      timed(progress, run.seconds, "certificate", "lower bound of the cost on the skin", prove);
+  progress.note(fmt::format("    bound {:.6g} Pa2 m2 after {} iterations{}", certificate.bound, certificate.iterations,
+                            certificate.converged ? "" : ", not as tight as it could be"));
+  for (MethodResult& method : run.methods) {
+    const Eigen::VectorXcd q = drive(method.solution);
+    const double reached = skin_cost(problem, best_level(problem, q) * q);
+    method.metrics.cost_skin = reached;
+    method.metrics.cost_bound = certificate.bound;
+    method.metrics.optimality_gap = optimality_gap(problem, certificate, reached);
+  }
+}
+
+MethodResult solve_method(const MethodSpec& method, Models& models, const Model& model, Run& run, Progress& progress) {
+  const Scene& scene = model.scene;
+  const Eigen::VectorXd amplitudes = run.target ? run.target->amplitudes : Eigen::VectorXd();
+  MethodSolver& solver = models.of(method.scheme);
+  MethodResult result;
+  result.name = method.name;
+  result.method = to_string(method.kind);
+  result.scheme = scheme_of(method);
+  result.solution = timed(progress, result.seconds, "solve", fmt::format("solve {}", method.name),
+                          [&] { return solver.solve(method, amplitudes, progress); });
+  const Eigen::MatrixXcd drives = drive(result.solution);
+  result.pressure = timed(progress, result.seconds, "pressure", fmt::format("scattered pressure of {}", method.name),
+                          [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });
+  note_solve(run, progress);
+  require_finite("method " + method.name, result.pressure);
+  if (scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene) && method.scheme != scene.solve.scheme) {
+    SkinScattering& own = models.of(scene.solve.scheme).scattering();
+    result.judge_pressure = timed(progress, result.seconds, "judge", fmt::format("judge {}", method.name),
+                                  [&] { return own.pressure(drives, "judge of " + method.name); });
+    note_solve(run, progress);
+    require_finite("judge of " + method.name, result.judge_pressure);
+  }
+  const bool elsewhere = result.judge_pressure.size() > 0;
+  set_metrics(result, judged(run.mesh, model, run.target, elsewhere ? result.judge_pressure : result.pressure));
+  if (elsewhere) {
+    result.metrics.judge_difference = relative_difference(run.mesh.areas(), result.pressure, result.judge_pressure);
+  }
+  return result;
+}
+
+void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progress) {
+  const double reciprocal = timed(progress, run.seconds, "condition", "estimate the condition number of B",
+                                  [&] { return solver.scattering().reciprocal_condition(); });
+  if (reciprocal < kSmallestReciprocalCondition) {
+    warn({fmt::format("ill_conditioned: B has a condition number of about {:.1e}; the pressure may keep fewer than "
+                      "eight digits of its own system",
+                      1.0 / reciprocal)},
+         run, progress);
+  }
+}
+
+void raise_alarm(const SolveSpec& solve, Models& models, Run& run, Progress& progress) {
+  const MethodSpec& first = solve.methods.front();
+  double spent = 0.0;
+  for (const SolveRecord& record : run.solves) {
+    spent += record.seconds;
+  }
+  run.alarm = timed(progress, run.seconds, "alarm", "compare plain and Burton-Miller pressures", [&] {
+    return fictitious_alarm(models.of(first.scheme).scattering(), solve.solver, drive(run.methods.front().solution),
+                            run.methods.front().pressure, spent, run.solves, progress);
+  });
+}
+
+FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& run) {
+  FieldValues values =
+      evaluate_field(run.mesh, run.array, model.wave, grid.points(), pressures_of(run), drives_of(run));
+  FieldResult field{grid, std::move(values.inside), {}};
+  for (std::size_t s = 0; s < run.methods.size(); ++s) {
+    field.pressure.emplace_back(run.methods[s].name, values.pressure.col(static_cast<Eigen::Index>(s)));
+  }
+  return field;
+}
+
+}  // namespace
+
+Run solve_model(const Model& model, const SolveOptions& options, const std::function<void(const Run&)>& finished,
+                Progress& progress) {
+  const SolveSpec& spec = model.scene.solve;
+  Run run = begin_run(model, options);
+  if (const std::string slow = blas_warning(); !slow.empty()) {
+    progress.warn(slow);  // of this process, not of the result
+  }
+  warn(model_warnings(model), run, progress);
+  Models models(model, options, run, progress);
+  const MethodSpec& first = spec.methods.front();
+  if (run.target && !model.scene.target->pressure) {
+    const auto find_scale = [&] {
+      return models.of(first.scheme).best_scale(first, run.mesh, model.wave, model.boxes, progress);
+    };
+    run.target->amplitudes *= timed(progress, run.seconds, "scale",
+                                    fmt::format("find the target's best pressure for {}", first.name), find_scale);
+  }
+  for (const MethodSpec& method : spec.methods) {
+    run.methods.push_back(solve_method(method, models, model, run, progress));
+    finished(run);
+  }
+  warn_of_conditioning(models.of(first.scheme), run, progress);
+  raise_alarm(spec, models, run, progress);
+  if (judged_elsewhere(model.scene)) {
+    judge_elsewhere(model, options, run, progress);
+  }
+  if (spec.certificate && run.target) {
+    certify_methods(spec.scheme, models, run, progress);
+  }
+  warn(result_warnings(run, first.scheme), run, progress);
+  for (const FieldGrid& grid : model.fields) {
+    run.fields.push_back(timed(progress, run.seconds, "field_" + grid.name,
+                               fmt::format("field {}: {} points", grid.name, grid.size()),
+                               [&] { return evaluate_grid(grid, model, run); }));
+  }
+  run.complete = true;
+  run.provenance.end = utc_now();
+  return run;
+}
+
+}  // namespace touchfield

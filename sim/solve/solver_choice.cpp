@@ -1,0 +1,107 @@
+#include "sim/solve/solver_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+namespace touchfield {
+
+namespace {
+
+constexpr Eigen::Index kDoubleUpTo = 3000;  // unknowns: below, an LU in double takes about a second
+constexpr double kMatrixShare = 0.5;        // of the free memory that a matrix may take
+// Unknowns a right-hand side from which on GMRES is cheaper than LU: 25 steps at 12 ms a column against 1.7 s, measured
+// at 5,120 faces; the one grows with the square of the unknowns, the other with the cube.
+constexpr Eigen::Index kUnknownsAColumn = 600;
+
+}  // namespace
+
+SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
+                             Eigen::Index right_hand_sides) {
+  SolverDecision decision;
+  SolverOptions& options = decision.options;
+  options.tolerance = spec.tolerance;
+  options.refine = spec.refine;
+  options.max_steps = spec.max_steps;
+  const bool small = unknowns <= kDoubleUpTo;
+  const double matrix = (small ? 16.0 : 8.0) * std::pow(static_cast<double>(unknowns), 2);
+  const bool fits = available <= 0 || matrix <= kMatrixShare * available;
+  switch (spec.solver) {
+    case SolverChoice::kLu:
+      options.kind = SolverKind::kLu;
+      decision.reason = "as the scene asks";
+      break;
+    case SolverChoice::kGmres:
+      options.kind = SolverKind::kGmres;
+      decision.reason = "as the scene asks";
+      break;
+    case SolverChoice::kMatrixFree:
+      options.kind = SolverKind::kMatrixFree;
+      decision.reason = "as the scene asks";
+      break;
+    case SolverChoice::kAuto:
+      if (is_burton_miller(scheme) && fits && right_hand_sides > unknowns / kUnknownsAColumn + 1) {
+        options.kind = SolverKind::kLu;
+        decision.reason = "hundreds of right-hand sides share one factorisation";
+      } else if (is_burton_miller(scheme)) {
+        options.kind = SolverKind::kMatrixFree;
+        decision.reason = "this scheme takes few steps, and no matrix is stored";
+      } else if (scheme == Scheme::kChief) {
+        options.kind = SolverKind::kLu;
+        decision.reason = "this scheme's equations suit no iteration";
+      } else {
+        options.kind = fits ? SolverKind::kLu : SolverKind::kMatrixFree;
+        decision.reason = fits ? "this scheme may take hundreds of steps, and its matrix fits half of the free memory"
+                               : "its matrix would take more than half of the free memory";
+      }
+      break;
+  }
+  switch (spec.precision) {
+    case PrecisionChoice::kSingle:
+      options.precision = Precision::kSingle;
+      break;
+    case PrecisionChoice::kDouble:
+      options.precision = Precision::kDouble;
+      break;
+    case PrecisionChoice::kAuto:
+      options.precision = small && options.kind != SolverKind::kMatrixFree ? Precision::kDouble : Precision::kSingle;
+      break;
+  }
+  return decision;
+}
+
+Eigen::Index largest_block(const SolveSpec& solve, Scheme scheme, Eigen::Index channels, bool shared) {
+  constexpr Eigen::Index kUsualRank = 400;  // of 1,500 channels seen from a hand
+  const bool transfer = std::any_of(solve.methods.begin(), solve.methods.end(), [&](const MethodSpec& method) {
+    return uses_transfer(method.kind) && method.scheme == scheme;
+  });
+  if (transfer || (solve.certificate && scheme == solve.scheme)) {
+    return std::min(channels, kUsualRank);
+  }
+  return shared ? 2 * static_cast<Eigen::Index>(solve.methods.size()) : 1;
+}
+
+std::string precision_name(const SolverOptions& options) {
+  if (options.precision == Precision::kDouble) {
+    return "double";
+  }
+  return options.refine ? "single refined" : "single";
+}
+
+double available_memory() {
+  std::ifstream meminfo("/proc/meminfo");
+  std::string name;
+  double kibibytes = 0;
+  std::string unit;
+  while (meminfo >> name >> kibibytes >> unit) {
+    if (name == "MemAvailable:") {
+      return 1024.0 * kibibytes;
+    }
+  }
+  return 0.0;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,86 @@
+#include "sim/solve/transfer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "solvers/linear/low_rank.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kDriveTolerance = 1e-4;  // on b: the scheme's own error is some fifty times as large
+constexpr double kQuietTolerance = 1e-4;  // on pressures: an eigenvalue is their square
+
+}  // namespace
+
+double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, double wavelength) {
+  if (array.kind != TransducerArray::Kind::kTransducers) {
+    return 1.0;
+  }
+  constexpr Eigen::Index kStride = 7;  // some hundred channels tell as much as all
+  double pitches = 0.0;
+  double etendue = 0.0;
+  Eigen::Index sampled = 0;
+  for (Eigen::Index n = 0; n < array.size(); n += kStride) {
+    const Vector3 x = array.positions.col(n);
+    const Vector3 axis = array.axes.col(n);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (Eigen::Index m = 0; m < array.size(); ++m) {
+      const double distance = (array.positions.col(m) - x).squaredNorm();
+      nearest = distance > 0 ? std::min(nearest, distance) : nearest;
+    }
+    double sum = 0.0;
+    for (Eigen::Index j = 0; j < mesh.face_count(); ++j) {
+      const Vector3 way = mesh.centroids().col(j) - x;
+      const double seen = axis.dot(way) * -way.dot(mesh.normals().col(j));
+      const double square = way.squaredNorm();
+      sum += seen > 0 && axis.dot(way) > 0 ? mesh.areas()(j) * seen / (square * square) : 0.0;
+    }
+    pitches += std::isfinite(nearest) ? nearest : 0.0;
+    etendue += sum;
+    ++sampled;
+  }
+  const auto channels = static_cast<double>(array.size());
+  const double modes = pitches / static_cast<double>(sampled) * etendue / static_cast<double>(sampled) * channels /
+                       std::pow(wavelength, 2);
+  return std::clamp(25.0 * std::sqrt(modes) + 0.65 * modes, 1.0, channels);
+}
+
+Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight) {
+  const ScatteringSystem& system = scattering.system();
+  const Eigen::VectorXd& areas = system.mesh().areas();
+  // b itself, as large as the field of every channel, is gone before the solver takes its memory.
+  LowRank drives = compressed(system.right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
+  Transfer transfer;
+  if (!(quiet_weight > 0) && target.size() < drives.rank()) {
+    transfer.by_reciprocity = true;
+    transfer.solves = target.size();
+    transfer.reduction.problem.target = scattering.transfer_rows(target.faces, "transfer");
+    transfer.reduction.problem.amplitudes = target.amplitudes;
+    transfer.reduction.problem.weights = areas(target.faces);
+    transfer.reduction.problem.quiet.resize(0, drives.basis.rows());
+    return transfer;
+  }
+  transfer.solves = drives.rank();
+  transfer.channels_left_out = drives.left_out;
+  const Eigen::MatrixXcd pressures = scattering.spanned_pressure(drives, "transfer");
+  transfer.reduction = reduced_skin_problem(pressures, drives.basis, areas, target, quiet_weight, kQuietTolerance);
+  return transfer;
+}
+
+std::string describe_transfer(const Transfer& transfer, Eigen::Index channels) {
+  if (transfer.by_reciprocity) {
+    return fmt::format("  transfer: {} target rows of {} channels by reciprocity", transfer.solves, channels);
+  }
+  return fmt::format(
+      "  transfer: {} channels by {} drives, which leave out {:.1e}; quiet skin by {} rows, which leave out {:.1e}",
+      channels, transfer.solves, transfer.channels_left_out, transfer.reduction.problem.quiet.rows(),
+      transfer.reduction.left_out);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/acoustics/transducer_array.h"
+#include "sim/field/field_grid.h"
+#include "sim/field/metrics.h"
+#include "sim/mesh/triangle_mesh.h"
+#include "sim/target/target.h"
+#include "solvers/phase/phase_solution.h"
+
+namespace touchfield {
+
+/// What one method found and how it was judged.
+struct MethodResult {
+  std::string name;    // unique in a run
+  std::string method;  // paper, unscattered, focus, fixed
+  std::string scheme;  // of the boundary elements
+  PhaseSolution solution;
+  Eigen::VectorXcd pressure;        // M, on the solving mesh [Pa]
+  Eigen::VectorXcd judge_pressure;  // on the judge's mesh [Pa]; empty: no judge, or `pressure` is the judge's
+  Metrics metrics;
+  std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
+};
+
+/// The field on one grid.
+struct FieldResult {
+  FieldGrid grid;
+  std::vector<unsigned char> inside;                               // 1 inside a body; the pressure there is 0
+  std::vector<std::pair<std::string, Eigen::VectorXcd>> pressure;  // method name -> total pressure [Pa]
+};
+
+/// Where a run came from.
+struct Provenance {
+  std::string version;
+  std::string revision;
+  std::string compiler;
+  std::string flags;
+  std::string machine;
+  std::string blas_core;          // whose kernels OpenBLAS ran: "SkylakeX", "Haswell", ...
+  std::string instruction_level;  // of the inner loops: "v2", "v3", ...
+  int threads = 0;
+  std::string seeds;  // "name=value" separated by spaces, empty if no seed was used
+  std::string command_line;
+  std::string start;       // UTC, ISO 8601
+  std::string end;         // empty while the run goes on
+  std::string scene_hash;  // of the resolved scene text
+};
+
+/// One solve of B p = b: what was done, how well, and how long it took.
+struct SolveRecord {
+  std::string stage;  // pressure, judge, alarm, ...
+  std::string scheme;
+  std::string solver;     // "LU", "GMRES, stored" or "GMRES, matrix-free"
+  std::string precision;  // "single", "single refined" or "double"
+  long unknowns = 0;
+  int right_hand_sides = 0;
+  int steps = 0;  // most GMRES steps of a column; 0 of LU
+  int refinements = 0;
+  double residual = kNotComputed;  // worst |b - B p| / |b|, by a product in double
+  bool converged = true;
+  double seconds = 0;
+};
+
+/// The judge's own model, where it is not the solving one.
+struct JudgeModel {
+  std::string scheme;
+  TriangleMesh mesh;             // in the world's frame
+  std::optional<Target> target;  // on this mesh
+};
+
+/// Everything a run computed; grows as the run goes on.
+struct Run {
+  std::string name;
+  std::string scene;  // resolved YAML text
+  TriangleMesh mesh;  // in the world's frame; of several bodies one behind the other
+  TransducerArray array;
+  std::optional<Target> target;
+  std::string judge = "none";             // none, same (the solving mesh), truth, edge, split
+  std::optional<JudgeModel> judge_model;  // there if judge is truth, edge or split
+  std::vector<MethodResult> methods;
+  std::vector<FieldResult> fields;
+  std::vector<SolveRecord> solves;                      // in the order of the run
+  std::vector<std::pair<std::string, double>> seconds;  // stage of the whole run -> seconds
+  double alarm = kNotComputed;                          // |plain - Burton-Miller| / |Burton-Miller| of the pressures
+  std::vector<std::string> warnings;
+  Provenance provenance;
+  bool complete = false;
+  std::vector<std::string> bodies;  // names of the bodies; empty if there is one without a name
+  std::vector<int> owner;           // M: number of the body a face is of; empty with `bodies`
+};
+
+}  // namespace touchfield

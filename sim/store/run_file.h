@@ -1,0 +1,38 @@
+#pragma once
+
+#include <string>
+
+#include "sim/store/run_data.h"
+
+namespace touchfield {
+
+/// Version of the layout of run.h5; docs/run-file.md describes it.
+inline constexpr int kRunFormatVersion = 2;
+
+/// Writes a run as HDF5. The file appears under `path` whole or not at all (temporary name, flush, rename); an older
+/// one is replaced. Groups that were not computed are absent.
+///
+/// throws   IoError naming the path and the system's reason; InputError if parts of the run do not fit each other or a
+///          name of a method or field is not made of letters, digits, _ and -
+void write_run_file(const std::string& path, const Run& run);
+
+/// Reads a run back, as much of it as the file holds.
+///
+/// throws   InputError if the file is missing, no HDF5, no whole touchfield run, of a newer format version, damaged or
+///          forged, or cannot be read; IoError if no process can be started to read it in
+Run read_run_file(const std::string& path);
+
+/// The methods side by side, one a line; the gap to the certificate where it was computed.
+std::string methods_table(const Run& run);
+
+/// Name, methods with their metrics, mesh and array sizes and provenance of a run file as text for a person.
+std::string describe_run(const Run& run);
+
+/// metrics.csv: a header line and a line a method: name, method, scheme, every metric, status. NaN is written as "nan".
+/// Whole or not at all.
+void write_metrics_csv(const std::string& path, const Run& run);
+
+/// Writes text to a file, whole or not at all.
+void write_text_file(const std::string& path, const std::string& text);
+
+}  // namespace touchfield

@@ -1,0 +1,207 @@
+#include "sim/store/run_layout.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <cmath>
+#include <cstdint>
+#include <set>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+void require_size(const std::string& what, Eigen::Index size, Eigen::Index wanted) {
+  if (size != wanted) {
+    throw InputError(fmt::format("{} has {} values, must have {}", what, size, wanted));
+  }
+}
+
+/// Names become links in a file and parts of file names.
+void require_name(const std::string& what, const std::string& name, std::set<std::string>& taken) {
+  const bool plain = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
+    return c < 0x80 && (std::isalnum(c) != 0 || c == '_' || c == '-');
+  });
+  if (!plain) {
+    throw InputError(fmt::format("{} name '{}' must be made of letters, digits, _ and -", what, name));
+  }
+  if (!taken.insert(name).second) {
+    throw InputError(fmt::format("{} name '{}' is used twice", what, name));
+  }
+}
+
+void require_stages(const std::string& what, const std::vector<std::pair<std::string, double>>& seconds) {
+  std::set<std::string> taken;
+  for (const auto& [stage, value] : seconds) {
+    if (stage.empty() || !taken.insert(stage).second) {
+      throw InputError(fmt::format("{}: stage '{}' must have a name of its own", what, stage));
+    }
+  }
+}
+
+/// A stage and a metric may share an attribute (seconds_solve) only if they say the same.
+void require_no_conflict(const MethodResult& method) {
+  for (const auto& [stage, seconds] : method.seconds) {
+    for (const MetricField& field : metric_fields()) {
+      const double metric = method.metrics.*field.value;
+      if ("seconds_" + stage == field.name &&
+          std::bit_cast<std::uint64_t>(metric) != std::bit_cast<std::uint64_t>(seconds)) {
+        throw InputError(fmt::format("method {}: stage '{}' took {} s but the metric {} is {}", method.name, stage,
+                                     seconds, field.name, metric));
+      }
+    }
+  }
+}
+
+void check_array(const TransducerArray& array) {
+  const Eigen::Index channels = array.size();
+  require_size("array: axes", array.axes.cols(), channels);
+  require_size("array: amplitudes", array.amplitudes.size(), channels);
+  require_size("array: device", array.device.size(), channels);
+  require_size("array: channel", array.channel.size(), channels);
+}
+
+void check_target(const std::string& what, const Target& target, Eigen::Index faces) {
+  require_size(what + ": amplitudes", target.amplitudes.size(), target.size());
+  require_size(what + ": box", static_cast<Eigen::Index>(target.box.size()), target.size());
+  for (const Eigen::Index face : target.faces) {
+    if (face < 0 || face >= faces) {
+      throw InputError(fmt::format("{}: face {} must be in 0..{}", what, face, faces - 1));
+    }
+  }
+}
+
+void check_judge(const Run& run) {
+  if (run.judge != "none" && run.judge != "same" && !has_judge_model(run.judge)) {
+    throw InputError(fmt::format("judge '{}' must be one of none, same, edge, split", run.judge));
+  }
+  if (has_judge_model(run.judge) != run.judge_model.has_value()) {
+    throw InputError(
+        fmt::format("judge '{}' must {} a model of its own", run.judge, run.judge_model ? "not have" : "have"));
+  }
+  const TriangleMesh& mesh = run.judge_model ? run.judge_model->mesh : run.mesh;
+  if (run.judge_model && run.judge_model->target) {
+    check_target("judge's target", *run.judge_model->target, mesh.face_count());
+  }
+  for (const MethodResult& method : run.methods) {
+    if (method.judge_pressure.size() != 0) {
+      require_size(fmt::format("method {}: judge's pressure", method.name), method.judge_pressure.size(),
+                   run.judge == "none" ? 0 : mesh.face_count());
+    }
+  }
+}
+
+}  // namespace
+
+const std::vector<ProvenanceField>& provenance_fields() {
+  static const std::vector<ProvenanceField> kFields = {
+      {"version", &Provenance::version},
+      {"revision", &Provenance::revision},
+      {"compiler", &Provenance::compiler},
+      {"flags", &Provenance::flags},
+      {"machine", &Provenance::machine},
+      {"blas_core", &Provenance::blas_core},
+      {"instruction_level", &Provenance::instruction_level},
+      {"seeds", &Provenance::seeds},
+      {"command_line", &Provenance::command_line},
+      {"start", &Provenance::start},
+      {"end", &Provenance::end},
+      {"scene_hash", &Provenance::scene_hash},
+  };
+  return kFields;
+}
+
+std::string directivity_name(Directivity::Kind kind) {
+  switch (kind) {
+    case Directivity::Kind::kOmni:
+      return "omni";
+    case Directivity::Kind::kPiston:
+      return "piston";
+    case Directivity::Kind::kT4010a1:
+      return "t4010a1";
+  }
+  throw InputError("array: unknown directivity");
+}
+
+double piston_ka(const Directivity& directivity) {
+  // d' = -(ka)^2 sin(theta) cos(theta) s(x) / 4 with x = ka sin(theta) and s = 8 J2(x)/x^2 = 1 - x^2/12 + x^4/384 - ...
+  // At this angle x is small for any transducer, and s hardly depends on it: three rounds settle it.
+  constexpr double kTheta = 1e-3;
+  const double leading = std::sqrt(-4.0 * directivity.at(kTheta).slope / (std::sin(kTheta) * std::cos(kTheta)));
+  double ka = leading;
+  for (int round = 0; round < 3; ++round) {
+    const double x2 = std::pow(ka * std::sin(kTheta), 2);
+    ka = leading / std::sqrt(1.0 - x2 / 12.0 * (1.0 - x2 / 32.0 * (1.0 - x2 / 60.0)));
+  }
+  return ka;
+}
+
+hdf5::Shape grid_shape(const FieldGrid& grid) {
+  return {static_cast<std::uint64_t>(grid.count[2]), static_cast<std::uint64_t>(grid.count[1]),
+          static_cast<std::uint64_t>(grid.count[0])};
+}
+
+void check_field(const FieldResult& field) {
+  const std::string what = "field " + field.grid.name;
+  if (std::ranges::any_of(field.grid.count, [](int n) { return n < 1; })) {
+    throw InputError(fmt::format("{}: its grid has no point", what));
+  }
+  require_size(what + ": inside", static_cast<Eigen::Index>(field.inside.size()), field.grid.size());
+  std::set<std::string> methods;
+  for (const auto& [name, pressure] : field.pressure) {
+    require_name("method", name, methods);
+    require_size(fmt::format("{}: pressure of {}", what, name), pressure.size(), field.grid.size());
+  }
+}
+
+void check_bodies(const Run& run) {
+  std::set<std::string> names;
+  for (const std::string& name : run.bodies) {
+    require_name("body", name, names);
+  }
+  require_size("owner", static_cast<Eigen::Index>(run.owner.size()), run.bodies.empty() ? 0 : run.mesh.face_count());
+  for (const int owner : run.owner) {
+    if (owner < 0 || owner >= static_cast<int>(run.bodies.size())) {
+      throw InputError(fmt::format("owner: {} must be one of the {} bodies", owner, run.bodies.size()));
+    }
+  }
+}
+
+void check_run(const Run& run) {
+  check_array(run.array);
+  if (run.target) {
+    check_target("target", *run.target, run.mesh.face_count());
+  }
+  check_bodies(run);
+  require_stages("run", run.seconds);
+  std::set<std::string> methods;
+  for (const MethodResult& method : run.methods) {
+    require_name("method", method.name, methods);
+    const std::string what = "method " + method.name;
+    require_size(what + ": phases", method.solution.phases.size(), run.array.size());
+    require_size(what + ": amplitudes", method.solution.amplitudes.size(), run.array.size());
+    if (method.pressure.size() != 0) {
+      require_size(what + ": pressure", method.pressure.size(), run.mesh.face_count());
+    }
+    require_stages(what, method.seconds);
+    require_no_conflict(method);
+  }
+  check_judge(run);
+  std::set<std::string> fields;
+  for (const FieldResult& field : run.fields) {
+    require_name("field", field.grid.name, fields);
+    check_field(field);
+    for (const auto& [name, pressure] : field.pressure) {
+      if (!methods.contains(name)) {
+        throw InputError(fmt::format("field {}: '{}' must be a method of the run", field.grid.name, name));
+      }
+    }
+  }
+}
+
+}  // namespace touchfield

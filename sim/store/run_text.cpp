@@ -1,0 +1,165 @@
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/core/atomic_file.h"
+#include "sim/store/run_file.h"
+#include "sim/store/run_layout.h"
+#include "sim/store/text_table.h"
+
+namespace touchfield {
+
+namespace {
+
+std::string percent(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
+
+std::string array_line(const TransducerArray& array) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    return fmt::format("array     plane wave of {:.6g} Pa\n", array.amplitudes(0));
+  }
+  const int devices = array.device.size() == 0 ? 0 : *std::ranges::max_element(array.device) + 1;
+  return fmt::format("array     {} transducers on {} device{}, directivity {}\n", array.size(), devices,
+                     devices == 1 ? "" : "s", directivity_name(array.directivity.kind()));
+}
+
+std::string fields_text(const Run& run) {
+  std::string text;
+  for (const FieldResult& field : run.fields) {
+    const FieldGrid& grid = field.grid;
+    std::vector<std::string> methods;
+    std::ranges::transform(field.pressure, std::back_inserter(methods), [](const auto& entry) { return entry.first; });
+    text += fmt::format("field     {}: {} x {} x {} points, {}\n", grid.name, grid.count[0], grid.count[1],
+                        grid.count[2], methods.empty() ? "no pressure" : fmt::format("{}", fmt::join(methods, ", ")));
+  }
+  return text;
+}
+
+std::string counted(long n, std::string_view noun) {
+  return fmt::format("{} {}{}", grouped(n), noun, n == 1 ? "" : "s");
+}
+
+std::string judge_line(const Run& run) {
+  if (!run.judge_model) {
+    return run.judge == "none" ? "judge     none\n" : "judge     same: the solving model\n";
+  }
+  const TriangleMesh& mesh = run.judge_model->mesh;
+  return fmt::format("judge     {}: {}, {} faces, mean edge {:.3g} mm\n", run.judge, run.judge_model->scheme,
+                     mesh.face_count(), 1e3 * mesh.mean_edge());
+}
+
+std::string solve_line(const SolveRecord& solve) {
+  std::string how = solve.steps > 0 ? counted(solve.steps, "step") + ", " : "";
+  if (solve.refinements > 0) {
+    how += counted(solve.refinements, "refinement") + ", ";
+  }
+  return fmt::format("solve     {}: {}, {}, {}, {}, {}: {}residual {}, {:.3g} s{}\n", solve.stage, solve.scheme,
+                     solve.solver, solve.precision, counted(solve.unknowns, "unknown"),
+                     counted(solve.right_hand_sides, "right-hand side"), how, table_number(solve.residual, "{:.1e}"),
+                     solve.seconds, solve.converged ? "" : ", NOT CONVERGED");
+}
+
+std::string provenance_text(const Provenance& provenance) {
+  const std::string period = provenance.end.empty() ? provenance.start + ", not ended"
+                                                    : fmt::format("{} to {}", provenance.start, provenance.end);
+  std::string text = fmt::format("made by   touchfield {} ({}), {}, {}\n", provenance.version, provenance.revision,
+                                 provenance.compiler, provenance.flags);
+  const std::string kernels =
+      provenance.blas_core.empty()
+          ? ""
+          : fmt::format(", BLAS core {}, loops {}", provenance.blas_core, provenance.instruction_level);
+  text += fmt::format("on        {}, {} threads{}\n", provenance.machine, provenance.threads, kernels);
+  text += fmt::format("when      {}\n", period);
+  text += fmt::format("command   {}\n", provenance.command_line);
+  if (!provenance.seeds.empty()) {
+    text += fmt::format("seeds     {}\n", provenance.seeds);
+  }
+  text += fmt::format("scene     {}\n", provenance.scene_hash);
+  return text;
+}
+
+}  // namespace
+
+std::string methods_table(const Run& run) {
+  const auto certified = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
+  const bool with_gap = std::ranges::any_of(run.methods, certified);
+  std::vector<std::string> header = {"method",         "error",       "width [mm]", "wanted [mm]",
+                                     "leakage",        "inside [Pa]", "peak [Pa]",  "force [mN]",
+                                     "elsewhere [mN]", "steps",       "seconds"};
+  if (with_gap) {
+    header.emplace_back("gap");
+  }
+  header.emplace_back("status");
+  std::vector<std::vector<std::string>> rows = {header};
+  for (const MethodResult& result : run.methods) {
+    const Metrics& metrics = result.metrics;
+    std::vector<std::string> row = {result.name,
+                                    percent(metrics.relative_error),
+                                    table_number(metrics.width_mm, "{:.2f}"),
+                                    table_number(metrics.width_wanted_mm, "{:.2f}"),
+                                    percent(metrics.leakage),
+                                    table_number(metrics.mean_inside_pa, "{:.0f}"),
+                                    table_number(metrics.peak_pa, "{:.0f}"),
+                                    table_number(1e3 * metrics.force_target_n, "{:.3g}"),
+                                    table_number(1e3 * metrics.force_elsewhere_n, "{:.3g}"),
+                                    fmt::format("{}", result.solution.iterations),
+                                    table_number(metrics.seconds_total, "{:.2f}")};
+    if (with_gap) {
+      row.push_back(percent(metrics.optimality_gap));
+    }
+    row.push_back(to_string(result.solution.status));
+    rows.push_back(row);
+  }
+  return aligned_table(rows);
+}
+
+std::string describe_run(const Run& run) {
+  std::string text = fmt::format("{}: {}\n", run.name, run.complete ? "complete" : "NOT COMPLETE");
+  text += fmt::format("mesh      {} faces, {} vertices, {:.4g} cm2, mean edge {:.3g} mm\n", run.mesh.face_count(),
+                      run.mesh.vertex_count(), 1e4 * run.mesh.total_area(), 1e3 * run.mesh.mean_edge());
+  text += array_line(run.array);
+  text += run.target ? fmt::format("target    {} faces, up to {:.6g} Pa\n", run.target->size(),
+                                   *std::ranges::max_element(run.target->amplitudes))
+                     : "target    none\n";
+  text += judge_line(run);
+  text += fields_text(run);
+  for (const SolveRecord& solve : run.solves) {
+    text += solve_line(solve);
+  }
+  if (!std::isnan(run.alarm)) {
+    text += fmt::format("alarm     plain and Burton-Miller pressures differ by {}\n", percent(run.alarm));
+  }
+  for (const auto& [stage, seconds] : run.seconds) {
+    text += fmt::format("seconds   {}: {:.3f}\n", stage, seconds);
+  }
+  text += provenance_text(run.provenance);
+  for (const std::string& warning : run.warnings) {
+    text += fmt::format("warning   {}\n", warning);
+  }
+  return text + (run.methods.empty() ? "no method has finished\n" : '\n' + methods_table(run));
+}
+
+void write_metrics_csv(const std::string& path, const Run& run) {
+  std::vector<std::string> header = {"name", "method", "scheme"};
+  for (const MetricField& field : metric_fields()) {
+    header.emplace_back(field.name);
+  }
+  header.emplace_back("status");
+  std::string text = csv_line(header);
+  for (const MethodResult& result : run.methods) {
+    std::vector<std::string> line = {result.name, result.method, result.scheme};
+    for (const MetricField& field : metric_fields()) {
+      line.push_back(csv_number(result.metrics.*field.value));
+    }
+    line.push_back(to_string(result.solution.status));
+    text += csv_line(line);
+  }
+  write_text_file(path, text);
+}
+
+void write_text_file(const std::string& path, const std::string& text) { write_atomically(path, {text}); }
+
+}  // namespace touchfield

@@ -1,0 +1,317 @@
+#include "sim/store/sweep_files.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <type_traits>
+#include <variant>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/store/checksum.h"
+#include "sim/store/hdf5_file.h"
+#include "sim/store/run_file.h"
+#include "sim/store/run_layout.h"
+#include "sim/store/sweep_rows.h"
+#include "sim/store/text_table.h"
+
+namespace touchfield {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kRecordChecksum = "crc32";  // of the rest of the record, as one line
+
+Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+double json_number(const Json& json) { return json.is_null() ? kNotComputed : json.get<double>(); }
+
+/// A column of the table that is not a parameter: a number, a count or a text of each line.
+struct Column {
+  using Number = std::function<double(const SweepRow&)>;
+  using Count = std::function<std::int64_t(const SweepRow&)>;
+  using Text = std::function<std::string(const SweepRow&)>;
+
+  std::string name;
+  std::string group;  // of sweep.h5; empty: the root
+  std::string unit;
+  std::variant<Number, Count, Text> value;
+};
+
+/// Columns before the parameters and behind them.
+std::vector<Column> first_columns() {
+  return {{"case", "", "1", Column::Count([](const SweepRow& row) { return row.record->number; })},
+          {"status", "", "text", Column::Text([](const SweepRow& row) { return row.record->status; })}};
+}
+
+std::vector<Column> last_columns() {
+  const auto text_of = [](std::string SweepRecord::Method::*member) {
+    return Column::Text([member](const SweepRow& row) { return row.method != nullptr ? row.method->*member : ""; });
+  };
+  std::vector<Column> columns = {{"name", "", "text", text_of(&SweepRecord::Method::name)},
+                                 {"method", "", "text", text_of(&SweepRecord::Method::method)},
+                                 {"scheme", "", "text", text_of(&SweepRecord::Method::scheme)}};
+  for (const MetricField& field : metric_fields()) {
+    columns.push_back({field.name, "metrics", field.unit, Column::Number([value = field.value](const SweepRow& row) {
+                         return row.method != nullptr ? row.method->metrics.*value : kNotComputed;
+                       })});
+  }
+  const auto count = [](int SweepRecord::*member) {
+    return Column::Count([member](const SweepRow& row) { return row.record->*member; });
+  };
+  const std::vector<Column> rest = {
+      {"method_status", "", "text", text_of(&SweepRecord::Method::status)},
+      {"faces", "", "1", count(&SweepRecord::faces)},
+      {"channels", "", "1", count(&SweepRecord::channels)},
+      {"seconds", "", "s", Column::Number([](const SweepRow& row) { return row.record->seconds; })},
+      {"peak_mib", "", "MiB", Column::Number([](const SweepRow& row) { return row.record->peak_mib; })},
+      {"models", "", "1", count(&SweepRecord::models)},
+      {"models_reused", "", "1", count(&SweepRecord::models_reused)},
+      {"revision", "", "text", Column::Text([](const SweepRow& row) { return row.record->revision; })},
+      {"reason", "", "text", Column::Text([](const SweepRow& row) { return row.record->reason; })}};
+  columns.insert(columns.end(), rest.begin(), rest.end());
+  return columns;
+}
+
+std::string csv_field(const Column& column, const SweepRow& row) {
+  return std::visit(
+      [&](const auto& value) {
+        const auto field = value(row);
+        if constexpr (std::is_same_v<std::decay_t<decltype(field)>, std::string>) {
+          return field;
+        } else if constexpr (std::is_same_v<std::decay_t<decltype(field)>, double>) {
+          return csv_number(field);
+        } else {
+          return fmt::format("{}", field);
+        }
+      },
+      column.value);
+}
+
+void write_column(const hdf5::Group& group, const Column& column, const std::vector<SweepRow>& rows) {
+  std::visit(
+      [&](const auto& value) {
+        using Value = decltype(value(rows.front()));
+        std::vector<Value> values;
+        values.reserve(rows.size());
+        for (const SweepRow& row : rows) {
+          values.push_back(value(row));
+        }
+        if constexpr (std::is_same_v<Value, std::string>) {
+          group.write_texts(column.name, values);
+        } else {
+          group.write(column.name, values.data(), {values.size()}, column.unit);
+        }
+      },
+      column.value);
+}
+
+void write_parameter(const hdf5::Group& group, const std::string& path, const std::vector<SweepRow>& rows) {
+  const auto numbers = parameter_numbers(path, rows);
+  if (numbers) {
+    group.write(path, numbers->data(), {numbers->size()}, "as in the scene");
+    return;
+  }
+  std::vector<std::string> texts;
+  for (const SweepRow& row : rows) {
+    texts.push_back(input_of(*row.record, path).value_or(""));
+  }
+  group.write_texts(path, texts);
+}
+
+}  // namespace
+
+std::string to_json(const SweepRecord& record, int indent) {
+  Json inputs = Json::object();
+  for (const auto& [path, value] : record.inputs) {
+    inputs[path] = value;
+  }
+  Json methods = Json::array();
+  for (const SweepRecord::Method& method : record.methods) {
+    Json metrics = Json::object();
+    for (const MetricField& field : metric_fields()) {
+      metrics[field.name] = number_json(method.metrics.*field.value);
+    }
+    methods.push_back({{"name", method.name},
+                       {"method", method.method},
+                       {"scheme", method.scheme},
+                       {"status", method.status},
+                       {"metrics", metrics}});
+  }
+  Json files = Json::object();
+  for (const SweepRecord::File& file : record.files) {
+    files[file.name] = {{"bytes", file.bytes}, {"crc32", file.crc32}};
+  }
+  Json json = {{"case", record.number},
+               {"inputs", inputs},
+               {"status", record.status},
+               {"reason", record.reason},
+               {"methods", methods},
+               {"faces", record.faces},
+               {"channels", record.channels},
+               {"seconds", number_json(record.seconds)},
+               {"peak_mib", number_json(record.peak_mib)},
+               {"models", record.models},
+               {"models_reused", record.models_reused},
+               {"warnings", record.warnings},
+               {"revision", record.revision},
+               {"files", files}};
+  json[kRecordChecksum] = checksum(json.dump());
+  return json.dump(indent) + "\n";
+}
+
+SweepRecord record_from_json(const std::string& text, const std::string& path) {
+  try {
+    Json json = Json::parse(text);
+    const auto written = json.at(kRecordChecksum).get<std::string>();
+    json.erase(kRecordChecksum);
+    if (checksum(json.dump()) != written) {
+      throw IoError(fmt::format("{}: its checksum is not what it was", path));
+    }
+    SweepRecord record;
+    record.number = json.at("case").get<int>();
+    for (const auto& [key, value] : json.at("inputs").items()) {
+      record.inputs.emplace_back(key, value.get<std::string>());
+    }
+    record.status = json.at("status").get<std::string>();
+    record.reason = json.at("reason").get<std::string>();
+    for (const Json& entry : json.at("methods")) {
+      SweepRecord::Method method{entry.at("name").get<std::string>(),
+                                 entry.at("method").get<std::string>(),
+                                 entry.at("scheme").get<std::string>(),
+                                 entry.at("status").get<std::string>(),
+                                 {}};
+      for (const MetricField& field : metric_fields()) {
+        method.metrics.*field.value = json_number(entry.at("metrics").at(field.name));
+      }
+      record.methods.push_back(std::move(method));
+    }
+    record.faces = json.at("faces").get<int>();
+    record.channels = json.at("channels").get<int>();
+    record.seconds = json_number(json.at("seconds"));
+    record.peak_mib = json_number(json.at("peak_mib"));
+    record.models = json.at("models").get<int>();
+    record.models_reused = json.at("models_reused").get<int>();
+    record.warnings = json.at("warnings").get<std::vector<std::string>>();
+    record.revision = json.at("revision").get<std::string>();
+    for (const auto& [name, file] : json.at("files").items()) {
+      record.files.push_back({name, file.at("bytes").get<std::uintmax_t>(), file.at("crc32").get<std::string>()});
+    }
+    return record;
+  } catch (const Json::exception& error) {
+    throw IoError(fmt::format("{}: not the record of a case: {}", path, error.what()));
+  }
+}
+
+void write_sweep_csv(const std::string& path, const SweepSummary& summary) {
+  const std::vector<Column> first = first_columns();
+  const std::vector<Column> last = last_columns();
+  std::vector<std::string> header;
+  for (const Column& column : first) {
+    header.push_back(column.name);
+  }
+  header.insert(header.end(), summary.parameters.begin(), summary.parameters.end());
+  for (const Column& column : last) {
+    header.push_back(column.name);
+  }
+  std::string text = csv_line(header);
+  for (const SweepRow& row : sweep_rows(summary)) {
+    std::vector<std::string> line;
+    for (const Column& column : first) {
+      line.push_back(csv_field(column, row));
+    }
+    for (const std::string& parameter : summary.parameters) {
+      line.push_back(input_of(*row.record, parameter).value_or(""));
+    }
+    for (const Column& column : last) {
+      line.push_back(csv_field(column, row));
+    }
+    text += csv_line(line);
+  }
+  write_text_file(path, text);
+}
+
+void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
+  const hdf5::MemoryFile file(path);
+  {
+    const hdf5::Group root = file.root();
+    root.set_attribute("format", "touchfield-sweep");
+    root.set_attribute("format_version", 1);
+    root.set_attribute("name", summary.name);
+    root.set_attribute("plan_hash", summary.hash);
+    root.set_attribute("cases", summary.cases);
+    root.set_attribute("cases_done", static_cast<int>(summary.records.size()));
+    root.write_text("sweep", summary.text);
+    root.write_text("base", summary.base);
+    const hdf5::Group provenance = root.create("provenance");
+    for (const ProvenanceField& field : provenance_fields()) {
+      provenance.set_attribute(field.name, summary.provenance.*field.value);
+    }
+    provenance.set_attribute("threads", summary.provenance.threads);
+    const std::vector<SweepRow> rows = sweep_rows(summary);
+    if (!rows.empty()) {
+      const hdf5::Group inputs = root.create("inputs");
+      for (const std::string& parameter : summary.parameters) {
+        write_parameter(inputs, parameter, rows);
+      }
+      const hdf5::Group metrics = root.create("metrics");
+      for (const std::vector<Column>& columns : {first_columns(), last_columns()}) {
+        for (const Column& column : columns) {
+          write_column(column.group.empty() ? root : metrics, column, rows);
+        }
+      }
+    }
+  }
+  const std::string bytes = file.bytes();
+  write_atomically(path, {bytes, checksum_line(bytes)});
+}
+
+std::string sweep_table(const SweepSummary& summary, std::size_t most) {
+  std::vector<std::string> parameters;  // what is the same everywhere only takes room
+  for (const std::string& parameter : summary.parameters) {
+    const auto differs = [&](const SweepRecord& record) {
+      return input_of(record, parameter) != input_of(summary.records.front(), parameter);
+    };
+    if (std::ranges::any_of(summary.records, differs)) {
+      parameters.push_back(parameter);
+    }
+  }
+  std::vector<std::string> header = {"case"};
+  header.insert(header.end(), parameters.begin(), parameters.end());
+  for (const char* name : {"method", "error", "width [mm]", "leakage", "force [mN]", "seconds", "status"}) {
+    header.emplace_back(name);
+  }
+  std::vector<std::vector<std::string>> lines = {header};
+  const std::vector<SweepRow> rows = sweep_rows(summary);
+  const std::size_t head = rows.size() <= most ? rows.size() : most / 2;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (i == head && rows.size() > most) {
+      std::vector<std::string> gap(header.size());
+      gap.front() = "...";
+      lines.push_back(gap);
+      i = rows.size() - (most - head);
+    }
+    const SweepRow& row = rows[i];
+    const Metrics metrics = row.method != nullptr ? row.method->metrics : Metrics();
+    std::vector<std::string> line = {fmt::format("{}", row.record->number)};
+    for (const std::string& parameter : parameters) {
+      line.push_back(input_of(*row.record, parameter).value_or("-"));
+    }
+    line.push_back(row.method != nullptr ? row.method->name : "-");
+    line.push_back(table_number(100.0 * metrics.relative_error, "{:.2f} %"));
+    line.push_back(table_number(metrics.width_mm, "{:.2f}"));
+    line.push_back(table_number(100.0 * metrics.leakage, "{:.2f} %"));
+    line.push_back(table_number(1e3 * metrics.force_target_n, "{:.3g}"));
+    line.push_back(table_number(row.record->seconds, "{:.1f}"));
+    line.push_back(row.record->status == "ok" ? row.method != nullptr ? row.method->status : "ok" : "FAILED");
+    lines.push_back(std::move(line));
+  }
+  return aligned_table(lines);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/store/run_data.h"
+
+namespace touchfield {
+
+/// What a case of a sweep came to.
+struct SweepRecord {
+  int number = 0;
+  std::vector<std::pair<std::string, std::string>> inputs;  // path -> value as YAML, what the case changes
+  std::string status;                                       // ok or failed
+  std::string reason;                                       // why it failed
+  struct Method {
+    std::string name;
+    std::string method;
+    std::string scheme;
+    std::string status;
+    Metrics metrics;
+  };
+  std::vector<Method> methods;  // empty if the case failed
+  int faces = 0;
+  int channels = 0;
+  double seconds = kNotComputed;   // of the whole case
+  double peak_mib = kNotComputed;  // largest memory of its process meanwhile [MiB]
+  int models = 0;                  // scattering models it needed
+  int models_reused = 0;           // those that an earlier case had set up and factorised
+  std::vector<std::string> warnings;
+  std::string revision;  // of the program that computed it
+  struct File {
+    std::string name;
+    std::uintmax_t bytes = 0;
+    std::string crc32;  // eight hexadecimal digits
+  };
+  std::vector<File> files;  // of its folder, as they were when the case was finished
+};
+
+/// case.json: the record as JSON with a CRC-32 of itself; numbers that were not computed are null.
+///
+/// indent   -1: all in one line
+std::string to_json(const SweepRecord& record, int indent = 1);
+/// throws   IoError naming `path` if the text is no such record or no longer the one that was written
+SweepRecord record_from_json(const std::string& text, const std::string& path);
+
+/// A sweep as its summary files hold it.
+struct SweepSummary {
+  std::string name;
+  std::string text;                     // of the sweep file
+  std::string base;                     // of the scene file
+  std::string hash;                     // of the plan
+  int cases = 0;                        // of the plan
+  std::vector<std::string> parameters;  // paths
+  std::vector<SweepRecord> records;     // what is done, by number
+  Provenance provenance;
+};
+
+/// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, every metric,
+/// method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason. A case without a
+/// finished method has one line. Whole or not at all.
+void write_sweep_csv(const std::string& path, const SweepSummary& summary);
+
+/// sweep.h5: the same as columns, one value a line of the table; docs/sweeps.md describes it. Whole or not at all.
+void write_sweep_h5(const std::string& path, const SweepSummary& summary);
+
+/// The first and last lines of the table for a person: per case those parameters that differ and, per method, error,
+/// width, leakage and seconds.
+///
+/// most   lines; those in the middle are left out
+std::string sweep_table(const SweepSummary& summary, std::size_t most = 40);
+
+/// throws   InputError if there is no such metric
+void require_metric(const std::string& name);
+
+/// A picture of 1200 x 900 pixels of a metric against the parameters whose values are numbers and differ: against one
+/// of them a line a method through the means of its cases; against two of them a map a method, one colour scale for
+/// all.
+///
+/// returns  false, and writes nothing, unless there are one or two such parameters and two values of one of them
+/// throws   InputError on an unknown metric; NotBuiltError if can_draw() is false; IoError if it cannot be written
+bool draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric);
+
+}  // namespace touchfield

@@ -1,0 +1,175 @@
+#include "sim/store/vtk_files.h"
+
+#include <complex>
+#include <functional>
+
+#include <fmt/format.h>
+#include <vtkCellArray.h>
+#include <vtkCellData.h>
+#include <vtkDoubleArray.h>
+#include <vtkIdList.h>
+#include <vtkImageData.h>
+#include <vtkIntArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkStringArray.h>
+#include <vtkUnsignedCharArray.h>
+#include <vtkXMLImageDataWriter.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/store/run_layout.h"
+#include "sim/store/vtk_points.h"
+
+namespace touchfield {
+
+namespace {
+
+/// Adds values 0..n-1 of a function as one array.
+template <class Array, class Function>
+void add_array(vtkFieldData* data, const std::string& name, Eigen::Index n, const Function& value) {
+  vtkNew<Array> array;
+  array->SetName(name.c_str());
+  array->SetNumberOfValues(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    array->SetValue(i, value(i));
+  }
+  data->AddArray(array);
+}
+
+void add_pressure(vtkFieldData* data, const std::string& method, const Eigen::VectorXcd& p, bool with_phase) {
+  add_array<vtkDoubleArray>(data, method + "_abs_pa", p.size(), [&](Eigen::Index i) { return std::abs(p(i)); });
+  add_array<vtkDoubleArray>(data, method + "_re_pa", p.size(), [&](Eigen::Index i) { return p(i).real(); });
+  add_array<vtkDoubleArray>(data, method + "_im_pa", p.size(), [&](Eigen::Index i) { return p(i).imag(); });
+  if (with_phase) {
+    add_array<vtkDoubleArray>(data, method + "_phase_rad", p.size(), [&](Eigen::Index i) { return std::arg(p(i)); });
+  }
+}
+
+void add_text(vtkFieldData* data, const std::string& name, const std::string& text) {
+  vtkNew<vtkStringArray> array;
+  array->SetName(name.c_str());
+  array->InsertNextValue(text);
+  data->AddArray(array);
+}
+
+void add_provenance(vtkFieldData* data, const Run& run) {
+  for (const ProvenanceField& field : provenance_fields()) {
+    add_text(data, field.name, run.provenance.*field.value);
+  }
+  add_text(data, "threads", fmt::to_string(run.provenance.threads));
+  add_text(data, "scene", run.scene);
+}
+
+/// Inline binary with zlib: ParaView 5.11 of Debian 12 cannot open the appended mode that is VTK's default.
+template <class Writer, class Data>
+void write_vtk(const std::string& path, const Run& run, Data* data) {
+  add_provenance(data->GetFieldData(), run);
+  vtkNew<Writer> writer;
+  writer->SetInputData(data);
+  writer->SetDataModeToBinary();
+  writer->SetCompressorTypeToZLib();
+  writer->WriteToOutputStringOn();
+  if (writer->Write() != 1) {
+    throw IoError(fmt::format("{}: VTK could not encode it", path));
+  }
+  write_atomically(path, {writer->GetOutputString()});
+}
+
+/// The pressures of the methods that have one, on a mesh; `owner`: the body of each face, empty if there is one.
+void write_skin_vtp(const std::string& path, const Run& run, const TriangleMesh& mesh, const std::vector<int>& owner,
+                    const std::optional<Target>& target, Eigen::VectorXcd MethodResult::*pressure) {
+  vtkNew<vtkPolyData> surface;
+  vtkNew<vtkPoints> points;
+  set_points(points, mesh.vertices());
+  surface->SetPoints(points);
+  vtkNew<vtkCellArray> faces;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    faces->InsertNextCell({mesh.triangles()(0, f), mesh.triangles()(1, f), mesh.triangles()(2, f)});
+  }
+  surface->SetPolys(faces);
+  if (!owner.empty()) {
+    add_array<vtkIntArray>(surface->GetCellData(), "body", mesh.face_count(),
+                           [&](Eigen::Index f) { return owner[static_cast<std::size_t>(f)]; });
+  }
+  if (target) {
+    Eigen::VectorXd wanted = Eigen::VectorXd::Zero(mesh.face_count());
+    wanted(target->faces) = target->amplitudes;
+    add_array<vtkDoubleArray>(surface->GetCellData(), "target_pa", wanted.size(),
+                              [&](Eigen::Index f) { return wanted(f); });
+  }
+  for (const MethodResult& result : run.methods) {
+    if ((result.*pressure).size() != 0) {
+      add_pressure(surface->GetCellData(), result.name, result.*pressure, true);
+    }
+  }
+  write_vtk<vtkXMLPolyDataWriter>(path, run, surface.GetPointer());
+}
+
+}  // namespace
+
+void write_surface_vtp(const std::string& path, const Run& run) {
+  check_run(run);
+  write_skin_vtp(path, run, run.mesh, run.owner, run.target, &MethodResult::pressure);
+}
+
+void write_judge_vtp(const std::string& path, const Run& run) {
+  check_run(run);
+  if (!run.judge_model) {
+    throw InputError(fmt::format("{}: the judge '{}' has no model of its own", path, run.judge));
+  }
+  write_skin_vtp(path, run, run.judge_model->mesh, {}, run.judge_model->target, &MethodResult::judge_pressure);
+}
+
+void write_array_vtp(const std::string& path, const Run& run) {
+  check_run(run);
+  const TransducerArray& array = run.array;
+  vtkNew<vtkPolyData> channels;
+  vtkNew<vtkPoints> points;
+  set_points(points, array.positions);
+  channels->SetPoints(points);
+  vtkNew<vtkCellArray> vertices;
+  for (vtkIdType n = 0; n < array.size(); ++n) {
+    vertices->InsertNextCell({n});
+  }
+  channels->SetVerts(vertices);
+  vtkPointData* data = channels->GetPointData();
+  vtkNew<vtkDoubleArray> axes;
+  axes->SetName("axis");
+  axes->SetNumberOfComponents(3);
+  axes->SetNumberOfTuples(array.size());
+  for (Eigen::Index n = 0; n < array.size(); ++n) {
+    axes->SetTuple(n, array.axes.col(n).data());
+  }
+  data->AddArray(axes);
+  add_array<vtkIntArray>(data, "device", array.size(), [&](Eigen::Index n) { return array.device(n); });
+  add_array<vtkIntArray>(data, "channel", array.size(), [&](Eigen::Index n) { return array.channel(n); });
+  for (const MethodResult& result : run.methods) {
+    add_array<vtkDoubleArray>(data, result.name + "_phase_rad", array.size(),
+                              [&](Eigen::Index n) { return result.solution.phases(n); });
+    add_array<vtkDoubleArray>(data, result.name + "_amplitude", array.size(),
+                              [&](Eigen::Index n) { return result.solution.amplitudes(n); });
+  }
+  write_vtk<vtkXMLPolyDataWriter>(path, run, channels.GetPointer());
+}
+
+void write_field_vti(const std::string& path, const Run& run, const FieldResult& field) {
+  check_field(field);
+  const FieldGrid& grid = field.grid;
+  vtkNew<vtkImageData> image;
+  image->SetOrigin(grid.origin.data());
+  image->SetSpacing(grid.spacing.data());
+  image->SetDimensions(grid.count.data());
+  vtkPointData* data = image->GetPointData();
+  add_array<vtkUnsignedCharArray>(data, "inside", grid.size(),
+                                  [&](Eigen::Index i) { return field.inside[static_cast<std::size_t>(i)]; });
+  for (const auto& [name, pressure] : field.pressure) {
+    add_pressure(data, name, pressure, false);
+  }
+  write_vtk<vtkXMLImageDataWriter>(path, run, image.GetPointer());
+}
+
+}  // namespace touchfield

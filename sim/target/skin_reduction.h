@@ -1,0 +1,31 @@
+#pragma once
+
+#include "sim/target/target.h"
+#include "solvers/phase/skin_problem.h"
+
+namespace touchfield {
+
+/// A skin problem whose quiet faces are reduced to a few rows, and what that left out.
+struct SkinReduction {
+  SkinProblem problem;
+  double left_out = 0.0;  // sqrt of the share of the trace of R^H R, over all channels, that the dropped rows had
+};
+
+/// With H = P V^H, the pressures P of S drives V that span all that the channels can do (or V = 1 and P = H):
+///
+///   H_T = P_T V^H,   R = sqrt(w_Z) diag(s) U^H V^H,   P_Z^H diag(A) P_Z = U diag(s^2) U^H,
+///
+/// so that |R q|^2 = w_Z sum_Z A_j |p_j|^2: orthogonal rows, the strongest first. Eigenvalues s^2 below tolerance^2 of
+/// the largest are dropped.
+///
+/// pressures      P, M x S [Pa]
+/// drives         V, N x S, orthonormal columns
+/// areas          A, M [m2]
+/// quiet_weight   w_Z, >= 0; at 0 R has no rows
+/// tolerance      0 to 0.1
+/// throws         std::invalid_argument on sizes that do not fit
+SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,
+                                   const Eigen::VectorXd& areas, const Target& target, double quiet_weight,
+                                   double tolerance);
+
+}  // namespace touchfield

@@ -1,0 +1,114 @@
+#include "sim/target/target.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+/// A point in the box's own frame, from its centre.
+Vector3 in_box_frame(const TargetBox& box, const Vector3& x) { return box.rotation.transpose() * (x - box.centre); }
+
+bool holds(const TargetBox& box, const Vector3& x) {
+  return (in_box_frame(box, x).cwiseAbs().array() <= 0.5 * box.size.array()).all();
+}
+
+double distance_to(const TargetBox& box, const Vector3& x) {
+  return (in_box_frame(box, x).cwiseAbs() - 0.5 * box.size).cwiseMax(0.0).norm();
+}
+
+void require_face_in(const TriangleMesh& mesh, const TargetBox& box, std::size_t index, Eigen::Index count) {
+  if (count > 0) {
+    return;
+  }
+  double nearest = std::numeric_limits<double>::infinity();
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    nearest = std::min(nearest, distance_to(box, mesh.centroids().col(f)));
+  }
+  const Vector3 at = 1e3 * box.centre;
+  throw InputError(
+      fmt::format("target: box {} at ({:.2f}, {:.2f}, {:.2f}) mm holds the centroid of no face; the nearest is {:.2f} "
+                  "mm outside it",
+                  index, at.x(), at.y(), at.z(), 1e3 * nearest));
+}
+
+/// Depth of each target face below the face of its box through which the skin enters [m].
+Eigen::VectorXd penetration_depths(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
+                                   const Target& target) {
+  std::vector<double> normal_sum(boxes.size(), 0.0);
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    const auto b = static_cast<std::size_t>(target.box[i]);
+    const Eigen::Index f = target.faces[i];
+    normal_sum[b] += mesh.areas()(f) * boxes[b].rotation.col(2).dot(mesh.normals().col(f));
+  }
+  Eigen::VectorXd depths(target.size());
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    const auto b = static_cast<std::size_t>(target.box[i]);
+    const double along = in_box_frame(boxes[b], mesh.centroids().col(target.faces[i])).z();
+    // Skin that faces down the axis came in from above.
+    const double from_entry = normal_sum[b] <= 0 ? 0.5 * boxes[b].size.z() - along : 0.5 * boxes[b].size.z() + along;
+    depths(static_cast<Eigen::Index>(i)) = std::max(from_entry, 0.0);
+  }
+  return depths;
+}
+
+}  // namespace
+
+Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
+                   double pressure) {
+  if (!(pressure > 0) || !std::isfinite(pressure)) {
+    throw InputError(fmt::format("target: pressure = {} Pa must be > 0", pressure));
+  }
+  Target target;
+  std::vector<Eigen::Index> count(boxes.size(), 0);
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    int first = -1;
+    for (std::size_t b = 0; b < boxes.size(); ++b) {
+      if (holds(boxes[b], mesh.centroids().col(f))) {
+        ++count[b];
+        first = first < 0 ? static_cast<int>(b) : first;
+      }
+    }
+    if (first >= 0) {
+      target.faces.push_back(f);
+      target.box.push_back(first);
+    }
+  }
+  for (std::size_t b = 0; b < boxes.size(); ++b) {
+    require_face_in(mesh, boxes[b], b, count[b]);
+  }
+  if (target.size() == mesh.face_count()) {
+    throw InputError(fmt::format("target: the boxes hold all {} faces of the body, at least one must stay outside",
+                                 mesh.face_count()));
+  }
+  target.amplitudes = Eigen::VectorXd::Constant(target.size(), pressure);
+  if (profile == TargetProfile::kPenetration) {
+    const Eigen::VectorXd depths = penetration_depths(mesh, boxes, target);
+    if (!(depths.maxCoeff() > 0)) {
+      throw InputError("target: no face lies below the box face through which the skin enters, the penetration is 0");
+    }
+    target.amplitudes = pressure / depths.maxCoeff() * depths;
+  }
+  return target;
+}
+
+Eigen::Index central_face(const TriangleMesh& mesh, const Target& target) {
+  Vector3 centre = Vector3::Zero();
+  double area = 0.0;
+  for (const Eigen::Index f : target.faces) {
+    centre += mesh.areas()(f) * mesh.centroids().col(f);
+    area += mesh.areas()(f);
+  }
+  centre /= area;
+  return *std::min_element(target.faces.begin(), target.faces.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return (mesh.centroids().col(a) - centre).squaredNorm() < (mesh.centroids().col(b) - centre).squaredNorm();
+  });
+}
+
+}  // namespace touchfield

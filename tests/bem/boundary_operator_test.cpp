@@ -1,0 +1,197 @@
+#include "sim/bem/boundary_operator.h"
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "sim/acoustics/medium.h"
+#include "sim/bem/chief_operator.h"
+#include "sim/bem/kernel.h"
+#include "sim/bem/static_sums.h"
+#include "sim/body/shapes.h"
+
+namespace touchfield {
+namespace {
+
+Wave wave() { return {air(293.15), 40e3}; }
+
+BoundaryParts paper_parts(const TriangleMesh& mesh) {
+  return {Layer::kDouble, 0.0, Eigen::VectorXcd::Constant(mesh.face_count(), 0.5), nullptr};
+}
+
+/// Burton-Miller with a diagonal of its own on every face.
+BoundaryParts combined_parts(const TriangleMesh& mesh, const Complex& wavenumber) {
+  const double gamma = 1.0 / wavenumber.real();
+  Eigen::VectorXcd diagonal(mesh.face_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    diagonal(f) = Complex(0.5 + 0.001 * static_cast<double>(f), 0.7);
+  }
+  return {Layer::kBurtonMiller, gamma, diagonal,
+          std::make_shared<NearCorrections>(mesh, wavenumber, gamma, Layer::kBurtonMiller, FaceRule{})};
+}
+
+TEST(BoundaryOperator, AnEntryByHand) {
+  // Two faces of a mesh: x_i - x_j and n_j by hand, B_ij = -A_j (1 - ikr) exp(ikr) n_j.(x_i - x_j) / (4 pi r^3).
+  Points vertices(3, 6);
+  vertices << 0, 3, 0, 0, 0, 0,  //
+      0, 0, 3, 0, 3, 0,          //
+      0, 0, 0, 5, 5, 8;
+  vertices *= 1e-3;
+  Triangles triangles(3, 2);
+  triangles << 0, 3,  //
+      1, 4,           //
+      2, 5;
+  const TriangleMesh mesh(vertices, triangles);
+  const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh, wave().wavenumber(), paper_parts(mesh)).dense();
+  // Face 0: centroid (1, 1, 0) mm, normal +z, 4.5 mm2. Face 1: centroid (0, 1, 6) mm, normal +x, 4.5 mm2.
+  const double k = wave().k();
+  const double r = 1e-3 * std::sqrt(37.0);
+  const Complex shared =
+      -4.5e-6 * Complex(1.0, -k * r) * std::exp(Complex(0, k * r)) / (4.0 * std::numbers::pi * r * r * r);
+  EXPECT_LT(std::abs(b(1, 0) - shared * 6e-3), 1e-13 * std::abs(b(1, 0)));  // n_0.(x_1 - x_0) = +6 mm
+  EXPECT_LT(std::abs(b(0, 1) - shared * 1e-3), 1e-13 * std::abs(b(0, 1)));  // n_1.(x_0 - x_1) = +1 mm
+  EXPECT_EQ(b(0, 0), 0.5);
+  EXPECT_EQ(b(1, 1), 0.5);
+}
+
+TEST(BoundaryOperator, AbsorptionDampsEveryEntry) {
+  // B_ij = -A_j (1 - i kappa r) exp(i kappa r) n_j.(x_i - x_j) / (4 pi r^3) with kappa = k + i alpha.
+  const TriangleMesh mesh = icosphere(8e-3, 2);
+  const Complex wavenumber(wave().k(), 20.0);
+  const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh, wavenumber, paper_parts(mesh)).dense();
+  for (const auto& [i, j] : {std::pair{0, 5}, std::pair{79, 3}}) {
+    const Vector3 offset = mesh.centroids().col(i) - mesh.centroids().col(j);
+    const double r = offset.norm();
+    const Complex ikr = Complex(0, r) * wavenumber;
+    const Complex expected = -mesh.areas()(j) * (1.0 - ikr) * std::exp(ikr) * offset.dot(mesh.normals().col(j)) /
+                             (4.0 * std::numbers::pi * r * r * r);
+    EXPECT_LT(std::abs(b(i, j) - expected), 1e-13 * std::abs(expected));
+  }
+}
+
+template <typename Real>
+class BoundaryOperators : public ::testing::Test {
+ public:
+  static constexpr double kTolerance = std::is_same_v<Real, float> ? 1e-5 : 1e-12;  // of sums of 320 entries
+};
+
+using Reals = ::testing::Types<float, double>;
+TYPED_TEST_SUITE(BoundaryOperators, Reals);
+
+TYPED_TEST(BoundaryOperators, StoredAndMatrixFreeAgree) {
+  const TriangleMesh mesh = icosphere(8e-3, 4);
+  std::srand(1);
+  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(mesh.face_count(), 3);
+  for (const double alpha : {0.0, 20.0}) {
+    const Complex wavenumber(wave().k(), alpha);
+    for (const BoundaryParts& parts : {paper_parts(mesh), combined_parts(mesh, wavenumber)}) {
+      const BoundaryOperator<TypeParam> op(mesh, wavenumber, parts);
+      const Eigen::MatrixXcd b = op.dense().template cast<Complex>();
+      ASSERT_EQ(op.size(), 320);
+      EXPECT_LT((op.apply(x) - b * x).norm(), TestFixture::kTolerance * x.norm());
+      EXPECT_LT((op.apply_transpose(x) - b.transpose() * x).norm(), TestFixture::kTolerance * x.norm());
+      const std::vector<Eigen::Index> faces = {319, 5, 0};
+      EXPECT_LT((op.columns(faces) - b(Eigen::all, faces)).norm(), TestFixture::kTolerance * b.col(0).norm());
+      // The block's place in a larger matrix; the rest stays.
+      typename BoundaryOperator<TypeParam>::Matrix larger(323, 322);
+      larger.setConstant(TypeParam(7));
+      op.fill_dense(larger);
+      EXPECT_LT((larger.topLeftCorner(320, 320).template cast<Complex>() - b).norm(),
+                TestFixture::kTolerance * b.norm());
+      EXPECT_EQ(larger.bottomRows(3).cwiseAbs().minCoeff(), TypeParam(7));
+      EXPECT_EQ(larger.rightCols(2).cwiseAbs().maxCoeff(), TypeParam(7));
+    }
+  }
+}
+
+TYPED_TEST(BoundaryOperators, SinglePrecisionIsNearDouble) {
+  const TriangleMesh mesh = icosphere(8e-3, 4);
+  const BoundaryParts parts = combined_parts(mesh, wave().wavenumber());
+  const Eigen::MatrixXcd exact = BoundaryOperator<double>(mesh, wave().wavenumber(), parts).dense();
+  const BoundaryOperator<TypeParam> op(mesh, wave().wavenumber(), parts);
+  EXPECT_LT((op.dense().template cast<Complex>() - exact).norm(), TestFixture::kTolerance * exact.norm());
+}
+
+TYPED_TEST(BoundaryOperators, PermutedFacesGiveThePermutedMatrix) {
+  const TriangleMesh mesh = icosphere(8e-3, 2);
+  const TriangleMesh reversed(mesh.vertices(), mesh.triangles().rowwise().reverse());
+  const auto matrix = [](const TriangleMesh& m) {
+    BoundaryParts parts = combined_parts(m, wave().wavenumber());
+    parts.diagonal.setConstant(0.5);
+    return Eigen::MatrixXcd(
+        BoundaryOperator<TypeParam>(m, wave().wavenumber(), parts).dense().template cast<Complex>());
+  };
+  const Eigen::MatrixXcd b = matrix(mesh);
+  EXPECT_LT((matrix(reversed) - b.reverse()).norm(), TestFixture::kTolerance * b.norm());
+}
+
+TYPED_TEST(BoundaryOperators, DoesNotDependOnTheThreadCount) {
+  const TriangleMesh mesh = icosphere(8e-3, 5);
+  const BoundaryOperator<TypeParam> op(mesh, wave().wavenumber(), combined_parts(mesh, wave().wavenumber()));
+  std::srand(2);
+  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(op.size(), 2);
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const Eigen::MatrixXcd one = op.apply(x);
+  const Eigen::MatrixXcd one_transposed = op.apply_transpose(x);
+  omp_set_num_threads(3);
+  // Threads share the pairs of blocks; their parts are added in double.
+  const double rounding = std::is_same_v<TypeParam, double> ? 1e-14 : 1e-6;
+  EXPECT_LT((op.apply(x) - one).norm(), rounding * one.norm());
+  EXPECT_LT((op.apply_transpose(x) - one_transposed).norm(), rounding * one.norm());
+  omp_set_num_threads(threads);
+}
+
+TEST(BoundaryOperator, CorrectedDiagonalKeepsAConstantPressureAtRest) {
+  // At k = 0 a constant is a solution of p/2 - D p = p_inc with p = p_inc: the rows of B sum to 1 whatever the shape.
+  const TriangleMesh mesh = capsule(5e-3, 12e-3, 2e-3).mesh;
+  const Eigen::VectorXd diagonal = gauss_diagonal(mesh);
+  for (Eigen::Index i = 0; i < mesh.face_count(); ++i) {
+    double sum = diagonal(i);
+    for (Eigen::Index j = 0; j < mesh.face_count(); ++j) {
+      if (i != j) {
+        const Vector3 offset = mesh.centroids().col(i) - mesh.centroids().col(j);
+        sum -= mesh.areas()(j) * static_double_layer_kernel(offset, mesh.normals().col(j));
+      }
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-13) << i;
+  }
+  EXPECT_GT(diagonal.minCoeff(), 0.5);  // a convex body of flat faces
+  EXPECT_LT(diagonal.maxCoeff(), 0.7);
+  // The same through the operator at 5 Hz, where ka is 5e-4.
+  const BoundaryOperator<double> op(mesh, 0.1, {Layer::kDouble, 0.0, diagonal.cast<Complex>(), nullptr});
+  const Eigen::VectorXcd sums = op.apply(Eigen::VectorXcd::Ones(op.size()));
+  EXPECT_LT((sums.array() - 1.0).abs().maxCoeff(), 1e-6);
+}
+
+TEST(BoundaryOperator, RefusesADiagonalOfAnotherLength) {
+  const TriangleMesh mesh = icosphere(8e-3, 1);
+  BoundaryParts parts = paper_parts(mesh);
+  parts.diagonal.conservativeResize(19);
+  EXPECT_THROW(BoundaryOperator<double>(mesh, wave().wavenumber(), parts), std::invalid_argument);
+  const BoundaryOperator<double> op(mesh, wave().wavenumber(), paper_parts(mesh));
+  EXPECT_THROW(op.apply(Eigen::MatrixXcd::Zero(19, 1)), std::invalid_argument);
+}
+
+TEST(ChiefOperator, IsTheBlockMatrix) {
+  const TriangleMesh mesh = icosphere(8e-3, 2);
+  auto b = std::make_unique<BoundaryOperator<double>>(mesh, wave().wavenumber(), paper_parts(mesh));
+  std::srand(3);
+  const Eigen::MatrixXcd c = Eigen::MatrixXcd::Random(7, 80);
+  Eigen::MatrixXcd matrix(87, 87);
+  matrix << b->dense(), c.adjoint(), c, Eigen::MatrixXcd::Zero(7, 7);
+  const ChiefOperator op(std::move(b), c);
+  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(87, 3);
+  ASSERT_EQ(op.size(), 87);
+  EXPECT_LT((op.apply(x) - matrix * x).norm(), 1e-13 * matrix.norm() * x.norm());
+  EXPECT_LT((op.apply_transpose(x) - matrix.transpose() * x).norm(), 1e-13 * matrix.norm() * x.norm());
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,217 @@
+#include "sim/bem/quadrature.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "sim/body/shapes.h"
+#include "tests/support/reference_integrals.h"
+#include "tests/support/reference_kernels.h"
+
+namespace touchfield {
+namespace {
+
+using std::numbers::pi;
+
+const Complex kWavenumber(732.28, 0.152);  // 40 kHz
+constexpr double kGamma = 1.0 / 732.28;
+constexpr double kEdge = 1.7e-3;  // a fifth of a wavelength
+const double kHeight = kEdge * std::sqrt(3.0) / 2.0;
+
+/// Equilateral, its first edge along x, its third corner on +y, normal +z.
+Face equilateral() { return make_face(Vector3::Zero(), Vector3(kEdge, 0, 0), Vector3(kEdge / 2, kHeight, 0)); }
+
+Face scalene() { return make_face({0.1e-3, -0.2e-3, 0.3e-3}, {2.9e-3, 0.4e-3, 0.1e-3}, {0.8e-3, 2.2e-3, -0.4e-3}); }
+
+/// S, D, D' and W.
+using Integrals = Eigen::Array4cd;
+
+/// Errors of S, D, D' and W of one face: of D and D' as they are, the half space having 1/2; of S and W in units of
+/// the integral of the kernel's magnitude, for W itself can vanish.
+Eigen::Array4d errors(const Face& face, const Vector3& x, const Vector3& m) {
+  using Both = Eigen::Array<Complex, 4, 2>;  // the integrals and those of the magnitudes
+  const Both reference = reference_integral(face, x, [&](const Vector3& y) -> Both {
+    const ReferenceKernels kernels = reference_kernels(x, m, y, face.normal, kWavenumber);
+    const Integrals values(kernels.single, kernels.dual, kernels.adjoint, kernels.hypersingular);
+    Both both;
+    both << values, values.abs().cast<Complex>();
+    return both;
+  });
+  FaceQuadrature quadrature(kWavenumber, kGamma, {});
+  quadrature.begin(x, m);
+  quadrature.add(face);
+  const auto value = [&](Layer layer) -> Complex { return quadrature.integrals(layer)[0]; };
+  const Complex dual = value(Layer::kDouble);
+  const Complex w = (value(Layer::kBurtonMiller) - dual) / Complex(0, kGamma);
+  const Integrals values(value(Layer::kSingle), dual, value(Layer::kAdjoint), w);
+  Eigen::Array4d error = (values - reference.col(0)).abs();
+  error(0) /= reference(0, 1).real();
+  error(3) /= reference(3, 1).real();
+  return error;
+}
+
+struct Bounds {
+  double single, dual, adjoint, hypersingular;
+};
+
+void expect_errors(const Face& face, const Vector3& x, const Vector3& m, const Bounds& bounds,
+                   const std::string& where) {
+  const Eigen::Array4d found = errors(face, x, m);
+  EXPECT_LT(found(0), bounds.single) << "S " << where;
+  EXPECT_LT(found(1), bounds.dual) << "D " << where;
+  EXPECT_LT(found(2), bounds.adjoint) << "D' " << where;
+  EXPECT_LT(found(3), bounds.hypersingular) << "W " << where;
+}
+
+// What the default rule reaches, with a fifth to spare. The static parts of D and W are exact, which leaves what k
+// adds; S and D' are integrated by points alone. Faces beyond 3 sizes, 2 edges, have 3 points.
+TEST(Quadrature, CoplanarNeighbours) {
+  const Face face = equilateral();
+  for (const Vector3& x : {Vector3(kEdge / 2, -kHeight / 3, 0),     // shares the first edge
+                           Vector3(-kEdge / 2, -kHeight / 3, 0),    // shares the first corner,
+                           Vector3(-kEdge / 2, kHeight / 3, 0)}) {  // in the next sector
+    expect_errors(face, x, Vector3::UnitZ(), {2.3e-4, 1e-15, 1e-15, 1e-4},
+                  fmt::format("x {:.2f}, y {:.2f} edges", x.x() / kEdge, x.y() / kEdge));
+  }
+}
+
+TEST(Quadrature, NeighboursRoundASharedEdge) {
+  const Face face = equilateral();
+  for (const double degrees : {60.0, 90.0, 120.0, 150.0, 170.0}) {  // 180: coplanar
+    const double angle = degrees * pi / 180.0;
+    const Vector3 along(0, std::cos(angle), std::sin(angle));
+    const Vector3 x = Vector3(kEdge / 2, 0, 0) + kHeight / 3 * along;
+    const Vector3 m(0, std::sin(angle), -std::cos(angle));
+    expect_errors(face, x, m, {1.1e-4, 6e-7, 5e-5, 2e-5}, fmt::format("dihedral angle {}", degrees));
+  }
+}
+
+TEST(Quadrature, PointsOffAFace) {
+  const Vector3 m = Vector3(0.3, -0.5, 0.8).normalized();
+  const Vector3 up = Vector3::UnitZ();
+  const Vector3 out = -Vector3::UnitY();
+  const struct {
+    double distance;  // edges
+    Bounds bounds;
+  } classes[] = {{2.0, {7e-4, 1e-5, 9e-6, 1.5e-3}},   {1.0, {9e-5, 2e-6, 1.5e-5, 1.4e-4}},
+                 {0.5, {2e-4, 2e-6, 1.3e-5, 1.2e-4}}, {0.25, {8e-5, 6e-7, 4e-5, 2.5e-5}},
+                 {0.1, {2e-5, 1.5e-7, 6e-5, 5e-6}},   {0.05, {5e-5, 3e-7, 1.4e-4, 1e-6}}};
+  const Vector3 centroid(kEdge / 2, kHeight / 3, 0);
+  const Vector3 inside(0.4 * kEdge, 0.2 * kHeight, 0);
+  const Vector3 on_edge(0.4 * kEdge, 0, 0);
+  for (const auto& c : classes) {
+    const double d = c.distance * kEdge;
+    const Face face = equilateral();
+    const auto check = [&](const Vector3& x, const char* where) {
+      expect_errors(face, x, m, c.bounds, fmt::format("{} edges {}", c.distance, where));
+    };
+    check(centroid + d * up, "above the centroid");
+    check(inside + d * up, "above an inner point");
+    check(inside - d * up, "below an inner point");
+    check(on_edge + d * up, "above an edge");
+    check(on_edge + d * out, "beyond an edge");
+    check(on_edge + d * (up + out).normalized(), "beyond an edge and above");
+    check(d * Vector3(-0.7, -0.3, 0.648), "off a corner");
+  }
+}
+
+struct SelfReference {
+  Complex single;
+  Complex hypersingular;
+};
+
+/// W's finite part: the static one is the slope of D0 = solid angle / 4 pi just above the face, where D0 = 1/2 + s z +
+/// O(z^3); what is left, ((1 - ikr) exp(ikr) - 1) / (4 pi r^3), is integrable.
+SelfReference self_reference(const Face& face, const Complex& wavenumber) {
+  const Vector3 x = (face.a + face.b + face.c) / 3.0;
+  const double longest = std::max({(face.b - face.a).norm(), (face.c - face.b).norm(), (face.a - face.c).norm()});
+  const double nearest = 2.0 / 3.0 * face.area / longest;  // of the edges
+  const auto slope = [&](double z) {
+    return (solid_angle(face, x + z * nearest * face.normal) / (4.0 * pi) - 0.5) / (z * nearest);
+  };
+  constexpr double kStep = 0.02;  // of Richardson's scheme: the sixth power of it is left
+  const double coarse = (4.0 * slope(kStep / 2) - slope(kStep)) / 3.0;
+  const double fine = (4.0 * slope(kStep / 4) - slope(kStep / 2)) / 3.0;
+  const Eigen::Array2cd rest = reference_integral(face, x, [&](const Vector3& y) -> Eigen::Array2cd {
+    const double r = (x - y).norm();
+    const Complex ikr = Complex(0, 1) * wavenumber * r;
+    Complex lack = (1.0 - ikr) * std::exp(ikr) - 1.0;
+    if (std::abs(ikr) < 1e-2) {  // the difference loses digits: sum over n >= 2 of (1 - n) (ikr)^n / n!
+      lack = -ikr * ikr / 2.0 - ikr * ikr * ikr / 3.0 - std::pow(ikr, 4) / 8.0 - std::pow(ikr, 5) / 30.0;
+    }
+    return {std::exp(ikr) / (4.0 * pi * r), lack / (4.0 * pi * r * r * r)};
+  });
+  return {rest(0), (16.0 * fine - coarse) / 15.0 + rest(1)};
+}
+
+TEST(SelfIntegrals, AgainstTheSlopeOfTheSolidAngleAndTanhSinh) {
+  const auto right = [](double degrees) {
+    return make_face(Vector3::Zero(), {4e-3, 0, 0}, {0, 4e-3 * std::tan(degrees * pi / 180), 0});
+  };
+  const auto isosceles = [](double degrees) {
+    return make_face(Vector3::Zero(), {4e-3, 0, 0}, {2e-3, 2e-3 * std::tan(degrees * pi / 180), 0});
+  };
+  const struct {
+    Face face;
+    double tolerance;
+    const char* name;
+  } cases[] = {{equilateral(), 1e-9, "equilateral"},     {scalene(), 1e-9, "scalene"},
+               {right(20.0), 1e-9, "right, 20 degrees"}, {isosceles(20.0), 1e-9, "isosceles, 20 degrees"},
+               {right(5.0), 1e-9, "right, 5 degrees"},   {isosceles(5.0), 1e-9, "isosceles, 5 degrees"},
+               {right(1.0), 1e-5, "right, 1 degree"},    {isosceles(1.0), 1e-5, "isosceles, 1 degree"}};
+  for (const auto& c : cases) {
+    for (const Complex& wavenumber : {Complex(732.28, 0), Complex(732.28, 20.0), Complex(183.0, 0.1)}) {
+      const SelfIntegrals values = self_integrals(c.face, wavenumber);
+      const SelfReference expected = self_reference(c.face, wavenumber);
+      EXPECT_LT(std::abs(values.single / expected.single - 1.0), c.tolerance) << "S " << c.name << wavenumber;
+      EXPECT_LT(std::abs(values.hypersingular / expected.hypersingular - 1.0), c.tolerance)
+          << "W " << c.name << wavenumber;
+    }
+  }
+}
+
+TEST(Quadrature, SeveralFacesAreSummedOneByOne) {
+  // The same faces alone and together; begin() forgets the former ones.
+  const TriangleMesh mesh = icosphere(4e-3, 2);
+  const Vector3 x(1e-3, 0, 4.5e-3);
+  FaceQuadrature together(kWavenumber, kGamma, {});
+  together.begin(Vector3::Zero(), Vector3::UnitX());
+  together.add(face_of(mesh, 7));
+  together.begin(x, Vector3::UnitZ());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    together.add(face_of(mesh, f));
+  }
+  const std::vector<Complex> values = together.integrals(Layer::kBurtonMiller);
+  ASSERT_EQ(values.size(), 80U);
+  FaceQuadrature alone(kWavenumber, kGamma, {});
+  for (const Eigen::Index f : {0, 33, 79}) {
+    alone.begin(x, Vector3::UnitZ());
+    alone.add(face_of(mesh, f));
+    const Complex value = alone.integrals(Layer::kBurtonMiller)[0];
+    EXPECT_LT(std::abs(value - values[static_cast<std::size_t>(f)]), 1e-13 * std::abs(value)) << f;
+  }
+}
+
+TEST(Quadrature, AFinerRuleIsNearer) {
+  // 7 points of degree 5: halving the pieces wins 2^6 or so for W's kernel once they are small against the distance.
+  const Face face = scalene();
+  const Vector3 x = (face.a + face.b + face.c) / 3.0 + 0.6e-3 * face.normal;
+  const auto value = [&](double ratio) {
+    FaceQuadrature quadrature(kWavenumber, kGamma, {.split_ratio = ratio, .seven_below = 20.0, .three_below = 20.0});
+    quadrature.begin(x, face.normal);
+    quadrature.add(face);
+    return quadrature.integrals(Layer::kBurtonMiller)[0];
+  };
+  const Complex best = value(12.0);
+  EXPECT_LT(std::abs(value(2.8) - best), 0.1 * std::abs(value(1.4) - best));
+  EXPECT_LT(std::abs(value(5.6) - best), 1e-6 * std::abs(best));
+}
+
+}  // namespace
+}  // namespace touchfield

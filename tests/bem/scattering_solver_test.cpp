@@ -1,0 +1,193 @@
+#include "sim/bem/scattering_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/body/shapes.h"
+#include "sim/core/errors.h"
+#include "solvers/linear/dense_lu.h"
+#include "tests/support/error_support.h"
+
+namespace touchfield {
+namespace {
+
+using ::testing::HasSubstr;
+
+Wave wave() { return {air(293.15), 40e3}; }
+
+const ScatteringSystem& system_of(Scheme scheme) {
+  static const std::vector<std::unique_ptr<ScatteringSystem>> systems = [] {
+    std::vector<std::unique_ptr<ScatteringSystem>> all;
+    for (const Scheme s : all_schemes()) {
+      all.push_back(std::make_unique<ScatteringSystem>(icosphere(7e-3, 4), wave(), s));  // ka 5.13, 320 faces
+    }
+    return all;
+  }();
+  return *systems[static_cast<std::size_t>(scheme)];
+}
+
+/// Two right-hand sides of very different size.
+Eigen::MatrixXcd right_hand_sides(const ScatteringSystem& system) {
+  std::srand(1);
+  Eigen::MatrixXcd b = Eigen::MatrixXcd::Random(system.unknowns(), 2);
+  b.col(1) *= 1e-6;
+  return b;
+}
+
+double worst_residual(const Eigen::MatrixXcd& product, const Eigen::MatrixXcd& b) {
+  double worst = 0;
+  for (Eigen::Index s = 0; s < b.cols(); ++s) {
+    worst = std::max(worst, (product - b).col(s).norm() / b.col(s).norm());
+  }
+  return worst;
+}
+
+using Case = std::tuple<Scheme, SolverKind, Precision>;
+
+class EverySolver : public ::testing::TestWithParam<Case> {
+ protected:
+  const ScatteringSystem& system_ = system_of(std::get<0>(GetParam()));
+  SolverOptions options_{.kind = std::get<1>(GetParam()), .precision = std::get<2>(GetParam())};
+};
+
+std::string name_of(const ::testing::TestParamInfo<Case>& info) {
+  const SolverKind kind = std::get<1>(info.param);
+  return to_string(std::get<0>(info.param)) +
+         (kind == SolverKind::kLu      ? "_lu_"
+          : kind == SolverKind::kGmres ? "_gmres_"
+                                       : "_matrix_free_") +
+         to_string(std::get<2>(info.param));
+}
+
+INSTANTIATE_TEST_SUITE_P(ScatteringSolver, EverySolver,
+                         ::testing::Combine(::testing::ValuesIn(all_schemes()),
+                                            ::testing::Values(SolverKind::kLu, SolverKind::kGmres,
+                                                              SolverKind::kMatrixFree),
+                                            ::testing::Values(Precision::kSingle, Precision::kDouble)),
+                         name_of);
+
+TEST_P(EverySolver, AgreesWithLuInDouble) {
+  options_.tolerance = 1e-10;  // in single precision only by refinement
+  options_.max_steps = 1500;   // chief's multipliers take more steps than the schemes without
+  options_.restart = 400;
+  const auto solver = make_solver(system_, options_);
+  const DenseLu lu(system_.dense());
+  const Eigen::MatrixXcd b = right_hand_sides(system_);
+  const double tolerance = 1e-10 / lu.reciprocal_condition();  // what a residual of 1e-10 leaves of the solution
+  const Solved solved = solver->solve(b);
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_LE(solved.report.residual, 1e-10);
+  EXPECT_NEAR(worst_residual(system_.dense() * solved.x, b), solved.report.residual, 2e-12);  // it is the true one
+  EXPECT_LT(worst_residual(solved.x, lu.solve(b)), tolerance);
+  const Solved transposed = solver->solve_transpose(b);
+  EXPECT_TRUE(transposed.report.converged);
+  EXPECT_NEAR(worst_residual(system_.dense().transpose() * transposed.x, b), transposed.report.residual, 2e-12);
+  EXPECT_LT(worst_residual(transposed.x, lu.solve_transpose(b)), tolerance);
+  if (options_.kind == SolverKind::kLu) {
+    EXPECT_EQ(solved.report.steps, 0);
+    EXPECT_NEAR(std::log10(solver->reciprocal_condition() / lu.reciprocal_condition()), 0.0, 0.3);
+  } else {
+    EXPECT_GT(solved.report.steps, 5);
+    EXPECT_TRUE(std::isnan(solver->reciprocal_condition()));
+  }
+  EXPECT_EQ(solved.report.refinements > 0, options_.precision == Precision::kSingle);
+}
+
+TEST_P(EverySolver, WithoutRefinementTheReportIsStillTrue) {
+  options_.refine = false;
+  options_.tolerance = 1e-10;
+  options_.max_steps = 1500;
+  options_.restart = 400;
+  const Eigen::MatrixXcd b = right_hand_sides(system_);
+  const Solved solved = make_solver(system_, options_)->solve(b);
+  EXPECT_EQ(solved.report.refinements, 0);
+  const double residual = worst_residual(system_.dense() * solved.x, b);
+  EXPECT_NEAR(residual, solved.report.residual, 1e-3 * residual + 1e-14);
+  EXPECT_EQ(solved.report.converged, solved.report.residual <= 1e-10);
+  EXPECT_EQ(solved.report.converged, options_.precision == Precision::kDouble);
+}
+
+TEST(ScatteringSolver, TooFewStepsAreReported) {
+  for (const SolverKind kind : {SolverKind::kGmres, SolverKind::kMatrixFree}) {
+    for (const Precision precision : {Precision::kSingle, Precision::kDouble}) {
+      SolverOptions options{.kind = kind, .precision = precision, .tolerance = 1e-5};
+      options.max_steps = 2;
+      const ScatteringSystem& system = system_of(Scheme::kBurtonMiller);
+      const Eigen::MatrixXcd b = right_hand_sides(system);
+      const Solved solved = make_solver(system, options)->solve(b);
+      EXPECT_FALSE(solved.report.converged);
+      EXPECT_LE(solved.report.steps, 2);
+      EXPECT_GT(solved.report.residual, 1e-5);
+      EXPECT_LT(solved.report.residual, 1.0);
+      EXPECT_NEAR(worst_residual(system.exact().apply(solved.x), b), solved.report.residual, 1e-9);
+    }
+  }
+}
+
+TEST(ScatteringSolver, ARoughSolutionTellsItsResidualBySingleProducts) {
+  // From a tolerance of 1e-4 on no product in double is made: the residual told is the one in single precision plus
+  // that precision's 3e-6, so that the true one is never above it.
+  const ScatteringSystem& system = system_of(Scheme::kBurtonMiller);
+  const Eigen::MatrixXcd b = right_hand_sides(system);
+  const Solved solved = make_solver(system, {})->solve(b);
+  const double residual = worst_residual(system.exact().apply(solved.x), b);
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_LE(residual, solved.report.residual);
+  EXPECT_GT(residual, solved.report.residual - 6e-6);
+}
+
+TEST(ScatteringSolver, ReportsEveryStep) {
+  std::vector<double> worst;
+  SolverOptions options;
+  options.precision = Precision::kDouble;
+  options.tolerance = 1e-5;
+  const ScatteringSystem& system = system_of(Scheme::kBurtonMiller);
+  const Solved solved = make_solver(system, options)->solve(right_hand_sides(system), [&](int step, double residual) {
+    EXPECT_EQ(step, static_cast<int>(worst.size()) + 1);
+    worst.push_back(residual);
+  });
+  EXPECT_EQ(static_cast<int>(worst.size()), solved.report.steps);
+  EXPECT_LT(worst.back(), 1e-5);
+}
+
+TEST(ScatteringSolver, NoRightHandSideIsSolvedByNothing) {
+  const ScatteringSystem& system = system_of(Scheme::kChief);
+  const Solved solved = make_solver(system, {})->solve(Eigen::MatrixXcd(system.unknowns(), 0));
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_EQ(solved.x.cols(), 0);
+  EXPECT_EQ(solved.x.rows(), system.unknowns());
+}
+
+TEST(ScatteringSolver, AValueThatIsNotFiniteNamesTheSystem) {
+  const ScatteringSystem& system = system_of(Scheme::kPaper);
+  Eigen::MatrixXcd b = right_hand_sides(system);
+  b(3, 1) = std::numeric_limits<double>::quiet_NaN();
+  const auto solver = make_solver(system, {});
+  EXPECT_THAT(support::message_of<NumericalError>([&] { solver->solve(b); }),
+              HasSubstr("320 faces, scheme paper, GMRES, matrix-free in single precision"));
+}
+
+TEST(ScatteringSolver, MemoryIsThatOfTheMatrixAndTheBlocks) {
+  SolverOptions options;
+  options.kind = SolverKind::kLu;
+  // 10,000^2 entries of 8 bytes.
+  EXPECT_NEAR(solver_memory(10000, options, 1), 8e8, 2e6);
+  options.precision = Precision::kDouble;
+  EXPECT_NEAR(solver_memory(10000, options, 1), 16e8, 2e6);
+  options.kind = SolverKind::kMatrixFree;
+  options.restart = 50;
+  // Spaces of 50 vectors of 16 bytes an entry, and a few blocks more.
+  EXPECT_GE(solver_memory(10000, options, 100), 16.0 * 10000 * 50 * 100);
+  EXPECT_LE(solver_memory(10000, options, 100), 16.0 * 10000 * 60 * 100);
+}
+
+}  // namespace
+}  // namespace touchfield

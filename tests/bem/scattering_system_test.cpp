@@ -1,0 +1,181 @@
+#include "sim/bem/scattering_system.h"
+
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sim/acoustics/incident_field.h"
+#include "sim/bem/static_sums.h"
+#include "sim/body/shapes.h"
+#include "solvers/linear/dense_lu.h"
+
+namespace touchfield {
+namespace {
+
+Wave wave() { return {air(293.15), 40e3}; }
+
+TriangleMesh mesh() { return icosphere(7e-3, 3); }  // ka 5.13, 180 faces
+
+TransducerArray omni_at(const Points& positions) {
+  const Eigen::Index n = positions.cols();
+  return make_array({positions, Vector3::UnitZ().replicate(1, n), Eigen::VectorXi::Zero(n), Eigen::VectorXi::Zero(n)},
+                    Directivity::omni(), 1.0, 1.0);
+}
+
+TransducerArray four_channels() {
+  Points at(3, 4);
+  at << 0.01, -0.03, 0.002, 0.05,  //
+      0.02, 0.0, 0.01, -0.04,      //
+      0.15, 0.12, -0.1, 0.02;
+  return omni_at(at);
+}
+
+class EveryScheme : public ::testing::TestWithParam<Scheme> {
+ protected:
+  const ScatteringSystem system_{mesh(), wave(), GetParam()};
+  const IncidentField unit_ = system_.incident(four_channels());
+};
+
+INSTANTIATE_TEST_SUITE_P(ScatteringSystem, EveryScheme, ::testing::ValuesIn(all_schemes()),
+                         [](const auto& info) { return to_string(info.param); });
+
+TEST_P(EveryScheme, ItsFormsOfBAgree) {
+  const Eigen::MatrixXcd b = system_.dense();
+  ASSERT_EQ(b.rows(), system_.unknowns());
+  std::srand(1);
+  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(system_.unknowns(), 2);
+  EXPECT_LT((system_.exact().apply(x) - b * x).norm(), 1e-12 * x.norm());
+  EXPECT_LT((system_.exact().apply_transpose(x) - b.transpose() * x).norm(), 1e-12 * x.norm());
+  EXPECT_LT((system_.single_operator()->apply(x) - b * x).norm(), 1e-5 * x.norm());
+  EXPECT_LT((system_.dense_single().cast<Complex>() - b).norm(), 1e-5 * b.norm());
+  const std::vector<Eigen::Index> faces = {179, 0, 42};
+  EXPECT_LT((system_.columns(faces) - b(Eigen::all, faces)).norm(), 1e-12 * b.col(0).norm());
+}
+
+TEST_P(EveryScheme, TransferRowsAreThoseOfTheMatrixMadeColumnByColumn) {
+  const DenseLu lu(system_.dense());
+  Eigen::MatrixXcd h(system_.faces(), 4);
+  for (Eigen::Index n = 0; n < 4; ++n) {
+    const IncidentField one = driven(unit_, Eigen::MatrixXcd::Identity(4, 4).col(n));
+    h.col(n) = system_.pressure(lu.solve(system_.right_hand_side(one)), one);
+  }
+  const std::vector<Eigen::Index> faces = {100, 3, 179};
+  const Eigen::MatrixXcd x = lu.solve_transpose(system_.transposed_right_hand_side(faces));
+  const Eigen::MatrixXcd rows = system_.transfer_rows(faces, x, unit_);
+  // Polishing multiplies in single precision.
+  const double tolerance = GetParam() == Scheme::kBurtonMillerPolished ? 1e-5 : 1e-11;
+  EXPECT_LT((rows - h(faces, Eigen::all)).norm(), tolerance * rows.norm());
+}
+
+TEST_P(EveryScheme, PressureIsLinearInTheDrive) {
+  std::srand(2);
+  const Eigen::MatrixXcd q = Eigen::MatrixXcd::Random(4, 2);
+  const DenseLu lu(system_.dense());
+  const auto pressure = [&](const Eigen::MatrixXcd& drive) -> Eigen::MatrixXcd {
+    const IncidentField field = driven(unit_, drive);
+    return system_.pressure(lu.solve(system_.right_hand_side(field)), field);
+  };
+  const Eigen::MatrixXcd all = pressure(Eigen::MatrixXcd::Identity(4, 4));
+  EXPECT_LT((pressure(q) - all * q).norm(), 1e-5 * all.norm());
+  EXPECT_EQ(pressure(q).rows(), system_.faces());
+  EXPECT_EQ(driven(unit_, Eigen::MatrixXcd(4, 0)).pressure.cols(), 0);
+}
+
+TEST_P(EveryScheme, TheFieldOfADriveNeedsNoFieldOfEveryChannel) {
+  std::srand(4);
+  const Eigen::MatrixXcd q = Eigen::MatrixXcd::Random(4, 2);
+  const IncidentField direct = system_.incident(four_channels(), q);
+  const IncidentField product = driven(unit_, q);
+  EXPECT_LT((direct.pressure - product.pressure).norm(), 1e-13 * product.pressure.norm());
+  EXPECT_LE((direct.slope - product.slope).norm(), 1e-13 * product.slope.norm());
+  EXPECT_LE((direct.interior - product.interior).norm(), 1e-13 * product.interior.norm());
+}
+
+TEST_P(EveryScheme, AsksForThePartsItNeeds) {
+  const bool combined = GetParam() == Scheme::kBurtonMiller || GetParam() == Scheme::kBurtonMillerPolished;
+  const Eigen::Index z = system_.unknowns() - system_.faces();
+  EXPECT_EQ(unit_.slope.rows(), combined ? 180 : 0);
+  EXPECT_EQ(unit_.interior.rows(), z);
+  EXPECT_EQ(system_.interior_points().cols(), z);
+  EXPECT_EQ(z > 0, GetParam() == Scheme::kChief);
+  EXPECT_EQ(system_.near_pairs() > 0, combined);
+  EXPECT_EQ(unit_.slope.cols(), 4);
+  EXPECT_EQ(unit_.interior.cols(), 4);
+}
+
+TEST(ScatteringSystem, DiagonalsOfTheSchemes) {
+  const TriangleMesh m = mesh();
+  EXPECT_EQ(ScatteringSystem(m, wave(), Scheme::kPaper).dense().diagonal(), Eigen::VectorXcd::Constant(180, 0.5));
+  const Eigen::VectorXcd corrected = gauss_diagonal(m).cast<Complex>();
+  EXPECT_EQ(ScatteringSystem(m, wave(), Scheme::kPaperCorrected).dense().diagonal(), corrected);
+  // 1/2 - eta W.
+  SystemOptions options;
+  options.coupling = 0.3;
+  const Complex eta(0, 0.3 / wave().k());
+  const Complex w = self_integrals(face_of(m, 17), wave().wavenumber()).hypersingular;
+  const ScatteringSystem combined(m, wave(), Scheme::kBurtonMiller, options);
+  EXPECT_LT(std::abs(combined.dense()(17, 17) - (0.5 - eta * w)), 1e-15);
+}
+
+TEST(ScatteringSystem, ChiefIsTheSquareForm) {
+  // C_zj = -A_j dg/dn_j (z, x_j) built by complex arithmetic, each row scaled to the length 1/2, below B of
+  // paper_corrected and beside its own adjoint.
+  const ScatteringSystem system(mesh(), wave(), Scheme::kChief);
+  const Points& z = system.interior_points();
+  const TriangleMesh& m = system.mesh();
+  Eigen::MatrixXcd c(z.cols(), m.face_count());
+  for (Eigen::Index i = 0; i < c.rows(); ++i) {
+    for (Eigen::Index j = 0; j < c.cols(); ++j) {
+      const Vector3 d = z.col(i) - m.centroids().col(j);
+      const Complex ikr(0, wave().k() * d.norm());
+      c(i, j) = -m.areas()(j) * (1.0 - ikr) * std::exp(ikr) * m.normals().col(j).dot(d) /
+                (4.0 * std::numbers::pi * std::pow(d.norm(), 3));
+    }
+  }
+  const Eigen::VectorXd scale = 0.5 * c.rowwise().norm().cwiseInverse();
+  c = scale.asDiagonal() * c;
+  const Eigen::Index n = system.unknowns();
+  Eigen::MatrixXcd expected = Eigen::MatrixXcd::Zero(n, n);
+  expected.topLeftCorner(180, 180) = ScatteringSystem(m, wave(), Scheme::kPaperCorrected).dense();
+  expected.bottomLeftCorner(c.rows(), 180) = c;
+  expected.topRightCorner(180, c.rows()) = c.adjoint();
+  EXPECT_LT((system.dense() - expected).norm(), 1e-13 * expected.norm());
+  // The right-hand side ends with the incident pressure at the points, scaled with its rows.
+  const IncidentField unit = system.incident(four_channels());
+  const Eigen::MatrixXcd at_points = scale.asDiagonal() * incident_matrix(four_channels(), wave(), z);
+  EXPECT_LT((system.right_hand_side(unit).bottomRows(c.rows()) - at_points).norm(), 1e-13 * at_points.norm());
+}
+
+TEST(ScatteringSystem, BurtonMillersRightHandSideHasTheSlope) {
+  // e + eta de/dn with de/dn by central differences; their error is k^3 h^2 / 6 of e: 7e-5 of k e.
+  const ScatteringSystem system(mesh(), wave(), Scheme::kBurtonMiller);
+  const TransducerArray array = four_channels();
+  const Points& x = system.mesh().centroids();
+  const Points& n = system.mesh().normals();
+  constexpr double kStep = 1e-6;
+  const Eigen::MatrixXcd slope =
+      (incident_matrix(array, wave(), x + kStep * n) - incident_matrix(array, wave(), x - kStep * n)) / (2 * kStep);
+  const Eigen::MatrixXcd expected = incident_matrix(array, wave(), x) + Complex(0, 1.0 / wave().k()) * slope;
+  const Eigen::MatrixXcd b = system.right_hand_side(system.incident(array));
+  EXPECT_LT((b - expected).norm(), 1e-6 * b.norm());
+}
+
+TEST(ScatteringSystem, PolishingIsTwoFixedPointSteps) {
+  // p += e - B_c p twice, with B_c of paper_corrected.
+  const ScatteringSystem polished(mesh(), wave(), Scheme::kBurtonMillerPolished);
+  const Eigen::MatrixXcd corrected = ScatteringSystem(mesh(), wave(), Scheme::kPaperCorrected).dense();
+  const IncidentField unit = polished.incident(four_channels());
+  std::srand(3);
+  const Eigen::MatrixXcd x = Eigen::MatrixXcd::Random(180, 4);
+  Eigen::MatrixXcd expected = x + unit.pressure - corrected * x;
+  expected += unit.pressure - corrected * expected;
+  EXPECT_LT((polished.pressure(x, unit) - expected).norm(), 1e-5 * expected.norm());  // sums in single precision
+  const ScatteringSystem plain(mesh(), wave(), Scheme::kBurtonMiller);
+  EXPECT_EQ(plain.pressure(x, unit), x);
+  EXPECT_EQ(polished.dense(), plain.dense());
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,88 @@
+// Files that appear whole under their name, and what stands beside them meanwhile.
+
+#include "sim/core/atomic_file.h"
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "tests/support/error_support.h"
+
+namespace touchfield {
+namespace {
+
+namespace fs = std::filesystem;
+using support::message_of;
+using ::testing::HasSubstr;
+
+class AtomicFile : public ::testing::Test {
+ protected:
+  AtomicFile() {
+    std::string name = (fs::temp_directory_path() / "touchfield-XXXXXX").string();
+    EXPECT_NE(::mkdtemp(name.data()), nullptr);
+    folder_ = name;
+  }
+  ~AtomicFile() override { fs::remove_all(folder_); }
+
+  static std::string text_of(const fs::path& path) {
+    std::ifstream file(path);
+    return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(AtomicFile, ReplacesAFileAndLeavesNothingElse) {
+  const fs::path path = folder_ / "a.txt";
+  write_atomically(path.string(), {"one ", "two"});
+  write_atomically(path.string(), {"three"});
+  EXPECT_EQ(text_of(path), "three");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+// Somebody who may write to the folder expects the next name and leads it elsewhere.
+TEST_F(AtomicFile, NoLinkThatLiesInWaitIsFollowed) {
+  std::ofstream(folder_ / "precious") << "mine";
+  fs::create_symlink(folder_ / "precious", folder_ / (".a.txt.tmp-" + std::to_string(::getpid())));
+  fs::create_symlink(folder_ / "precious", folder_ / "a.txt");
+  write_atomically((folder_ / "a.txt").string(), {"text"});
+  EXPECT_EQ(text_of(folder_ / "precious"), "mine");
+  EXPECT_EQ(text_of(folder_ / "a.txt"), "text");
+  EXPECT_FALSE(fs::is_symlink(folder_ / "a.txt"));
+}
+
+TEST_F(AtomicFile, HasTheModeThatTheUserWants) {
+  const fs::path path = folder_ / "a.txt";
+  const mode_t before = ::umask(027);
+  write_atomically(path.string(), {"text"});
+  ::umask(before);
+  struct stat about {};
+  ASSERT_EQ(::stat(path.c_str(), &about), 0);
+  EXPECT_EQ(about.st_mode & 07777U, 0640U);
+}
+
+TEST_F(AtomicFile, AFailureLeavesNothing) {
+  fs::create_directory(folder_ / "a.txt");
+  const std::string path = (folder_ / "a.txt").string();
+  EXPECT_THAT(message_of<IoError>([&] { write_atomically(path, {"text"}); }), HasSubstr(path));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
+}
+
+TEST(Leftover, IsKnownByItsName) {
+  EXPECT_TRUE(is_leftover(".a.txt.tmp-0123456789abcdef", "a.txt"));
+  for (const char* other :
+       {"a.txt", ".a.txt.tmp-", ".a.txt.tmp-0123456789abcde", ".a.txt.tmp-0123456789abcdeg",
+        ".b.txt.tmp-0123456789abcdef", ".a.txt.tmp-0123456789abcdef0", "a.txt.tmp-0123456789abcdef"}) {
+    EXPECT_FALSE(is_leftover(other, "a.txt")) << other;
+  }
+}
+
+}  // namespace
+}  // namespace touchfield

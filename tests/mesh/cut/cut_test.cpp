@@ -1,0 +1,393 @@
+#include "sim/mesh/cut/cut.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/body/hand.h"
+#include "sim/body/shapes.h"
+#include "sim/core/errors.h"
+#include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/self_intersections.h"
+#include "tests/support/mesh_support.h"
+
+namespace touchfield {
+namespace {
+
+using std::numbers::pi;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::ThrowsMessage;
+
+constexpr double kDegree = pi / 180;
+constexpr double kRounding = 1e-12;  // [m], of coordinates below 0.3 m through projections
+
+/// Signed area of the faces that lie in the surface f = 0 within rounding, and the smallest angle of all faces with a
+/// corner there.
+struct Cap {
+  double area = 0;
+  Eigen::Index faces = 0;
+  double smallest_angle = pi;
+};
+
+template <class Function>
+Cap cap_of(const TriangleMesh& mesh, const Function& f) {
+  Cap cap;
+  for (Eigen::Index face = 0; face < mesh.face_count(); ++face) {
+    int on = 0;
+    for (int c = 0; c < 3; ++c) {
+      on += std::abs(f(mesh.corner(face, c))) < kRounding ? 1 : 0;
+    }
+    if (on == 3) {
+      cap.area += mesh.areas()(face);
+      ++cap.faces;
+    }
+    for (int c = 0; on > 0 && c < 3; ++c) {
+      const Vector3 one = mesh.corner(face, (c + 1) % 3) - mesh.corner(face, c);
+      const Vector3 other = mesh.corner(face, (c + 2) % 3) - mesh.corner(face, c);
+      cap.smallest_angle = std::min(cap.smallest_angle, std::atan2(one.cross(other).norm(), one.dot(other)));
+    }
+  }
+  return cap;
+}
+
+void expect_sound(const TriangleMesh& mesh) {
+  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+}
+
+class Corners {
+ public:
+  explicit Corners(const TriangleMesh& mesh) : mesh_(mesh) {
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      ++counts_[key(f)];
+    }
+  }
+  std::vector<double> key(Eigen::Index f) const { return key(mesh_, f); }
+  static std::vector<double> key(const TriangleMesh& mesh, Eigen::Index f) {
+    std::vector<double> coordinates;
+    for (int c = 0; c < 3; ++c) {
+      const Vector3 x = mesh.corner(f, c);
+      coordinates.insert(coordinates.end(), x.begin(), x.end());
+    }
+    return coordinates;
+  }
+  bool has(const std::vector<double>& key) const { return counts_.count(key) > 0; }
+
+ private:
+  const TriangleMesh& mesh_;
+  std::map<std::vector<double>, int> counts_;
+};
+
+double uniform(std::mt19937_64& random) { return static_cast<double>(random() >> 11U) * 0x1p-53; }
+
+TEST(CutByPlane, HalvesABox) {
+  const TriangleMesh mesh = box({0.04, 0.03, 0.02}, 2.5e-3).mesh;
+  for (const double x : {-0.0071, 0.0, 0.0013, 0.0199}) {
+    SCOPED_TRACE(x);
+    const TriangleMesh part = cut_by_plane(mesh, {x, 0.5, 0.7}, {3, 0, 0});
+    expect_sound(part);
+    // A box again: nothing slides off its faces and edges.
+    EXPECT_NEAR(part.signed_volume(), (0.02 + x) * 0.03 * 0.02, 1e-15);
+    EXPECT_NEAR(part.total_area(), 2 * (0.03 * 0.02 + (0.02 + x) * 0.05), 1e-14);
+    const Cap cap = cap_of(part, [&](const Vector3& p) { return p.x() - x; });
+    EXPECT_NEAR(cap.area, 0.03 * 0.02, 1e-14);
+    // 600 mm2 in equilateral faces of 3 mm are 154, of 1.5 mm 616; the rim's edges are from 1.2 to 2.3 mm long.
+    EXPECT_GT(cap.faces, 154);
+    EXPECT_LT(cap.faces, 616);
+    EXPECT_GT(cap.smallest_angle, 20 * kDegree);
+    EXPECT_LE(part.vertices().row(0).maxCoeff(), x + kRounding);
+  }
+}
+
+TEST(CutByPlane, LeavesFacesAwayFromThePlaneAsTheyAre) {
+  const TriangleMesh mesh = capsule(0.008, 0.06, 2.5e-3).mesh;
+  const TriangleMesh part = cut_by_plane(mesh, {0, 0.004, 0}, {0.2, 1, 0});
+  const Corners corners(part);
+  const Vector3 normal = Vector3(0.2, 1, 0).normalized();
+  Eigen::Index below = 0;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    // Two rings of faces at most are touched: 2 edges of up to 1.4 times the mean.
+    if (normal.dot(mesh.centroids().col(f) - Vector3(0, 0.004, 0)) < -2.8 * 2.5e-3) {
+      EXPECT_TRUE(corners.has(Corners::key(mesh, f))) << f;
+      ++below;
+    }
+  }
+  EXPECT_GT(below, 200);
+}
+
+// The two sides of a plane make up the body. Vertices slide along its facets by a quarter of an edge h at most, which
+// shifts the skin of a body of radius a by about (h/4)^2 / a within a strip as wide as an edge: for h/a = 0.3 and a
+// strip of h along the rim 2 pi a, 0.1 % of the volume of a sphere, less of a capsule.
+TEST(CutByPlane, LosesNothingBetweenTheSides) {
+  std::mt19937_64 random(3);
+  const std::vector<TriangleMesh> bodies = {sphere(0.01, 3e-3).mesh, capsule(0.01, 0.04, 3e-3).mesh};
+  for (const TriangleMesh& mesh : bodies) {
+    for (int trial = 0; trial < 40; ++trial) {
+      const Vector3 normal = Vector3(uniform(random), uniform(random), uniform(random)) - Vector3::Constant(0.5);
+      const Vector3 point =
+          0.005 * (Vector3(uniform(random), uniform(random), uniform(random)) - Vector3::Constant(0.5));
+      SCOPED_TRACE(trial);
+      const TriangleMesh one = cut_by_plane(mesh, point, normal);
+      const TriangleMesh other = cut_by_plane(mesh, point, -normal);
+      expect_sound(one);
+      EXPECT_NEAR(one.signed_volume() + other.signed_volume(), mesh.signed_volume(), 6e-3 * mesh.signed_volume());
+      const auto height = [&](const Vector3& x) { return (x - point).dot(normal.normalized()); };
+      EXPECT_LE((normal.normalized().transpose() * (one.vertices().colwise() - point)).maxCoeff(), kRounding);
+      const Cap cap = cap_of(one, height);
+      EXPECT_NEAR(cap.area, cap_of(other, height).area, 0.02 * cap.area);
+      EXPECT_GT(cap.smallest_angle, 10 * kDegree);
+    }
+  }
+}
+
+// A plane through vertices: through the grid lines of a box, the equator of a sphere, its edges, a corner.
+TEST(CutByPlane, TakesVerticesOnThePlane) {
+  const TriangleMesh ball = icosphere(0.01, 4);
+  Eigen::Index middle = 0;
+  ball.vertices().row(2).cwiseAbs().minCoeff(&middle);
+  const TriangleMesh half = cut_by_plane(ball, ball.vertices().col(middle), {0, 0, 1});
+  expect_sound(half);
+  const TriangleMesh cube = box({0.02, 0.02, 0.02}, 5e-3).mesh;
+  const TriangleMesh diagonal = cut_by_plane(cube, {0, 0, 0}, {1, 1, 0});
+  expect_sound(diagonal);
+  EXPECT_NEAR(diagonal.signed_volume(), 4e-6, 1e-17);
+  const TriangleMesh corner = cut_by_plane(cube, {0.01, 0.01, -0.01}, {1, 1, 1});
+  expect_sound(corner);
+  // Off the corner (1, 1, 1): a tetrahedron with legs of 0.02.
+  EXPECT_NEAR(corner.signed_volume(), 8e-6 * (1 - 1.0 / 6), 1e-17);
+}
+
+// A hollow box and a torus-like frame: caps with rims within rims, and several caps.
+TEST(CutByPlane, ClosesRingsAndSeveralEnds) {
+  const TriangleMesh outer = box({0.04, 0.04, 0.04}, 4e-3).mesh;
+  const TriangleMesh cavity = box({0.02, 0.02, 0.02}, 3e-3).mesh;
+  const TriangleMesh kernel = box({0.008, 0.008, 0.008}, 2e-3).mesh;
+  Triangles inwards = cavity.triangles();
+  inwards.row(1).swap(inwards.row(2));
+  // A shell, a gap, and a kernel inside.
+  const TriangleMesh nested = together(together(outer, {cavity.vertices(), inwards}), kernel);
+  const double z = 0.0011;
+  const TriangleMesh part = cut_by_plane(nested, {0, 0, z}, {0, 0, 1});
+  EXPECT_THAT(inspect(part).faults, IsEmpty());
+  EXPECT_EQ(inspect(part).components, 2);
+  EXPECT_NEAR(cap_of(part, [&](const Vector3& x) { return x.z() - z; }).area, 0.04 * 0.04 - 0.02 * 0.02 + 0.008 * 0.008,
+              1e-14);
+  EXPECT_NEAR(part.signed_volume(), 0.04 * 0.04 * (0.02 + z) - 0.02 * 0.02 * (0.01 + z) + 0.008 * 0.008 * (0.004 + z),
+              1e-15);
+
+  const Body body = hand({.pose = "flat", .edge = 3e-3});
+  const Vector3 pad = position(body.mesh, find_landmark(body, "index_pad"));
+  const TriangleMesh fingers = cut_by_plane(body.mesh, pad, {0, -1, 0});
+  expect_sound(fingers);
+  EXPECT_EQ(inspect(fingers).components, 3);  // index, middle and ring finger reach beyond the pad of the index
+}
+
+TEST(CutByPlane, CutsAHandAtTheWrist) {
+  const Body body = hand({.edge = 3e-3});
+  const Vector3 wrist = position(body.mesh, find_landmark(body, "wrist"));
+  const TriangleMesh part = cut_by_plane(body.mesh, wrist, {0, -1, 0});
+  expect_sound(part);
+  EXPECT_EQ(inspect(part).components, 1);
+  EXPECT_GT(cap_of(part, [&](const Vector3& x) { return x.y() - wrist.y(); }).smallest_angle, 10 * kDegree);
+}
+
+// The corner of a face of 40 mm may not slide by a quarter of its edge: sharp bodies keep their shape within 2 %.
+TEST(CutByPlane, KeepsSharpBodies) {
+  const TriangleMesh cube = box({0.04, 0.04, 0.04}, 0.1).mesh;
+  ASSERT_EQ(cube.face_count(), 12);
+  for (const double z : {-0.0195, -0.013, 0.0, 0.011, 0.0195}) {
+    const TriangleMesh part = cut_by_plane(cube, {0, 0, z}, {0, 0, 1});
+    expect_sound(part);
+    EXPECT_NEAR(part.signed_volume(), 0.04 * 0.04 * (0.02 + z), 0.04 * 0.04 * 0.02 * 0.057);
+  }
+}
+
+TEST(CutByPlane, RefusesWhatLeavesNothingOrEverything) {
+  const TriangleMesh mesh = sphere(0.01, 3e-3).mesh;
+  EXPECT_THAT(
+      [&] {
+        cut_by_plane(mesh, {0, 0, -0.02}, {0, 0, 1});
+      },
+      ThrowsMessage<InputError>(HasSubstr("leaves nothing")));
+  EXPECT_THAT(
+      [&] {
+        cut_by_plane(mesh, {0, 0, 0.02}, {0, 0, 1});
+      },
+      ThrowsMessage<InputError>(HasSubstr("leaves the whole")));
+  const TriangleMesh cube = box({0.02, 0.02, 0.02}, 5e-3).mesh;
+  EXPECT_THROW(cut_by_plane(cube, {0, 0, 0.01}, {0, 0, 1}), InputError);
+  EXPECT_THROW(cut_by_plane(cube, {0, 0, 0.01}, {0, 0, -1}), InputError);
+  EXPECT_THROW(cut_by_plane(mesh, {0, 0, 0}, {0, 0, 0}), InputError);
+  EXPECT_THROW(cut_by_plane(mesh, {0, 0, std::nan("")}, {0, 0, 1}), InputError);
+}
+
+void expect_truncated(const TriangleMesh& mesh, const Vector3& point, double radius, double edge) {
+  const TriangleMesh part = kept_within(mesh, point, radius, EdgeSizing(edge));
+  expect_sound(part);
+  EXPECT_EQ(inspect(part).components, 1);
+  // Bulges shallower than a quarter of an edge may stay.
+  EXPECT_LE((part.vertices().colwise() - point).colwise().norm().maxCoeff(), radius + 0.25 * edge);
+  const Cap cap = cap_of(part, [&](const Vector3& x) { return (x - point).norm() - radius; });
+  EXPECT_GT(cap.smallest_angle, 10 * kDegree);
+  // Mean size of the cap's faces; those at the rim are smaller than asked for, by the cut.
+  EXPECT_GT(cap.area / static_cast<double>(cap.faces), 0.5 * std::sqrt(3) / 4 * edge * edge);
+  EXPECT_LT(cap.area / static_cast<double>(cap.faces), 1.4 * std::sqrt(3) / 4 * edge * edge);
+  // What is well within the ball and belongs to the piece is the mesh's own, and all of the nearest skin is there.
+  const Corners own(mesh);
+  const FaceTree tree(part);
+  for (Eigen::Index f = 0; f < part.face_count(); ++f) {
+    if (std::max({(part.corner(f, 0) - point).norm(), (part.corner(f, 1) - point).norm(),
+                  (part.corner(f, 2) - point).norm()}) < 0.9 * radius) {
+      EXPECT_TRUE(own.has(Corners::key(part, f))) << f;
+    }
+  }
+  const FaceTree whole(mesh);
+  EXPECT_NEAR(tree.nearest(point).distance, whole.nearest(point).distance, kRounding);
+  // The caps lie in the body, but for the sagitta of its faces and the quarter of an edge that is ignored.
+  for (Eigen::Index v = 0; v < part.vertex_count(); ++v) {
+    const Vector3 x = part.vertices().col(v);
+    EXPECT_TRUE(whole.nearest(x).distance < 0.3 * edge || whole.winding_number(x) > 0.5);
+  }
+}
+
+TEST(KeptWithin, TruncatesBodies) {
+  constexpr double kEdge = 2.5e-3;
+  expect_truncated(capsule(0.008, 0.06, kEdge).mesh, {0, 0, 0.008}, 0.02, kEdge);
+  expect_truncated(capsule(0.008, 0.06, kEdge).mesh, {0, 0.038, 0}, 0.02, kEdge);
+  expect_truncated(sphere(0.03, kEdge).mesh, {0, 0, 0.03}, 0.02, kEdge);
+  expect_truncated(box({0.08, 0.06, 0.04}, kEdge).mesh, {0.003, 0.001, 0.02}, 0.018, kEdge);  // flat side
+  expect_truncated(box({0.08, 0.06, 0.04}, kEdge).mesh, {0.04, 0.03, 0.02}, 0.02, kEdge);     // corner
+  expect_truncated(box({0.04, 0.03, 0.02}, kEdge).mesh, {0.004, 0.002, 0.01}, 0.018, kEdge);  // sides in part
+}
+
+// A capsule cut by two parts of a sphere about the middle of its skin: the volume of the cylinder within the ball
+// by numbers, those of its slices at y being the overlap of two discs.
+TEST(KeptWithin, HasTheVolumeOfTheIntersection) {
+  constexpr double kRadius = 0.008;
+  constexpr double kBall = 0.02;
+  double volume = 0;
+  constexpr int kSlices = 20000;
+  for (int i = 0; i < kSlices; ++i) {
+    const double y = kBall * (2 * (i + 0.5) / kSlices - 1);
+    const double r = std::sqrt(kBall * kBall - y * y);
+    const double d = kRadius;  // the centre lies on the skin
+    double area = 0;
+    if (r >= d + kRadius) {
+      area = pi * kRadius * kRadius;
+    } else {
+      const double a = (d * d + r * r - kRadius * kRadius) / (2 * d);
+      const double b = d - a;
+      area = r * r * std::acos(std::clamp(a / r, -1.0, 1.0)) +
+             kRadius * kRadius * std::acos(std::clamp(b / kRadius, -1.0, 1.0)) -
+             d * std::sqrt(std::max(r * r - a * a, 0.0));
+    }
+    volume += area * 2 * kBall / kSlices;
+  }
+  const TriangleMesh part =
+      kept_within(capsule(kRadius, 0.06, 1.2e-3).mesh, {0, 0, kRadius}, kBall, EdgeSizing(1.2e-3));
+  // The capsule's mesh has the capsule's volume; caps of edge h lie inside by h^2 / (8 R) on average or less, over
+  // 2 pi kRadius^2: 5e-4 of the volume.
+  EXPECT_NEAR(part.signed_volume() / volume, 1.0, 2e-3);
+}
+
+TEST(KeptWithin, TruncatesHands) {
+  struct Case {
+    const char* pose;
+    std::vector<double> radii_mm;
+  };
+  for (const Case& c :
+       {Case{"index_up", {20, 40, 60, 100}}, Case{"grasp", {20, 40, 60, 100}}, Case{"fist", {30, 60}}}) {
+    const Body body = hand({.pose = c.pose, .edge = 2.5e-3});
+    const Vector3 pad = position(body.mesh, find_landmark(body, "index_pad"));
+    for (const double radius : c.radii_mm) {
+      SCOPED_TRACE(std::string(c.pose) + " " + std::to_string(radius));
+      expect_truncated(body.mesh, pad, radius * 1e-3, 2.5e-3);
+    }
+  }
+}
+
+// Faces of 0.1 m: the ball touches none of their edges, and its cut must be round all the same.
+TEST(KeptWithin, FollowsTheSphereOnCoarseFaces) {
+  const TriangleMesh slab = box({0.2, 0.2, 0.05}, 1).mesh;
+  ASSERT_EQ(slab.face_count(), 12);
+  const TriangleMesh part = kept_within(slab, {0.012, 0.007, 0.025}, 0.03, EdgeSizing(2e-3));
+  expect_sound(part);
+  // Half a ball; chords of up to 4 mm in a rim of 30 mm and caps of 2 mm faces lose below 1 %.
+  EXPECT_NEAR(part.signed_volume() / (2.0 / 3 * pi * std::pow(0.03, 3)), 1.0, 0.01);
+  EXPECT_GT(inspect(part).smallest_angle, 10 * kDegree);
+}
+
+// A plate with a hole's worth of skin inside the ball but not outside: the cap is a ring between two rims.
+TEST(KeptWithin, ClosesRings) {
+  const TriangleMesh outer = box({0.1, 0.1, 0.1}, 4e-3).mesh;
+  const TriangleMesh bubble = shifted(sphere(0.012, 2.5e-3).mesh, {0, 0, 0.02});
+  Triangles inwards = bubble.triangles();
+  inwards.row(1).swap(inwards.row(2));
+  const TriangleMesh body = together(outer, {bubble.vertices(), inwards});
+  // About a point of the side z = 0.05, the sphere of 0.03 cuts the side in one rim and the bubble about z = 0.02 in
+  // another.
+  const double radius = 0.03;
+  const TriangleMesh part = kept_within(body, {0, 0, 0.05}, radius, EdgeSizing(3e-3));
+  EXPECT_THAT(inspect(part).faults, IsEmpty());
+  EXPECT_EQ(inspect(part).components, 1);
+  // Half a ball of 0.03 without the lens that it shares with the bubble, whose centre is 0.03 away.
+  const double r = 0.012;
+  const double d = 0.03;
+  const double lens = pi * std::pow(radius + r - d, 2) *
+                      (d * d + 2 * d * r - 3 * r * r + 2 * d * radius + 6 * r * radius - 3 * radius * radius) /
+                      (12 * d);
+  EXPECT_NEAR(part.signed_volume() / (2.0 / 3 * pi * std::pow(radius, 3) - lens), 1.0, 0.015);
+}
+
+TEST(KeptWithin, LeavesOutOtherPieces) {
+  const TriangleMesh one = capsule(0.008, 0.06, 2.5e-3).mesh;
+  const TriangleMesh body = together(one, shifted(one, {0.02, 0, 0}));
+  const TriangleMesh part = kept_within(body, {0, 0, 0.008}, 0.025, EdgeSizing(2.5e-3));
+  expect_sound(part);
+  EXPECT_EQ(inspect(part).components, 1);
+  EXPECT_LT(part.vertices().row(0).maxCoeff(), 0.01);
+  EXPECT_EQ(kept_within(one, {0, 0, 0}, 0.05, EdgeSizing(2.5e-3)).face_count(), one.face_count());
+}
+
+TEST(KeptWithin, SurvivesAnyBall) {
+  std::mt19937_64 random(5);
+  const Body body = hand({.pose = "index_up", .edge = 4e-3});
+  const EdgeSizing sizing(6e-3, {{position(body.mesh, find_landmark(body, "index_pad")), 4e-3, 0.01}});
+  for (int trial = 0; trial < 40; ++trial) {
+    const auto face = static_cast<Eigen::Index>(uniform(random) * static_cast<double>(body.mesh.face_count()));
+    const double radius = 0.01 + 0.12 * uniform(random);
+    SCOPED_TRACE(trial);
+    const TriangleMesh part = kept_within(body.mesh, body.mesh.centroids().col(face), radius, sizing);
+    expect_sound(part);
+  }
+}
+
+TEST(KeptWithin, RefusesBallsWithoutSkin) {
+  const TriangleMesh mesh = sphere(0.03, 3e-3).mesh;
+  const EdgeSizing sizing(3e-3);
+  for (const double radius : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_THAT(
+        [&] {
+          kept_within(mesh, {0, 0, 0.03}, radius, sizing);
+        },
+        ThrowsMessage<InputError>(HasSubstr("keep_within_mm")));
+  }
+  EXPECT_THAT(
+      [&] {
+        kept_within(mesh, {0, 0, 0.05}, 0.03, sizing);
+      },
+      ThrowsMessage<InputError>(HasSubstr("the nearest skin")));
+}
+
+}  // namespace
+}  // namespace touchfield

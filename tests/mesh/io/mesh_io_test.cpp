@@ -1,0 +1,594 @@
+#include "sim/mesh/io/mesh_io.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <iterator>
+#include <random>
+#include <stdlib.h>
+#include <string>
+#include <sys/stat.h>
+#include <vector>
+#include <zlib.h>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <vtkCellArray.h>
+#include <vtkDoubleArray.h>
+#include <vtkFloatArray.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkXMLPolyDataWriter.h>
+
+#include "sim/body/shapes.h"
+#include "sim/core/errors.h"
+#include "sim/mesh/query/inspect.h"
+
+namespace touchfield {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::ThrowsMessage;
+namespace fs = std::filesystem;
+
+constexpr double kMm = 1e-3;
+
+class MeshIo : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "touchfield_mesh_XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    folder_ = pattern;
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+
+  std::string write(const std::string& name, const std::string& content) const {
+    std::ofstream(path(name), std::ios::binary) << content;
+    return path(name);
+  }
+
+  static std::string content(const std::string& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  /// Reading a file of this content must be refused by a message that names the file and says this.
+  void expect_refused(const std::string& name, const std::string& content, const std::string& says) const {
+    const std::string file = write(name, content);
+    EXPECT_THAT([&] { read_mesh(file, kMm); }, ThrowsMessage<InputError>(AllOf(HasSubstr(file), HasSubstr(says))))
+        << content.substr(0, 300);
+  }
+
+  fs::path folder_;
+};
+
+// Four faces of a tetrahedron with legs of 1 (see its volume: 1/6), normals outwards.
+const char* const kObj =
+    "# a comment\nmtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvt 0 0\n"
+    "f 1 3 2\nf 1/1 2/1 4/1\nf 1//1 4//1 3//1\nf -3/1/1 -2/1/1 -1/1/1\n";
+
+const char* const kPlyHeader =
+    "ply\nformat ascii 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\nproperty float "
+    "z\n"
+    "property uchar red\nelement face 4\nproperty list uchar int vertex_indices\nproperty float quality\nend_header\n";
+const char* const kPlyBody =
+    "0 0 0 255\n1 0 0 255\n0 1 0 255\n0 0 1 255\n3 0 2 1 0.5\n3 0 1 3 0.5\n3 0 3 2 0.5\n3 1 2 3 0.5\n";
+
+std::string ascii_stl() {
+  const std::vector<std::array<const char*, 3>> faces = {{"0 0 0", "0 1 0", "1 0 0"},
+                                                         {"0 0 0", "1 0 0", "0 0 1e0"},
+                                                         {"0 0 0", "0 0 1", "0 1 0"},
+                                                         {"1 0 0", "0 1 0", "0 0 1"}};
+  std::string text = "solid tetrahedron of some program\n";
+  for (const auto& face : faces) {
+    text += "  facet normal 0 0 0\n    outer loop\n";
+    for (const char* vertex : face) {
+      text += std::string("      vertex ") + vertex + "\n";
+    }
+    text += "    endloop\n  endfacet\n";
+  }
+  return text + "endsolid tetrahedron of some program\n";
+}
+
+std::string with(std::string text, const std::string& old, const std::string& replacement) {
+  const std::size_t at = text.find(old);
+  EXPECT_NE(at, std::string::npos) << old;
+  return text.replace(at, old.size(), replacement);
+}
+
+void expect_tetrahedron(const TriangleMesh& mesh, double unit) {
+  const MeshReport report = inspect(mesh);
+  EXPECT_THAT(report.faults, IsEmpty());
+  EXPECT_EQ(report.faces, 4);
+  EXPECT_EQ(report.vertices, 4);
+  EXPECT_NEAR(report.volume / std::pow(unit, 3), 1.0 / 6.0, 1e-14);
+}
+
+const char* const kOff = "OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+
+const char* const kVtp = R"(<?xml version="1.0"?>
+<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
+  <!-- made by hand -->
+  <PolyData>
+    <FieldData><DataArray type="Int32" Name="connectivity" format="ascii">99</DataArray></FieldData>
+    <Piece NumberOfPoints="4" NumberOfVerts="0" NumberOfLines="0" NumberOfStrips="0" NumberOfPolys="4">
+      <PointData><DataArray type="Float32" Name="Points" format="ascii">1 2 3 4</DataArray></PointData>
+      <Points>
+        <DataArray type="Float64" NumberOfComponents="3" format="ascii">
+          0 0 0  1 0 0  0 1 0
+          0 0 1e0
+          <InformationKey name="L2_NORM_RANGE" location="vtkDataArray"><Value index="0">7</Value></InformationKey>
+        </DataArray>
+      </Points>
+      <Polys>
+        <DataArray type="Int32" Name="connectivity" format="ascii">0 2 1  0 1 3  0 3 2  1 2 3</DataArray>
+        <DataArray type="UInt8" Name="offsets" format="ascii">3 6 9 12</DataArray>
+      </Polys>
+    </Piece>
+  </PolyData>
+</VTKFile>
+)";
+
+/// The tetrahedron as VTK writes it, its faces as triangles or as one strip, with data that does not matter.
+std::string vtk_tetrahedron(const std::function<void(vtkXMLPolyDataWriter*)>& choose, bool single, bool strip) {
+  vtkNew<vtkPoints> points;
+  single ? points->SetDataTypeToFloat() : points->SetDataTypeToDouble();
+  for (const auto& point : std::vector<std::array<double, 3>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+    points->InsertNextPoint(point.data());
+  }
+  vtkNew<vtkPolyData> surface;
+  surface->SetPoints(points);
+  vtkNew<vtkCellArray> cells;
+  if (strip) {
+    cells->InsertNextCell({0, 2, 1, 3, 0, 2});
+    surface->SetStrips(cells);
+  } else {
+    for (const auto& face : std::vector<std::array<vtkIdType, 3>>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
+      cells->InsertNextCell(3, face.data());
+    }
+    surface->SetPolys(cells);
+  }
+  vtkNew<vtkDoubleArray> data;
+  data->SetName("pressure");
+  data->SetNumberOfTuples(4);
+  data->Fill(2.0);
+  surface->GetPointData()->AddArray(data);
+  vtkNew<vtkXMLPolyDataWriter> writer;
+  writer->SetInputData(surface);
+  writer->WriteToOutputStringOn();
+  choose(writer);
+  EXPECT_EQ(writer->Write(), 1);
+  return writer->GetOutputString();
+}
+
+/// Every way in which VTK and ParaView store arrays that can be read.
+std::vector<std::pair<std::string, std::string>> vtk_tetrahedra() {
+  std::vector<std::pair<std::string, std::string>> files;
+  for (const int mode : {vtkXMLWriter::Ascii, vtkXMLWriter::Binary, vtkXMLWriter::Appended}) {
+    for (const int bits : {0, 1, 2, 3, 4, 5, 6, 7, 8, 15, 16, 31, 32, 63, 100}) {
+      const bool strip = (bits & 8) != 0;
+      const auto choose = [&](vtkXMLPolyDataWriter* writer) {
+        writer->SetDataMode(mode);
+        (bits & 1) != 0 ? writer->SetCompressorTypeToZLib() : writer->SetCompressorTypeToNone();
+        (bits & 2) != 0 ? writer->SetHeaderTypeToUInt64() : writer->SetHeaderTypeToUInt32();
+        (bits & 4) != 0 ? writer->EncodeAppendedDataOn() : writer->EncodeAppendedDataOff();
+        (bits & 16) != 0 ? writer->SetByteOrderToBigEndian() : writer->SetByteOrderToLittleEndian();
+        (bits & 32) != 0 ? writer->SetIdTypeToInt32() : writer->SetIdTypeToInt64();
+        writer->SetBlockSize(32);  // several blocks an array, the last one smaller
+      };
+      files.emplace_back(std::to_string(mode) + "/" + std::to_string(bits),
+                         vtk_tetrahedron(choose, (bits & 64) != 0, strip));
+    }
+  }
+  return files;
+}
+
+TEST_F(MeshIo, ReadsOffAndItsVariants) {
+  expect_tetrahedron(read_mesh(write("a.off", kOff), kMm), kMm);
+  const std::string off = kOff;
+  const std::string commented = "# a comment\n\n" + with(off, "4 4 6", "  # counts\n\n4 4 6 # and edges");
+  const std::string body = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+  const std::string coloured =
+      "COFF\n4 4 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n0 1 0 .5 .5 .5 1\n0 0 1 9 9 9 9\n"
+      "3 0 2 1 255 0 0\n3 0 1 3 0.5 0.5 0.5\n3 0 3 2\n3 1 2 3 7\n";
+  for (const std::string& text : {commented, with(off, "4 4 6", "4 4"), "OFF 4 4 6\n" + body, "OFF 4 4\n" + body,
+                                  coloured, with(coloured, "COFF", "STCNOFF"), with(off, "3 1 2 3\n", "3 1 2 3")}) {
+    expect_tetrahedron(read_mesh(write("b.off", text), kMm), kMm);
+  }
+  std::string dos = off;
+  for (std::size_t at = 0; (at = dos.find('\n', at)) != std::string::npos; at += 2) {
+    dos.insert(at, "\r");
+  }
+  expect_tetrahedron(read_mesh(write("dos.off", dos), kMm), kMm);
+}
+
+TEST_F(MeshIo, ReadsVtpMadeByHandAndByVtk) {
+  expect_tetrahedron(read_mesh(write("a.vtp", kVtp), kMm), kMm);
+  for (const auto& [way, bytes] : vtk_tetrahedra()) {
+    SCOPED_TRACE(way);
+    expect_tetrahedron(read_mesh(write("b.vtp", bytes), kMm), kMm);
+  }
+}
+
+TEST_F(MeshIo, JoinsThePiecesOfVtp) {
+  const std::string text = kVtp;
+  const std::size_t begin = text.find("    <Piece");
+  const std::size_t end = text.find("  </PolyData>");
+  const std::string piece = text.substr(begin, end - begin);
+  std::string both = text;
+  both.insert(end, with(piece, "0 0 0  1 0 0  0 1 0", "5 5 5  6 5 5  5 6 5"));
+  const FileSurface surface = read_surface(write("two.vtp", with(both, "0 0 1e0\n", "0 0 1e0\n")));
+  ASSERT_EQ(surface.triangles.size(), 8u);
+  EXPECT_EQ(surface.points.size(), 8u);
+  EXPECT_THAT(surface.triangles[4], ::testing::ElementsAre(4, 6, 5));
+  EXPECT_EQ(surface.points[6], Vector3(5, 6, 5));
+}
+
+TEST_F(MeshIo, ReadsObj) {
+  expect_tetrahedron(read_mesh(write("a.obj", kObj), 1.0), 1.0);
+  expect_tetrahedron(read_mesh(write("A.OBJ", kObj), kMm), kMm);
+}
+
+TEST_F(MeshIo, ReadsAsciiStlAndMergesItsVertices) {
+  expect_tetrahedron(read_mesh(write("a.stl", ascii_stl()), kMm), kMm);
+  std::string dos = ascii_stl();
+  for (std::size_t at = 0; (at = dos.find('\n', at)) != std::string::npos; at += 2) {
+    dos.insert(at, "\r");
+  }
+  expect_tetrahedron(read_mesh(write("dos.stl", dos), kMm), kMm);
+}
+
+TEST_F(MeshIo, ReadsAsciiPly) {
+  expect_tetrahedron(read_mesh(write("a.ply", std::string(kPlyHeader) + kPlyBody), kMm), kMm);
+}
+
+TEST_F(MeshIo, ReadsBinaryPlyOfEitherByteOrder) {
+  for (const bool big : {false, true}) {
+    std::string bytes = with(kPlyHeader, "ascii", big ? "binary_big_endian" : "binary_little_endian");
+    const auto put = [&](auto value) {
+      std::string raw(sizeof value, '\0');
+      std::memcpy(raw.data(), &value, sizeof value);
+      if (big) {
+        std::reverse(raw.begin(), raw.end());
+      }
+      bytes += raw;
+    };
+    for (const auto& vertex : std::vector<std::array<float, 3>>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) {
+      std::for_each(vertex.begin(), vertex.end(), put);
+      put(std::uint8_t{255});
+    }
+    for (const auto& face : std::vector<std::array<int, 3>>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
+      put(std::uint8_t{3});
+      std::for_each(face.begin(), face.end(), put);
+      put(0.5f);
+    }
+    expect_tetrahedron(read_mesh(write("b.ply", bytes), kMm), kMm);
+    for (std::size_t cut = 0; cut < bytes.size(); ++cut) {
+      const std::string file = write("cut.ply", bytes.substr(0, cut));
+      EXPECT_THROW(read_mesh(file, kMm), InputError) << cut;
+    }
+  }
+}
+
+// An L of six corners: area 3, by whatever cuts. A fan from its first corner would have area 4 or overlap.
+TEST_F(MeshIo, CutsPolygonsThatAreNotConvex) {
+  const std::string text = "v 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv 0 2 0\nv 0 0 0\nf 1 2 3 4 5 6\n";
+  const TriangleMesh mesh = read_mesh(write("l.obj", text), 1.0);
+  EXPECT_EQ(mesh.face_count(), 4);
+  EXPECT_NEAR(mesh.total_area(), 3.0, 1e-12);
+  EXPECT_NEAR(mesh.normals().row(2).minCoeff(), 1.0, 1e-12);
+}
+
+TEST_F(MeshIo, MergesEqualCoordinatesOnly) {
+  const std::string apart = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 1.0000001 0\nv -0.0 0 0\nv -1 0 0\nf 1 2 3\nf 5 4 6\n";
+  const TriangleMesh mesh = read_mesh(write("m.obj", apart), 1.0);
+  EXPECT_EQ(mesh.vertex_count(), 5);
+  EXPECT_EQ(mesh.triangles()(0, 0), mesh.triangles()(0, 1));
+  EXPECT_NE(mesh.triangles()(2, 0), mesh.triangles()(1, 1));
+}
+
+TEST_F(MeshIo, WritesWhatItReads) {
+  const TriangleMesh mesh = transformed(icosphere(0.0123, 5), Eigen::Matrix3d::Identity(), {0.1, -0.2, 0.05});
+  // All keep doubles but binary STL, which has floats, of coordinates up to 0.25 m.
+  for (const auto& [name, tolerance] :
+       {std::pair{"s.obj", 1e-16}, {"s.ply", 1e-16}, {"s.off", 1e-16}, {"s.vtp", 1e-16}, {"s.stl", 0.25 * 6e-8}}) {
+    write_mesh(path(name), mesh, kMm);
+    const TriangleMesh back = read_mesh(path(name), kMm);
+    ASSERT_EQ(back.face_count(), mesh.face_count()) << name;
+    EXPECT_EQ(back.vertex_count(), mesh.vertex_count()) << name;
+    EXPECT_LT((back.centroids() - mesh.centroids()).cwiseAbs().maxCoeff(), tolerance) << name;
+    EXPECT_THAT(inspect(back).faults, IsEmpty()) << name;
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 5) << "something is left behind";
+}
+
+TEST_F(MeshIo, BinaryStlHasItsPublishedLayout) {
+  write_mesh(path("s.stl"), icosphere(0.01, 2), kMm);
+  const std::string bytes = content(path("s.stl"));
+  ASSERT_EQ(bytes.size(), 84u + 50u * 80u);
+  float corner = 0;
+  std::memcpy(&corner, bytes.data() + 84 + 12, sizeof corner);
+  EXPECT_NEAR(corner, icosphere(0.01, 2).corner(0, 0).x() / kMm, 1e-5);
+}
+
+TEST_F(MeshIo, RefusesPathsThatAreNoMeshFile) {
+  EXPECT_THAT([&] { read_mesh(path("none.stl"), kMm); },
+              ThrowsMessage<InputError>(AllOf(HasSubstr("none.stl"), HasSubstr("no such file"))));
+  fs::create_directory(path("folder.stl"));
+  EXPECT_THAT([&] { read_mesh(path("folder.stl"), kMm); }, ThrowsMessage<InputError>(HasSubstr("is a directory")));
+  ASSERT_EQ(mkfifo(path("pipe.stl").c_str(), 0600), 0);
+  EXPECT_THROW(read_mesh(path("pipe.stl"), kMm), InputError);
+  expect_refused("a.step", kObj, "must end in .stl, .obj, .ply, .off or .vtp");
+  expect_refused("noending", kObj, "must end in .stl, .obj, .ply, .off or .vtp");
+  for (const char* name : {"e.stl", "e.obj", "e.ply", "e.off", "e.vtp"}) {
+    expect_refused(name, "", "the file is empty");
+    expect_refused(name, "\n\n", "");
+  }
+  const std::string good = write("a.obj", kObj);
+  for (const double unit : {0.0, -1.0, std::nan(""), HUGE_VAL}) {
+    EXPECT_THAT([&] { read_mesh(good, unit); }, ThrowsMessage<InputError>(HasSubstr("mesh.unit")));
+  }
+}
+
+TEST_F(MeshIo, RefusesBrokenStl) {
+  expect_refused("n.stl", with(ascii_stl(), "1e0", "nan"), "n.stl:13: a coordinate is nan");
+  expect_refused("n.stl", with(ascii_stl(), "1e0", "inf"), "a coordinate is inf");
+  expect_refused("n.stl", with(ascii_stl(), "1e0", "one"), "'one', which is not a number");
+  expect_refused("n.stl", with(ascii_stl(), "endloop", "vertex 0 0 0\nendloop"),
+                 "'vertex' where 'endloop' is expected");
+  for (std::size_t cut = 1; cut < ascii_stl().size() - 40; cut += 7) {
+    expect_refused("t.stl", ascii_stl().substr(0, cut), "");
+  }
+  write_mesh(path("s.stl"), icosphere(0.01, 2), kMm);
+  const std::string binary = content(path("s.stl"));
+  expect_refused("t.stl", binary.substr(0, 2000), "announces 80 faces, which take 4084 bytes, but it has 2000");
+  expect_refused("t.stl", binary.substr(0, 60), "not an STL file");
+  expect_refused("t.stl", with(binary, "binary STL", "solid  STL").substr(0, 2000), "announces 80 faces");
+  std::string poisoned = binary;
+  const float nan = std::nanf("");
+  std::memcpy(poisoned.data() + 84 + 7 * 50 + 12, &nan, sizeof nan);
+  expect_refused("p.stl", poisoned, "face 7 has a coordinate that is not a finite number");
+  expect_refused("none.stl", "solid x\nendsolid x\n", "has no face");
+}
+
+TEST_F(MeshIo, RefusesBrokenObj) {
+  expect_refused("n.obj", with(kObj, "v 1 0 0", "v 1 nan 0"), "n.obj:4: a coordinate is nan");
+  expect_refused("n.obj", with(kObj, "v 1 0 0", "v 1 zero 0"), "'zero', which is not a number");
+  expect_refused("n.obj", with(kObj, "v 1 0 0", "v 1 0"), "three coordinates");
+  expect_refused("n.obj", with(kObj, "f 1 3 2", "f 1 3 7"), "face 0 names vertex 6, but there are 4");
+  expect_refused("n.obj", with(kObj, "f 1 3 2", "f 0 3 2"), "'0'");
+  expect_refused("n.obj", with(kObj, "f 1 3 2", "f -9 3 2"), "only 4 vertices come before");
+  expect_refused("n.obj", with(kObj, "f 1 3 2", "f 1 3"), "2 corners");
+  expect_refused("n.obj", with(kObj, "f 1 3 2", "f 1 99999999999999999999 2"), "99999999999999999999");
+  expect_refused("n.obj", with(kObj, "f 1 3 2", "f 1 3 3"), "degenerate");
+  expect_refused("n.obj", "v 0 0 0\n", "has no face");
+}
+
+TEST_F(MeshIo, RefusesBrokenPly) {
+  const std::string good = std::string(kPlyHeader) + kPlyBody;
+  expect_refused("n.ply", with(good, "1 0 0 255", "1 nan 0 255"), "coordinate y of a vertex is nan");
+  expect_refused("n.ply", with(good, "3 0 1 3", "3 0 1 4"), "face 1 names vertex 4");
+  expect_refused("n.ply", with(good, "3 0 1 3", "3 0 1.5 3"), "must be a whole number");
+  expect_refused("n.ply", with(good, "3 0 1 3", "-3 0 1 3"), "");
+  expect_refused("n.ply", with(good, "element vertex 4", "element vertex 400000000000"), "");
+  expect_refused("n.ply", with(good, "element vertex 4", "element vertex many"), "number of entries");
+  expect_refused("n.ply", with(good, "list uchar", "list text"), "'text' is no type");
+  expect_refused("n.ply", with(good, "vertex_indices", "corners"), "no list 'vertex_indices'");
+  expect_refused("n.ply", with(good, "float z", "float w"), "no property 'z'");
+  expect_refused("n.ply", with(good, "format ascii 1.0\n", ""), "no 'format'");
+  expect_refused("n.ply", with(good, "ascii", "rot13"), "'rot13'");
+  expect_refused("n.ply", with(good, "element face 4", "element side 4"), "no element 'face'");
+  expect_refused("n.ply", with(good, "ply\n", "plx\n"), "does not begin with 'ply'");
+  const std::string trailing = "\n";
+  for (std::size_t cut = 1; cut + 4 < good.size(); cut += 3) {
+    const std::string file = write("t.ply", good.substr(0, cut));
+    EXPECT_THROW(read_mesh(file, kMm), InputError) << cut;
+  }
+}
+
+TEST_F(MeshIo, RefusesBrokenOff) {
+  const std::string good = kOff;
+  expect_refused("n.off", with(good, "OFF", "OF"), "n.off:1: not an OFF file");
+  expect_refused("n.off", with(good, "OFF", "4OFF"), "not in three dimensions");
+  expect_refused("n.off", with(good, "OFF", "OFF BINARY"), "binary OFF is not supported");
+  expect_refused("n.off", with(good, "4 4 6", "4"), "number of faces");
+  expect_refused("n.off", with(good, "4 4 6", "4 -4 6"), "'-4', it must be a whole number from 0");
+  expect_refused("n.off", with(good, "4 4 6", "400 4 6"), "ends after 8 of its 400 vertices");
+  expect_refused("n.off", with(good, "4 4 6", "4 400 6"), "ends after 4 of its 400 faces");
+  expect_refused("n.off", with(good, "4 4 6", "4 3 6"), "goes on after its 4 vertices and 3 faces");
+  expect_refused("n.off", with(good, "4 4 6", "3 4 6"), "");
+  expect_refused("n.off", with(good, "1 0 0", "1 nan 0"), "n.off:4: a coordinate is 'nan'");
+  expect_refused("n.off", with(good, "1 0 0", "1 0"), "three coordinates");
+  expect_refused("n.off", with(good, "3 0 3 2", "3 0 3"), "announces 3 corners, but has 2");
+  expect_refused("n.off", with(good, "3 0 3 2", "3 0 4 2"), "face 2 names vertex 4, but there are 4");
+  expect_refused("n.off", with(good, "3 0 3 2", "2 0 3"), "2 corners");
+  expect_refused("n.off", with(good, "3 0 3 2", "99999999999 0 3 2"), "announces 99999999999 corners");
+  expect_refused("n.off", "OFF\n1 0 0\n0 0 0\n", "has no face");
+  for (std::size_t cut = 1; cut + 3 < good.size(); ++cut) {
+    EXPECT_THROW(read_mesh(write("t.off", good.substr(0, cut)), kMm), InputError) << cut;
+  }
+}
+
+TEST_F(MeshIo, RefusesBrokenVtp) {
+  const std::string good = kVtp;
+  expect_refused("n.vtp", with(good, "PolyData", "UnstructuredGrid"), "of type 'UnstructuredGrid'");
+  expect_refused("n.vtp", with(good, "VTKFile", "svg"), "");
+  expect_refused("n.vtp", "<svg>" + good.substr(22), "begins with 'svg'");
+  expect_refused("n.vtp", with(good, "LittleEndian", "MiddleEndian"), "'MiddleEndian'");
+  expect_refused("n.vtp", with(good, "UInt64", "UInt16"), "header_type is 'UInt16'");
+  expect_refused("n.vtp", with(good, "header_type", "compressor=\"vtkLZ4DataCompressor\" header_type"),
+                 "compressor 'vtkLZ4DataCompressor' is not supported");
+  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"400000000000\""),
+                 "400000000000 points and 0 faces, a mesh file may have at most");
+  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"400\""),
+                 "12 coordinates for 400 points");
+  expect_refused("n.vtp", with(good, "NumberOfPoints=\"4\"", "NumberOfPoints=\"-4\""), "NumberOfPoints is '-4'");
+  expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"5\""), "5 cells are announced");
+  expect_refused("n.vtp", with(good, "NumberOfPolys=\"4\"", "NumberOfPolys=\"0\""), "has no face");
+  expect_refused("n.vtp", with(good, "3 6 9 12", "3 6 9 11"), "12 corners in all");
+  expect_refused("n.vtp", with(good, "3 6 9 12", "3 9 6 12"), "the offset 6 follows 9");
+  expect_refused("n.vtp", with(good, "3 6 9 12", "2 6 9 12"), "2 corners");
+  expect_refused("n.vtp", with(good, "3 6 9 12", "3 6 9.5 12"), "Polys/offsets: '9.5' is not a whole number");
+  expect_refused("n.vtp", with(good, "0 2 1  ", "0 4 1  "), "a corner is point 4");
+  expect_refused("n.vtp", with(good, "1e0", "nan"), "point 3 has a coordinate that is not a finite number");
+  expect_refused("n.vtp", with(good, "1e0", "one"), "n.vtp: Points: 'one' is not a number");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\"", "Name=\"ends\""), "no array Polys/offsets");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\"", "Name=\"connectivity\""), "a second array");
+  expect_refused("n.vtp", with(good, "\"UInt8\"", "\"String\""), "its type is 'String'");
+  expect_refused("n.vtp", with(good, "NumberOfComponents=\"3\"", "NumberOfComponents=\"2\""), "3 components");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\" format=\"ascii\"", "Name=\"offsets\" format=\"appended\""),
+                 "has no AppendedData");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\" format=\"ascii\"", "Name=\"offsets\" format=\"rot13\""),
+                 "its format is 'rot13'");
+  expect_refused("n.vtp", with(good, "Name=\"offsets\" format=\"ascii\"", "Name=\"offsets\" format=\"binary\""),
+                 "Polys/offsets: ");
+  expect_refused("n.vtp", "vtk\n", "n.vtp:1: not whole XML");
+  std::string deep = "<VTKFile type=\"PolyData\">";
+  for (int i = 0; i < 100000; ++i) {
+    deep += "<a>";
+  }
+  expect_refused("n.vtp", deep, "nested deeper");
+  for (std::size_t cut = 1; cut + 2 < good.size(); cut += 3) {
+    EXPECT_THROW(read_mesh(write("t.vtp", good.substr(0, cut)), kMm), InputError) << cut;
+  }
+}
+
+// What a file announces is refused before memory is taken for it.
+TEST_F(MeshIo, RefusesMoreThanAnyMeshHas) {
+  const std::string says = "a mesh file may have at most 15000000 and 5000000";
+  expect_refused("n.off", "OFF\n400000000000 4 6\n0 0 0\n", says);
+  expect_refused("n.off", "OFF\n4 5000001 6\n0 0 0\n", says);
+  const std::string ply = std::string(kPlyHeader) + kPlyBody;
+  expect_refused("n.ply", with(ply, "element vertex 4", "element vertex 15000001"), says);
+  expect_refused("n.ply", with(ply, "element face 4", "element face 5000001"), says);
+  expect_refused("n.vtp", with(kVtp, "NumberOfPolys=\"4\"", "NumberOfPolys=\"9223372036854775807\""), says);
+  // Two pieces that would do alone.
+  const std::string two = with(with(kVtp, "NumberOfPoints=\"4\"", "NumberOfPoints=\"15000000\""), "<Piece",
+                               "<Piece NumberOfPoints=\"1\" NumberOfPolys=\"0\"><Points><DataArray type=\"Float64\" "
+                               "NumberOfComponents=\"3\" format=\"ascii\">0 0 0</DataArray></Points></Piece><Piece");
+  expect_refused("n.vtp", two, "15000001 points");
+  const std::string sparse = write("sparse.stl", "solid");
+  fs::resize_file(sparse, std::uintmax_t{1} << 40U);
+  EXPECT_THAT([&] { read_mesh(sparse, kMm); },
+              ThrowsMessage<InputError>(HasSubstr("1099511627776 bytes, a mesh file may have at most 1073741824")));
+}
+
+// Two blocks of 16 KiB of zeros each take 40 bytes; the four offsets of the file have no use for them.
+TEST_F(MeshIo, RefusesVtpThatUnpacksToMoreThanItSays) {
+  std::string zeros(std::size_t{1} << 14U, '\0');
+  std::string packed(100, '\0');
+  uLongf length = packed.size();
+  ASSERT_EQ(compress2(reinterpret_cast<Bytef*>(packed.data()), &length, reinterpret_cast<const Bytef*>(zeros.data()),
+                      zeros.size(), 9),
+            Z_OK);
+  packed.resize(length);
+  const std::array<std::uint64_t, 5> header = {2, zeros.size(), 0, length, length};
+  std::string bytes(sizeof header, '\0');
+  std::memcpy(bytes.data(), header.data(), bytes.size());
+  bytes += packed + packed;
+  std::string text = with(kVtp, "header_type", "compressor=\"vtkZLibDataCompressor\" header_type");
+  text = with(text, "Name=\"offsets\" format=\"ascii\">3 6 9 12", "Name=\"offsets\" format=\"appended\" offset=\"0\">");
+  text = with(text, "</VTKFile>", "<AppendedData encoding=\"raw\">\n_" + bytes + "</AppendedData></VTKFile>");
+  expect_refused("b.vtp", text, "Polys/offsets: it announces 32768 bytes, at most");
+}
+
+// A header that announces 2^60 bytes, or blocks of them, must be refused by what is stored, not by trying.
+TEST_F(MeshIo, RefusesVtpWithHugeLengths) {
+  const auto appended = [&](const std::vector<std::uint64_t>& header, bool compressed) {
+    std::string text = kVtp;
+    const std::string ascii = "0 2 1  0 1 3  0 3 2  1 2 3";
+    text = with(text, "Name=\"connectivity\" format=\"ascii\">" + ascii,
+                "Name=\"connectivity\" format=\"appended\" offset=\"0\">");
+    if (compressed) {
+      text = with(text, "header_type", "compressor=\"vtkZLibDataCompressor\" header_type");
+    }
+    std::string bytes(8 * header.size(), '\0');
+    std::memcpy(bytes.data(), header.data(), bytes.size());
+    return with(text, "</VTKFile>", "<AppendedData encoding=\"raw\">\n_" + bytes + "xxxx</AppendedData></VTKFile>");
+  };
+  const std::uint64_t huge = std::uint64_t{1} << 60U;
+  expect_refused("h.vtp", appended({huge}, false), "it announces 1152921504606846976 bytes, at most");
+  expect_refused("h.vtp", appended({1000}, false), "it should go on for 1000 bytes");
+  expect_refused("h.vtp", appended({1, huge, 0, 4}, true), "1 blocks of 1152921504606846976 bytes");
+  expect_refused("h.vtp", appended({huge, 8, 0, 4}, true), "1152921504606846976 blocks of 8 bytes");
+  expect_refused("h.vtp", appended({2, 8, huge, 4, 4}, true), "too many for what is stored");
+  expect_refused("h.vtp", appended({2, 8, 0, huge, 4}, true), "it should go on for");
+  expect_refused("h.vtp", appended({1, 8, 0, 4}, true), "block 0 of 1 is damaged");
+}
+
+// Faces without area are the reader's business only if a mesh is wanted.
+TEST_F(MeshIo, ReadsSurfacesAsTheyAre) {
+  const std::string file = write("q.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 0 0\nv 7 7 7\nf 1 2 3 4\nf 1 2 2\n");
+  const FileSurface surface = read_surface(file);
+  EXPECT_EQ(surface.points.size(), 5u);
+  EXPECT_THAT(surface.triangles,
+              ::testing::ElementsAre(::testing::ElementsAre(0, 1, 2), ::testing::ElementsAre(0, 2, 3),
+                                     ::testing::ElementsAre(0, 1, 1)));
+  EXPECT_THAT([&] { read_mesh(file, kMm); }, ThrowsMessage<InputError>(HasSubstr("3 degenerate faces")));
+}
+
+// Random bytes and random damage must end in a mesh or in an InputError, never in a crash or another exception.
+TEST_F(MeshIo, SurvivesDamage) {
+  std::mt19937_64 random(1);
+  const auto at_random = [&](std::size_t below) { return static_cast<std::size_t>(random() >> 20U) % below; };
+  write_mesh(path("s.stl"), icosphere(0.01, 1), kMm);
+  write_mesh(path("s.ply"), icosphere(0.01, 1), kMm);
+  std::vector<std::pair<std::string, std::string>> files = {{"d.stl", content(path("s.stl"))},
+                                                            {"d.ply", content(path("s.ply"))},
+                                                            {"d.obj", kObj},
+                                                            {"d.stl", ascii_stl()},
+                                                            {"d.ply", std::string(kPlyHeader) + kPlyBody},
+                                                            {"d.off", kOff},
+                                                            {"d.vtp", kVtp}};
+  for (const auto& [way, bytes] : vtk_tetrahedra()) {
+    files.emplace_back("d.vtp", bytes);
+  }
+  for (const auto& [name, good] : files) {
+    for (int trial = 0; trial < 300; ++trial) {
+      std::string bad = good;
+      for (std::size_t i = 0; i < 1 + static_cast<std::size_t>(trial) / 30; ++i) {
+        bad[at_random(bad.size())] = static_cast<char>(at_random(256));
+      }
+      const std::string file = write(name, bad);
+      try {
+        read_mesh(file, kMm);
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr(file));
+      }
+    }
+    for (int trial = 0; trial < 60; ++trial) {
+      const std::string file = write(name, good.substr(0, at_random(good.size())));
+      try {
+        read_mesh(file, kMm);
+      } catch (const InputError& error) {
+        EXPECT_THAT(error.what(), HasSubstr(file));
+      }
+    }
+    std::string noise(500, '\0');
+    std::generate(noise.begin(), noise.end(), [&] { return static_cast<char>(at_random(256)); });
+    EXPECT_THROW(read_mesh(write(name, noise), kMm), InputError);
+  }
+}
+
+TEST_F(MeshIo, LeavesNothingWhereItCannotWrite) {
+  const TriangleMesh mesh = icosphere(0.01, 1);
+  EXPECT_THAT([&] { write_mesh(path("none/s.stl"), mesh, kMm); }, ThrowsMessage<IoError>(HasSubstr("none/s.stl")));
+  EXPECT_THAT([&] { write_mesh(path("s.vtk"), mesh, kMm); }, ThrowsMessage<InputError>(HasSubstr("must end in")));
+  fs::create_directory(path("taken.stl"));
+  write("taken.stl/inside", "x");
+  EXPECT_THROW(write_mesh(path("taken.stl"), mesh, kMm), IoError);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1);
+}
+
+}  // namespace
+}  // namespace touchfield

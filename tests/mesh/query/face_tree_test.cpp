@@ -1,0 +1,148 @@
+#include "sim/mesh/query/face_tree.h"
+
+#include <algorithm>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sim/body/body.h"
+#include "sim/body/hand.h"
+#include "sim/body/shapes.h"
+#include "tests/support/mesh_support.h"
+
+namespace touchfield {
+namespace {
+
+constexpr double kWinding = 0.06;  // accuracy of winding numbers, as the header says
+
+/// Points of a box half as large again as the mesh's.
+Points points_around(const TriangleMesh& mesh, Eigen::Index count) {
+  const Vector3 lower = mesh.vertices().rowwise().minCoeff();
+  const Vector3 size = mesh.vertices().rowwise().maxCoeff() - lower;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(-0.25, 1.25);
+  Points points(3, count);
+  for (auto x : points.colwise()) {
+    x = lower + size.cwiseProduct(Vector3(uniform(random), uniform(random), uniform(random)));
+  }
+  return points;
+}
+
+// The search for landmarks goes through all faces with another formula.
+TEST(FaceTree, FindsTheNearestPointOfAll) {
+  const TriangleMesh mesh = hand({.edge = 6e-3}).mesh;
+  const FaceTree tree(mesh);
+  const Points points = points_around(mesh, 300);
+  for (const Vector3 x : points.colwise()) {
+    const SkinPoint found = tree.nearest(x);
+    const Vector3 expected = position(mesh, nearest_landmark(mesh, "x", x));
+    EXPECT_NEAR(found.distance, (expected - x).norm(), 1e-12);
+    EXPECT_NEAR((found.at - x).norm(), found.distance, 1e-15);
+    // `at` lies on the face it names.
+    const TriangleMesh alone(mesh.vertices(), mesh.triangles().col(found.face));
+    EXPECT_LT((position(alone, nearest_landmark(alone, "x", found.at)) - found.at).norm(), 1e-12);
+  }
+}
+
+TEST(FaceTree, FindsNothingBeyondTheLimit) {
+  const TriangleMesh mesh = box({0.02, 0.02, 0.02}, 5e-3).mesh;
+  const FaceTree tree(mesh);
+  const Vector3 x(0.001, 0.002, 0.013);  // 3 mm above the top
+  EXPECT_NEAR(tree.nearest(x, 3.01e-3).distance, 3e-3, 1e-15);
+  EXPECT_EQ(tree.nearest(x, 2.99e-3).face, -1);
+}
+
+TEST(FaceTree, FindsTheNearestFaceThatLooksThatWay) {
+  const TriangleMesh mesh = box({0.02, 0.02, 1e-3}, 2e-3).mesh;
+  const FaceTree tree(mesh);
+  const Vector3 x(0.001, 0.002, 0.45e-3);  // just under the top
+  EXPECT_NEAR(tree.nearest_facing(x, Vector3::UnitZ(), 0.5).distance, 0.05e-3, 1e-15);
+  EXPECT_NEAR(tree.nearest_facing(x, -Vector3::UnitZ(), 0.5).distance, 0.95e-3, 1e-15);
+  EXPECT_NEAR(tree.nearest_facing(x, Vector3::UnitX(), 0.5).distance, 9e-3, 1e-15);
+  EXPECT_EQ(tree.nearest_facing(x, Vector3(1, 1, 1).normalized(), 0.9).face, -1);
+}
+
+TEST(FaceTree, FindsTheCentroidsAround) {
+  const TriangleMesh mesh = icosphere(0.05, 6);
+  const FaceTree tree(mesh);
+  std::vector<Eigen::Index> found;
+  const Points points = points_around(mesh, 50);
+  for (const Vector3 x : points.colwise()) {
+    tree.centroids_within(x, 0.03, found);
+    std::sort(found.begin(), found.end());
+    std::vector<Eigen::Index> expected;
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      if ((mesh.centroids().col(f) - x).norm() <= 0.03) {
+        expected.push_back(f);
+      }
+    }
+    EXPECT_EQ(found, expected);
+  }
+}
+
+TEST(FaceTree, WindsOnceRoundInsideAndNotRoundOutside) {
+  const double radius = 0.03;
+  const TriangleMesh mesh = icosphere(radius, 20);
+  const FaceTree tree(mesh);
+  const Points points = points_around(mesh, 2000);
+  for (const Vector3 x : points.colwise()) {
+    if (std::abs(x.norm() - radius) > 1e-4) {  // the sagitta: (2 mm)^2 / (8 * 30 mm) = 0.02 mm
+      EXPECT_NEAR(tree.winding_number(x), x.norm() < radius ? 1.0 : 0.0, kWinding) << x.transpose();
+    }
+  }
+}
+
+// Rays and nearest normals are fooled on symmetry lines, through vertices and edges; winding numbers are not.
+TEST(FaceTree, WindsOnceRoundPointsInLineWithVerticesAndEdges) {
+  const TriangleMesh mesh = box({0.02, 0.02, 0.02}, 2e-3).mesh;
+  const FaceTree tree(mesh);
+  for (int i = -12; i <= 12; ++i) {
+    for (int j = -12; j <= 12; ++j) {
+      const Vector3 x(2e-3 * i, 2e-3 * j, 0);
+      if (std::max(std::abs(i), std::abs(j)) != 5) {
+        EXPECT_NEAR(tree.winding_number(x), std::max(std::abs(i), std::abs(j)) < 5 ? 1.0 : 0.0, kWinding);
+      }
+    }
+  }
+}
+
+// Through one face of six a cube's middle sees a sixth of the sphere.
+TEST(FaceTree, WindingNumberIsExactNearTheFaces) {
+  const TriangleMesh cube = box({0.02, 0.02, 0.02}, 0.02).mesh;
+  ASSERT_EQ(cube.face_count(), 12);
+  std::vector<int> top;
+  for (Eigen::Index f = 0; f < cube.face_count(); ++f) {
+    if (cube.normals()(2, f) > 0.5) {
+      top.push_back(static_cast<int>(f));
+    }
+  }
+  const FaceTree tree(TriangleMesh(cube.vertices(), cube.triangles()(Eigen::all, top)));
+  EXPECT_NEAR(tree.winding_number(Vector3::Zero()), 1.0 / 6.0, 1e-15);
+}
+
+TEST(FaceTree, CavitiesAreOutside) {
+  const TriangleMesh outer = icosphere(0.03, 10);
+  Triangles turned = icosphere(0.02, 8).triangles();
+  turned.row(0).swap(turned.row(1));
+  const FaceTree tree(together(outer, TriangleMesh(icosphere(0.02, 8).vertices(), turned)));
+  EXPECT_NEAR(tree.winding_number(Vector3(0.001, 0.002, 0.003)), 0.0, kWinding);
+  EXPECT_NEAR(tree.winding_number(Vector3(0.025, 0, 0)), 1.0, kWinding);
+}
+
+TEST(FaceTree, TakesOneTriangle) {
+  Points vertices(3, 3);
+  vertices << 0, 1, 0,  //
+      0, 0, 1,          //
+      0, 0, 0;
+  const FaceTree tree(TriangleMesh(vertices, Eigen::Vector3i(0, 1, 2)));
+  EXPECT_NEAR(tree.nearest({1, 1, 1}).distance, std::sqrt(1.5), 1e-15);  // to the middle of the long side
+  EXPECT_NEAR(tree.nearest({-3, -4, 0}).distance, 5.0, 1e-15);           // to the corner
+  EXPECT_NEAR(tree.nearest({0.2, 0.2, -2}).distance, 2.0, 1e-15);        // to the inside
+  EXPECT_NEAR(tree.nearest({0.5, -1, 0}).distance, 1.0, 1e-15);          // to a short side
+  EXPECT_GT(tree.winding_number({0.2, 0.2, -1e-3}), 0.0);                // behind the face is inside
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,336 @@
+#include "sim/mesh/query/self_intersections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "sim/body/hand.h"
+#include "sim/body/shapes.h"
+#include "tests/support/mesh_support.h"
+#include "tests/support/random_support.h"
+
+namespace touchfield {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::Pair;
+
+using Index = Eigen::Index;
+using Pairs = std::vector<std::pair<Index, Index>>;
+
+bool shares_corner(const TriangleMesh& mesh, Index f, int v) { return (mesh.triangles().col(f).array() == v).any(); }
+
+/// Whether the segment from p to q goes through the inside of a face of a mesh: p + t (q - p) = a + u (b - a) +
+/// v (c - a).
+bool goes_through(const Vector3& p, const Vector3& q, const TriangleMesh& mesh, Index f) {
+  Eigen::Matrix3d matrix;
+  matrix << mesh.corner(f, 1) - mesh.corner(f, 0), mesh.corner(f, 2) - mesh.corner(f, 0), p - q;
+  const Vector3 solved = matrix.inverse() * (p - mesh.corner(f, 0));
+  return solved.minCoeff() > 0 && solved(0) + solved(1) < 1 && solved(2) < 1;
+}
+
+/// Two faces in general position cut each other if an edge of one goes through the other. An edge that starts at a
+/// corner of the other only touches it.
+bool cut_by_an_edge(const TriangleMesh& mesh, Index f, Index g) {
+  for (const auto& [one, other] : {std::pair{f, g}, std::pair{g, f}}) {
+    for (int c = 0; c < 3; ++c) {
+      const int d = (c + 1) % 3;
+      if (!shares_corner(mesh, other, mesh.triangles()(c, one)) &&
+          !shares_corner(mesh, other, mesh.triangles()(d, one)) &&
+          goes_through(mesh.corner(one, c), mesh.corner(one, d), mesh, other)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+Pairs reference(const TriangleMesh& mesh) {
+  Pairs pairs;
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    for (Index g = f + 1; g < mesh.face_count(); ++g) {
+      if (cut_by_an_edge(mesh, f, g)) {
+        pairs.emplace_back(f, g);
+      }
+    }
+  }
+  return pairs;
+}
+
+/// Triangles between random points, each with corners of its own or of a common set.
+TriangleMesh soup(int points, int faces, bool common, std::mt19937& random) {
+  Points vertices(3, common ? points : 3 * faces);
+  Triangles triangles(3, faces);
+  for (Index v = 0; v < vertices.cols(); ++v) {
+    vertices.col(v) = point_in_cube(random);
+  }
+  for (int f = 0; f < faces; ++f) {
+    if (!common) {
+      triangles.col(f) << 3 * f, 3 * f + 1, 3 * f + 2;
+      for (int c = 1; c < 3; ++c) {  // faces a third as large as the cube
+        vertices.col(3 * f + c) = vertices.col(3 * f) + 0.6 * vertices.col(3 * f + c);
+      }
+      continue;
+    }
+    std::vector<int> all(static_cast<std::size_t>(points));
+    std::iota(all.begin(), all.end(), 0);
+    for (int c = 0; c < 3; ++c) {
+      std::swap(all[static_cast<std::size_t>(c)],
+                all[static_cast<std::size_t>(c + static_cast<int>(random() % static_cast<unsigned>(points - c)))]);
+    }
+    std::sort(all.begin(), all.begin() + 3);
+    triangles.col(f) << all[0], all[1], all[2];
+  }
+  return {vertices, triangles};
+}
+
+TEST(SelfIntersections, FindsWhatTheDirectSearchFinds) {
+  std::mt19937 random(3);
+  const TriangleMesh mesh = soup(0, 700, false, random);
+  const Pairs expected = reference(mesh);
+  EXPECT_GT(expected.size(), 2000u);
+  EXPECT_EQ(self_intersections(mesh, 1000000), expected);
+}
+
+// Faces of a common set of corners: most pairs of the same three corners are left out, as they are one face twice.
+TEST(SelfIntersections, FindsWhatTheDirectSearchFindsAmongNeighbours) {
+  std::mt19937 random(4);
+  for (int round = 0; round < 20; ++round) {
+    const TriangleMesh mesh = soup(12, 60, true, random);
+    Pairs expected = reference(mesh);
+    for (Index f = 0; f < mesh.face_count(); ++f) {
+      for (Index g = f + 1; g < mesh.face_count(); ++g) {
+        if (mesh.triangles().col(f) == mesh.triangles().col(g)) {
+          expected.emplace_back(f, g);
+        }
+      }
+    }
+    std::sort(expected.begin(), expected.end());
+    EXPECT_GT(expected.size(), 200u);
+    EXPECT_EQ(self_intersections(mesh, 1000000), expected);
+  }
+}
+
+struct TwoFaces {
+  std::string name;
+  std::vector<Vector3> points;
+  Eigen::Vector3i one;
+  Eigen::Vector3i other;
+  bool cut;
+};
+
+/// A face in the plane z = 0 with the corners 0, 1, 2 against others.
+std::vector<TwoFaces> two_faces() {
+  const Vector3 a(0, 0, 0);
+  const Vector3 b(4, 0, 0);
+  const Vector3 c(0, 4, 0);
+  const auto own = [&](const std::string& name, const Vector3& d, const Vector3& e, const Vector3& f, bool cut) {
+    return TwoFaces{name, {a, b, c, d, e, f}, {0, 1, 2}, {3, 4, 5}, cut};
+  };
+  const auto common_corner = [&](const std::string& name, const Vector3& d, const Vector3& e, bool cut) {
+    return TwoFaces{name, {a, b, c, d, e}, {0, 1, 2}, {0, 3, 4}, cut};
+  };
+  const auto common_edge = [&](const std::string& name, const Vector3& d, bool cut) {
+    return TwoFaces{name, {a, b, c, d}, {0, 1, 2}, {1, 0, 3}, cut};
+  };
+  return {
+      own("through", {1, 1, -1}, {1, 1, 1}, {5, 5, 0.5}, true),
+      own("tip through", {1, 1, -1e-6}, {1, 2, 1}, {2, 1, 1}, true),
+      own("apart", {1, 1, 0.1}, {1, 2, 1}, {2, 1, 1}, false),
+      own("beside", {5, 5, -1}, {5, 5, 1}, {6, 6, 0}, false),
+      own("past a corner, boxes meet", {3.5, 3.5, -1}, {3.5, 3.5, 1}, {2.5, 2.5, 1}, false),
+      own("corner on the inside", {1, 1, 0}, {1, 2, 1}, {2, 1, 1}, false),
+      own("edge on the inside", {1, 1, 0}, {1, 2, 0}, {2, 1, 1}, false),
+      own("edge that leaves the inside", {1, 1, 0}, {7, 2, 0}, {2, 1, 1}, false),
+      own("corner on a corner", {0, 0, 0}, {0, -1, 1}, {0, -1, -1}, false),
+      own("edge on an edge, upright", {1, 0, 0}, {3, 0, 0}, {2, 0, 1}, false),
+      own("edge on an edge, flat", {1, 0, 0}, {3, 0, 0}, {2, -1, 0}, false),
+      own("edge on an edge, folded", {1, 0, 0}, {3, 0, 0}, {2, 1, 0}, true),
+      own("edges cross", {2, 0, -1}, {2, 0, 1}, {2, -1, 0}, false),
+      own("edge through an edge", {2, 0, -1}, {2, 0, 1}, {2, 1, 0}, true),
+      own("flat, a part in common", {1, 1, 0}, {9, 1, 0}, {1, 9, 0}, true),
+      own("flat, within", {1, 1, 0}, {2, 1, 0}, {1, 2, 0}, true),
+      own("flat, round it", {-1, -1, 0}, {9, -1, 0}, {-1, 9, 0}, true),
+      own("flat, a star", {3, 3, 0}, {-1, 2, 0}, {2, -1, 0}, true),
+      own("flat, a corner on an edge", {2, 2, 0}, {3, 2, 0}, {2, 3, 0}, false),
+      own("flat, beside one edge only", {2.01, 2.01, 0}, {4, 2.2, 0}, {3, 5, 0}, false),
+      own("flat, beside", {5, 5, 0}, {6, 5, 0}, {5, 6, 0}, false),
+      own("the same", a, b, c, true),
+      own("the same, turned round", c, b, a, true),
+      own("parallel, 1e-6 of its size above", {1, 1, 4e-6}, {2, 1, 4e-6}, {1, 2, 4e-6}, false),
+      own("parallel, 1e-11 of its size above", {1, 1, 4e-11}, {2, 1, 4e-11}, {1, 2, 4e-11}, true),
+      own("tiny, through", {1, 1, -1e-5}, {1, 1, 1e-5}, {1.00001, 1, 1e-5}, true),
+      own("tiny, above", {1, 1, 1e-6}, {1, 1, 2e-5}, {1.00001, 1, 1e-5}, false),
+      own("needle, through", {1, 1, -1}, {1, 1, 1}, {1, 1 + 1e-11, 0.5}, true),
+      own("needle, on it", {1, 1, 0}, {1, 1, 1}, {1, 1 + 1e-11, 0.5}, false),
+      own("needle, within", {1, 1, 0}, {2, 1, 0}, {1.5, 1 + 1e-11, 0}, true),
+      common_corner("common corner, through", {2, 2, -1}, {2, 2, 1}, true),
+      common_corner("common corner, the other's edge through", {0.5, 0.5, -1}, {0.5, 0.5, 1}, true),
+      common_corner("common corner, upright outside", {-2, -2, -1}, {-2, -2, 1}, false),
+      common_corner("common corner, upright beside", {1, -1, 1}, {1, -1, -1}, false),
+      common_corner("common corner, on one side", {2, 2, 1}, {2, 1, 1}, false),
+      common_corner("common corner, an edge on the inside", {1, 1, 0}, {2, 1, 1}, false),
+      common_corner("common corner, flat beside", {-4, 0, 0}, {0, -4, 0}, false),
+      common_corner("common corner, flat, edges in line", {-4, 0, 0}, {-1, 3, 0}, false),
+      common_corner("common corner, flat, edge on edge", {2, 0, 0}, {2, -2, 0}, false),
+      common_corner("common corner, flat, an edge within", {1, 2, 0}, {-1, 1, 0}, true),
+      common_corner("common corner, flat, within", {1, 0.5, 0}, {0.5, 1, 0}, true),
+      common_corner("common corner, flat, an edge of both", {2, 0, 0}, {1, 1, 0}, true),
+      common_edge("neighbour, flat", {2, -3, 0}, false),
+      common_edge("neighbour, upright", {2, 0, 3}, false),
+      common_edge("neighbour, folded to 1e-6", {2, 3, 3e-6}, false),
+      common_edge("neighbour, folded", {2, 3, 0}, true),
+      common_edge("neighbour, folded within", {1, 1, 0}, true),
+      TwoFaces{"the same corners", {a, b, c}, {0, 1, 2}, {1, 0, 2}, true},
+  };
+}
+
+// Every way two faces can lie to each other, anywhere, at any scale, in any order of faces and corners.
+TEST(SelfIntersections, KnowsTouchingFromCutting) {
+  std::mt19937 random(5);
+  for (const TwoFaces& each : two_faces()) {
+    SCOPED_TRACE(each.name);
+    for (int round = 0; round < 60; ++round) {
+      const double scale = std::pow(10, uniform(random, -4, 0));
+      const Eigen::Matrix3d rotation =
+          round == 0 ? Eigen::Matrix3d(Eigen::Matrix3d::Identity()) : some_rotation(random);
+      const Vector3 shift = 3 * scale * point_in_cube(random);
+      Points points(3, static_cast<Index>(each.points.size()));
+      for (std::size_t v = 0; v < each.points.size(); ++v) {
+        points.col(static_cast<Index>(v)) = scale * rotation * each.points[v] + shift;
+      }
+      Triangles triangles(3, 2);
+      triangles << each.one, each.other;
+      for (auto face : triangles.colwise()) {
+        std::shuffle(face.begin(), face.end(), random);
+      }
+      if (round % 2 == 1) {
+        triangles.col(0).swap(triangles.col(1));
+      }
+      const TriangleMesh mesh(points, triangles);
+      ASSERT_EQ(self_intersections(mesh).size(), each.cut ? 1u : 0u) << round;
+      const TriangleMesh first(points, triangles.col(0));
+      const TriangleMesh second(points, triangles.col(1));
+      ASSERT_EQ(intersections(first, second).size(), each.cut ? 1u : 0u) << round;
+    }
+  }
+}
+
+/// As a file of single precision would have it.
+TriangleMesh rounded(const TriangleMesh& mesh) {
+  return {mesh.vertices().cast<float>().cast<double>(), mesh.triangles()};
+}
+
+// Flat and curved skins, turned and rounded: many neighbours in one plane, or nearly.
+TEST(SelfIntersections, FindsNoneInSoundSkins) {
+  std::mt19937 random(6);
+  for (const TriangleMesh& mesh :
+       {box({0.05, 0.04, 0.03}, 2e-3).mesh, sphere(0.03, 2e-3).mesh, capsule(0.01, 0.05, 2e-3).mesh,
+        hand({.edge = 3e-3}).mesh, hand({.pose = "fist", .edge = 4e-3}).mesh}) {
+    EXPECT_THAT(self_intersections(mesh), IsEmpty());
+    EXPECT_THAT(self_intersections(rounded(mesh)), IsEmpty());
+    for (int round = 0; round < 5; ++round) {
+      const TriangleMesh turned = transformed(mesh, some_rotation(random), point_in_cube(random));
+      EXPECT_THAT(self_intersections(turned), IsEmpty());
+      EXPECT_THAT(self_intersections(rounded(turned)), IsEmpty());
+    }
+  }
+}
+
+TEST(SelfIntersections, FindsTheFacesOfACornerPulledThroughTheBody) {
+  const TriangleMesh whole = sphere(0.03, 4e-3).mesh;
+  Points vertices = whole.vertices();
+  vertices.col(7) *= -1.5;
+  const TriangleMesh pulled(vertices, whole.triangles());
+  const Pairs found = self_intersections(pulled);
+  EXPECT_FALSE(found.empty());
+  EXPECT_EQ(found, reference(pulled));
+  for (const auto& [f, g] : found) {
+    EXPECT_TRUE(shares_corner(pulled, f, 7) || shares_corner(pulled, g, 7));
+  }
+}
+
+TEST(SelfIntersections, StaysTheSameWhenMovedAndRenumbered) {
+  std::mt19937 random(7);
+  const TriangleMesh one = sphere(0.02, 2e-3).mesh;
+  const TriangleMesh both = together(one, shifted(one, {0.011, 0.005, 0.003}));
+  const Pairs expected = self_intersections(both);
+  EXPECT_GT(expected.size(), 100u);
+  EXPECT_EQ(self_intersections(transformed(both, some_rotation(random), point_in_cube(random))), expected);
+
+  std::vector<Index> order(static_cast<std::size_t>(both.face_count()));
+  std::iota(order.begin(), order.end(), 0);
+  std::shuffle(order.begin(), order.end(), random);
+  Triangles triangles(3, both.face_count());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    triangles.col(static_cast<Index>(i)) = both.triangles().col(order[i]);
+  }
+  Pairs back = self_intersections(TriangleMesh(both.vertices(), triangles));
+  for (auto& [f, g] : back) {
+    f = order[static_cast<std::size_t>(f)];
+    g = order[static_cast<std::size_t>(g)];
+    if (f > g) {
+      std::swap(f, g);
+    }
+  }
+  std::sort(back.begin(), back.end());
+  EXPECT_EQ(back, expected);
+}
+
+TEST(Intersections, AreThoseOfTheTwoMeshesSideBySide) {
+  const TriangleMesh one = sphere(0.02, 2e-3).mesh;
+  const TriangleMesh other = shifted(box({0.02, 0.03, 0.04}, 3e-3).mesh, {0.011, 0.005, 0.003});
+  Pairs expected = self_intersections(together(one, other));
+  for (auto& pair : expected) {
+    pair.second -= one.face_count();
+  }
+  EXPECT_GT(expected.size(), 50u);
+  const Pairs found = intersections(one, other);
+  EXPECT_EQ(found, expected);
+  Pairs turned = intersections(other, one);
+  for (auto& pair : turned) {
+    std::swap(pair.first, pair.second);
+  }
+  std::sort(turned.begin(), turned.end());
+  EXPECT_EQ(turned, found);
+  EXPECT_THAT(intersections(one, shifted(other, {0.04, 0, 0})), IsEmpty());
+}
+
+// What is left out depends neither on the number of threads nor on how many are found at a time.
+TEST(SelfIntersections, StopsAfterTheFirst) {
+  std::mt19937 random(8);
+  const TriangleMesh mesh = soup(0, 5000, false, random);
+  const int threads = omp_get_max_threads();
+  for (const std::size_t most : {0u, 1u, 10u, 1000u}) {
+    omp_set_num_threads(1);
+    const Pairs alone = self_intersections(mesh, most);
+    omp_set_num_threads(4);
+    EXPECT_EQ(alone.size(), most);
+    EXPECT_EQ(self_intersections(mesh, most), alone);
+    for (const auto& [f, g] : alone) {
+      EXPECT_TRUE(cut_by_an_edge(mesh, f, g));
+    }
+  }
+  omp_set_num_threads(threads);
+}
+
+TEST(SelfIntersections, OfOneFaceThereAreNone) {
+  Points points(3, 3);
+  points << 0, 1, 0, 0, 0, 1, 0, 0, 0;
+  const TriangleMesh mesh(points, Eigen::Vector3i(0, 1, 2));
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+  EXPECT_THAT(intersections(mesh, mesh), ElementsAre(Pair(0, 0)));
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,435 @@
+#include "sim/mesh/remesh/surface_remesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+#include <random>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "sim/body/hand.h"
+#include "sim/body/shapes.h"
+#include "sim/body/skin_mesh.h"
+#include "sim/core/errors.h"
+#include "sim/mesh/edges.h"
+#include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/remesh/mesh_quality.h"
+#include "tests/support/mesh_support.h"
+
+namespace touchfield {
+namespace {
+
+using std::numbers::pi;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::ThrowsMessage;
+
+constexpr double kMm = 1e-3;
+constexpr double kDegree = pi / 180.0;
+
+double uniform(std::mt19937_64& random, double least, double most) {
+  return least + (most - least) * static_cast<double>(random() >> 11) / 9007199254740992.0;  // 2^53
+}
+
+Eigen::Index euler_characteristic(const TriangleMesh& mesh) { return mesh.vertex_count() - mesh.face_count() / 2; }
+
+/// Sum of the lengths of the edges whose faces are more than an angle apart.
+double sharp_length(const TriangleMesh& mesh, double angle) {
+  const EdgeTable edges = edge_table(mesh.triangles());
+  std::vector<Eigen::Index> first(static_cast<std::size_t>(edges.ends.cols()), -1);
+  double length = 0;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    for (const int e : edges.of_face.col(f)) {
+      Eigen::Index& other = first[static_cast<std::size_t>(e)];
+      if (other < 0) {
+        other = f;
+      } else if (mesh.normals().col(f).dot(mesh.normals().col(other)) < std::cos(angle)) {
+        length += (mesh.vertices().col(edges.ends(1, e)) - mesh.vertices().col(edges.ends(0, e))).norm();
+      }
+    }
+  }
+  return length;
+}
+
+/// A cylinder of n sides along z with caps: long quads cut in two, and fans.
+TriangleMesh cylinder(double radius, double length, int n) {
+  Points points(3, 2 * n + 2);
+  Triangles triangles(3, 4 * n);
+  for (int i = 0; i < n; ++i) {
+    const double turn = 2 * pi * i / n;
+    const int next = (i + 1) % n;
+    points.col(i) << radius * std::cos(turn), radius * std::sin(turn), 0;
+    points.col(n + i) << radius * std::cos(turn), radius * std::sin(turn), length;
+    triangles.col(4 * i) << i, next, n + next;
+    triangles.col(4 * i + 1) << i, n + next, n + i;
+    triangles.col(4 * i + 2) << 2 * n, next, i;
+    triangles.col(4 * i + 3) << 2 * n + 1, n + i, n + next;
+  }
+  points.col(2 * n) << 0, 0, 0;
+  points.col(2 * n + 1) << 0, 0, length;
+  return {points, triangles};
+}
+
+TriangleMesh torus(double ring, double tube, int around, int about) {
+  Points points(3, around * about);
+  Triangles triangles(3, 2 * around * about);
+  for (int i = 0; i < around; ++i) {
+    for (int j = 0; j < about; ++j) {
+      const double a = 2 * pi * i / around;
+      const double b = 2 * pi * j / about;
+      const int v = i * about + j;
+      points.col(v) << (ring + tube * std::cos(b)) * std::cos(a), (ring + tube * std::cos(b)) * std::sin(a),
+          tube * std::sin(b);
+      const int right = (i + 1) % around * about;
+      const int up = (j + 1) % about;
+      triangles.col(2 * v) << v, right + j, right + up;
+      triangles.col(2 * v + 1) << v, right + up, i * about + up;
+    }
+  }
+  return {points, triangles};
+}
+
+/// New vertices on random edges, right beside an end or within, a micrometre off the surface: splinters whose normals
+/// point anywhere.
+TriangleMesh splintered(const TriangleMesh& mesh, int count) {
+  EditMesh edit(mesh.triangles(), mesh.vertex_count());
+  std::vector<Vector3> points;
+  for (const auto& x : mesh.vertices().colwise()) {
+    points.emplace_back(x);
+  }
+  std::mt19937_64 random(5);
+  const auto point = [&](int v) { return points[static_cast<std::size_t>(v)]; };
+  for (int i = 0; i < count; ++i) {
+    const int side = static_cast<int>(random() % static_cast<std::uint64_t>(edit.side_count()));
+    const Vector3 a = point(edit.from(side));
+    const Vector3 b = point(edit.to(side));
+    const Vector3 normal = (b - a).cross(point(edit.from(EditMesh::previous(side))) - a).normalized();
+    const double t = random() % 2 == 0 ? 1e-4 : 0.3;
+    const double off = uniform(random, -1e-6, 1e-6);
+    edit.split(side);
+    points.emplace_back(a + t * (b - a) + off * normal);
+  }
+  std::vector<int> numbers;
+  Triangles triangles = edit.compact(numbers);
+  Points vertices(3, static_cast<Eigen::Index>(points.size()));
+  for (std::size_t v = 0; v < points.size(); ++v) {
+    vertices.col(static_cast<Eigen::Index>(v)) = points[v];
+  }
+  return {vertices, triangles};
+}
+
+/// As a modeller's low-poly mesh: edges collapsed where the surface is flat, so that triangles of all sizes are left.
+TriangleMesh coarsened(const TriangleMesh& mesh, Eigen::Index faces) {
+  EditMesh edit(mesh.triangles(), mesh.vertex_count());
+  const auto point = [&](int v) { return Vector3(mesh.vertices().col(v)); };
+  const auto turn = [&](int side) {  // least cosine by which a face turns
+    const int v = edit.from(side);
+    double least = 1;
+    int around = edit.first_around(v);
+    do {
+      const int b = edit.to(around);
+      const int c = edit.from(EditMesh::previous(around));
+      if (b != edit.to(side) && c != edit.to(side)) {
+        const Vector3 before = (point(b) - point(v)).cross(point(c) - point(v));
+        const Vector3 after = (point(b) - point(edit.to(side))).cross(point(c) - point(edit.to(side)));
+        const double flat = after.norm() / (point(c) - point(b)).squaredNorm();
+        least = std::min(least, flat < 0.02 ? -1.0 : before.dot(after) / (before.norm() * after.norm()));
+      }
+      around = edit.next_around(around);
+    } while (around != edit.first_around(v));
+    return least;
+  };
+  Eigen::Index left = mesh.face_count();
+  for (double limit = 0.999; left > faces && limit > 0.7; limit -= 0.01) {
+    for (int side = 0; side < edit.side_count() && left > faces; ++side) {
+      if (edit.alive(side) && edit.can_collapse(side) && turn(side) > limit) {
+        edit.collapse(side);
+        left -= 2;
+      }
+    }
+  }
+  std::vector<int> numbers;
+  const Triangles triangles = edit.compact(numbers);
+  Points vertices(3, static_cast<Eigen::Index>(numbers.size()));
+  for (std::size_t v = 0; v < numbers.size(); ++v) {
+    vertices.col(static_cast<Eigen::Index>(v)) = point(numbers[v]);
+  }
+  return {vertices, triangles};
+}
+
+void expect_sound(const TriangleMesh& mesh, const TriangleMesh& original) {
+  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+  EXPECT_EQ(inspect(mesh).components, inspect(original).components);
+  EXPECT_EQ(inspect(mesh).unused_vertices, 0);
+  EXPECT_EQ(euler_characteristic(mesh), euler_characteristic(original));
+  EXPECT_THAT(self_intersections(mesh), IsEmpty());
+}
+
+// 12 faces with edges of 20 to 50 mm, or 48,000 of half a millimetre: the same box.
+TEST(SurfaceRemesh, KeepsTheShapeOfABoxExactly) {
+  const Vector3 size(20 * kMm, 30 * kMm, 40 * kMm);
+  const EdgeSizing sizing(1.4 * kMm);
+  for (const double edge : {50 * kMm, 0.5 * kMm}) {
+    const TriangleMesh original = box(size, edge).mesh;
+    const TriangleMesh mesh = remeshed_surface(original, sizing);
+    expect_sound(mesh, original);
+    EXPECT_NEAR(mesh.signed_volume() / size.prod(), 1.0, 1e-12);
+    EXPECT_NEAR(mesh.total_area() / (2 * (20 * 30 + 30 * 40 + 40 * 20) * 1e-6), 1.0, 1e-12);
+    EXPECT_NEAR(sharp_length(mesh, 89 * kDegree) / (4 * size.sum()), 1.0, 1e-12) << "all 12 edges, whole";
+    const Eigen::Array3Xd share = mesh.vertices().array().abs().colwise() / (0.5 * size).array();
+    EXPECT_NEAR(share.colwise().maxCoeff().minCoeff(), 1.0, 1e-12) << "no vertex inside";
+    EXPECT_EQ((share.colwise().minCoeff() > 1 - 1e-12).count(), 8) << "the corners";
+    EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
+    EXPECT_NEAR(edge_fit(mesh, sizing).mean_log, 0, 0.05);
+    EXPECT_GT(inspect(mesh).smallest_angle, 15 * kDegree);
+  }
+}
+
+TEST(SurfaceRemesh, FollowsAZoneOnABox) {
+  const Vector3 top(0, 0, 20 * kMm);
+  const EdgeSizing sizing(4 * kMm, {{top, 0.7 * kMm, 5 * kMm}});
+  const TriangleMesh original = box({20 * kMm, 30 * kMm, 40 * kMm}, 50 * kMm).mesh;
+  const TriangleMesh mesh = remeshed_surface(original, sizing);
+  expect_sound(mesh, original);
+  EXPECT_NEAR(mesh.signed_volume() / 24e-6, 1.0, 1e-12);
+  EXPECT_NEAR(static_cast<double>(mesh.face_count()) / wanted_faces(original, sizing, 1e6), 1.0, 0.1);
+  EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
+  EXPECT_NEAR(resolution_within(mesh, 0.7 * kMm, top, 4.5 * kMm)->mean, 1.0, 0.06);
+}
+
+// The faces cut below a sphere of radius R by edge^2 / (12 R) in the mean; the lift makes up for it.
+TEST(SurfaceRemesh, KeepsTheVolumeOfAFineSphereAndItsAreaToSecondOrder) {
+  const double radius = 10 * kMm;
+  const TriangleMesh original = icosphere(radius, 50);
+  std::array<double, 2> area_error{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const EdgeSizing sizing(i == 0 ? 3 * kMm : 1.2 * kMm);
+    const TriangleMesh mesh = remeshed_surface(original, sizing);
+    expect_sound(mesh, original);
+    EXPECT_NEAR(mesh.signed_volume() / original.signed_volume(), 1.0, i == 0 ? 2e-3 : 2e-4);
+    area_error[i] = std::abs(mesh.total_area() / original.total_area() - 1.0);
+    EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
+    EXPECT_GT(inspect(mesh).smallest_angle, 25 * kDegree);
+    EXPECT_NEAR(static_cast<double>(mesh.face_count()) / wanted_faces(original, sizing, 1e6), 1.0, 0.05);
+  }
+  EXPECT_GT(area_error[0] / area_error[1], 3.5);  // of (3 / 1.2)^2 = 6.3
+  EXPECT_LT(area_error[0] / area_error[1], 10.0);
+}
+
+// The sphere of 80 faces is a polyhedron, and stays one: nothing is rounded off, but corners are cut by 0.2 edges.
+TEST(SurfaceRemesh, KeepsTheFacetsOfACoarseOriginal) {
+  const TriangleMesh original = icosphere(10 * kMm, 2);
+  const TriangleMesh mesh = remeshed_surface(original, EdgeSizing(1 * kMm));
+  expect_sound(mesh, original);
+  EXPECT_NEAR(mesh.signed_volume() / original.signed_volume(), 1.0, 1e-3);
+  const FaceTree tree(original);
+  for (const auto& x : mesh.vertices().colwise()) {
+    EXPECT_LT(tree.nearest(x).distance, 0.11 * kMm);  // the lift, a tenth of an edge
+  }
+}
+
+TEST(SurfaceRemesh, KeepsACapsuleWithinHalfAPercent) {
+  const TriangleMesh original = capsule(7.5 * kMm, 40 * kMm, 0.8 * kMm).mesh;
+  const EdgeSizing sizing(1.4 * kMm);
+  const TriangleMesh mesh = remeshed_surface(original, sizing);
+  expect_sound(mesh, original);
+  EXPECT_NEAR(mesh.signed_volume() / original.signed_volume(), 1.0, 1e-3);
+  EXPECT_NEAR(mesh.total_area() / original.total_area(), 1.0, 5e-3);
+  EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
+  EXPECT_GT(inspect(mesh).smallest_angle, 20 * kDegree);
+}
+
+TEST(SurfaceRemesh, KeepsTheRimsOfCaps) {
+  const double radius = 7.5 * kMm;
+  const double length = 60 * kMm;
+  const TriangleMesh original = cylinder(radius, length, 48);
+  const TriangleMesh mesh = remeshed_surface(original, EdgeSizing(1.4 * kMm));
+  expect_sound(mesh, original);
+  // A chord of 1.4 mm is 0.15 % shorter than its arc.
+  EXPECT_NEAR(sharp_length(mesh, 60 * kDegree) / (4 * pi * radius), 1.0, 4e-3);
+  EXPECT_NEAR(mesh.signed_volume() / original.signed_volume(), 1.0, 2e-3);
+  constexpr double kRounding = 1e-15;
+  EXPECT_NEAR(mesh.vertices().row(2).minCoeff(), 0, kRounding);
+  EXPECT_NEAR(mesh.vertices().row(2).maxCoeff(), length, kRounding);
+  // The caps are flat up to the rim: no vertex near an end is anywhere but on the end, the rim or the side.
+  const double inner = radius * std::cos(pi / 48);
+  for (const auto& x : mesh.vertices().colwise()) {
+    if (std::hypot(x.x(), x.y()) < 0.98 * inner) {
+      EXPECT_TRUE(x.z() < kRounding || x.z() > length - kRounding) << x.transpose();
+    }
+  }
+  EXPECT_GT(inspect(mesh).smallest_angle, 15 * kDegree);
+  // Without creases the rims are rounded off.
+  EXPECT_LT(sharp_length(remeshed_surface(original, EdgeSizing(1.4 * kMm), pi), 60 * kDegree), 3 * pi * radius);
+}
+
+// Slivers 60 mm long and a tenth of a millimetre wide.
+TEST(SurfaceRemesh, TakesSliversAsTheyAre) {
+  const TriangleMesh original = cylinder(7.5 * kMm, 60 * kMm, 400);
+  const EdgeSizing sizing(2 * kMm);
+  const TriangleMesh mesh = remeshed_surface(original, sizing);
+  expect_sound(mesh, original);
+  EXPECT_NEAR(mesh.signed_volume() / original.signed_volume(), 1.0, 3e-3);
+  EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
+  EXPECT_GT(inspect(mesh).smallest_angle, 15 * kDegree);
+}
+
+TEST(SurfaceRemesh, IsNotMisledBySplinters) {
+  const TriangleMesh plain_box = box({20 * kMm, 30 * kMm, 40 * kMm}, 12 * kMm).mesh;
+  const TriangleMesh plain_ball = icosphere(10 * kMm, 5);
+  for (const TriangleMesh* plain : {&plain_box, &plain_ball}) {
+    const TriangleMesh original = splintered(*plain, 250);
+    ASSERT_LT(inspect(original).smallest_angle, 0.1 * kDegree);
+    const TriangleMesh mesh = remeshed_surface(original, EdgeSizing(1.4 * kMm));
+    expect_sound(mesh, original);
+    EXPECT_NEAR(mesh.signed_volume() / plain->signed_volume(), 1.0, 1e-3);
+    EXPECT_GT(inspect(mesh).smallest_angle, 15 * kDegree);
+    EXPECT_GE(edge_fit(mesh, EdgeSizing(1.4 * kMm)).share, 0.99);
+  }
+}
+
+// Noise of a third of its edges makes thousands of edges sharp; over a wanted edge it is smooth.
+TEST(SurfaceRemesh, TakesNoCreasesFromNoise) {
+  const TriangleMesh ball = icosphere(10 * kMm, 50);
+  std::mt19937_64 random(3);
+  Points points = ball.vertices();
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    points.col(i) += 0.08 * kMm * Vector3(uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1));
+  }
+  const TriangleMesh original(points, ball.triangles());
+  ASSERT_GT(sharp_length(original, kCreaseAngle), 50 * kMm);
+  const TriangleMesh mesh = remeshed_surface(original, EdgeSizing(1.4 * kMm));
+  expect_sound(mesh, original);
+  EXPECT_NEAR(mesh.signed_volume() / ball.signed_volume(), 1.0, 5e-3);
+  EXPECT_GT(inspect(mesh).smallest_angle, 25 * kDegree);
+  EXPECT_GE(edge_fit(mesh, EdgeSizing(1.4 * kMm)).share, 0.99);
+}
+
+TEST(SurfaceRemesh, KeepsTheHoleOfATorus) {
+  for (const auto& [around, about] : {std::pair{160, 50}, {12, 6}}) {
+    const TriangleMesh original = torus(20 * kMm, 5 * kMm, around, about);
+    const TriangleMesh mesh = remeshed_surface(original, EdgeSizing(1.4 * kMm));
+    expect_sound(mesh, original);
+    EXPECT_EQ(euler_characteristic(mesh), 0);
+    EXPECT_NEAR(mesh.signed_volume() / original.signed_volume(), 1.0, 2e-3);
+    EXPECT_GT(inspect(mesh).smallest_angle, 15 * kDegree);
+  }
+}
+
+// Round-rimmed plates as thick as the edges are long, 1 mm apart: every vertex stays on its own side of its own plate.
+TEST(SurfaceRemesh, DoesNotJumpAcrossGapsAndThinParts) {
+  constexpr double kHalf = 0.75 * kMm;  // of the thickness
+  constexpr double kGap = 1 * kMm;
+  const auto plate = [&](double z) {
+    SoftPart part;
+    const std::array<Vector3, 4> corners = {Vector3(-15 * kMm, -15 * kMm, z), Vector3(15 * kMm, -15 * kMm, z),
+                                            Vector3(15 * kMm, 15 * kMm, z), Vector3(-15 * kMm, 15 * kMm, z)};
+    for (const std::size_t second : {1u, 2u}) {
+      Plate half;
+      half.corners << corners[0], corners[second], corners[second + 1];
+      half.radii = Vector3::Constant(kHalf);
+      part.plates.push_back(half);
+    }
+    return SoftBody({part});
+  };
+  const SoftBody lower = plate(-0.5 * kGap - kHalf);
+  const SoftBody upper = plate(0.5 * kGap + kHalf);
+  const TriangleMesh original =
+      together(skin_mesh(lower, 0.5 * kMm, 0.4 * kMm), skin_mesh(upper, 0.5 * kMm, 0.4 * kMm));
+  const TriangleMesh mesh = remeshed_surface(original, EdgeSizing(1.4 * kMm));
+  expect_sound(mesh, original);
+  // Rims of half an edge's radius are no more than hinted at.
+  EXPECT_NEAR(mesh.signed_volume() / original.signed_volume(), 1.0, 0.03);
+  for (const auto& x : mesh.vertices().colwise()) {
+    // A tenth of its edge above the original, which stands off the body by as much of its own.
+    EXPECT_LT(std::abs((x.z() < 0 ? lower : upper).distance(x)), 0.1 * (1.4 + 0.5) * kMm + 1e-5);
+  }
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Vector3 x = mesh.centroids().col(f);
+    if (x.head<2>().cwiseAbs().maxCoeff() < 13 * kMm) {
+      const bool faces_up = std::abs(x.z()) > 0.5 * kGap + kHalf ? x.z() > 0 : x.z() < 0;
+      EXPECT_GT(mesh.normals()(2, f) * (faces_up ? 1 : -1), 0.9) << x.transpose();
+    }
+  }
+}
+
+TEST(SurfaceRemesh, MeshesAnewAHandOfAFewTriangles) {
+  HandOptions options;
+  options.pose = "flat";
+  const TriangleMesh original = coarsened(hand(options).mesh, 2300);
+  const MeshReport before = inspect(original);
+  ASSERT_LE(before.faces, 2500);
+  ASSERT_GT(before.longest_edge, 15 * kMm);
+  ASSERT_LT(before.shortest_edge, 3 * kMm);
+  const EdgeSizing sizing(1.4 * kMm);
+  const TriangleMesh mesh = remeshed_surface(original, sizing);
+  expect_sound(mesh, original);
+  EXPECT_NEAR(mesh.signed_volume() / original.signed_volume(), 1.0, 1e-3);
+  EXPECT_NEAR(mesh.total_area() / original.total_area(), 1.0, 1e-2);
+  EXPECT_GE(edge_fit(mesh, sizing).share, 0.99);
+  EXPECT_GT(mesh_quality(mesh, 1.0).smallest_angle_1, 30 * kDegree);
+  EXPECT_NEAR(static_cast<double>(mesh.face_count()) / wanted_faces(original, sizing, 1e6), 1.0, 0.05);
+}
+
+TEST(SurfaceRemesh, DoesNotDependOnTheNumberOfThreads) {
+  const TriangleMesh original = together(cylinder(7 * kMm, 30 * kMm, 30), shifted(icosphere(8 * kMm, 4), {0.05, 0, 0}));
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const TriangleMesh one = remeshed_surface(original, EdgeSizing(2 * kMm));
+  omp_set_num_threads(5);
+  const TriangleMesh other = remeshed_surface(original, EdgeSizing(2 * kMm));
+  omp_set_num_threads(threads);
+  ASSERT_EQ(one.vertex_count(), other.vertex_count());
+  EXPECT_TRUE(one.vertices() == other.vertices());
+  EXPECT_TRUE(one.triangles() == other.triangles());
+}
+
+TEST(SurfaceRemesh, LeavesAPieceSmallerThanAnEdgeAsItIs) {
+  const TriangleMesh stray = shifted(icosphere(0.1 * kMm, 1), {0.05, 0, 0});
+  const TriangleMesh original = together(icosphere(10 * kMm, 20), stray);
+  const TriangleMesh mesh = remeshed_surface(original, EdgeSizing(2 * kMm));
+  EXPECT_THAT(inspect(mesh).faults, IsEmpty());
+  EXPECT_EQ(inspect(mesh).components, 2);
+}
+
+TEST(SurfaceRemesh, RefusesWhatItCannotMesh) {
+  const TriangleMesh ball = icosphere(10 * kMm, 3);
+  const EdgeSizing sizing(1.4 * kMm);
+  const auto remesh = [&](const Triangles& triangles) {
+    return [&ball, &sizing, triangles] { remeshed_surface(TriangleMesh(ball.vertices(), triangles), sizing); };
+  };
+  EXPECT_THAT(remesh(ball.triangles().leftCols(100)), ThrowsMessage<InputError>(HasSubstr("boundary edge")));
+  Triangles flipped = ball.triangles();
+  std::swap(flipped(0, 3), flipped(1, 3));
+  EXPECT_THAT(remesh(flipped), ThrowsMessage<InputError>(HasSubstr("misoriented")));
+  Triangles inside_out = ball.triangles();
+  inside_out.row(0).swap(inside_out.row(1));
+  EXPECT_THROW(remesh(inside_out)(), InputError);
+  // Two balls that share one vertex.
+  const TriangleMesh pair = together(ball, shifted(ball, {0.1, 0, 0}));
+  Triangles pinched = pair.triangles();
+  pinched = (pinched.array() == static_cast<int>(ball.vertex_count())).select(0, pinched);
+  EXPECT_THROW(remeshed_surface(TriangleMesh(pair.vertices(), pinched), sizing), InputError);
+
+  EXPECT_THROW(remeshed_surface(ball, sizing, 0.0), InputError);
+  EXPECT_THROW(remeshed_surface(ball, sizing, 3.2), InputError);
+  EXPECT_THROW(remeshed_surface(ball, sizing, std::nan("")), InputError);
+  // As when a file in millimetres was read as metres.
+  const TriangleMesh huge(1000 * ball.vertices(), ball.triangles());
+  EXPECT_THAT([&] { remeshed_surface(huge, sizing); }, ThrowsMessage<InputError>(HasSubstr("more than 5000000 faces")));
+  // A rod half as thick as the edges are long.
+  EXPECT_THROW(remeshed_surface(cylinder(0.35 * kMm, 60 * kMm, 24), sizing), NumericalError);
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,323 @@
+#include "sim/pictures/figures.h"
+
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/pictures/field_picture.h"
+#include "sim/pictures/picture_parts.h"
+#include "sim/pictures/skin_picture.h"
+#include "tests/support/output_support.h"
+#include "tests/support/picture_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::bare_run;
+using support::expect_colour;
+using support::full_run;
+using support::OtherDisplay;
+using support::Picture;
+using support::RunData;
+using support::sheet;
+using support::TemporaryDirectory;
+using ::testing::HasSubstr;
+
+std::set<std::string> names_in(const std::string& directory) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(directory)) {
+    names.insert(entry.path().filename().string());
+  }
+  return names;
+}
+
+/// Tests that draw are skipped where there is no display.
+class Figures : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!can_draw()) {
+      GTEST_SKIP() << "no display to draw on";
+    }
+  }
+};
+
+/// A sheet with a pressure that differs on every face, 100 to 800 Pa, so that the colours end at 800 Pa.
+RunData graded_run() {
+  RunData run = bare_run(sheet(6, 4, 0.01));
+  run.methods.push_back(support::made_up_method("graded", run, 0.5));
+  Eigen::VectorXcd& p = run.methods[0].pressure;
+  for (Eigen::Index f = 0; f < p.size(); ++f) {
+    p(f) = std::polar(100.0 + 700.0 * static_cast<double>(f) / static_cast<double>(p.size() - 1), 0.3);
+  }
+  return run;
+}
+
+TEST_F(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
+  const TemporaryDirectory directory("with space \xc3\xa4");
+  const RunData run = graded_run();
+  ASSERT_THAT(draw_figures(directory.path(), run), ::testing::ElementsAre(directory.file("pressure_graded.png")));
+  const Picture picture(directory.file("pressure_graded.png"));
+  ASSERT_EQ(picture.width(), 1200);
+  ASSERT_EQ(picture.height(), 900);
+  const SkinPanels panels = skin_panels(run);
+  EXPECT_FALSE(panels.target.has_value());
+  for (Eigen::Index f = 0; f < run.mesh.face_count(); ++f) {
+    SCOPED_TRACE(f);
+    expect_colour(picture.at(panels.body.pixel(run.mesh.centroids().col(f))),
+                  viridis(std::abs(run.methods[0].pressure(f)) / 800.0));
+  }
+  expect_colour(picture.at(5, 450), {255, 255, 255});
+}
+
+// Seen along +z with +y up, +x lies to the left.
+TEST_F(Figures, TheSkinIsSeenFromTheArraysSide) {
+  const RunData run = graded_run();
+  const SkinView view = skin_panels(run).body;
+  EXPECT_GT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
+  EXPECT_GT(view.pixel(Vector3(0, 0.01, 0.2)).y(), view.pixel(Vector3(0, -0.01, 0.2)).y());
+
+  // A smaller sheet nearer to the array hides the middle of the larger one behind it.
+  const TriangleMesh far = sheet(6, 4, 0.01);
+  const TriangleMesh near = transformed(sheet(2, 2, 0.01), Eigen::Matrix3d::Identity(), Vector3(0, 0, -0.05));
+  Points vertices(3, far.vertex_count() + near.vertex_count());
+  vertices << far.vertices(), near.vertices();
+  Triangles triangles(3, far.face_count() + near.face_count());
+  triangles << far.triangles(), (near.triangles().array() + static_cast<int>(far.vertex_count())).matrix();
+  RunData both = bare_run(TriangleMesh(vertices, triangles));
+  both.methods.push_back(support::made_up_method("m", both, 0.5));
+  both.methods[0].pressure.head(far.face_count()).setConstant(200.0);
+  both.methods[0].pressure.tail(near.face_count()).setConstant(800.0);
+  const TemporaryDirectory directory;
+  draw_figures(directory.path(), both);
+  const Picture picture(directory.file("pressure_m.png"));
+  const SkinView seen = skin_panels(both).body;
+  expect_colour(picture.at(seen.pixel(Vector3(0.003, 0.002, 0.2))), viridis(1.0));
+  expect_colour(picture.at(seen.pixel(Vector3(0.025, 0.015, 0.2))), viridis(0.25));
+}
+
+TEST_F(Figures, ThePictureOfTheTargetAndItsCloseView) {
+  const TemporaryDirectory directory;
+  RunData run = graded_run();
+  const std::vector<Eigen::Index> faces = {20, 21};  // one square
+  run.target = Target{.faces = faces, .amplitudes = Eigen::Vector2d(800, 400), .box = {0, 0}};
+  draw_figures(directory.path(), run);
+  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"target.png", "pressure_graded.png"}));
+  const SkinPanels panels = skin_panels(run);
+  ASSERT_TRUE(panels.target.has_value());
+  // With a target the colours end at twice its largest amplitude, 1600 Pa, rounded up.
+  constexpr double kTop = 2000.0;
+  const Picture wanted(directory.file("target.png"));
+  const Picture reached(directory.file("pressure_graded.png"));
+  for (const SkinView& view : {panels.body, *panels.target}) {
+    const Eigen::Vector2d first = view.pixel(run.mesh.centroids().col(20));
+    const Eigen::Vector2d second = view.pixel(run.mesh.centroids().col(21));
+    const Eigen::Vector2d beside = view.pixel(run.mesh.centroids().col(23));
+    expect_colour(wanted.at(first), viridis(800.0 / kTop));
+    expect_colour(wanted.at(second), viridis(400.0 / kTop));
+    expect_colour(wanted.at(beside), viridis(0.0));
+    expect_colour(reached.at(first), viridis(std::abs(run.methods[0].pressure(20)) / kTop));
+    // The outline: red on the lower side of the square.
+    const Colour line = wanted.at(view.pixel(run.mesh.corner(20, 0) + Vector3(0.004, 0, 0)));
+    EXPECT_GT(line[0], 180);
+    EXPECT_LT(line[1], 90);
+  }
+}
+
+TEST_F(Figures, PlanesAreDrawnAndCubesAreNot) {
+  const TemporaryDirectory directory;
+  RunData run = full_run();
+  run.methods.resize(1);
+  run.methods[0].pressure.resize(0);
+  run.target.reset();
+  for (FieldResult& field : run.fields) {
+    field.pressure.resize(1);
+  }
+  FieldResult& plane = run.fields[0];  // 5 x 1 x 4 points
+  Eigen::VectorXcd& p = plane.pressure[0].second;
+  for (Eigen::Index i = 0; i < p.size(); ++i) {
+    p(i) = std::polar(100.0 + 25.0 * static_cast<double>(i), 1.0);
+  }
+  plane.inside.assign(static_cast<std::size_t>(p.size()), 0);
+  plane.inside[0] = 1;
+  draw_figures(directory.path(), run);
+  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"field_side_surface.png"}));
+  const Picture picture(directory.file("field_side_surface.png"));
+  const PixelBox box = plane_view(plane.grid).box;
+  // 100 + 25 * 19 = 575 Pa at most, so the colours end at 600.
+  for (int z = 0; z < 4; ++z) {
+    for (int x = 0; x < 5; ++x) {
+      SCOPED_TRACE(5 * z + x);
+      const Colour found = picture.at(box.x + box.width * (2 * x + 1) / 10, box.y + box.height * (2 * z + 1) / 8);
+      if (x + z == 0) {
+        expect_colour(found, {190, 190, 190});
+      } else {
+        expect_colour(found, viridis(std::abs(p(5 * z + x)) / 600.0));
+      }
+    }
+  }
+}
+
+TEST_F(Figures, EveryPictureSaysWhichRunItShows) {
+  const TemporaryDirectory directory;
+  RunData run = full_run();
+  run.name = "width_5mm";
+  const std::vector<std::string> files = draw_figures(directory.path(), run);
+  ASSERT_EQ(files.size(), 1U + 2U + 2U);  // the target, two methods on the skin and in the plane
+  for (const std::string& file : files) {
+    SCOPED_TRACE(file);
+    const Picture picture(file);
+    EXPECT_EQ(picture.text("Software"), "touchfield 0.1.0");
+    EXPECT_EQ(picture.text("Source"), "0123456789ab");
+    EXPECT_EQ(picture.text("Description"), "width_5mm");
+    EXPECT_EQ(picture.text("Scene hash"), "abc");
+  }
+}
+
+TEST_F(Figures, PressureThatIsNoNumberIsGrey) {
+  const TemporaryDirectory directory;
+  RunData run = graded_run();
+  run.methods[0].pressure(5) = std::numeric_limits<double>::quiet_NaN();
+  draw_figures(directory.path(), run);
+  const Picture picture(directory.file("pressure_graded.png"));
+  expect_colour(picture.at(skin_panels(run).body.pixel(run.mesh.centroids().col(5))), kNoValue);
+}
+
+TEST_F(Figures, ARunWithNothingToDrawGivesNoFile) {
+  const TemporaryDirectory directory;
+  EXPECT_TRUE(draw_figures(directory.path(), bare_run(sheet(1, 1, 0.01))).empty());
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+// A virtual display starts anew when its last client leaves; asking again at once must find it.
+TEST_F(Figures, TheDisplayAnswersEveryTime) {
+  for (int i = 0; i < 30; ++i) {
+    EXPECT_TRUE(can_draw()) << "time " << i;
+  }
+}
+
+TEST_F(Figures, APlaneWaveFromTheSide) {
+  const TemporaryDirectory directory;
+  RunData run = graded_run();
+  run.array = plane_wave(Vector3(0, 0, -1), 1.0);  // from behind the sheet: +x to the right
+  run.methods[0] = support::made_up_method("wave", run, 0.5);
+  run.methods[0].pressure.setConstant(1e-3);
+  draw_figures(directory.path(), run);
+  const SkinView view = skin_panels(run).body;
+  EXPECT_LT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
+  const Picture picture(directory.file("pressure_wave.png"));
+  expect_colour(picture.at(view.pixel(Vector3(0.012, 0.003, 0.2))), viridis(1.0));
+}
+
+TEST_F(Figures, AMissingDirectoryIsAnIoError) {
+  const TemporaryDirectory directory;
+  try {
+    draw_figures(directory.file("missing"), graded_run());
+    FAIL() << "no error";
+  } catch (const IoError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("missing/pressure_graded.png"));
+  }
+}
+
+TEST(FiguresWithoutDisplay, AreRefusedAndTheProgramGoesOn) {
+  const TemporaryDirectory directory;
+  for (const char* display : {"", ":98765"}) {
+    const OtherDisplay other(display);
+    EXPECT_FALSE(can_draw());
+    EXPECT_THROW(draw_figures(directory.path(), full_run()), NotBuiltError);
+  }
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+// The ends and the middle of the published map (its entries 0, 255, and the mean of 127 and 128).
+TEST(ColourMap, IsViridis) {
+  expect_colour(viridis(0.0), {68, 1, 84});
+  expect_colour(viridis(0.5), {33, 145, 140});
+  expect_colour(viridis(1.0), {253, 231, 37});
+  EXPECT_EQ(viridis(-1.0), viridis(0.0));
+  EXPECT_EQ(viridis(7.0), viridis(1.0));
+  EXPECT_EQ(viridis(std::numeric_limits<double>::quiet_NaN()), kNoValue);
+}
+
+// Brighter means more, all the way: the luma of Rec. 601 never falls. 1: rounding of the three channels.
+TEST(ColourMap, GrowsBrighter) {
+  const auto luma = [](const Colour& c) { return 0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2]; };
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_GT(luma(viridis((i + 1) / 100.0)), luma(viridis(i / 100.0)) - 1.0) << i;
+  }
+  EXPECT_GT(luma(viridis(1.0)), luma(viridis(0.0)) + 150.0);
+}
+
+TEST(PictureParts, RoundNumbers) {
+  EXPECT_DOUBLE_EQ(round_above(3000.0), 3000.0);
+  EXPECT_DOUBLE_EQ(round_above(3001.0), 4000.0);
+  EXPECT_DOUBLE_EQ(round_above(8.1e-3), 1e-2);
+  EXPECT_DOUBLE_EQ(round_above(0.0), 1.0);
+  EXPECT_DOUBLE_EQ(round_above(std::numeric_limits<double>::quiet_NaN()), 1.0);
+  EXPECT_DOUBLE_EQ(tick_step(3000.0, 8), 500.0);  // six pieces; steps of 200 would be fifteen
+  EXPECT_DOUBLE_EQ(tick_step(0.24, 10), 0.05);
+  EXPECT_DOUBLE_EQ(tick_step(1.0, 1), 1.0);
+}
+
+TEST(PictureParts, LogarithmicTicksHoldTheValues) {
+  const auto values = [](double low, double high) {
+    std::vector<double> found;
+    for (const LogTick& tick : log_ticks(low, high)) {
+      found.push_back(tick.value);
+      EXPECT_EQ(tick.decade, std::abs(std::remainder(std::log10(tick.value), 1.0)) < 1e-9) << tick.value;
+    }
+    return found;
+  };
+  using ::testing::DoubleEq;
+  using ::testing::ElementsAre;
+  EXPECT_THAT(values(0.03, 1.5), ElementsAre(DoubleEq(0.02), DoubleEq(0.05), DoubleEq(0.1), DoubleEq(0.2),
+                                             DoubleEq(0.5), DoubleEq(1.0), DoubleEq(2.0)));
+  EXPECT_THAT(values(2.0, 10.0), ElementsAre(DoubleEq(2.0), DoubleEq(5.0), DoubleEq(10.0)));
+  EXPECT_THAT(values(7.0, 7.5), ElementsAre(DoubleEq(5.0), DoubleEq(10.0)));
+  EXPECT_THAT(values(1000.0, 1000.0), ElementsAre(DoubleEq(1000.0), DoubleEq(2000.0)));
+}
+
+TEST(PictureParts, QuantileIgnoresWhatIsNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(quantile({5, nan, 1, 3, HUGE_VAL}, 0.5), 3.0);
+  EXPECT_EQ(quantile({5, 1, 3}, 0.999), 5.0);
+  EXPECT_EQ(quantile({nan}, 0.5), 0.0);
+  std::vector<double> many(10'000, 1.0);
+  many[17] = 1e6;  // one in ten thousand lies above the 99.9th percentile
+  EXPECT_EQ(quantile(many, 0.999), 1.0);
+}
+
+TEST(SkinView, ArraysThatFaceEachOtherLookAtTheBody) {
+  TransducerArray array = bare_run(sheet(1, 1, 0.01)).array;
+  array.positions = Points::Zero(3, 2);
+  array.axes = Points(3, 2);
+  array.axes.col(0) = Vector3::UnitX();
+  array.axes.col(1) = -Vector3::UnitX();
+  EXPECT_TRUE(facing(array, Vector3(0, 0.3, 0)).isApprox(Vector3::UnitY()));
+  EXPECT_TRUE(facing(array, Vector3::Zero()).isApprox(Vector3::UnitZ()));
+}
+
+TEST(SkinView, LookingAlongYStillHasAnUp) {
+  Points points(3, 2);
+  points.col(0) = Vector3(-1, 0, -2);
+  points.col(1) = Vector3(1, 5, 2);
+  const SkinView view = fitted_view({0, 0, 100, 100}, Vector3::UnitY(), points, 1.0);
+  EXPECT_TRUE(view.up.isApprox(Vector3::UnitX()));
+  EXPECT_DOUBLE_EQ(view.scale, 0.04);  // 4 m over 100 pixels
+  EXPECT_TRUE(view.pixel(Vector3(1, 9, 0)).isApprox(Eigen::Vector2d(50, 75)));
+}
+
+TEST(SkinPicture, TheOutlineLeavesOutSharedSides) {
+  const TriangleMesh mesh = sheet(2, 1, 0.01);
+  const Target square{.faces = {0, 1}, .amplitudes = Eigen::Vector2d(1, 1), .box = {0, 0}};
+  const Eigen::Matrix2Xi outline = target_outline(mesh, square);
+  std::set<std::pair<int, int>> sides;
+  for (Eigen::Index e = 0; e < outline.cols(); ++e) {
+    sides.emplace(outline(0, e), outline(1, e));
+  }
+  EXPECT_EQ(sides, (std::set<std::pair<int, int>>{{0, 1}, {1, 4}, {3, 4}, {0, 3}}));  // not the diagonal 1-3
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,122 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/scene_support.h"
+
+namespace touchfield {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using testing::kSmallScene;
+using testing::problems_of;
+using testing::scene_from;
+using ::testing::StartsWith;
+using testing::TempFolder;
+
+std::vector<std::string> problems_with(const std::vector<std::string>& overrides,
+                                       const std::string& text = kSmallScene) {
+  const TempFolder folder;
+  return problems_of(folder.write("scene.yaml", text), overrides);
+}
+
+TEST(SceneOverrides, ReplaceValues) {
+  const Scene scene = scene_from(kSmallScene, {"name=other", "body.edge_mm=1.5", "array.level=0.5"});
+  EXPECT_EQ(scene.name, "other");
+  EXPECT_EQ(scene.bodies.at(0).edge->far, 1.5e-3);
+  EXPECT_EQ(scene.array.level, 0.5);
+}
+
+TEST(SceneOverrides, MakeTheMapsOnTheWay) {
+  const Scene scene = scene_from(kSmallScene, {"body.place.at_mm=[0, 0, 250]", "medium.temperature_c=25"});
+  EXPECT_EQ(scene.bodies.at(0).place.at, Vector3(0, 0, 0.25));
+  EXPECT_EQ(scene.medium.temperature, 298.15);
+}
+
+TEST(SceneOverrides, LaterOnesSeeEarlierOnes) {
+  const Scene scene = scene_from(kSmallScene, {"body.place.at_mm=[0, 0, 250]", "body.place.at_mm.2=150",
+                                               "body.place.at_mm[0]=10", "name=a", "name=b"});
+  EXPECT_EQ(scene.bodies.at(0).place.at, Vector3(0.01, 0, 0.15));
+  EXPECT_EQ(scene.name, "b");
+}
+
+TEST(SceneOverrides, NameItemsByNumber) {
+  const std::string text =
+      "name: items\n"
+      "array: {grid: {}}\n"
+      "body: {sphere: {radius_mm: 8}, edge_mm: 2}\n"
+      "target: {boxes: [{at: top, size_mm: [1, 1, 1]}, {at: bottom, size_mm: [2, 2, 2]}]}\n"
+      "solve: {methods: [paper, {focus: {as: f}}]}\n";
+  const Scene scene =
+      scene_from(text, {"target.boxes.1.size_mm.0=5", "solve.methods[0]=unscattered", "solve.methods.1.focus.as=g"});
+  EXPECT_EQ(scene.target->boxes[1].size, Vector3(5e-3, 2e-3, 2e-3));
+  EXPECT_EQ(scene.target->boxes[0].size, Vector3(1e-3, 1e-3, 1e-3));
+  EXPECT_EQ(scene.solve.methods[0].kind, MethodKind::kUnscattered);
+  EXPECT_EQ(scene.solve.methods[1].name, "g");
+}
+
+TEST(SceneOverrides, NullTakesAKeyAway) {
+  const Scene scene = scene_from(kSmallScene, {"array.grid=null", "array.plane_wave={}", "judge=~"});
+  EXPECT_TRUE(std::holds_alternative<PlaneWaveArray>(scene.array.layout));
+  EXPECT_EQ(scene.judge.kind, JudgeSpec::Kind::kSame);
+  // What was taken away can be given anew.
+  const Scene again = scene_from(kSmallScene, {"array.grid=null", "array.grid.count=[2, 3]"});
+  EXPECT_THAT(std::get<GridArray>(again.array.layout).count, ElementsAre(2, 3));
+}
+
+TEST(SceneOverrides, AnAlternativeBesideAnotherIsRefused) {
+  EXPECT_THAT(problems_with({"array.plane_wave={}"}),
+              ElementsAre("--set array.plane_wave={}: array: grid and plane_wave given, must be exactly one of grid, "
+                          "autd3, sonicsurface, positions, plane_wave"));
+}
+
+TEST(SceneOverrides, TakingAwayWhatIsRequiredIsRefused) {
+  EXPECT_THAT(problems_with({"body.edge_mm=null"}),
+              ElementsAre(HasSubstr("scene.yaml:3:7: body.edge_mm: missing, must be given with sphere")));
+}
+
+TEST(SceneOverrides, ProblemsNameTheOverride) {
+  EXPECT_THAT(problems_with({"array.level=2", "medium={temperature_c: 20, humidty_percent: 3}", "body.edge_mm=[1]",
+                             "array.at_mm=[0, .nan, 0]"}),
+              ElementsAre("--set array.level=2: array.level = 2 must be > 0 and <= 1",
+                          "--set medium={temperature_c: 20, humidty_percent: 3}: medium.humidty_percent: unknown key, "
+                          "did you mean humidity_percent?",
+                          "--set body.edge_mm=[1]: body.edge_mm: a list, must be a number",
+                          "--set array.at_mm=[0, .nan, 0]: array.at_mm[1] = .nan must be a finite number"));
+}
+
+TEST(SceneOverrides, ProblemsOfTheFileComeFirst) {
+  const auto problems = problems_with({"frequency_khz=0"}, kSmallScene + "judge: nobody\n");
+  ASSERT_EQ(problems.size(), 2U);
+  EXPECT_THAT(problems[0], HasSubstr("scene.yaml:5:8: judge = nobody must be one of same, none or a map"));
+  EXPECT_EQ(problems[1], "--set frequency_khz=0: frequency_khz = 0 must be 1 to 200");
+}
+
+TEST(SceneOverrides, PathsThatLeadNowhereAreRefused) {
+  const auto only_problem = [](const std::string& override_text) {
+    const auto problems = problems_with({override_text});
+    EXPECT_EQ(problems.size(), 1U) << override_text;
+    return problems.empty() ? "" : problems.front();
+  };
+  for (const std::string text :
+       {"", "name", "=5", ".name=5", "array..level=1", "array.=1", "array[=1", "a]b=1", "a[0]b=1"}) {
+    EXPECT_EQ(only_problem(text), "--set " + text + ": must be key.path=value");
+  }
+  EXPECT_EQ(only_problem("name="), "--set name=: no value; null takes a key away");
+  EXPECT_EQ(only_problem("name=[1"), "--set name=[1: not YAML: end of sequence flow not found");
+  EXPECT_EQ(only_problem("name.first=a"), "--set name.first=a: name is small, not a map or list");
+  EXPECT_EQ(only_problem("solve.methods.1=paper"),
+            "--set solve.methods.1=paper: solve.methods.1 names no item of solve.methods, which has 1");
+  EXPECT_EQ(only_problem("solve.methods.first=paper"),
+            "--set solve.methods.first=paper: solve.methods.first names no item of solve.methods, which has 1");
+  EXPECT_EQ(only_problem("solve.methods.0=null"),
+            "--set solve.methods.0=null: solve.methods.0: null takes keys away, not items of a list");
+  EXPECT_EQ(only_problem("body.place.at_mm.2=250"),
+            "--set body.place.at_mm.2=250: body.place.at_mm is no list in the scene, give it as a whole");
+  EXPECT_EQ(only_problem("target.box=null"), "--set target.box=null: target is not in the scene, nothing to take away");
+  EXPECT_THAT(only_problem("array.gird=null"),
+              StartsWith("--set array.gird=null: array.gird: unknown key, did you mean grid?"));
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,387 @@
+#include <algorithm>
+#include <chrono>
+#include <numbers>
+#include <regex>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/scene/scene_reader.h"
+#include "tests/support/scene_support.h"
+
+namespace touchfield {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using testing::kSmallScene;
+using testing::lines_of;
+using testing::problems_of;
+using testing::scene_from;
+using testing::source_folder;
+using testing::TempFolder;
+using testing::text_of;
+
+// ---- Scenes with faults: each file in tests/data/scenes_bad ends with the messages it must cause, as comments
+// "# expect LINE:COLUMN: ..." or, of another file, "# expect-elsewhere ...". DIR stands for the folder.
+
+std::filesystem::path bad_folder() { return source_folder() / "tests/data/scenes_bad"; }
+
+std::vector<std::string> bad_scenes() {
+  std::vector<std::string> names;
+  for (const auto& file : std::filesystem::directory_iterator(bad_folder())) {
+    if (file.path().extension() == ".yaml") names.push_back(file.path().stem().string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<std::string> expected_problems(const std::filesystem::path& file) {
+  const std::string folder = file.parent_path().string();
+  std::vector<std::string> expected;
+  for (const auto& line : lines_of(text_of(file))) {
+    const std::string here = "# expect ";
+    const std::string elsewhere = "# expect-elsewhere ";
+    std::string text;
+    if (line.starts_with(here)) text = file.string() + ":" + line.substr(here.size());
+    if (line.starts_with(elsewhere)) text = line.substr(elsewhere.size());
+    if (text.empty()) continue;
+    if (const auto at = text.find("DIR"); at != std::string::npos) text.replace(at, 3, folder);
+    expected.push_back(text);
+  }
+  return expected;
+}
+
+class BadScene : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(BadScene, IsRefusedWithTheMessagesItSays) {
+  const auto file = bad_folder() / (GetParam() + ".yaml");
+  const auto expected = expected_problems(file);
+  ASSERT_FALSE(expected.empty());
+  EXPECT_EQ(problems_of(file.string()), expected);
+}
+
+// The position of a message must be where the file has the value or key that the message is about.
+TEST_P(BadScene, MessagesPointAtWhatTheyName) {
+  const auto file = bad_folder() / (GetParam() + ".yaml");
+  const auto lines = lines_of(text_of(file));
+  const std::regex value_form(R"(^(\d+):(\d+): [^ ]+ = ([^ ]+?)(\.\.\.)? must be .*)");
+  const std::regex key_form(R"(^(\d+):(\d+): ([^ ]+): (unknown key|given twice|cannot be given).*)");
+  for (const auto& problem : problems_of(file.string())) {
+    if (!problem.starts_with(file.string() + ":")) continue;
+    const std::string rest = problem.substr(file.string().size() + 1);
+    std::smatch match;
+    const bool value = std::regex_match(rest, match, value_form);
+    if (!value && !std::regex_match(rest, match, key_form)) continue;
+    const auto line = static_cast<std::size_t>(std::stoi(match[1]));
+    const auto column = static_cast<std::size_t>(std::stoi(match[2]));
+    const std::string path = match[3];
+    const std::string named = value ? path : path.substr(path.rfind('.') + 1);
+    ASSERT_LE(line, lines.size()) << problem;
+    EXPECT_EQ(lines[line - 1].substr(column - 1, named.size()), named) << problem;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(SceneReader, BadScene, ::testing::ValuesIn(bad_scenes()),
+                         [](const auto& info) { return info.param; });
+
+// ---- What is no scene file
+
+TEST(SceneReader, NamesAMissingFile) {
+  EXPECT_THAT(problems_of("no/such/scene.yaml"), ElementsAre("no/such/scene.yaml: no such file"));
+}
+
+TEST(SceneReader, RefusesAFolder) {
+  const TempFolder folder;
+  EXPECT_THAT(problems_of(folder.path().string()),
+              ElementsAre(folder.path().string() + ": a directory, must be a file"));
+}
+
+TEST(SceneReader, RefusesAnEmptyFile) {
+  const TempFolder folder;
+  const auto file = folder.write("empty.yaml", "");
+  EXPECT_THAT(problems_of(file), ElementsAre(file + ":1:1: empty, a scene must be a map of keys"));
+}
+
+TEST(SceneReader, RefusesBinaryData) {
+  const TempFolder folder;
+  const auto file = folder.write("binary.yaml", std::string("\x7f"
+                                                            "ELF\x02\x01\0\0",
+                                                            8));
+  EXPECT_THAT(problems_of(file), ElementsAre(HasSubstr(":1:1: not a character of UTF-8 text")));
+}
+
+TEST(SceneReader, StopsAliasesThatMultiply) {
+  const TempFolder folder;
+  std::string text = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";
+  for (int i = 1; i <= 9; ++i) {
+    const std::string alias = "*a" + std::to_string(i - 1);
+    text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + alias;
+    for (int k = 1; k < 10; ++k) text += ", " + alias;
+    text += "]\n";
+  }
+  EXPECT_THAT(problems_of(folder.write("bomb.yaml", text)),
+              ElementsAre(HasSubstr("more than 200000 values up to here")));
+}
+
+TEST(SceneReader, StopsAliasesThatMultiplyALongText) {
+  const TempFolder folder;
+  std::string text = "a: &a " + std::string(1'000'000, 'x') + "\nb: [*a";
+  for (int i = 1; i < 20'000; ++i) text += ", *a";
+  EXPECT_THAT(problems_of(folder.write("bomb.yaml", text + "]\n")),
+              ElementsAre(HasSubstr("more than 16 MiB of text up to here that anchors and aliases copy")));
+}
+
+TEST(SceneReader, RefusesDeepNesting) {
+  const TempFolder folder;
+  EXPECT_THAT(problems_of(folder.write("deep.yaml", "name: " + std::string(20000, '['))),
+              ElementsAre(HasSubstr("nested deeper than 50 levels")));
+}
+
+// A list of a thousand faults would hide the first.
+TEST(SceneReader, ReportsTheFirstHundredProblemsAndCountsTheRest) {
+  const TempFolder folder;
+  std::string text = "name: many\n";
+  for (int i = 0; i < 130; ++i) text += "unknown_key_" + std::to_string(i) + ": 1\n";
+  const auto file = folder.write("many.yaml", text);
+  const auto problems = problems_of(file);
+  ASSERT_EQ(problems.size(), 101U);
+  // 130 unknown keys and the missing array, body and solve.
+  EXPECT_EQ(problems.back(), file + ": and 33 problems more");
+}
+
+// ---- Values and defaults
+
+TEST(SceneReader, FillsInTheDefaults) {
+  const Scene scene = scene_from(kSmallScene);
+  EXPECT_EQ(scene.name, "small");
+  EXPECT_EQ(scene.frequency, 40e3);
+  EXPECT_EQ(scene.medium.temperature, 293.15);
+  EXPECT_FALSE(scene.medium.sound_speed);
+  const auto& grid = std::get<GridArray>(scene.array.layout);
+  EXPECT_THAT(grid.count, ElementsAre(44, 34));
+  EXPECT_EQ(grid.pitch, 10.16e-3);
+  EXPECT_EQ(scene.array.source_strength, 4.386);
+  EXPECT_EQ(std::get<SphereShape>(scene.bodies.at(0).shape).radius, 8e-3);
+  EXPECT_EQ(scene.bodies.at(0).edge->far, 2e-3);
+  EXPECT_TRUE(scene.bodies.at(0).place.landmark.empty());
+  EXPECT_FALSE(scene.target);
+  ASSERT_EQ(scene.solve.methods.size(), 1U);
+  EXPECT_EQ(scene.solve.methods[0].name, "fixed");
+  EXPECT_THAT(scene.solve.methods[0].phases, ElementsAre(0.0));
+  EXPECT_EQ(scene.solve.scheme, SolveSpec{}.scheme);
+  EXPECT_EQ(scene.solve.solver.solver, SolverChoice::kAuto);
+  EXPECT_EQ(scene.solve.solver.precision, PrecisionChoice::kAuto);
+  EXPECT_EQ(scene.solve.solver.tolerance, 1e-4);
+  EXPECT_TRUE(scene.solve.solver.refine);
+  EXPECT_EQ(scene.judge.kind, JudgeSpec::Kind::kSame);
+  EXPECT_THAT(scene.fields, IsEmpty());
+  EXPECT_TRUE(scene.write.h5 && scene.write.vtp && scene.write.vti && scene.write.png);
+}
+
+// The SI value is the double nearest to the written decimal, not a product with a rounded 0.001.
+TEST(SceneReader, ConvertsUnits) {
+  const Scene scene = scene_from(
+      "name: units\n"
+      "medium: {temperature_c: 25, humidity_percent: 35, absorption: true, sound_speed_m_s: 346.1, density_kg_m3: "
+      "1.18}\n"
+      "frequency_khz: 25.3\n"
+      "array: {plane_wave: {direction: [0, 3, -4], amplitude_pa: 2.5}, at_mm: [1, -2.3, 1e2], rotate_deg: [90, 0, "
+      "-180]}\n"
+      "body: {capsule: {radius_mm: 8.1, length_mm: 0}, edge_mm: 1.9}\n"
+      "solve: {methods: [{fixed: {phases_rad: [0.5, 1]}}]}\n");
+  EXPECT_EQ(scene.medium.temperature, 298.15);
+  EXPECT_EQ(scene.medium.humidity, 0.35);
+  EXPECT_TRUE(scene.medium.absorption);
+  EXPECT_EQ(scene.medium.sound_speed, 346.1);
+  EXPECT_EQ(scene.medium.density, 1.18);
+  EXPECT_EQ(scene.frequency, 25.3e3);
+  const auto& wave = std::get<PlaneWaveArray>(scene.array.layout);
+  EXPECT_EQ(wave.direction, Vector3(0, 0.6, -0.8));
+  EXPECT_EQ(wave.amplitude, 2.5);
+  EXPECT_EQ(scene.array.at, Vector3(1e-3, -2.3e-3, 0.1));
+  EXPECT_EQ(scene.array.angles, Vector3(std::numbers::pi / 2, 0, -std::numbers::pi));
+  EXPECT_EQ(std::get<CapsuleShape>(scene.bodies.at(0).shape).radius, 8.1e-3);
+  EXPECT_EQ(scene.bodies.at(0).edge->far, 1.9e-3);
+}
+
+TEST(SceneReader, Autd3IsThreeByTwoUnitsUnlessPlaced) {
+  const std::string rest = "body: {sphere: {radius_mm: 8}, edge_mm: 2}\nsolve: {methods: [{fixed: {phases_rad: 0}}]}\n";
+  const Scene plain = scene_from("name: a\narray: {autd3: {}}\n" + rest);
+  const auto& tiles = std::get<Autd3Array>(plain.array.layout);
+  ASSERT_TRUE(tiles.layout);
+  EXPECT_THAT(*tiles.layout, ElementsAre(3, 2));
+  const Scene placed =
+      scene_from("name: a\narray: {autd3: {units: [{at_mm: [1, 2, 3], rotate_deg: [0, 90, 0]}]}}\n" + rest);
+  const auto& units = std::get<Autd3Array>(placed.array.layout);
+  EXPECT_FALSE(units.layout);
+  ASSERT_EQ(units.units.size(), 1U);
+  EXPECT_EQ(units.units[0].at, Vector3(1e-3, 2e-3, 3e-3));
+  EXPECT_EQ(units.units[0].angles.y(), std::numbers::pi / 2);
+}
+
+TEST(SceneReader, MethodsTakeTheDefaultsOfSolveWhereverTheyStand) {
+  const Scene scene = scene_from(
+      "name: methods\n"
+      "array: {grid: {}}\n"
+      "body: {sphere: {radius_mm: 8}, edge_mm: 2}\n"
+      "target: {box: {at: bottom, size_mm: [8, 8, 8]}, pressure_pa: 3e3}\n"
+      "solve:\n"
+      "  methods:\n"
+      "    - paper\n"
+      "    - paper: {as: longer, iterations: 50, start: zero}\n"
+      "    - unscattered: {}\n"
+      "  iterations: 7\n"
+      "  start: {random: 11}\n");
+  ASSERT_EQ(scene.solve.methods.size(), 3U);
+  EXPECT_EQ(scene.solve.methods[0].iterations, 7);
+  EXPECT_EQ(scene.solve.methods[0].start.kind, StartSpec::Kind::kRandom);
+  EXPECT_EQ(scene.solve.methods[0].start.seed, 11U);
+  EXPECT_EQ(scene.solve.methods[1].name, "longer");
+  EXPECT_EQ(scene.solve.methods[1].iterations, 50);
+  EXPECT_EQ(scene.solve.methods[1].start.kind, StartSpec::Kind::kZero);
+  EXPECT_EQ(scene.solve.methods[2].kind, MethodKind::kUnscattered);
+  EXPECT_EQ(scene.solve.methods[2].iterations, 7);
+  EXPECT_EQ(scene.target->pressure, 3000.0);
+}
+
+TEST(SceneReader, ReadsHowTheEquationsAreSolved) {
+  const Scene scene = scene_from(
+      kSmallScene, {"solve.solver=matrix_free", "solve.precision=single", "solve.tolerance=1e-7", "solve.refine=false",
+                    "solve.max_steps=60", "solve.alarm=never", "solve.coupling=0.5", "solve.split_ratio=2"});
+  EXPECT_EQ(scene.solve.solver.solver, SolverChoice::kMatrixFree);
+  EXPECT_EQ(scene.solve.solver.precision, PrecisionChoice::kSingle);
+  EXPECT_EQ(scene.solve.solver.tolerance, 1e-7);
+  EXPECT_FALSE(scene.solve.solver.refine);
+  EXPECT_EQ(scene.solve.solver.max_steps, 60);
+  EXPECT_EQ(scene.solve.solver.alarm, AlarmChoice::kNever);
+  EXPECT_EQ(scene.solve.solver.coupling, 0.5);
+  EXPECT_EQ(scene.solve.solver.split_ratio, 2.0);
+}
+
+TEST(SceneReader, EverySchemeIsKnownByItsName) {
+  for (const Scheme scheme : all_schemes()) {
+    const Scene scene = scene_from(kSmallScene, {"solve.scheme=" + to_string(scheme)});
+    EXPECT_EQ(scene.solve.scheme, scheme);
+    EXPECT_EQ(scene.solve.methods[0].scheme, scheme);
+  }
+}
+
+TEST(SceneReader, AJudgeMayHaveAModelOfItsOwn) {
+  const Scene none = scene_from(kSmallScene, {"judge=none"});
+  EXPECT_EQ(none.judge.kind, JudgeSpec::Kind::kNone);
+  const Scene edge = scene_from(kSmallScene, {"judge={edge_mm: 0.7}"});
+  EXPECT_EQ(edge.judge.kind, JudgeSpec::Kind::kEdge);
+  EXPECT_EQ(edge.judge.edge.far, 0.7e-3);
+  EXPECT_EQ(edge.judge.scheme, Scheme::kBurtonMillerPolished);
+  const Scene split = scene_from(kSmallScene, {"judge={scheme: chief, split: 2}"});
+  EXPECT_EQ(split.judge.kind, JudgeSpec::Kind::kSplit);
+  EXPECT_EQ(split.judge.splits, 2);
+  EXPECT_EQ(split.judge.scheme, Scheme::kChief);
+  const Scene of_file = scene_from(kSmallScene, {"body={mesh: {file: hand.stl}}", "judge={split: 1}"});
+  EXPECT_EQ(of_file.judge.kind, JudgeSpec::Kind::kSplit);
+}
+
+TEST(SceneReader, PutsAPlanesSizeOnItsAxes) {
+  const Scene scene = scene_from(kSmallScene +
+                                 "field:\n"
+                                 "  - {name: a, plane: xy, through_mm: [1, 2, 3], size_mm: [10, 20]}\n"
+                                 "  - {name: b, plane: xz, through_mm: [1, 2, 3], size_mm: [10, 20]}\n"
+                                 "  - {name: c, plane: yz, through_mm: [1, 2, 3], size_mm: [10, 20], spacing_mm: 0.5}\n"
+                                 "  - {name: d, centre_mm: [1, 2, 3], size_mm: [10, 20, 30]}\n");
+  ASSERT_EQ(scene.fields.size(), 4U);
+  EXPECT_EQ(scene.fields[0].size, Vector3(10e-3, 20e-3, 0));
+  EXPECT_EQ(scene.fields[1].size, Vector3(10e-3, 0, 20e-3));
+  EXPECT_EQ(scene.fields[2].size, Vector3(0, 10e-3, 20e-3));
+  EXPECT_EQ(scene.fields[3].size, Vector3(10e-3, 20e-3, 30e-3));
+  EXPECT_EQ(scene.fields[3].plane, "");
+  for (const auto& field : scene.fields) EXPECT_EQ(field.centre, Vector3(1e-3, 2e-3, 3e-3));
+  EXPECT_EQ(scene.fields[2].spacing, 0.5e-3);
+}
+
+// 20 million points are allowed, one more is not: 4000 x 5000 points are 3999 x 4999 steps of 1 mm.
+TEST(SceneReader, AllowsTwentyMillionFieldPoints) {
+  const auto field = [](const std::string& size) {
+    return kSmallScene + "field: [{name: a, plane: xy, through_mm: [0, 0, 0], size_mm: " + size + "}]\n";
+  };
+  EXPECT_NO_THROW(scene_from(field("[3999, 4999]")));
+  EXPECT_THROW(scene_from(field("[3999, 5000]")), InputError);
+}
+
+TEST(SceneReader, ReadsAnchors) {
+  const Scene scene = scene_from(
+      "name: anchors\n"
+      "array: {grid: {}, at_mm: &centre [1, 2, 3]}\n"
+      "body: {sphere: {radius_mm: 8}, edge_mm: 2, place: {at_mm: *centre}}\n"
+      "solve: {methods: [{fixed: {phases_rad: 0}}]}\n");
+  EXPECT_EQ(scene.bodies.at(0).place.at, Vector3(1e-3, 2e-3, 3e-3));
+}
+
+// ---- Files beside the scene
+
+TEST(SceneReader, ResolvesFilesAgainstTheScenesFolder) {
+  const TempFolder folder;
+  std::filesystem::create_directory(folder.path() / "data");
+  folder.write("data/array.csv", "x,y,z,ax,ay,az\r\n1, 2,3 ,0,0,-2 # down\r\n\r\n-1,.5,3e0,3,4,0\r\n");
+  folder.write("data/phases.txt", "# radians\n0.5, 1\n-1.5\n");
+  const auto file = folder.write("scene.yaml",
+                                 "name: files\n"
+                                 "array: {positions: {file: data/array.csv}}\n"
+                                 "body: {mesh: {file: data/../hand.stl, unit: cm, landmarks: {tip: [1, 2, 3.3]}}}\n"
+                                 "solve: {methods: [{fixed: {phases_file: data/phases.txt}}]}\n");
+  const Scene scene = read_scene(file, {});
+  const auto& positions = std::get<PositionsArray>(scene.array.layout);
+  Points points(3, 2);
+  points << 1e-3, -1e-3, 2e-3, 0.5e-3, 3e-3, 3e-3;
+  EXPECT_EQ(positions.points, points);
+  Points axes(3, 2);
+  axes << 0, 0.6, 0, 0.8, -1, 0;
+  EXPECT_LT((positions.axes - axes).norm(), 1e-15);  // one division and one root of rounding
+  const auto& mesh = std::get<MeshShape>(scene.bodies.at(0).shape);
+  EXPECT_EQ(mesh.file, (folder.path() / "hand.stl").string());
+  EXPECT_EQ(mesh.unit, 1e-2);
+  EXPECT_EQ(mesh.landmarks.at("tip"), Vector3(1e-2, 2e-2, 3.3e-2));
+  EXPECT_FALSE(scene.bodies.at(0).edge);
+  EXPECT_THAT(scene.solve.methods[0].phases, ElementsAre(0.5, 1.0, -1.5));
+}
+
+TEST(SceneReader, ResolvesFilesOfOverridesAgainstTheWorkingDirectory) {
+  const TempFolder folder;
+  const auto file = folder.write("scene.yaml", kSmallScene);
+  const Scene scene = read_scene(file, {"body={mesh: {file: some/hand.stl}}"});
+  EXPECT_EQ(std::get<MeshShape>(scene.bodies.at(0).shape).file,
+            (std::filesystem::current_path() / "some/hand.stl").string());
+}
+
+TEST(SceneReader, PositionsEmitUpwardsUnlessTold) {
+  const TempFolder folder;
+  folder.write("array.csv", "# x y z\n1,2,3\n4,5,6\n");
+  const auto file = folder.write("scene.yaml",
+                                 "name: files\n"
+                                 "array: {positions: {file: array.csv}}\n"
+                                 "body: {sphere: {radius_mm: 8}, edge_mm: 2}\n"
+                                 "solve: {methods: [{fixed: {phases_rad: 0}}]}\n");
+  const Scene scene = read_scene(file, {});
+  const auto& positions = std::get<PositionsArray>(scene.array.layout);
+  ASSERT_EQ(positions.axes.cols(), 2);
+  EXPECT_EQ(positions.axes.col(1), Vector3(0, 0, 1));
+}
+
+TEST(SceneReader, ReadsThousandsOfPositionsFast) {
+  std::string text = "name: many\narray:\n  positions:\n    points_mm:\n";
+  constexpr int kCount = 3000;
+  for (int i = 0; i < kCount; ++i) {
+    text += "      - [" + std::to_string(i) + ".25, -" + std::to_string(i) + ".125, 0]\n";
+  }
+  text += "body: {sphere: {radius_mm: 8}, edge_mm: 2}\nsolve: {methods: [{fixed: {phases_rad: 0}}]}\n";
+  const auto start = std::chrono::steady_clock::now();
+  const Scene scene = scene_from(text);
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  EXPECT_EQ(std::get<PositionsArray>(scene.array.layout).points.col(kCount - 1), Vector3(2999.25e-3, -2999.125e-3, 0));
+  // A tenth of it in an optimised build on an idle machine; a quadratic reader takes minutes.
+  EXPECT_LT(seconds.count(), 5.0);
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,64 @@
+#include "sim/solve/model.h"
+
+#include <gmock/gmock.h>
+
+#include "sim/core/errors.h"
+#include "tests/support/error_support.h"
+#include "tests/support/solve_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::small_model;
+using testing::HasSubstr;
+
+std::string refusal(const std::vector<std::string>& changes) {
+  return support::message_of<InputError>([&] { small_model(changes); });
+}
+
+TEST(Model, OwnsItsScene) {
+  const Model model = [] {
+    const Scene scene = support::small_scene({"name=gone"});
+    return build_model(scene);
+  }();
+  EXPECT_EQ(model.scene.name, "gone");
+  EXPECT_EQ(build_target(model).size(), build_target(model, model.body.mesh).size());
+}
+
+TEST(Model, BodiesStandWhereTheScenePutsThem) {
+  const Model model = small_model({"body.place.at_mm=[3, -4, 70]"});
+  EXPECT_NEAR(model.body.mesh.vertices().row(2).minCoeff(), 0.070, 1e-4);
+  const Vector3 bottom = position(model.body.mesh, find_landmark(model.body, "bottom"));
+  EXPECT_LT((bottom - Vector3(0.003, -0.004, 0.070)).norm(), 1e-9);
+  const Vector3 own = model.own_frame(bottom);
+  const Model other = small_model();
+  const Vector3 other_own = other.own_frame(position(other.body.mesh, find_landmark(other.body, "bottom")));
+  EXPECT_LT((own - other_own).norm(), 1e-9);  // a body keeps its own frame wherever it stands
+}
+
+TEST(Model, WhatDoesNotGoTogetherIsRefused) {
+  EXPECT_THAT(refusal({"body.place.landmark=elbow"}), HasSubstr("elbow"));
+  EXPECT_THAT(refusal({"body.place.at_mm=[0, 0, 0]"}), HasSubstr("crosses the board"));
+  EXPECT_THAT(refusal({"target.box.size_mm=[0.001, 0.001, 0.001]"}), HasSubstr("target"));
+  EXPECT_THAT(refusal({"target.box.size_mm=[100, 100, 100]"}), HasSubstr("target"));
+  EXPECT_THAT(refusal({"solve.methods=[{fixed: {phases_rad: [0, 1, 2]}}]"}), HasSubstr("3 phases"));
+}
+
+TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
+  EXPECT_EQ(channel_count(support::small_scene().array), small_model().array.size());
+  EXPECT_EQ(channel_count(support::small_scene({"array={sonicsurface: {}}"}).array), 256);
+}
+
+TEST(Model, TheJudgeHasItsOwnMeshWhereTheSceneSaysSo) {
+  EXPECT_FALSE(judged_elsewhere(support::small_scene()));
+  const Model split = small_model({"judge={split: 1}"});
+  EXPECT_TRUE(judged_elsewhere(split.scene));
+  EXPECT_EQ(build_judge_mesh(split).mesh.face_count(), 4 * split.body.mesh.face_count());
+  const Model noisy = small_model({"sensing={noise_mm_rms: 0.3, correlation_mm: 5, seed: 1}"});
+  ASSERT_TRUE(noisy.truth.has_value());
+  EXPECT_EQ(build_judge_mesh(noisy).mesh.vertices(), noisy.truth->vertices());
+  EXPECT_NE(noisy.body.mesh.vertices(), noisy.truth->vertices());
+}
+
+}  // namespace
+}  // namespace touchfield

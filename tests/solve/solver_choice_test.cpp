@@ -1,0 +1,72 @@
+#include "sim/solve/solver_choice.h"
+
+#include <gmock/gmock.h>
+
+#include "tests/support/solve_support.h"
+
+namespace touchfield {
+namespace {
+
+constexpr double kGibibyte = 1024.0 * 1024.0 * 1024.0;
+
+SolverOptions chosen(Scheme scheme, Eigen::Index unknowns, Eigen::Index right_hand_sides = 1, double gibibytes = 16) {
+  return choose_solver({}, scheme, unknowns, gibibytes * kGibibyte, right_hand_sides).options;
+}
+
+TEST(SolverChoice, BurtonMillerIsNotStoredUnlessManyRightHandSidesShareAFactorisation) {
+  for (const Scheme scheme : {Scheme::kBurtonMiller, Scheme::kBurtonMillerPolished}) {
+    EXPECT_EQ(chosen(scheme, 6000).kind, SolverKind::kMatrixFree);
+    EXPECT_EQ(chosen(scheme, 6000, 11).kind, SolverKind::kMatrixFree);
+    EXPECT_EQ(chosen(scheme, 6000, 12).kind, SolverKind::kLu);
+  }
+}
+
+TEST(SolverChoice, AMatrixTakesAtMostHalfOfTheFreeMemory) {
+  // 20,000 unknowns in single are 2.98 GiB.
+  EXPECT_EQ(chosen(Scheme::kPaper, 20000, 1, 6.0).kind, SolverKind::kLu);
+  EXPECT_EQ(chosen(Scheme::kPaper, 20000, 1, 5.9).kind, SolverKind::kMatrixFree);
+  EXPECT_EQ(chosen(Scheme::kBurtonMiller, 20000, 400, 6.0).kind, SolverKind::kLu);
+  EXPECT_EQ(chosen(Scheme::kBurtonMiller, 20000, 400, 5.9).kind, SolverKind::kMatrixFree);
+  // Where the system does not say how much is free, nothing is refused.
+  EXPECT_EQ(chosen(Scheme::kPaper, 20000, 1, 0.0).kind, SolverKind::kLu);
+}
+
+TEST(SolverChoice, ChiefHasNoIteration) { EXPECT_EQ(chosen(Scheme::kChief, 20000, 1, 0.1).kind, SolverKind::kLu); }
+
+TEST(SolverChoice, SmallFactorisationsAreInDouble) {
+  EXPECT_EQ(precision_name(chosen(Scheme::kPaper, 3000)), "double");
+  EXPECT_EQ(precision_name(chosen(Scheme::kPaper, 3001)), "single refined");
+  EXPECT_EQ(precision_name(chosen(Scheme::kBurtonMiller, 300)), "single refined");
+}
+
+TEST(SolverChoice, TheSceneIsObeyed) {
+  SolverSpec spec;
+  spec.solver = SolverChoice::kGmres;
+  spec.precision = PrecisionChoice::kSingle;
+  spec.refine = false;
+  spec.tolerance = 1e-3;
+  spec.max_steps = 17;
+  const SolverDecision decision = choose_solver(spec, Scheme::kChief, 100, 0.0, 1000);
+  EXPECT_EQ(decision.options.kind, SolverKind::kGmres);
+  EXPECT_EQ(precision_name(decision.options), "single");
+  EXPECT_EQ(decision.options.tolerance, 1e-3);
+  EXPECT_EQ(decision.options.max_steps, 17);
+  EXPECT_EQ(decision.reason, "as the scene asks");
+}
+
+TEST(LargestBlock, MethodsThatNeedEveryChannelCountInTheirOwnScheme) {
+  const SolveSpec plain = support::small_scene().solve;
+  EXPECT_EQ(largest_block(plain, plain.scheme, 64), 1);
+  EXPECT_EQ(largest_block(plain, plain.scheme, 64, true), 6);  // two a method
+  const SolveSpec surface = support::small_scene({"solve.methods=[surface, {paper: {scheme: paper}}]"}).solve;
+  EXPECT_EQ(largest_block(surface, surface.scheme, 64), 64);
+  EXPECT_EQ(largest_block(surface, surface.scheme, 1496), 400);
+  EXPECT_EQ(largest_block(surface, Scheme::kPaper, 1496), 1);
+  const SolveSpec certified = support::small_scene({"solve.certificate=true"}).solve;
+  EXPECT_EQ(largest_block(certified, certified.scheme, 64), 64);
+}
+
+TEST(AvailableMemory, IsThatOfAComputer) { EXPECT_GT(available_memory(), 1e6); }
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,43 @@
+#include "sim/solve/speed.h"
+
+#include <chrono>
+#include <cmath>
+#include <stdexcept>
+#include <thread>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace touchfield {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(Speed, IsOperationsOverSeconds) {
+  const Speed speed = speed_of([] { std::this_thread::sleep_for(std::chrono::milliseconds(20)); }, 1e6);
+  EXPECT_LE(speed.flops, 1e6 / 0.02);  // a sleep may last longer, never shorter
+  EXPECT_GT(speed.flops, 0.0);
+  EXPECT_EQ(speed.note, "");
+}
+
+TEST(Speed, WorkThatFailsGivesAGuessAndANote) {
+  const Speed speed = speed_of([] { throw std::runtime_error("the matrix is singular"); }, 1e6);
+  EXPECT_GE(speed.flops, 1e10);
+  EXPECT_TRUE(std::isfinite(speed.flops));
+  EXPECT_THAT(speed.note, HasSubstr("the matrix is singular"));
+}
+
+TEST(Speed, NothingToDoGivesAGuessAndANote) {
+  const Speed speed = speed_of([] {}, 0.0);
+  EXPECT_GE(speed.flops, 1e10);
+  EXPECT_THAT(speed.note, HasSubstr("no time"));
+}
+
+// Under every core type that scripts/test --processors tries.
+TEST(Speed, OfThisMachineIsMeasured) {
+  EXPECT_EQ(measured_speed().note, "");
+  EXPECT_GT(measured_speed().flops, 1e8);
+}
+
+}  // namespace
+}  // namespace touchfield

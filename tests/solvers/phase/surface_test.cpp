@@ -1,0 +1,816 @@
+#include "solvers/phase/surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <numeric>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "solvers/linear/hermitian_eigen.h"
+#include "solvers/phase/damped_step.h"
+#include "solvers/phase/skin_jacobian.h"
+#include "tests/support/skin_support.h"
+
+namespace touchfield {
+namespace {
+
+using Complex = std::complex<double>;
+constexpr double kPi = std::numbers::pi;
+
+SurfaceOptions options_of(int iterations, bool free_amplitudes = false) {
+  SurfaceOptions options;
+  options.iterations = iterations;
+  options.free_amplitudes = free_amplitudes;
+  return options;
+}
+
+/// Sound of a piston of 4.5 mm radius that looks along z, 40 kHz, on a surface of normal n: the lit side hears twice
+/// the free field, the other side little. Not a solution of anything, but with the matrices' spectrum and scale.
+Complex piston(const Eigen::Vector3d& source, const Eigen::Vector3d& x, const Eigen::Vector3d& n) {
+  constexpr double kWaveNumber = 732.28;
+  const Eigen::Vector3d way = x - source;
+  const double distance = way.norm();
+  const double argument = kWaveNumber * 4.5e-3 * std::hypot(way.x(), way.y()) / distance;
+  const double directivity = argument < 1e-6 ? 1.0 : 2.0 * std::cyl_bessel_j(1, argument) / argument;
+  const double lit = std::max(1.0 - n.dot(way) / distance, 0.02);
+  return std::polar(0.17 * directivity * lit / distance, kWaveNumber * distance);
+}
+
+/// rows x columns of points on the underside of a cylinder along x, 200 mm above the array and off its axes.
+Eigen::MatrixXcd cylinder_rows(double radius, double length, double arc, int rows, int columns) {
+  Eigen::MatrixXcd h(rows * columns, 44 * 34);
+#pragma omp parallel for
+  for (int c = 0; c < 44 * 34; ++c) {
+    const Eigen::Vector3d source((c % 44 - 21.5) * 0.01016 - 0.007, (c / 44 - 16.5) * 0.01016 + 0.004, 0.0);
+    for (int j = 0; j < rows * columns; ++j) {
+      const double angle = arc / radius * ((j % columns + 0.5) / columns - 0.5);
+      const Eigen::Vector3d n(0.0, std::sin(angle), -std::cos(angle));
+      const Eigen::Vector3d axis(length * ((j / columns + 0.5) / rows - 0.5), 0.0, 0.2 + radius);
+      h(j, c) = piston(source, axis + radius * n, n);
+    }
+  }
+  return h;
+}
+
+/// A square target of the given size on a finger of 8 mm radius, the whole finger quiet, r by eigen-decomposition.
+SkinProblem finger_problem(double size) {
+  constexpr int kSide = 8;
+  SkinProblem problem;
+  problem.target = cylinder_rows(8e-3, size, size, kSide, kSide);
+  problem.weights = Eigen::VectorXd::Constant(kSide * kSide, size * size / (kSide * kSide));
+  problem.amplitudes = Eigen::VectorXd::Constant(kSide * kSide, 0.4 * problem.target.cwiseAbs().rowwise().sum().mean());
+  const Eigen::MatrixXcd quiet = std::sqrt(60e-3 * 24e-3 / 336) * cylinder_rows(8e-3, 60e-3, 24e-3, 28, 12);
+  const HermitianEigen eigen = hermitian_eigen(quiet * quiet.adjoint());
+  const Eigen::Index rank = (eigen.values.array() > 1e-6 * eigen.values.maxCoeff()).count();
+  problem.quiet = eigen.vectors.rightCols(rank).adjoint() * quiet;
+  return problem;
+}
+
+// ---- The linear model
+
+/// f as written in surface.h, the quiet rows' parts in turn.
+Eigen::VectorXd direct_residual(const SkinProblem& problem, const Eigen::VectorXcd& q) {
+  Eigen::VectorXd f(problem.target_count() + 2 * problem.quiet.rows());
+  f.head(problem.target_count()) =
+      problem.weights.array().sqrt() * ((problem.target * q).array().abs() - problem.amplitudes.array());
+  const Eigen::VectorXcd t = problem.quiet * q;
+  for (Eigen::Index i = 0; i < t.size(); ++i) {
+    f(problem.target_count() + 2 * i) = t(i).real();
+    f(problem.target_count() + 2 * i + 1) = t(i).imag();
+  }
+  return f;
+}
+
+struct Linearised {
+  SkinProblem problem;
+  Eigen::VectorXcd q;
+  Eigen::VectorXcd phasors;
+  std::vector<Eigen::Index> radial;
+  SkinJacobian jacobian;
+
+  Linearised(Eigen::Index faces, Eigen::Index rank, Eigen::Index channels, std::vector<Eigen::Index> moving,
+             unsigned seed)
+      : Linearised(random_problem(faces, rank, channels, 0.4, seed), std::move(moving), seed) {}
+
+  Linearised(SkinProblem of, std::vector<Eigen::Index> moving, unsigned seed)
+      : problem(std::move(of)),
+        q(random_drives(problem.channel_count(), seed + 1)),
+        phasors(q.array() / q.array().abs()),
+        radial(std::move(moving)),
+        jacobian(problem) {
+    SkinField field;
+    send(problem, q, field);
+    jacobian.set(field, phasors);
+    jacobian.set_radial(radial);
+  }
+  Linearised(const Linearised&) = delete;  // the Jacobian refers to the problem
+
+  Eigen::MatrixXd dense() const {
+    Eigen::MatrixXd j(jacobian.rows(), jacobian.columns());
+    Eigen::VectorXd column;
+    for (Eigen::Index i = 0; i < j.cols(); ++i) {
+      jacobian.apply(Eigen::VectorXd::Unit(j.cols(), i), column);
+      j.col(i) = column;
+    }
+    return j;
+  }
+};
+
+TEST(SkinJacobian, EqualsCentralDifferencesOfTheResidual) {
+  const Linearised at(5, 4, 8, {1, 6}, 100);
+  EXPECT_LT((at.jacobian.residual() - direct_residual(at.problem, at.q)).norm(), 1e-13 * at.q.norm());
+  const Eigen::MatrixXd j = at.dense();
+  ASSERT_EQ(j.cols(), 10);
+  constexpr double kStep = 1e-5;  // truncation 1e-10 and rounding eps / 1e-5 are both far below the tolerance
+  for (Eigen::Index c = 0; c < j.cols(); ++c) {
+    const Eigen::Index n = c < 8 ? c : at.radial[static_cast<std::size_t>(c - 8)];
+    const Complex move = at.phasors(n) * (c < 8 ? Complex(0, kStep) : Complex(kStep, 0));
+    Eigen::VectorXcd up = at.q;
+    Eigen::VectorXcd down = at.q;
+    up(n) += move;
+    down(n) -= move;
+    const Eigen::VectorXd difference =
+        (direct_residual(at.problem, up) - direct_residual(at.problem, down)) / (2.0 * kStep);
+    EXPECT_LT((j.col(c) - difference).norm(), 1e-6 * j.col(c).norm()) << "column " << c;
+  }
+}
+
+TEST(SkinJacobian, TransposeGradientAndFilledMatrixAgree) {
+  const Linearised at(5, 4, 37, {0, 3, 17, 36}, 110);  // three blocks of columns
+  const Eigen::MatrixXd j = at.dense();
+  Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(j.rows(), -1.0, 2.0);
+  Eigen::VectorXd x;
+  at.jacobian.apply_transpose(y, x);
+  EXPECT_LT((x - j.transpose() * y).norm(), 1e-14 * j.norm() * y.norm());
+  at.jacobian.gradient(x);
+  EXPECT_LT((x - j.transpose() * at.jacobian.residual()).norm(), 1e-14 * j.norm() * at.jacobian.residual().norm());
+  EXPECT_LT((x.head(37).array() * at.q.array().abs() - skin_half_gradient(at.problem, at.q).array()).matrix().norm(),
+            1e-13 * x.norm());
+  EXPECT_NEAR(at.jacobian.largest_row(), (j * j.transpose()).diagonal().maxCoeff(), 1e-13 * j.squaredNorm());
+
+  const Eigen::VectorXd scale = Eigen::VectorXd::LinSpaced(j.cols(), 0.5, 2.0);
+  const Eigen::MatrixXd scaled = j * scale.asDiagonal();
+  Eigen::VectorXd outer;
+  at.jacobian.apply_gram(scale, y, x, outer);
+  EXPECT_LT((x - scaled.transpose() * y).norm(), 1e-14 * scaled.norm() * y.norm());
+  EXPECT_LT((outer - scaled * scaled.transpose() * y).norm(), 1e-14 * scaled.squaredNorm() * y.norm());
+  Eigen::MatrixXd filled(j.rows(), j.cols());
+  at.jacobian.fill(scale, filled.data());
+  EXPECT_LT((filled - scaled).norm(), 1e-14 * scaled.norm());
+  Eigen::MatrixXf single(j.rows(), j.cols());
+  at.jacobian.fill(scale, single.data());
+  EXPECT_LT((single.cast<double>() - scaled).norm(), 1e-7 * scaled.norm());
+}
+
+TEST(SkinJacobian, RowsLeftOutAreMissingFromItButNotFromTheGradient) {
+  SkinProblem problem = random_problem(5, 6, 37, 0.4, 140);
+  problem.quiet.rowwise().normalize();
+  problem.quiet.row(2) *= 0.1;  // weak, but not at the end
+  problem.quiet.bottomRows(2) *= 0.1;
+  Linearised at(problem, {0, 3, 17, 36}, 140);
+  SkinJacobian& jacobian = at.jacobian;
+  Eigen::VectorXd left_out;
+  EXPECT_FALSE(jacobian.gradient_left_out(left_out));
+  const Eigen::MatrixXd whole = at.dense();
+  const Eigen::VectorXd residual = jacobian.residual();
+  ASSERT_EQ(whole.rows(), 17);
+  const double largest = jacobian.largest_row();
+
+  jacobian.leave_out_up_to(0.5);
+  ASSERT_EQ(jacobian.rows(), 13);
+  const Eigen::MatrixXd kept = at.dense();
+  EXPECT_LT((kept - whole.topRows(13)).norm(), 1e-14 * whole.norm());
+  EXPECT_EQ(Eigen::VectorXd(jacobian.residual()), residual.head(13));
+  EXPECT_EQ(jacobian.largest_row(), largest);
+  Eigen::VectorXd gradient;
+  jacobian.gradient(gradient);
+  EXPECT_LT((gradient - whole.transpose() * residual).norm(), 1e-14 * whole.norm() * residual.norm());
+  ASSERT_TRUE(jacobian.gradient_left_out(left_out));
+  EXPECT_LT((left_out - whole.bottomRows(4).transpose() * residual.tail(4)).norm(), 1e-14 * residual.norm());
+
+  const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(13, -1.0, 2.0);
+  const Eigen::VectorXd scale = Eigen::VectorXd::LinSpaced(kept.cols(), 0.5, 2.0);
+  const Eigen::MatrixXd scaled = kept * scale.asDiagonal();
+  Eigen::VectorXd x;
+  Eigen::VectorXd outer;
+  jacobian.apply_gram(scale, y, x, outer);
+  EXPECT_LT((outer - scaled * scaled.transpose() * y).norm(), 1e-14 * scaled.squaredNorm() * y.norm());
+  jacobian.apply_transpose(y, x);
+  EXPECT_LT((x - kept.transpose() * y).norm(), 1e-14 * kept.norm() * y.norm());
+  Eigen::MatrixXd filled(kept.rows(), kept.cols());
+  jacobian.fill(scale, filled.data());
+  EXPECT_LT((filled - scaled).norm(), 1e-14 * scaled.norm());
+
+  jacobian.leave_out_up_to(0.0);
+  EXPECT_EQ(jacobian.rows(), 17);
+}
+
+TEST(SkinJacobian, LeavesOutRowByRowOnlyWhereRowsAreOrthogonal) {
+  SkinProblem problem = random_problem(3, 6, 20, 0.4, 145);
+  problem.quiet.rowwise().normalize();
+  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(problem.quiet.adjoint());
+  const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(20, 6);
+  SkinJacobian together(problem);
+  together.leave_out_up_to(2.5);
+  EXPECT_EQ(together.rows(), 3 + 2 * 4);  // two of six rows of norm 1
+  problem.quiet = basis.adjoint();
+  problem.quiet.row(0) *= 2.0;
+  SkinJacobian apart(problem);
+  apart.leave_out_up_to(2.5);
+  EXPECT_EQ(apart.rows(), 3 + 2 * 1);
+  apart.leave_out_up_to(0.5);
+  EXPECT_EQ(apart.rows(), 3 + 2 * 6);
+  // Two strongest rows alike, the weak ones still orthogonal to them and to each other: the sum counts again.
+  problem.quiet.row(1) = 0.5 * problem.quiet.row(0);
+  SkinJacobian alike(problem);
+  alike.leave_out_up_to(2.5);
+  EXPECT_EQ(alike.rows(), 3 + 2 * 4);
+  problem.quiet.row(5).setZero();
+  EXPECT_EQ(SkinJacobian(problem).rows(), 3 + 2 * 6);
+}
+
+TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
+  // 13 rows against 20, 12 and 13 + 5 columns.
+  for (const auto& [channels, radial] :
+       std::vector<std::pair<Eigen::Index, std::vector<Eigen::Index>>>{{20, {}}, {12, {}}, {13, {0, 2, 4, 6, 8}}}) {
+    const Linearised at(5, 4, channels, radial, 120);
+    const Eigen::MatrixXd j = at.dense();
+    Eigen::VectorXd d(j.cols());
+    for (Eigen::Index i = 0; i < d.size(); ++i) {
+      d(i) = 1e-3 * at.jacobian.largest_row() * static_cast<double>(1 + i % 7);
+    }
+    Eigen::MatrixXd normal = j.transpose() * j;
+    normal.diagonal() += d;
+    const Eigen::VectorXd expected = normal.ldlt().solve(-j.transpose() * at.jacobian.residual());
+    DampedStep solver;
+    Eigen::VectorXd h;
+    ASSERT_TRUE(solver.solve(at.jacobian, d, h));
+    EXPECT_EQ(solver.double_count(), 0);
+    // Residual 1e-8, condition about 1e3.
+    EXPECT_LT((h - expected).norm(), 1e-6 * expected.norm()) << channels << " channels";
+  }
+}
+
+TEST(DampedStep, RowsLeftOutStayInTheGradient) {
+  for (const Eigen::Index channels : {20, 7}) {  // and a radial move: on either side of 5 + 2 x 2 rows
+    SkinProblem problem = random_problem(5, 4, channels, 0.4, 150);
+    problem.quiet.bottomRows(2) *= 0.01;
+    Linearised at(problem, {1}, 150);
+    Eigen::VectorXd gradient;
+    at.jacobian.gradient(gradient);
+    at.jacobian.leave_out_up_to(0.5 * at.problem.quiet.row(1).squaredNorm());
+    ASSERT_EQ(at.jacobian.rows(), 9);
+    ASSERT_EQ(at.jacobian.rows() <= at.jacobian.columns(), channels == 20);
+    const Eigen::MatrixXd j = at.dense();
+    const Eigen::VectorXd d = 1e-3 * at.jacobian.largest_row() * Eigen::VectorXd::LinSpaced(j.cols(), 1.0, 7.0);
+    Eigen::MatrixXd normal = j.transpose() * j;
+    normal.diagonal() += d;
+    const Eigen::VectorXd expected = normal.ldlt().solve(-gradient);
+    DampedStep solver;
+    Eigen::VectorXd h;
+    ASSERT_TRUE(solver.solve(at.jacobian, d, h));
+    EXPECT_LT((h - expected).norm(), 1e-6 * expected.norm()) << channels << " channels";  // as above
+  }
+}
+
+TEST(DampedStep, TurnsToDoubleWhereSingleDoesNotSuffice) {
+  // Two equal target rows make J J^T singular but for the damping, which single precision cannot see.
+  Linearised at(2, 0, 6, {}, 130);
+  at.problem.target.row(1) = at.problem.target.row(0);
+  at.problem.weights(1) = at.problem.weights(0);
+  SkinField field;
+  send(at.problem, at.q, field);
+  SkinJacobian jacobian(at.problem);
+  jacobian.set(field, at.phasors);
+  const double mu = 1e-10 * jacobian.largest_row();
+  DampedStep solver;
+  Eigen::VectorXd h;
+  ASSERT_TRUE(solver.solve(jacobian, Eigen::VectorXd::Constant(6, mu), h));
+  EXPECT_EQ(solver.double_count(), 1);
+  // On the one row there is the step is that of the mean residual.
+  Eigen::VectorXd row;
+  jacobian.apply_transpose(Eigen::Vector2d(1.0, 0.0), row);
+  const Eigen::VectorXd expected =
+      -row * (jacobian.residual()(0) + jacobian.residual()(1)) / (2.0 * row.squaredNorm() + mu);
+  EXPECT_LT((h - expected).norm(), 1e-4 * expected.norm());  // eps / 1e-10 of the matrix' own rounding
+}
+
+// ---- What the minimiser promises
+
+void expect_falling(const PhaseSolution& solution) {
+  for (std::size_t i = 1; i < solution.cost_history.size(); ++i) {
+    ASSERT_LE(solution.cost_history[i], solution.cost_history[i - 1]) << "iteration " << i;
+  }
+}
+
+void expect_sound(const SkinProblem& problem, const PhaseSolution& solution) {
+  expect_falling(solution);
+  ASSERT_EQ(solution.phases.size(), problem.channel_count());
+  EXPECT_TRUE((solution.phases.array() >= 0.0).all() && (solution.phases.array() < 2.0 * kPi).all());
+  EXPECT_TRUE((solution.amplitudes.array() >= 0.0).all() && (solution.amplitudes.array() <= 1.0).all());
+  EXPECT_EQ(solution.cost_history.size(), static_cast<std::size_t>(solution.iterations) + 1);
+  EXPECT_NEAR(solution.cost_history.back(), skin_cost(problem, drive(solution)), 1e-12 * solution.cost_history.front());
+}
+
+TEST(Surface, TheCostNeverRisesAndIsThatOfTheDrives) {
+  for (unsigned seed = 200; seed < 260; ++seed) {
+    const Eigen::Index faces = 1 + seed % 9;
+    const Eigen::Index rank = seed % 4;
+    const Eigen::Index channels = 2 + seed % 13;
+    const SkinProblem problem = random_problem(faces, rank, channels, 0.1 + 0.1 * (seed % 7), seed);
+    for (const bool free_amplitudes : {false, true}) {
+      SurfaceOptions options = options_of(40, free_amplitudes);
+      options.initial_damping = std::pow(10.0, -static_cast<double>(seed % 5));
+      const PhaseSolution solution = solve_surface(problem, random_start(channels, seed), options);
+      expect_sound(problem, solution);
+      if (!free_amplitudes) {
+        EXPECT_EQ(solution.amplitudes, Eigen::VectorXd::Ones(channels));
+      }
+    }
+  }
+}
+
+TEST(Surface, WeakQuietRowsChangeTheStepsAndNotWhatIsReached) {
+  // Forty rows that fall by four orders of magnitude, against the same in rising order, which leaves none out.
+  SkinProblem falling = random_problem(12, 40, 60, 0.4, 160);
+  const Eigen::HouseholderQR<Eigen::MatrixXcd> qr(falling.quiet.adjoint());
+  const Eigen::MatrixXcd basis = qr.householderQ() * Eigen::MatrixXcd::Identity(60, 40);
+  const Eigen::VectorXd strengths =
+      Eigen::VectorXd::LinSpaced(40, 1.0, -3.0).unaryExpr([](double x) { return std::pow(10.0, x); });
+  falling.quiet = strengths.asDiagonal() * basis.adjoint();
+  SkinProblem rising = falling;
+  rising.quiet = falling.quiet.colwise().reverse().eval();
+  const Eigen::VectorXcd start = random_start(60, 160);
+  const PhaseSolution with_all = solve_surface(rising, start, options_of(2000, false));
+  const PhaseSolution with_less = solve_surface(falling, start, options_of(2000, false));
+  expect_sound(falling, with_less);
+  EXPECT_GT(std::abs(with_less.cost_history[1] / with_all.cost_history[1] - 1.0), 1e-4);  // rounding would be 1e-15
+  // Both at the minimum, where the cost is flat.
+  EXPECT_NEAR(with_less.cost_history.back(), with_all.cost_history.back(), 1e-6 * with_all.cost_history.back());
+}
+
+TEST(Surface, ManyWeakRowsThatAddUpAreNotLeftOut) {
+  // 400 times one row, each far below the damping, together far above it: the same problem as with their sum.
+  SkinProblem sum = random_problem(6, 1, 40, 0.5, 170);
+  sum.quiet *= 6.0 / sum.quiet.norm();
+  SkinProblem copies = sum;
+  copies.quiet = (sum.quiet / 20.0).replicate(400, 1).eval();
+  const Eigen::VectorXcd start = random_start(40, 170);
+  const double expected = solve_surface(sum, start, options_of(30, false)).cost_history.back();
+  const double reached = solve_surface(copies, start, options_of(30, false)).cost_history.back();
+  // 0.2 of silence apart if they are all left out; a few of them are.
+  EXPECT_NEAR(reached, expected, 1e-2 * silent_cost(sum));
+}
+
+/// The complex half gradient in the plane of each drive.
+Eigen::VectorXcd plane_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q) {
+  const Eigen::VectorXcd u = problem.target * q;
+  const Eigen::VectorXcd misfit =
+      problem.weights.array() * (u.array().abs() - problem.amplitudes.array()) * u.array() / u.array().abs();
+  return problem.target.adjoint() * misfit + problem.quiet.adjoint() * (problem.quiet * q);
+}
+
+TEST(Surface, EndsWhereNoAllowedMoveLowersTheCost) {
+  int inside = 0;
+  for (unsigned seed = 300; seed < 320; ++seed) {
+    const SkinProblem problem = random_problem(4, 5, 8, 0.25, seed);
+    for (const bool free_amplitudes : {false, true}) {
+      SurfaceOptions options = options_of(5000, free_amplitudes);
+      options.gradient_tolerance = 1e-9;
+      options.step_tolerance = 0.0;
+      const PhaseSolution solution = solve_surface(problem, random_start(8, seed), options);
+      ASSERT_EQ(solution.status, PhaseStatus::kConverged) << "seed " << seed;
+      const Eigen::VectorXcd q = drive(solution);
+      const Eigen::VectorXcd x = plane_gradient(problem, q);
+      const double zero = 1e-7 * solution.cost_history.front();
+      for (Eigen::Index n = 0; n < 8; ++n) {
+        const Complex in_frame = std::conj(std::polar(1.0, solution.phases(n))) * x(n);
+        EXPECT_NEAR(in_frame.imag(), 0.0, zero);
+        if (solution.amplitudes(n) < 1.0 - 1e-6) {
+          EXPECT_NEAR(in_frame.real(), 0.0, zero);
+          ++inside;
+        } else if (free_amplitudes) {
+          EXPECT_LT(in_frame.real(), zero);  // the cost pulls outwards
+        }
+      }
+    }
+  }
+  EXPECT_GT(inside, 5);  // the case of free amplitudes did occur
+}
+
+TEST(Surface, FreeAmplitudesAreNeverWorseFromTheSameStart) {
+  int better = 0;
+  for (unsigned seed = 400; seed < 440; ++seed) {
+    const SkinProblem problem = random_problem(5, 6, 10, 0.02 + 0.02 * (seed % 20), seed);
+    const Eigen::VectorXcd start = random_start(10, seed);
+    const double phases = solve_surface(problem, start, options_of(2000)).cost_history.back();
+    const double both = solve_surface(problem, start, options_of(4000, true)).cost_history.back();
+    EXPECT_LE(both, phases * (1.0 + 1e-6)) << "seed " << seed;
+    better += both < 0.99 * phases ? 1 : 0;
+  }
+  EXPECT_GT(better, 10);
+}
+
+TEST(Surface, SmallProblemsReachTheBestOfAnExhaustiveSearch) {
+  for (unsigned seed = 500; seed < 512; ++seed) {
+    const Eigen::Index channels = 2 + seed % 3;
+    const SkinProblem problem = random_problem(3, seed % 2, channels, 0.6, seed);
+    // The first phase is free to choose, so the grid spans the others.
+    const int steps = channels == 4 ? 60 : 240;
+    Eigen::VectorXcd q = Eigen::VectorXcd::Ones(channels);
+    const auto count = static_cast<int>(std::lround(std::pow(steps, channels - 1)));
+    double grid = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < count; ++i) {
+      for (Eigen::Index n = 1, rest = i; n < channels; ++n, rest /= steps) {
+        q(n) = std::polar(1.0, 2.0 * kPi * static_cast<double>(rest % steps) / steps);
+      }
+      grid = std::min(grid, skin_cost(problem, q));
+    }
+    double best = std::numeric_limits<double>::infinity();
+    for (unsigned restart = 0; restart < 30; ++restart) {
+      const PhaseSolution solution = solve_surface(problem, random_start(channels, restart), options_of(300));
+      best = std::min(best, solution.cost_history.back());
+    }
+    EXPECT_LE(best, grid * (1.0 + 1e-9)) << "seed " << seed;
+    // A minimum lies within half a step of a grid point in every phase; the cost's curvature along any line of phases
+    // is at most 2 (|J|^2 + |f| |f''|) <= 4 (sum_j w_j reach_j (2 reach_j + p'_j) + 2 sum_i reach_i^2).
+    const Eigen::ArrayXd reach = problem.target.cwiseAbs().rowwise().sum();
+    const double curvature =
+        4.0 * ((problem.weights.array() * reach * (2.0 * reach + problem.amplitudes.array())).sum() +
+               2.0 * problem.quiet.cwiseAbs().rowwise().sum().squaredNorm());
+    EXPECT_GE(best, grid - 0.5 * curvature * std::pow(kPi / steps, 2)) << "seed " << seed;
+  }
+}
+
+TEST(Surface, FewIterationsReachTheEndOnAFinger) {
+  for (const double size : {5e-3, 11e-3}) {
+    const SkinProblem problem = finger_problem(size);
+    const Eigen::VectorXcd zero = Eigen::VectorXcd::Ones(problem.channel_count());
+    const PhaseSolution long_run = solve_surface(problem, zero, options_of(100));
+    expect_falling(long_run);
+    EXPECT_LT(long_run.cost_history[10], 1.015 * long_run.cost_history.back()) << size;  // 0.5 and 1.2 % above
+    EXPECT_LT(long_run.cost_history.back(), 0.65 * silent_cost(problem)) << size;
+  }
+}
+
+// ---- Symmetries
+
+TEST(Surface, PermutedChannelsGiveThePermutedAnswer) {
+  const SkinProblem problem = random_problem(5, 3, 40, 0.3, 600);
+  const Eigen::VectorXcd start = random_start(40, 1);
+  Eigen::VectorXi order(40);
+  for (int n = 0; n < 40; ++n) {
+    order(n) = (7 * n + 3) % 40;
+  }
+  SkinProblem permuted = problem;
+  permuted.target = problem.target(Eigen::all, order);
+  permuted.quiet = problem.quiet(Eigen::all, order);
+  for (const bool free_amplitudes : {false, true}) {
+    const PhaseSolution a = solve_surface(problem, start, options_of(8, free_amplitudes));
+    const PhaseSolution b = solve_surface(permuted, start(order), options_of(8, free_amplitudes));
+    // The steps are accurate to 1e-8; eight iterations far from the minimum let that grow.
+    EXPECT_NEAR(a.cost_history.back(), b.cost_history.back(), 1e-6 * a.cost_history.front());
+    EXPECT_LT((drive(a)(order) - drive(b)).norm(), 1e-4 * drive(b).norm());
+  }
+}
+
+TEST(Surface, AGlobalPhaseOfTheStartTurnsTheAnswer) {
+  const SkinProblem problem = random_problem(5, 3, 40, 0.3, 610);
+  const Eigen::VectorXcd start = random_start(40, 2);
+  const Complex turn = std::polar(1.0, 2.1);
+  for (const bool free_amplitudes : {false, true}) {
+    const PhaseSolution a = solve_surface(problem, start, options_of(8, free_amplitudes));
+    const PhaseSolution b = solve_surface(problem, turn * start, options_of(8, free_amplitudes));
+    EXPECT_NEAR(a.cost_history.back(), b.cost_history.back(), 1e-6 * a.cost_history.front());
+    EXPECT_LT((turn * drive(a) - drive(b)).norm(), 1e-4 * drive(b).norm());
+  }
+}
+
+TEST(Surface, UnitsChangeNothing) {
+  const SkinProblem problem = random_problem(5, 3, 40, 0.3, 620);
+  const Eigen::VectorXcd start = random_start(40, 3);
+  const PhaseSolution expected = solve_surface(problem, start, options_of(8));
+  for (const double pressure : {1e-12, 1e9}) {
+    for (const double area : {1e-9, 1e6}) {
+      SkinProblem scaled = problem;
+      scaled.target *= pressure;
+      scaled.amplitudes *= pressure;
+      scaled.weights *= area;
+      scaled.quiet *= pressure * std::sqrt(area);
+      const PhaseSolution solution = solve_surface(scaled, start, options_of(8));
+      EXPECT_LT((drive(solution) - drive(expected)).norm(), 1e-4 * drive(expected).norm()) << pressure << ' ' << area;
+    }
+  }
+}
+
+TEST(Surface, TheNumberOfThreadsChangesNothing) {
+  const SkinProblem problem = random_problem(30, 20, 150, 0.2, 630);
+  const Eigen::VectorXcd start = random_start(150, 4);
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const PhaseSolution expected = solve_surface(problem, start, options_of(8));
+  for (const int count : {2, 3}) {
+    omp_set_num_threads(count);
+    const PhaseSolution solution = solve_surface(problem, start, options_of(8));
+    EXPECT_NEAR(solution.cost_history.back(), expected.cost_history.back(), 1e-6 * expected.cost_history.front());
+    EXPECT_LT((drive(solution) - drive(expected)).norm(), 1e-4 * drive(expected).norm());
+  }
+  omp_set_num_threads(threads);
+}
+
+// ---- Edges
+
+TEST(Surface, LeavesSilence) {
+  // u = 0 from zero phases on both faces: the gradient of |u| does not exist there.
+  SkinProblem problem;
+  problem.target.resize(2, 4);
+  problem.target << 1.0, -1.0, 2.0, -2.0, Complex(0, 1), Complex(0, -1), 1.0, -1.0;
+  problem.amplitudes = Eigen::VectorXd::Ones(2);
+  problem.weights = Eigen::VectorXd::Ones(2);
+  problem.quiet.resize(0, 4);
+  for (const bool free_amplitudes : {false, true}) {
+    const PhaseSolution solution = solve_surface(problem, Eigen::VectorXcd::Ones(4), options_of(100, free_amplitudes));
+    expect_sound(problem, solution);
+    EXPECT_LT(solution.cost_history.back(), 1e-8 * solution.cost_history.front());
+  }
+  // From no drive at all.
+  const PhaseSolution solution = solve_surface(problem, Eigen::VectorXcd::Zero(4), options_of(100, true));
+  EXPECT_DOUBLE_EQ(solution.cost_history.front(), 2.0);
+  EXPECT_LT(solution.cost_history.back(), 1e-8);
+}
+
+TEST(Surface, AStationaryStartIsReturnedAsConverged) {
+  // Three in line, one of them against the other two: every phase is stationary, and it is no minimum.
+  SkinProblem problem;
+  problem.target = Eigen::MatrixXcd::Ones(1, 3);
+  problem.amplitudes = Eigen::VectorXd::Constant(1, 3.0);
+  problem.weights = Eigen::VectorXd::Ones(1);
+  problem.quiet.resize(0, 3);
+  const Eigen::Vector3cd start(1.0, 1.0, -1.0);
+  const PhaseSolution solution = solve_surface(problem, start, options_of(50));
+  EXPECT_EQ(solution.status, PhaseStatus::kConverged);
+  EXPECT_EQ(solution.iterations, 0);
+  EXPECT_DOUBLE_EQ(solution.cost_history.back(), 4.0);
+  EXPECT_NEAR(solution.phases(2), kPi, 1e-15);
+  // With free amplitudes the third one can shrink, and does.
+  const PhaseSolution freed = solve_surface(problem, start, options_of(50, true));
+  EXPECT_LT(freed.cost_history.back(), 1.001);
+}
+
+TEST(Surface, OneFaceAndOneChannel) {
+  SkinProblem problem;
+  problem.target = Eigen::MatrixXcd::Constant(1, 1, Complex(0.0, 2.0));
+  problem.amplitudes = Eigen::VectorXd::Constant(1, 1.0);
+  problem.weights = Eigen::VectorXd::Constant(1, 3.0);
+  problem.quiet.resize(0, 1);
+  const PhaseSolution fixed = solve_surface(problem, Eigen::VectorXcd::Ones(1), options_of(20));
+  EXPECT_DOUBLE_EQ(fixed.cost_history.back(), 3.0);  // no phase changes |u|
+  EXPECT_EQ(fixed.status, PhaseStatus::kConverged);
+  const PhaseSolution freed = solve_surface(problem, Eigen::VectorXcd::Ones(1), options_of(50, true));
+  EXPECT_NEAR(freed.amplitudes(0), 0.5, 1e-6);
+}
+
+TEST(Surface, ExtremeProblemsAreSolvedOrReported) {
+  struct Case {
+    std::string name;
+    SkinProblem problem;
+  };
+  std::vector<Case> cases = {{"more faces than channels", random_problem(40, 0, 6, 0.3, 700)},
+                             {"more quiet rows than channels", random_problem(2, 30, 6, 0.3, 701)},
+                             {"one face", random_problem(1, 3, 12, 0.3, 702)},
+                             {"one channel", random_problem(5, 3, 1, 0.3, 703)},
+                             {"3000 channels", random_problem(3, 2, 3000, 0.3, 704)}};
+  Case shadow{"one face in deep shadow", random_problem(6, 4, 20, 0.3, 705)};
+  shadow.problem.target.row(2) *= 1e-6;
+  cases.push_back(shadow);
+  shadow.name = "all faces in deep shadow";
+  shadow.problem.target *= 1e-6;
+  cases.push_back(shadow);
+  Case silent{"nothing wanted on a face", random_problem(6, 4, 20, 0.3, 706)};
+  silent.problem.amplitudes(1) = 0.0;
+  cases.push_back(silent);
+  silent.name = "nothing wanted";
+  silent.problem.amplitudes.setZero();
+  cases.push_back(silent);
+  Case loud{"a million pascals", random_problem(6, 4, 20, 0.3, 707)};
+  loud.problem.amplitudes.setConstant(1e6);
+  cases.push_back(loud);
+  Case equal{"coincident transducers", random_problem(6, 4, 20, 0.3, 708)};
+  equal.problem.target.rightCols(10) = equal.problem.target.leftCols(10).eval();
+  equal.problem.quiet.rightCols(10) = equal.problem.quiet.leftCols(10).eval();
+  cases.push_back(equal);
+  Case deficient{"rank one", random_problem(6, 4, 20, 0.3, 709)};
+  for (Eigen::Index j = 1; j < 6; ++j) {
+    deficient.problem.target.row(j) = Complex(0.1 * static_cast<double>(j), 0.3) * deficient.problem.target.row(0);
+  }
+  deficient.problem.quiet.setZero();
+  cases.push_back(deficient);
+  for (const Case& item : cases) {
+    for (const bool free_amplitudes : {false, true}) {
+      SCOPED_TRACE(item.name + (free_amplitudes ? ", amplitudes free" : ""));
+      const Eigen::Index channels = item.problem.channel_count();
+      const PhaseSolution solution =
+          solve_surface(item.problem, random_start(channels, 5), options_of(60, free_amplitudes));
+      expect_sound(item.problem, solution);
+      if (channels > 1) {
+        EXPECT_LT(solution.cost_history.back(), solution.cost_history.front());
+      }
+    }
+  }
+}
+
+TEST(Surface, NothingToDoIsConverged) {
+  SkinProblem problem = random_problem(3, 2, 5, 0.0, 720);
+  problem.target.setZero();
+  problem.quiet.setZero();
+  const PhaseSolution solution = solve_surface(problem, Eigen::VectorXcd::Ones(5), options_of(10, true));
+  EXPECT_EQ(solution.status, PhaseStatus::kConverged);
+  EXPECT_EQ(solution.iterations, 0);
+}
+
+TEST(Surface, CoincidentTransducersThatStartAlikeStayAlike) {
+  SkinProblem problem = random_problem(6, 4, 20, 0.3, 730);
+  problem.target.col(13) = problem.target.col(4);
+  problem.quiet.col(13) = problem.quiet.col(4);
+  Eigen::VectorXcd start = random_start(20, 6);
+  start(13) = start(4);
+  const PhaseSolution solution = solve_surface(problem, start, options_of(10));
+  EXPECT_NEAR(std::remainder(solution.phases(13) - solution.phases(4), 2.0 * kPi), 0.0, 1e-6);
+}
+
+TEST(Surface, StopsByItsTolerances) {
+  const SkinProblem problem = random_problem(5, 3, 12, 0.9, 740);  // more than it can: a cost is left
+  const Eigen::VectorXcd start = random_start(12, 7);
+  SurfaceOptions options = options_of(1000);
+  options.cost_tolerance = 1e-3;
+  const PhaseSolution coarse = solve_surface(problem, start, options);
+  ASSERT_EQ(coarse.status, PhaseStatus::kConverged);
+  const auto& history = coarse.cost_history;
+  EXPECT_LT(history[history.size() - 2] - history.back(), 1e-3 * history[history.size() - 2]);
+  options = options_of(1000);
+  options.gradient_tolerance = 1e-3;
+  const PhaseSolution flat = solve_surface(problem, start, options);
+  ASSERT_EQ(flat.status, PhaseStatus::kConverged);
+  EXPECT_LE(skin_half_gradient(problem, drive(flat)).cwiseAbs().maxCoeff(), 1.001e-3 * flat.cost_history.back());
+  EXPECT_LT(flat.iterations, solve_surface(problem, start, options_of(1000)).iterations);
+}
+
+TEST(Surface, CallsBackOncePerIteration) {
+  const SkinProblem problem = random_problem(5, 3, 12, 0.3, 750);
+  std::vector<double> heard;
+  const PhaseSolution solution =
+      solve_surface(problem, random_start(12, 8), options_of(4), [&](int iteration, double cost) {
+        EXPECT_EQ(iteration, static_cast<int>(heard.size()) + 1);
+        heard.push_back(cost);
+      });
+  EXPECT_EQ(solution.status, PhaseStatus::kIterationLimit);
+  ASSERT_EQ(heard.size(), 4U);
+  EXPECT_TRUE(std::equal(heard.begin(), heard.end(), solution.cost_history.begin() + 1));
+}
+
+TEST(Surface, StartsFromAmplitudesClippedToOne) {
+  const SkinProblem problem = random_problem(3, 2, 3, 0.3, 760);
+  const Eigen::Vector3cd start(Complex(0.0, 3.0), 0.25, 0.0);
+  const PhaseSolution freed = solve_surface(problem, start, options_of(1, true));
+  EXPECT_NEAR(freed.cost_history.front(), skin_cost(problem, Eigen::Vector3cd(Complex(0.0, 1.0), 0.25, 0.0)),
+              1e-12 * freed.cost_history.front());
+  const PhaseSolution fixed = solve_surface(problem, start, options_of(1));
+  EXPECT_NEAR(fixed.cost_history.front(), skin_cost(problem, Eigen::Vector3cd(Complex(0.0, 1.0), 1.0, 1.0)),
+              1e-12 * fixed.cost_history.front());
+}
+
+TEST(Surface, RefusesWhatIsNoProblem) {
+  const SkinProblem problem = random_problem(3, 2, 4, 0.3, 770);
+  const Eigen::VectorXcd start = Eigen::VectorXcd::Ones(4);
+  const auto solve = [&](auto change) {
+    SurfaceOptions options;
+    change(options);
+    solve_surface(problem, start, options);
+  };
+  EXPECT_THROW(solve([](SurfaceOptions& o) { o.iterations = 0; }), std::invalid_argument);
+  EXPECT_THROW(solve([](SurfaceOptions& o) { o.initial_damping = 0.0; }), std::invalid_argument);
+  EXPECT_THROW(solve([](SurfaceOptions& o) { o.gradient_tolerance = -1.0; }), std::invalid_argument);
+  EXPECT_THROW(solve([](SurfaceOptions& o) { o.step_tolerance = std::nan(""); }), std::invalid_argument);
+  EXPECT_THROW(solve([](SurfaceOptions& o) { o.cost_tolerance = -1.0; }), std::invalid_argument);
+  EXPECT_THROW(solve_surface(problem, Eigen::VectorXcd::Ones(5), {}), std::invalid_argument);
+  EXPECT_THROW(solve_surface(problem, Eigen::VectorXcd::Constant(4, std::nan("")), {}), std::invalid_argument);
+  SkinProblem bad = problem;
+  bad.target(0, 1) = std::nan("");
+  EXPECT_THROW(solve_surface(bad, start, {}), std::invalid_argument);
+  EXPECT_THROW(adjoint_start(bad), std::invalid_argument);
+  EXPECT_THROW(spectral_start(bad), std::invalid_argument);
+  EXPECT_THROW(random_start(-1, 1), std::invalid_argument);
+}
+
+// ---- Starts
+
+TEST(SurfaceStarts, AdjointSendsTheWantedFieldBack) {
+  const SkinProblem problem = random_problem(4, 2, 9, 0.3, 800);
+  const Eigen::VectorXcd start = adjoint_start(problem);
+  for (Eigen::Index n = 0; n < 9; ++n) {
+    Complex sum = 0.0;
+    for (Eigen::Index j = 0; j < 4; ++j) {
+      sum += std::conj(problem.target(j, n)) * problem.weights(j) * problem.amplitudes(j);
+    }
+    EXPECT_LT(std::abs(start(n) - sum / std::abs(sum)), 1e-13);
+  }
+}
+
+TEST(SurfaceStarts, SpectralFocusesOnASingleFace) {
+  const SkinProblem problem = random_problem(1, 0, 9, 0.3, 810);
+  const Eigen::VectorXcd start = spectral_start(problem);
+  const Complex turn = start(0) / std::polar(1.0, -std::arg(problem.target(0, 0)));
+  for (Eigen::Index n = 0; n < 9; ++n) {
+    EXPECT_LT(std::abs(start(n) - turn * std::polar(1.0, -std::arg(problem.target(0, n)))), 1e-12);
+  }
+}
+
+/// The relaxed problem in the space of the drives, where the code works in that of the rows.
+struct Relaxed {
+  double drive_energy = 0.0;
+  Eigen::VectorXcd drives;
+};
+
+Relaxed relaxed_answer(const SkinProblem& problem, double epsilon) {
+  const Eigen::MatrixXcd h = problem.weights.cwiseSqrt().asDiagonal() * problem.target;
+  const Eigen::VectorXcd b = (problem.weights.cwiseSqrt().array() * problem.amplitudes.array()).cast<Complex>();
+  Eigen::MatrixXcd normal = h.adjoint() * h + problem.quiet.adjoint() * problem.quiet;
+  normal.diagonal().array() += epsilon;
+  const Eigen::MatrixXcd back = normal.inverse() * h.adjoint() * b.asDiagonal();  // q = back y
+  const Eigen::MatrixXcd left = Eigen::MatrixXcd(b.cwiseAbs2().asDiagonal()) - b.asDiagonal() * (h * back);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> eigen(left);
+  const Eigen::VectorXcd y = std::sqrt(static_cast<double>(b.size())) * eigen.eigenvectors().col(0);
+  Relaxed relaxed;
+  relaxed.drives = back * y;
+  relaxed.drive_energy = relaxed.drives.squaredNorm();
+  return relaxed;
+}
+
+TEST(SurfaceStarts, SpectralSolvesTheRelaxedProblem) {
+  for (unsigned seed = 820; seed < 850; ++seed) {
+    const SkinProblem problem = random_problem(3, 4, 20, 0.5, seed);
+    double low = 1e-6;
+    double high = 1e6;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = std::sqrt(low * high);
+      (relaxed_answer(problem, middle).drive_energy > 20.0 ? low : high) = middle;
+    }
+    const Relaxed expected = relaxed_answer(problem, high);
+    ASSERT_LE(expected.drive_energy, 20.0 + 1e-6);
+    const Eigen::VectorXcd start = spectral_start(problem);
+    // Up to the common phase. The price of energy is found to 1 %, within which an answer may turn far: it must be that
+    // of a price there.
+    double nearest = 0;
+    for (int i = 0; i <= 100; ++i) {
+      const Relaxed there = relaxed_answer(problem, high * std::exp(1.05e-4 * i));
+      const Eigen::VectorXcd phasors = there.drives.array() / there.drives.array().abs();
+      nearest = std::max(nearest, std::abs(start.dot(phasors)));
+    }
+    EXPECT_GT(nearest, 0.999 * 20.0) << seed;  // of a hundred prices
+  }
+}
+
+TEST(SurfaceStarts, SpectralLeavesOutFacesThatWantSilence) {
+  SkinProblem problem = random_problem(4, 3, 12, 0.3, 830);
+  problem.amplitudes(2) = 0.0;
+  SkinProblem less = problem;
+  less.target = problem.target({0, 1, 3}, Eigen::all);
+  less.amplitudes = problem.amplitudes({0, 1, 3});
+  less.weights = problem.weights({0, 1, 3});
+  EXPECT_LT((spectral_start(problem) - spectral_start(less)).norm(), 1e-9);
+  problem.amplitudes.setZero();
+  EXPECT_EQ(spectral_start(problem), Eigen::VectorXcd::Ones(12));
+  EXPECT_EQ(adjoint_start(problem), Eigen::VectorXcd::Ones(12));
+}
+
+TEST(SurfaceStarts, AllAreUnitDrivesAndBeatChance) {
+  const SkinProblem problem = random_problem(4, 6, 60, 0.3, 840);
+  const Eigen::VectorXcd random = random_start(60, 9);
+  for (const Eigen::VectorXcd& start : {adjoint_start(problem), spectral_start(problem), random}) {
+    EXPECT_LT((start.cwiseAbs().array() - 1.0).abs().maxCoeff(), 1e-15);
+  }
+  const auto cost = [&](const Eigen::VectorXcd& q) { return skin_cost(problem, best_level(problem, q) * q); };
+  EXPECT_LT(cost(adjoint_start(problem)), cost(random));
+  EXPECT_LT(cost(spectral_start(problem)), cost(random));
+}
+
+TEST(SurfaceStarts, RandomFollowsItsSeedAndFillsTheCircle) {
+  EXPECT_EQ(random_start(50, 3), random_start(50, 3));
+  EXPECT_GT((random_start(50, 3) - random_start(50, 4)).norm(), 1.0);
+  // The mean of N unit vectors of random angle is below 4 / sqrt(N) but for one seed in ten million.
+  EXPECT_LT(std::abs(random_start(10000, 5).mean()), 4.0 / 100.0);
+  EXPECT_EQ(random_start(0, 1).size(), 0);
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,288 @@
+// What run.h5 must not be read from: no runs, newer ones, cut and changed files, forged contents.
+
+#include <functional>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/store/checksum.h"
+#include "sim/store/hdf5_content.h"
+#include "sim/store/hdf5_file.h"
+#include "sim/store/run_file.h"
+#include "tests/support/error_support.h"
+#include "tests/support/output_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::full_run;
+using support::message_of;
+using support::read_bytes;
+using support::RunData;
+using support::TemporaryDirectory;
+using support::write_bytes;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+TEST(DamagedRunFile, FilesThatAreNoRunsAreInputErrors) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("x.h5");
+  const auto read = [&] { read_run_file(path); };
+  EXPECT_THAT(message_of<InputError>(read), AllOf(HasSubstr(path), HasSubstr("No such file")));
+  EXPECT_THAT(message_of<InputError>([&] { read_run_file(directory.path()); }), HasSubstr("is no file"));
+  write_bytes(path, "");
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no HDF5 file"));
+  write_bytes(path, std::string(5000, 'x'));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no HDF5 file"));
+  const auto write_other = [&](auto&& fill) {
+    const hdf5::MemoryFile file(path);
+    fill(file.root());
+    const std::string bytes = file.bytes();
+    write_bytes(path, bytes + checksum_line(bytes));
+  };
+  write_other([](const hdf5::Group& root) { root.set_attribute("title", "something else"); });
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no touchfield run"));
+  write_other([](const hdf5::Group& root) {
+    root.set_attribute("format", "touchfield-run");
+    root.set_attribute("format_version", kRunFormatVersion + 1);
+  });
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("newer"));
+}
+
+TEST(DamagedRunFile, AFileThatIsCutIsNeverRead) {
+  const TemporaryDirectory directory;
+  const std::string whole = directory.file("whole.h5");
+  const std::string cut = directory.file("cut.h5");
+  write_run_file(whole, full_run());
+  const std::string bytes = read_bytes(whole);
+  const std::size_t step = bytes.size() / 300 + 1;
+  for (std::size_t size = 0; size < bytes.size(); size += size + 100 < bytes.size() ? step : 1) {
+    write_bytes(cut, bytes.substr(0, size));
+    EXPECT_THROW(read_run_file(cut), Error) << size << " of " << bytes.size();
+  }
+  write_bytes(cut, bytes + "more");
+  EXPECT_THROW(read_run_file(cut), Error);
+}
+
+TEST(DamagedRunFile, AChangedByteIsNeverRead) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("run.h5");
+  write_run_file(path, full_run());
+  const std::string bytes = read_bytes(path);
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 500; ++trial) {
+    std::string damaged = bytes;
+    const std::size_t at = random() % bytes.size();
+    damaged[at] = static_cast<char>(static_cast<unsigned char>(damaged[at]) ^ (1U << (random() % 8)));
+    write_bytes(path, damaged);
+    EXPECT_THROW(read_run_file(path), Error) << "byte " << at;
+  }
+}
+
+// Damage that somebody has made to pass the checksum: libhdf5 1.10.8 crashes on some of it.
+TEST(DamagedRunFile, AForgedByteEndsInAnErrorOrInARun) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("run.h5");
+  write_run_file(path, full_run());
+  const std::string whole = read_bytes(path);
+  const std::string bytes = whole.substr(0, whole.size() - kChecksumLength);
+  std::mt19937 random(2);
+  int refused = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    std::string forged = bytes;
+    for (std::size_t change = 1 + random() % 4; change > 0; --change) {
+      forged[random() % forged.size()] = static_cast<char>(random() % 256);
+    }
+    write_bytes(path, forged + checksum_line(forged));
+    try {
+      read_run_file(path);
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(path)) << "trial " << trial;
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 0);
+}
+
+// Without the line HDF5 would have to be trusted with whatever the file holds.
+TEST(DamagedRunFile, AFileWithoutItsChecksumLineIsRefused) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("run.h5");
+  write_run_file(path, full_run());
+  const std::string bytes = read_bytes(path);
+  write_bytes(path, bytes.substr(0, bytes.size() - kChecksumLength));
+  EXPECT_THAT(message_of<InputError>([&] { read_run_file(path); }), AllOf(HasSubstr(path), HasSubstr("checksum line")));
+}
+
+TEST(Checksum, IsTheCrc32OfEverythingBeforeTheLine) {
+  // The check value of the CRC-32 catalogue, for the digits 1 to 9.
+  EXPECT_EQ(checksum_line("123456789"), "touchfield-crc32 cbf43926\n");
+  EXPECT_EQ(checksum_line("").size(), kChecksumLength);
+}
+
+// Sizes and indices that only a forged file has: the checksum fits, the parts do not.
+TEST(DamagedRunFile, SizesThatContradictEachOtherAreErrors) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("run.h5");
+  const auto forge = [&](auto&& fill) {
+    const hdf5::MemoryFile file(path);
+    {
+      const hdf5::Group root = file.root();
+      root.set_attribute("format", "touchfield-run");
+      root.set_attribute("format_version", 1);
+      root.set_attribute("name", "forged");
+      root.set_attribute("complete", 1);
+      root.write_text("scene", "");
+      fill(root);
+    }
+    const std::string bytes = file.bytes();
+    write_bytes(path, bytes + checksum_line(bytes));
+    return message_of<InputError>([&] { read_run_file(path); });
+  };
+  const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  EXPECT_THAT(forge([](const hdf5::Group&) {}), HasSubstr("no group mesh"));
+  EXPECT_THAT(forge([&](const hdf5::Group& root) {
+                const hdf5::Group mesh = root.create("mesh");
+                mesh.write("vertices", corners.data(), {9}, "m");
+                root.create("array");
+              }),
+              AllOf(HasSubstr("/mesh"), HasSubstr("vertices must be [n, 3]")));
+  const std::array<int, 3> wrong_index = {0, 1, 7};
+  EXPECT_THAT(forge([&](const hdf5::Group& root) {
+                const hdf5::Group mesh = root.create("mesh");
+                mesh.write("vertices", corners.data(), {3, 3}, "m");
+                mesh.write("triangles", wrong_index.data(), {1, 3}, "1");
+                root.create("array");
+              }),
+              HasSubstr("/mesh"));
+  EXPECT_THAT(forge([&](const hdf5::Group& root) {
+                const hdf5::Group mesh = root.create("mesh");
+                mesh.write("vertices", wrong_index.data(), {1, 3}, "m");
+                root.create("array");
+              }),
+              HasSubstr("does not hold floats"));
+}
+
+/// A run of one face and one channel, filled in further by hand.
+RunData read_forged(const std::string& path, int version, const std::function<void(const hdf5::Group&)>& fill) {
+  const hdf5::MemoryFile file(path);
+  {
+    const hdf5::Group root = file.root();
+    root.set_attribute("format", "touchfield-run");
+    root.set_attribute("format_version", version);
+    root.set_attribute("name", "forged");
+    root.set_attribute("complete", 1);
+    root.write_text("scene", "");
+    const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+    const std::array<int, 3> triangle = {0, 1, 2};
+    const hdf5::Group mesh = root.create("mesh");
+    mesh.write("vertices", corners.data(), {3, 3}, "m");
+    mesh.write("triangles", triangle.data(), {1, 3}, "1");
+    const hdf5::Group array = root.create("array");
+    array.set_attribute("kind", "transducers");
+    array.set_attribute("directivity", "omni");
+    array.write("position", corners.data(), {1, 3}, "m");
+    array.write("axis", corners.data() + 3, {1, 3}, "1");
+    array.write("amplitude", corners.data(), {1}, "Pa m");
+    array.write("device", triangle.data(), {1}, "1");
+    array.write("channel", triangle.data(), {1}, "1");
+    fill(root);
+  }
+  const std::string bytes = file.bytes();
+  write_bytes(path, bytes + checksum_line(bytes));
+  return read_run_file(path);
+}
+
+// Version 1 knew one judge, the solving model, and kept no solves.
+TEST(DamagedRunFile, AFileOfTheFirstVersionIsRead) {
+  const TemporaryDirectory directory;
+  const RunData run = read_forged(directory.file("run.h5"), 1, [](const hdf5::Group& root) {
+    const std::array<double, 1> one = {0.5};
+    const std::array<Complex, 1> pressure = {Complex(1, 2)};
+    const hdf5::Group method = root.create("methods").create("focus");
+    method.set_attribute("method", "focus");
+    method.set_attribute("scheme", "paper");
+    method.set_attribute("status", "direct");
+    method.set_attribute("steps", 0);
+    method.write("phase", one.data(), {1}, "rad");
+    method.write("amplitude", one.data(), {1}, "1");
+    method.write("pressure", pressure.data(), {1}, "Pa");
+    const hdf5::Group judge = root.create("judge");
+    judge.set_attribute("judge", "same");
+    judge.link("mesh", "/mesh");
+    judge.create("methods").create("focus").link("pressure", "/methods/focus/pressure");
+  });
+  EXPECT_EQ(run.judge, "same");
+  EXPECT_FALSE(run.judge_model);
+  EXPECT_TRUE(run.solves.empty());
+  EXPECT_TRUE(std::isnan(run.alarm));
+  ASSERT_EQ(run.methods.size(), 1U);
+  EXPECT_EQ(run.methods[0].judge_pressure.size(), 0);
+}
+
+TEST(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {
+  const TemporaryDirectory directory;
+  const auto message = [&](const std::function<void(const hdf5::Group&)>& fill) {
+    return message_of<InputError>([&] { read_forged(directory.file("run.h5"), kRunFormatVersion, fill); });
+  };
+  EXPECT_THAT(message([](const hdf5::Group& root) { root.create("judge").set_attribute("judge", "nobody"); }),
+              HasSubstr("unknown judge 'nobody'"));
+  EXPECT_THAT(message([](const hdf5::Group& root) {
+                const hdf5::Group judge = root.create("judge");
+                judge.set_attribute("judge", "edge");
+                judge.set_attribute("scheme", "chief");
+              }),
+              HasSubstr("/judge/mesh"));
+  const auto solves = [](std::int64_t steps, std::int64_t converged, std::size_t stages) {
+    return [=](const hdf5::Group& root) {
+      const hdf5::Group group = root.create("solves");
+      const double number = 1.0;
+      group.write_texts("stage", std::vector<std::string>(stages, "pressure"));
+      for (const char* name : {"scheme", "solver", "precision"}) {
+        group.write_texts(name, {"any"});
+      }
+      const std::int64_t one = 1;
+      for (const char* name : {"unknowns", "right_hand_sides", "refinements"}) {
+        group.write(name, &one, {1}, "1");
+      }
+      group.write("steps", &steps, {1}, "1");
+      group.write("converged", &converged, {1}, "1");
+      group.write("residual", &number, {1}, "1");
+      group.write("seconds", &number, {1}, "s");
+    };
+  };
+  EXPECT_EQ(read_forged(directory.file("run.h5"), kRunFormatVersion, solves(7, 1, 1)).solves[0].steps, 7);
+  EXPECT_THAT(message(solves(1LL << 40, 1, 1)), HasSubstr("steps[0] = 1099511627776 is out of range"));
+  EXPECT_THAT(message(solves(7, 2, 1)), HasSubstr("converged[0] = 2 is out of range"));
+  EXPECT_THAT(message(solves(7, 1, 2)), HasSubstr("stage has 2 texts, must have 1"));
+}
+
+TEST(Hdf5File, ASizeThatTheFileDoesNotHoldIsRefused) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("x.h5");
+  const hdf5::MemoryFile file(path);
+  const std::vector<double> zeros(1 << 16, 0.0);  // chunked; zeros pack at about 1,000 to 1
+  file.root().write("zeros", zeros.data(), {zeros.size()}, "1");
+  write_bytes(path, file.bytes());
+  const hdf5::Content content = hdf5::read_content(path);
+  EXPECT_EQ(content.shape("zeros"), (hdf5::Shape{zeros.size()}));
+  std::vector<double> out(3);
+  EXPECT_THAT(message_of<InputError>([&] { content.read("zeros", {3}, out.data()); }),
+              AllOf(HasSubstr("zeros"), HasSubstr("[65536]"), HasSubstr("[3]")));
+}
+
+TEST(Hdf5File, ErrorsNameThePlaceAndTheLibrarysReason) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("x.h5");
+  const hdf5::MemoryFile file(path);
+  ::testing::internal::CaptureStderr();
+  file.root().create("twice");
+  EXPECT_THAT(message_of<IoError>([&] { file.root().create("twice"); }),
+              AllOf(HasSubstr(path + ": /twice"), HasSubstr("already exists")));
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,98 @@
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/store/run_file.h"
+#include "sim/store/text_table.h"
+#include "tests/support/output_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::bare_run;
+using support::full_run;
+using support::read_bytes;
+using support::RunData;
+using support::sheet;
+using support::TemporaryDirectory;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(Describe, SaysWhatThereIs) {
+  const std::string text = describe_run(full_run());
+  for (const char* part :
+       {"complete",
+        "48 faces",
+        "35 vertices",
+        "24 cm2",
+        "6 transducers",
+        "t4010a1",
+        "3 faces",
+        "2000 Pa",
+        "surface",
+        "paper-2",
+        "35.00 %",
+        "5.25",
+        "stalled",
+        "direct",
+        "side: 5 x 1 x 4",
+        "0123456789ab",
+        "coarse mesh",
+        "judge     edge: burton_miller_polished, 80 faces, mean edge 8.06 mm",
+        "solve     pressure: burton_miller_polished, GMRES, matrix-free, single refined, 10,842 unknowns, 3 right-hand "
+        "sides: 14 steps, 2 refinements, residual 3.1e-06, 1.25 s\n",
+        "solve     judge: chief, LU, double, 80 unknowns, 1 right-hand side: residual -, 0.333 s, NOT CONVERGED\n",
+        "alarm     plain and Burton-Miller pressures differ by 1.25 %"}) {
+    EXPECT_THAT(text, HasSubstr(part));
+  }
+  EXPECT_THAT(text, Not(HasSubstr("NOT COMPLETE")));
+  EXPECT_THAT(text, Not(HasSubstr("nan")));
+}
+
+TEST(Describe, ARunWithoutTargetOrMethods) {
+  const std::string text = describe_run(bare_run(sheet(1, 1, 0.01)));
+  EXPECT_THAT(text, AllOf(HasSubstr("NOT COMPLETE"), HasSubstr("target    none"), HasSubstr("judge     none"),
+                          HasSubstr("no method has finished"), Not(HasSubstr("alarm"))));
+}
+
+TEST(Describe, AJudgeThatIsTheSolvingModel) {
+  EXPECT_THAT(describe_run(support::self_judged_run()), HasSubstr("judge     same: the solving model\n"));
+}
+
+TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("metrics.csv");
+  RunData run = full_run();
+  run.methods[0].scheme = "chief, 3 \"points\"";
+  run.methods[1].metrics.relative_error = -kNotComputed;
+  write_metrics_csv(path, run);
+  std::istringstream lines(read_bytes(path));
+  std::string header;
+  std::string first;
+  std::string second;
+  std::string rest;
+  ASSERT_TRUE(std::getline(lines, header) && std::getline(lines, first) && std::getline(lines, second));
+  EXPECT_FALSE(std::getline(lines, rest));
+  std::string expected = "name,method,scheme";
+  for (const MetricField& field : metric_fields()) {
+    expected += std::string(",") + field.name;
+  }
+  EXPECT_EQ(header, expected + ",status");
+  EXPECT_THAT(first, AllOf(::testing::StartsWith("surface,paper,\"chief, 3 \"\"points\"\"\",0.35,nan,"),
+                           ::testing::EndsWith(",stalled")));
+  EXPECT_THAT(second, ::testing::StartsWith("paper-2,paper,chief,nan,nan,"));
+}
+
+TEST(TextTable, NumbersAreGroupedByThousands) {
+  EXPECT_EQ(grouped(0), "0");
+  EXPECT_EQ(grouped(999), "999");
+  EXPECT_EQ(grouped(1000), "1,000");
+  EXPECT_EQ(grouped(1234567), "1,234,567");
+  EXPECT_EQ(grouped(-123), "-123");
+  EXPECT_EQ(grouped(-1234), "-1,234");
+}
+
+}  // namespace
+}  // namespace touchfield

@@ -1,0 +1,120 @@
+#include "sim/target/target.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/body/shapes.h"
+#include "sim/core/errors.h"
+#include "sim/core/rotation.h"
+#include "sim/core/units.h"
+#include "sim/target/gram.h"
+
+namespace touchfield {
+namespace {
+
+using testing::HasSubstr;
+
+TriangleMesh ball() { return icosphere(10e-3, 8); }
+
+TEST(Target, HoldsTheFacesWhoseCentroidLiesInTheBox) {
+  const TriangleMesh mesh = ball();
+  const TargetBox box{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  const Target target = make_target(mesh, {box}, TargetProfile::kUniform, 3000.0);
+  ASSERT_GT(target.size(), 0);
+  std::vector<bool> wanted(static_cast<std::size_t>(mesh.face_count()), false);
+  for (const auto f : target.faces) {
+    wanted[static_cast<std::size_t>(f)] = true;
+  }
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Vector3 x = mesh.centroids().col(f);
+    const bool inside = std::abs(x.x()) <= 4e-3 && std::abs(x.y()) <= 4e-3 && std::abs(x.z() + 10e-3) <= 2e-3;
+    EXPECT_EQ(wanted[static_cast<std::size_t>(f)], inside) << "face " << f;
+  }
+  EXPECT_TRUE((target.amplitudes.array() == 3000.0).all());
+}
+
+TEST(Target, ARotatedBoxHoldsWhatTheRotatedMeshHeld) {
+  const Eigen::Matrix3d turn = extrinsic_rotation({0.3, -0.5, 1.1});
+  const TargetBox box{{1e-3, 0, -10e-3}, {8e-3, 3e-3, 4e-3}};
+  const TargetBox turned{turn * box.centre, box.size, turn};
+  EXPECT_EQ(make_target(ball(), {box}, TargetProfile::kUniform, 1.0).faces,
+            make_target(transformed(ball(), turn, Vector3::Zero()), {turned}, TargetProfile::kUniform, 1.0).faces);
+}
+
+TEST(Target, PenetrationGrowsWithTheDepthBelowTheEntryFace) {
+  const TriangleMesh mesh = ball();
+  // The lower pole dips 2 mm into a box whose upper face lies at z = -8 mm: skin that faces down came in from above.
+  const TargetBox box{{0, 0, -11e-3}, {20e-3, 20e-3, 6e-3}};
+  const Target target = make_target(mesh, {box}, TargetProfile::kPenetration, 500.0);
+  double deepest = 0.0;
+  for (const auto f : target.faces) {
+    deepest = std::max(deepest, -8e-3 - mesh.centroids()(2, f));
+  }
+  for (Eigen::Index i = 0; i < target.size(); ++i) {
+    const double depth = -8e-3 - mesh.centroids()(2, target.faces[static_cast<std::size_t>(i)]);
+    EXPECT_NEAR(target.amplitudes(i), 500.0 * depth / deepest, 1e-9);
+  }
+  EXPECT_DOUBLE_EQ(target.amplitudes.maxCoeff(), 500.0);
+}
+
+TEST(Target, PenetrationFromBelowIsItsMirrorImage) {
+  const TargetBox below{{0, 0, -11e-3}, {20e-3, 20e-3, 6e-3}};
+  const TargetBox above{{0, 0, 11e-3}, {20e-3, 20e-3, 6e-3}};
+  const auto down = make_target(ball(), {below}, TargetProfile::kPenetration, 500.0);
+  const auto up = make_target(ball(), {above}, TargetProfile::kPenetration, 500.0);
+  EXPECT_NEAR(down.amplitudes.mean(), up.amplitudes.mean(), 1e-9);  // the icosphere is symmetric in z
+}
+
+std::string message_of(const std::vector<TargetBox>& boxes) {
+  try {
+    make_target(ball(), boxes, TargetProfile::kUniform, 1.0);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Target, ABoxThatMissesTheSkinSaysByHowMuch) {
+  EXPECT_THAT(message_of({{{0, 0, -20e-3}, {8e-3, 8e-3, 4e-3}}}), HasSubstr("holds the centroid of no face"));
+  // The lowest centroid of this sphere lies near z = -10 mm, 8 mm from the box's upper face at -18 mm.
+  EXPECT_THAT(message_of({{{0, 0, -20e-3}, {8e-3, 8e-3, 4e-3}}}), HasSubstr("the nearest is 8."));
+  const TargetBox good{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
+  EXPECT_THAT(message_of({good, {{0, 0, 0}, {1e-3, 1e-3, 1e-3}}}), HasSubstr("box 1"));
+}
+
+TEST(Target, ABoxAroundTheWholeBodyIsRefused) {
+  EXPECT_THAT(message_of({{{0, 0, 0}, {30e-3, 30e-3, 30e-3}}}), HasSubstr("all 1280 faces"));
+  EXPECT_THROW(make_target(ball(), {}, TargetProfile::kUniform, 0.0), InputError);
+}
+
+TEST(Target, CentralFaceIsTheOneUnderTheMiddle) {
+  const TriangleMesh mesh = ball();
+  const Target target = make_target(mesh, {{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}}}, TargetProfile::kUniform, 1.0);
+  const Vector3 x = mesh.centroids().col(central_face(mesh, target));
+  EXPECT_LT(std::hypot(x.x(), x.y()), mesh.mean_edge());
+}
+
+TEST(Gram, BlocksEqualTheProductOfTheStackedMatrix) {
+  std::srand(5);
+  const Eigen::MatrixXcd g = Eigen::MatrixXcd::Random(30, 7);
+  const Eigen::MatrixXcd columns = Eigen::MatrixXcd::Random(30, 4);
+  const Eigen::VectorXd amplitudes = Eigen::VectorXd::LinSpaced(4, 1.0, 2.5);
+  const Eigen::MatrixXcd gram_g = g.adjoint() * g;
+  Eigen::MatrixXcd c(30, 11);
+  c << columns * amplitudes.asDiagonal(), -g;
+  const IncidentProblem scattered = scattered_problem(columns, g, gram_g, amplitudes);
+  EXPECT_LT((scattered.gram - c.adjoint() * c).norm(), 1e-13 * scattered.gram.norm());
+  EXPECT_EQ(scattered.target_count, 4);
+
+  const std::vector<Eigen::Index> faces = {3, 8, 9, 29};
+  Eigen::MatrixXcd identity = Eigen::MatrixXcd::Zero(30, 4);
+  for (int i = 0; i < 4; ++i) {
+    identity(faces[static_cast<std::size_t>(i)], i) = 1.0;
+  }
+  c << identity * amplitudes.asDiagonal(), -g;
+  const IncidentProblem unscattered = unscattered_problem(faces, g, gram_g, amplitudes);
+  EXPECT_LT((unscattered.gram - c.adjoint() * c).norm(), 1e-13 * unscattered.gram.norm());
+}
+
+}  // namespace
+}  // namespace touchfield
