@@ -32,8 +32,7 @@ inline constexpr double kMostPhase = 1e6;
 ///   phase      round(phase L / 2 pi) mod L: the last half step wraps to 0, it never becomes `off`
 ///   intensity  floor(level amplitude (Q - 1)): never louder than asked for
 ///   loss       1 - |sum_n conj(w_n) q_n|^2 / (sum |w_n|^2 sum |q_n|^2), the share of the radiated energy that goes
-///   into
-///              another pattern where all transducers act alike; 0 if q is w times a number
+///              into another pattern where all transducers act alike; 0 if q is w times a number
 ///
 /// phases       N [rad], -kMostPhase..kMostPhase
 /// amplitudes   N, 0..1

@@ -13,7 +13,7 @@
 #include "sim/assess/peak_memory.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
-#include "sim/field/judge.h"
+#include "sim/field/pressure_metrics.h"
 #include "sim/mesh/remesh/subdivide.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/methods.h"
@@ -79,7 +79,7 @@ class Reference {
       return kNotComputed;
     }
     const Eigen::VectorXcd p = scattering_.pressure(drive(solution), "reference");
-    return judge(mesh(), model_.wave, model_.boxes, *target_, p).relative_error;
+    return metrics_of(mesh(), model_.wave, model_.boxes, *target_, p).relative_error;
   }
 
  private:

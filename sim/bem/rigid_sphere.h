@@ -11,9 +11,10 @@ namespace touchfield {
 /// wave        k from a Medium and a frequency; its absorption must be 0
 /// radius      a [m], > 0
 /// cos_theta   M values, theta from the direction of travel; the lit pole is -1
-/// returns     M complex pressures; phase 0 at the centre in the wave's absence; absolute error below 1e-10 for ka <=
-/// 100 throws      InputError if radius <= 0 or the medium absorbs source      Bowman, Senior, Uslenghi,
-/// Electromagnetic and Acoustic Scattering by Simple Shapes, ch. 10
+/// returns     M complex pressures; phase 0 at the centre in the wave's absence; absolute error below 1e-10 for
+///             ka <= 100
+/// throws      InputError if radius <= 0 or the medium absorbs
+/// source      Bowman, Senior, Uslenghi, Electromagnetic and Acoustic Scattering by Simple Shapes, ch. 10
 Eigen::VectorXcd rigid_sphere_plane_wave(const Wave& wave, double radius, const Eigen::VectorXd& cos_theta);
 
 /// The same for a point source g = exp(ikr)/(4 pi r) at distance r0 >= 1.5 a from the centre,

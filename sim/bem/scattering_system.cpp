@@ -4,7 +4,7 @@
 
 #include "sim/acoustics/incident_field.h"
 #include "sim/bem/chief_operator.h"
-#include "sim/bem/static_sums.h"
+#include "sim/bem/gauss_diagonal.h"
 #include "sim/mesh/query/interior_points.h"
 #include "solvers/linear/hermitian_product.h"
 

@@ -13,9 +13,8 @@ struct SinCos {
 
 /// x         |x| < 1e5
 /// accuracy  absolute error below 4e-16 (1 + |x| / 1e5)
-/// method    reduction by multiples of pi/2 held in two parts (Cody and Waite), then Taylor series up to the 16th power
-/// on
-///           |t| <= pi/4, whose next terms are below 5e-17
+/// method    reduction by multiples of pi/2 held in two parts (Cody and Waite), then Taylor series up to the 16th
+///           power on |t| <= pi/4, whose next terms are below 5e-17
 inline SinCos sincos(double x) {
   constexpr double kTwoOverPi = 0.63661977236758134308;
   constexpr double kHalfPiHigh = 1.57079632673412561417;     // 33 bits: multiples below 2^20 are exact

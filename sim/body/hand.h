@@ -66,14 +66,13 @@ std::vector<std::string> hand_poses();
 /// of the wrist, from which the length counts, lies 0.073 lengths behind the wrist joint, the end of the skin 20 mm.
 /// Parts that touch, or that are nearer than 2.6 mm, merge.
 ///
-/// sizing      wanted edge length by place in the hand's own frame, kLeastHandEdge to kMostHandEdge; without it,
-/// uniform landmarks   thumb_pad, index_pad, middle_pad, ring_pad, little_pad (middle of the distal segment, palm
-/// side),
+/// sizing      wanted edge length by place in the hand's own frame, kLeastHandEdge to kMostHandEdge; without it, uniform
+/// landmarks   thumb_pad, index_pad, middle_pad, ring_pad, little_pad (middle of the distal segment, palm side),
 ///             thumb_tip ... little_tip (the far end), palm_centre, back_centre, wrist (palm side). That of a pad or
 ///             tip pressed into other flesh lies on the skin nearest to it
 /// accuracy    mean edge of a uniform mesh within 3 % of the wanted one from 2 mm on, 5 % below; area and volume of the
-///             default hand in pose flat 445 cm2 and 343 cm3 (published: 425 and 340), the same at every edge up to 3
-///             mm within 0.5 %; finger thickness within 10 % of the published means
+///             default hand in pose flat 445 cm2 and 343 cm3 (published: 425 and 340), the same at every edge up to
+///             3 mm within 0.5 %; finger thickness within 10 % of the published means
 /// throws      InputError on an unknown pose, a value or an angle out of range, or if the skin cuts itself: the edges
 ///             are too long for a fold that the angles make
 /// source      Buryanov & Kotiuk 2010 (bones); ANSUR II (length and breadth)

@@ -55,9 +55,8 @@ void require_body(const MeshShape& shape);
 ///
 /// near_array   the point of a surface, in the world's frame, that is nearest to the array
 /// kept         landmarks of scenes before this one
-/// throws       InputError on an unknown landmark, a mesh file that is not the closed surface of a body or whose unit
-/// is
-///              not given and not surely mm, keep_within without a target
+/// throws       InputError on an unknown landmark, a mesh file that is not the closed surface of a body or whose
+///              unit is not given and not surely mm, keep_within without a target
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
                      KeptBodies* kept = nullptr);
 

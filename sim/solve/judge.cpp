@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/field/judge.h"
+#include "sim/field/pressure_metrics.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/stages.h"
 
@@ -38,10 +38,9 @@ Eigen::MatrixXcd pressures_of(const Run& run) {
   return pressures;
 }
 
-Metrics judged(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
-               const Eigen::VectorXcd& pressure) {
-  return target ? judge(mesh, model.wave, model.boxes, *target, pressure)
-                : judge_without_target(mesh, model.wave, pressure);
+Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
+                   const Eigen::VectorXcd& pressure) {
+  return target ? metrics_of(mesh, model.wave, model.boxes, *target, pressure) : metrics_of(mesh, model.wave, pressure);
 }
 
 void set_metrics(MethodResult& result, Metrics metrics) {
@@ -99,7 +98,7 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, Run& run, 
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     const auto column = static_cast<Eigen::Index>(s);
     run.methods[s].judge_pressure = pressures.col(column);
-    set_metrics(run.methods[s], judged(mesh, model, judge_model.target, pressures.col(column)));
+    set_metrics(run.methods[s], metrics_on(mesh, model, judge_model.target, pressures.col(column)));
     run.methods[s].metrics.judge_difference = differences(column);
     run.methods[s].metrics.judge_difference_target = target_differences(column);
   }

@@ -10,8 +10,8 @@
 namespace touchfield {
 
 /// The scores of a pressure on a mesh: against the target where the scene has one.
-Metrics judged(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
-               const Eigen::VectorXcd& pressure);
+Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
+                   const Eigen::VectorXcd& pressure);
 
 /// A judge's metrics take the place of what was there; what the method itself knows stays.
 void set_metrics(MethodResult& result, Metrics metrics);

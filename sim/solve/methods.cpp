@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/field/judge.h"
+#include "sim/field/pressure_metrics.h"
 #include "sim/solve/previous_phases.h"
 #include "sim/target/gram.h"
 #include "solvers/linear/hermitian_product.h"
@@ -243,7 +243,7 @@ double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& me
                                 const std::vector<TargetBox>& boxes, Progress& progress) {
   const auto judged = [&](double scale) {
     const PhaseSolution trial = solve(method, scale * target_->amplitudes, progress);
-    return judge(mesh, wave, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
+    return metrics_of(mesh, wave, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
   };
   if (!iterates(method.kind)) {
     return 1.0 / judged(1.0).scale;

@@ -162,7 +162,7 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
     require_finite("judge of " + method.name, result.judge_pressure);
   }
   const bool elsewhere = result.judge_pressure.size() > 0;
-  set_metrics(result, judged(run.mesh, model, run.target, elsewhere ? result.judge_pressure : result.pressure));
+  set_metrics(result, metrics_on(run.mesh, model, run.target, elsewhere ? result.judge_pressure : result.pressure));
   if (elsewhere) {
     result.metrics.judge_difference = relative_difference(run.mesh.areas(), result.pressure, result.judge_pressure);
   }

@@ -9,7 +9,7 @@
 #include <cblas.h>
 
 #include "solvers/linear/cholesky.h"
-#include "solvers/phase/levenberg_marquardt.h"
+#include "solvers/phase/madsen_damping.h"
 
 namespace touchfield {
 

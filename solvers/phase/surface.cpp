@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "solvers/phase/damped_step.h"
-#include "solvers/phase/levenberg_marquardt.h"
+#include "solvers/phase/madsen_damping.h"
 #include "solvers/phase/skin_jacobian.h"
 
 namespace touchfield {

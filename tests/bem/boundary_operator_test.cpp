@@ -12,8 +12,8 @@
 
 #include "sim/acoustics/medium.h"
 #include "sim/bem/chief_operator.h"
+#include "sim/bem/gauss_diagonal.h"
 #include "sim/bem/kernel.h"
-#include "sim/bem/static_sums.h"
 #include "sim/body/shapes.h"
 
 namespace touchfield {

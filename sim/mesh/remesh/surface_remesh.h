@@ -14,14 +14,12 @@ constexpr double kCreaseAngle = 50.0 / 180.0 * std::numbers::pi;  // [rad]
 /// original keeps its facets.
 ///
 /// original       closed, manifold, oriented outwards; of any triangles, coarse, fine, thin or mixed; several pieces
-/// are
-///                allowed
+///                are allowed
 /// crease_angle   edges whose faces' normals are more than this apart stay sharp, e.g. the rims of caps [rad], > 0; pi:
 ///                none. Vertices on them move along them only, and where creases meet, turn by as much or come to a
 ///                point a vertex stays; see creases.h
 /// returns        a closed, manifold, oriented mesh with as many pieces and holes through them. Off creases its
-/// vertices
-///                stand off the original by the mean distance that their faces cut below it (0.1 edges at most), so
+///                vertices stand off the original by the mean distance that their faces cut below it (0.1 edges at most), so
 ///                that area and volume are the original's to second order in edge over radius of curvature; flat sides
 ///                stay exactly flat. Angles are above 15 degrees but between creases that are nearer than half an edge
 ///                to each other, or meet at less

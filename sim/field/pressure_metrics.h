@@ -37,10 +37,10 @@ double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target
 ///
 /// boxes      the target's; width is measured across the first
 /// pressure   M [Pa]
-Metrics judge(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes, const Target& target,
-              const Eigen::VectorXcd& pressure);
+Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
+                   const Target& target, const Eigen::VectorXcd& pressure);
 
 /// The metrics that need no target: peak_pa, and force_elsewhere_n over the whole body.
-Metrics judge_without_target(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure);
+Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure);
 
 }  // namespace touchfield

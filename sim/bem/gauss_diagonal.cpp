@@ -1,4 +1,4 @@
-#include "sim/bem/static_sums.h"
+#include "sim/bem/gauss_diagonal.h"
 
 #include <numbers>
 

@@ -1,4 +1,4 @@
-#include "sim/field/judge.h"
+#include "sim/field/pressure_metrics.h"
 
 #include <algorithm>
 #include <cmath>
@@ -166,8 +166,8 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
   return crossing(profile, peak, 1, level) - crossing(profile, peak, -1, level);
 }
 
-Metrics judge(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes, const Target& target,
-              const Eigen::VectorXcd& pressure) {
+Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
+                   const Target& target, const Eigen::VectorXcd& pressure) {
   const Eigen::VectorXd& area = mesh.areas();
   const Eigen::VectorXd reached = pressure.cwiseAbs();
   const Eigen::VectorXd wanted = wanted_amplitudes(mesh, target);
@@ -175,7 +175,7 @@ Metrics judge(const TriangleMesh& mesh, const Wave& wave, const std::vector<Targ
   const double wanted_energy = area.dot(wanted.cwiseAbs2());
   const double product = area.dot(reached.cwiseProduct(wanted));
 
-  Metrics metrics = judge_without_target(mesh, wave, pressure);
+  Metrics metrics = metrics_of(mesh, wave, pressure);
   metrics.scale = product / energy;
   metrics.correlation = product / std::sqrt(energy * wanted_energy);
   const auto error_at = [&](double scale) {
@@ -206,7 +206,7 @@ Metrics judge(const TriangleMesh& mesh, const Wave& wave, const std::vector<Targ
   return metrics;
 }
 
-Metrics judge_without_target(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure) {
+Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure) {
   Metrics metrics;
   metrics.peak_pa = pressure.cwiseAbs().maxCoeff();
   metrics.force_elsewhere_n = mesh.areas().dot(radiation_pressure(mesh, wave, pressure));

@@ -1,4 +1,4 @@
-#include "sim/field/judge.h"
+#include "sim/field/pressure_metrics.h"
 
 #include <cmath>
 
@@ -40,14 +40,14 @@ TargetBox box_of_8mm() { return {{0, 0, 0}, {8e-3, 4e-3, 2e-3}}; }
 
 Target target_on(const TriangleMesh& mesh) { return make_target(mesh, {box_of_8mm()}, TargetProfile::kUniform, 100.0); }
 
-TEST(Judge, AScaledCopyOfTheTargetHasNoErrorLeft) {
+TEST(PressureMetrics, AScaledCopyOfTheTargetHasNoErrorLeft) {
   const TriangleMesh mesh = strip();
   const Target target = target_on(mesh);
   Eigen::VectorXcd p = Eigen::VectorXcd::Zero(mesh.face_count());
   for (std::size_t i = 0; i < target.faces.size(); ++i) {
     p(target.faces[i]) = std::polar(50.0, 0.1 * static_cast<double>(i));  // half of what is wanted, any phase
   }
-  const Metrics m = judge(mesh, wave(), {box_of_8mm()}, target, p);
+  const Metrics m = metrics_of(mesh, wave(), {box_of_8mm()}, target, p);
   EXPECT_NEAR(m.relative_error, 0.0, 1e-12);
   EXPECT_NEAR(m.relative_error_raw, 0.5, 1e-12);
   EXPECT_NEAR(m.scale, 2.0, 1e-12);
@@ -59,32 +59,32 @@ TEST(Judge, AScaledCopyOfTheTargetHasNoErrorLeft) {
   EXPECT_NEAR(m.width_wanted_mm, 8.0, 1e-9);
 }
 
-TEST(Judge, ErrorAndCorrelationAreOneTriangle) {
+TEST(PressureMetrics, ErrorAndCorrelationAreOneTriangle) {
   const TriangleMesh mesh = strip();
   const Target target = target_on(mesh);
   std::srand(1);
   const Eigen::VectorXcd p = 100.0 * Eigen::VectorXcd::Random(mesh.face_count());
-  const Metrics m = judge(mesh, wave(), {box_of_8mm()}, target, p);
+  const Metrics m = metrics_of(mesh, wave(), {box_of_8mm()}, target, p);
   EXPECT_NEAR(m.relative_error * m.relative_error, 1.0 - m.correlation * m.correlation, 1e-12);
   // A global phase and a global level change nothing that is relative.
-  const Metrics same = judge(mesh, wave(), {box_of_8mm()}, target, std::polar(3.0, 0.7) * p);
+  const Metrics same = metrics_of(mesh, wave(), {box_of_8mm()}, target, std::polar(3.0, 0.7) * p);
   EXPECT_NEAR(same.relative_error, m.relative_error, 1e-12);
   EXPECT_NEAR(same.leakage, m.leakage, 1e-12);
   EXPECT_NEAR(same.width_mm, m.width_mm, 1e-9);
 }
 
-TEST(Judge, UniformPressureLeaksTheShareOfTheAreaOutside) {
+TEST(PressureMetrics, UniformPressureLeaksTheShareOfTheAreaOutside) {
   const TriangleMesh mesh = strip();
   const Target target = target_on(mesh);
   const Eigen::VectorXcd p = Eigen::VectorXcd::Constant(mesh.face_count(), 10.0);
-  const Metrics m = judge(mesh, wave(), {box_of_8mm()}, target, p);
+  const Metrics m = metrics_of(mesh, wave(), {box_of_8mm()}, target, p);
   EXPECT_NEAR(m.leakage, 1.0 - 8.0 * 4.0 / 400.0, 1e-12);
   // || p' ||^2 - <p, p'>^2 / || p ||^2 over || p' ||^2 = 1 - share of the area
   EXPECT_NEAR(m.relative_error, std::sqrt(1.0 - 0.08), 1e-12);
   EXPECT_TRUE(std::isnan(m.width_mm));  // it falls to half nowhere
 }
 
-TEST(Judge, WidthOfAGaussianIsItsFullWidthAtHalfMaximum) {
+TEST(PressureMetrics, WidthOfAGaussianIsItsFullWidthAtHalfMaximum) {
   const TriangleMesh mesh = strip();
   const double sigma = 3e-3;  // |p|^2 = exp(-x^2 / (2 sigma^2))
   Eigen::VectorXcd p(mesh.face_count());
@@ -96,7 +96,7 @@ TEST(Judge, WidthOfAGaussianIsItsFullWidthAtHalfMaximum) {
               0.25e-3);
 }
 
-TEST(Judge, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
+TEST(PressureMetrics, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
   const TriangleMesh mesh = strip();
   Eigen::VectorXcd p(mesh.face_count());
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
@@ -119,7 +119,7 @@ TEST(Judge, WidthStopsAtTheFirstCrossingAndIgnoresSkinThatFacesAway) {
   EXPECT_NEAR(half_maximum_width(both, box_of_8mm(), target_on(both), loud), 6e-3, 0.01e-3);
 }
 
-TEST(Judge, WidthFollowsARotatedBox) {
+TEST(PressureMetrics, WidthFollowsARotatedBox) {
   const TriangleMesh mesh = strip();
   Eigen::VectorXcd p(mesh.face_count());
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
@@ -156,12 +156,12 @@ TEST(RadiationPressure, OfAStandingWaveAlongTheSkin) {
 TEST(RadiationPressure, OfUniformPressureIsTheWorkedValue) {
   const TriangleMesh mesh = strip();
   const Eigen::VectorXcd p = Eigen::VectorXcd::Constant(mesh.face_count(), Complex(0, 1000.0));
-  const Metrics m = judge(mesh, wave(), {box_of_8mm()}, target_on(mesh), p);
+  const Metrics m = metrics_of(mesh, wave(), {box_of_8mm()}, target_on(mesh), p);
   // 1e6 Pa2 / (4 rho c^2) = 1.7626 Pa, on 32 mm2 and on the other 368 mm2.
   const double radiation = 1e6 / (4.0 * 1.2041 * 343.21 * 343.21);
   EXPECT_NEAR(m.force_target_n, radiation * 32e-6, 1e-12);
   EXPECT_NEAR(m.force_elsewhere_n, radiation * 368e-6, 1e-12);
-  const Metrics without = judge_without_target(mesh, wave(), p);
+  const Metrics without = metrics_of(mesh, wave(), p);
   EXPECT_NEAR(without.force_elsewhere_n, radiation * 400e-6, 1e-12);
   EXPECT_TRUE(std::isnan(without.relative_error));
 }
