@@ -1,4 +1,4 @@
-"""scripts/run where other software has removed packages that building needs."""
+"""Scripts on their own: scripts/run where other software has removed packages that building needs, fuzzers side by side."""
 
 import os
 import pathlib
@@ -62,6 +62,25 @@ class ScriptsRun(unittest.TestCase):
         (self.root / "sim/source.cpp").write_text("// changed")
         self.assertNotEqual(self.run_scene().returncode, 0)
         self.assertTrue((self.root / "apt").exists())
+
+
+class RunFuzzers(unittest.TestCase):
+    def test_they_run_side_by_side_whatever_openmp_is_told(self):
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("OMP_")}
+        if int(subprocess.run(["nproc"], env=environment, capture_output=True, text=True, check=True).stdout) < 2:
+            self.skipTest("one processor")
+        with tempfile.TemporaryDirectory(prefix="touchfield-fuzz-") as name:
+            folder = pathlib.Path(name)
+            (folder / "bin").mkdir()
+            for own, other in ["ab", "ba"]:
+                program = folder / f"bin/fuzz_{own}"
+                program.write_text(f"#!/bin/bash\ntouch {folder}/{own}\n"
+                                   f"for i in {{1..100}}; do [[ ! -e {folder}/{other} ]] || exit 0; sleep 0.1; done\nexit 1\n")
+                program.chmod(0o755)
+                (folder / "seeds" / own).mkdir(parents=True)
+            done = subprocess.run([SOURCE / "tests/fuzz/run_fuzzers", folder], env={**environment, "OMP_NUM_THREADS": "1"},
+                                  capture_output=True, text=True, timeout=60, check=False)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
 
 
 if __name__ == "__main__":
