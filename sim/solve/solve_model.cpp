@@ -1,12 +1,10 @@
 #include "sim/solve/solve_model.h"
 
-#include <algorithm>
 #include <map>
 #include <memory>
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
 #include "sim/field/evaluate.h"

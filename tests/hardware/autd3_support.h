@@ -60,8 +60,7 @@ class Autd3Test : public ::testing::Test {
  protected:
   void SetUp() override {
     const char* named = std::getenv("TOUCHFIELD_AUTD3_LIBRARY");
-    const char* source = std::getenv("TOUCHFIELD_SOURCE_DIR");
-    library_ = named != nullptr ? named : source != nullptr ? std::string(source) + "/build/autd3/libautd3capi.so" : "";
+    library_ = named != nullptr ? named : TOUCHFIELD_SOURCE_DIR "/build/autd3/libautd3capi.so";
     if (!std::filesystem::exists(library_)) {
       GTEST_SKIP() << "there is no AUTD3 library at '" << library_ << "': scripts/setup_autd3 fetches the vendor's";
     }
