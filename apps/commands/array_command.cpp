@@ -2,12 +2,14 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/commands/device_commands.h"
-#include "apps/commands/emission.h"
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/device_options.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
@@ -17,6 +19,16 @@
 namespace touchfield {
 
 namespace {
+
+struct ArrayCommand {
+  DeviceOptions options;
+  std::string run;                          // whose array the device is; empty: what the link says
+  std::vector<double> at_mm = {0, 0, 150};  // of the test's focus, in the array's frame
+  double temperature_c = 20;                // of the air, for the focus
+  long first = 0;                           // transducer of the walk
+  std::optional<long> count;                // of the walk; default: to the last
+  double dwell = 0.5;                       // on each transducer of the walk [s]
+};
 
 constexpr double kFrequency = 40e3;  // [Hz] of every array there is a link for
 constexpr double kNearest = 10e-3;   // of a focus to a transducer [m]
@@ -55,8 +67,7 @@ std::optional<TransducerArray> array_of(const std::string& path) {
 }
 
 EmissionPlan plan_of(const ArrayCommand& command) {
-  EmissionPlan plan;
-  plan.device = command.device;
+  EmissionPlan plan = plan_of(command.options);
   if (const auto array = array_of(command.run)) {
     plan.array = layout_of(*array);
     plan.must_match.push_back(*array);
@@ -80,9 +91,10 @@ Drive focus(const ArrayLayout& layout, const Vector3& at, const Wave& wave) {
 
 int list(const ArrayCommand& command, const CommonFlags& flags) {
   nlohmann::ordered_json json;
-  if (command.device.link != DeviceOptions{}.link) {
+  if (command.options.device.link != DeviceChoice{}.link) {
     const auto array = array_of(command.run);
-    const std::unique_ptr<ArrayLink> link = local_link(command.device, array ? layout_of(*array) : ArrayLayout{});
+    const std::unique_ptr<ArrayLink> link =
+        local_link(command.options.device, array ? layout_of(*array) : ArrayLayout{});
     const LinkAbilities abilities = link->abilities();
     const ArrayLayout& layout = link->layout();
     json = {{"device", link->describe()},
@@ -123,7 +135,7 @@ int list(const ArrayCommand& command, const CommonFlags& flags) {
 
 int off(const ArrayCommand& command, const CommonFlags& flags) {
   const auto array = array_of(command.run);
-  const std::unique_ptr<ArrayLink> link = local_link(command.device, array ? layout_of(*array) : ArrayLayout{});
+  const std::unique_ptr<ArrayLink> link = local_link(command.options.device, array ? layout_of(*array) : ArrayLayout{});
   link->open();
   link->quiet();
   link->close();
@@ -137,17 +149,12 @@ int off(const ArrayCommand& command, const CommonFlags& flags) {
 
 int test(const ArrayCommand& command, const CommonFlags& flags) {
   EmissionPlan plan = plan_of(command);
-  plan.seconds = command.seconds;
-  const Wave wave(air(command.temperature), kFrequency);
-  plan.drives = [&](const ArrayLayout& layout) { return std::vector<Drive>{focus(layout, command.at, wave)}; };
-  const EmissionReport report = emit(plan);
-  if (flags.json) {
-    put(emission_json(report, command.device));
-  } else if (!flags.quiet) {
-    put(fmt::format("focus at ({:g}, {:g}, {:g}) mm\n{}", command.at.x() / kMillimetre, command.at.y() / kMillimetre,
-                    command.at.z() / kMillimetre, describe_emission(report, command.device)));
-  }
-  return report.exit_code;
+  const Vector3 at = Eigen::Map<const Vector3>(command.at_mm.data()) * kMillimetre;
+  const Wave wave(air(command.temperature_c + kZeroCelsius), kFrequency);
+  plan.drives = [&](const ArrayLayout& layout) { return std::vector<Drive>{focus(layout, at, wave)}; };
+  return print_emission(emit(plan), flags,
+                        fmt::format("focus at ({:g}, {:g}, {:g}) mm\n", at.x() / kMillimetre, at.y() / kMillimetre,
+                                    at.z() / kMillimetre));
 }
 
 int walk(const ArrayCommand& command, const CommonFlags& flags) {
@@ -155,7 +162,7 @@ int walk(const ArrayCommand& command, const CommonFlags& flags) {
     throw InputError(fmt::format("--dwell = {} must be > 0 and finite", command.dwell));
   }
   EmissionPlan plan = plan_of(command);
-  plan.rate = 1 / command.dwell;
+  plan.request.rate = 1 / command.dwell;
   ArrayLayout layout;
   plan.drives = [&](const ArrayLayout& device) {
     layout = device;
@@ -181,29 +188,40 @@ int walk(const ArrayCommand& command, const CommonFlags& flags) {
       std::fflush(stdout);
     }
   };
-  const EmissionReport report = emit(plan);
-  if (flags.json) {
-    put(emission_json(report, command.device));
-  } else if (lines) {
-    put(describe_emission(report, command.device));
-  }
-  return report.exit_code;
+  return print_emission(emit(plan), flags);
 }
 
 }  // namespace
 
-int array_command(const ArrayCommand& command, const CommonFlags& flags) {
-  switch (command.action) {
-    case ArrayCommand::Action::kList:
-      return list(command, flags);
-    case ArrayCommand::Action::kTest:
-      return test(command, flags);
-    case ArrayCommand::Action::kWalk:
-      return walk(command, flags);
-    case ArrayCommand::Action::kOff:
-      return off(command, flags);
-  }
-  throw std::logic_error("unknown action");
+void add_array_command(CLI::App& app, Invocation& invocation) {
+  const auto array = std::make_shared<ArrayCommand>();
+  CLI::App* command = app.add_subcommand("array", "What a bench needs: list, test, walk, off");
+  command->require_subcommand(1);
+  using Action = int (*)(const ArrayCommand&, const CommonFlags&);
+  const auto add_action = [&](const char* name, const char* what, Action action) {
+    CLI::App* added = command->add_subcommand(name, what);
+    add_device(added, array->options);
+    added->add_option("--run", array->run, "A run of this array: where its units sit, or what a dry run stands for");
+    finish_command(added, invocation,
+                   [array, action](const Invocation& invoked) { return action(*array, invoked.flags); });
+    return added;
+  };
+  add_action("list", "Links there are and serial ports; with --to: what that device is", list);
+  CLI::App* focus = add_action("test", "A focus at a point", test);
+  add_emission(focus, array->options);
+  focus->add_option("--at-mm", array->at_mm, "The focus, x y z in the array's own frame")
+      ->expected(3)
+      ->capture_default_str();
+  focus->add_option("--temperature-c", array->temperature_c, "Of the air")->capture_default_str();
+  focus->add_option("--seconds", array->options.request.seconds, "Time of emission; default: 1");
+  CLI::App* one_by_one = add_action("walk", "One transducer after another, to check the wiring", walk);
+  add_emission(one_by_one, array->options);
+  one_by_one->add_option("--first", array->first, "Number of the first transducer, from 0")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  one_by_one->add_option("--count", array->count, "How many; default: to the last")->check(CLI::PositiveNumber);
+  one_by_one->add_option("--dwell", array->dwell, "Time on each [s]")->capture_default_str();
+  add_action("off", "Switch every transducer off", off);
 }
 
 }  // namespace touchfield

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <memory>
 #include <optional>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/run_json.h"
@@ -20,6 +22,13 @@
 namespace touchfield {
 
 namespace {
+
+struct CheckCommand {
+  std::string scene;
+  std::vector<std::string> overrides;
+  bool resolved = false;
+  bool accuracy = false;  // measure the discretisation error on this mesh
+};
 
 /// A sweep: how many cases and bodies, and what the first case of each body takes.
 int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
@@ -66,8 +75,6 @@ int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
   }
   return 0;
 }
-
-}  // namespace
 
 int check_command(const CheckCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
@@ -123,6 +130,19 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
   }
   require_memory(report);
   return 0;
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& app, Invocation& invocation) {
+  const auto check = std::make_shared<CheckCommand>();
+  CLI::App* command = app.add_subcommand("check", "Say what a scene would build and cost, without running it");
+  add_scene(command, check->scene, check->overrides);
+  command->add_flag("--resolved", check->resolved, "Print the scene with every default written out");
+  command->add_flag("--accuracy", check->accuracy,
+                    "Measure the discretisation error on this very mesh (solves it some times)");
+  finish_command(command, invocation,
+                 [check](const Invocation& invoked) { return check_command(*check, invoked.flags); });
 }
 
 }  // namespace touchfield

@@ -1,13 +1,54 @@
 #include "apps/commands/command_line.h"
 
 #include <filesystem>
+#include <utility>
 
-#include <fmt/format.h>
 #include <omp.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/units.h"
 
 namespace touchfield {
+
+void finish_command(CLI::App* command, Invocation& invocation, std::function<int(const Invocation&)> action) {
+  CommonFlags& flags = invocation.flags;
+  command->add_option("--threads", flags.threads, "Number of threads; default: all cores, or OMP_NUM_THREADS")
+      ->check(CLI::Range(1, 4096));
+  command->add_flag("--quiet", flags.quiet, "Show results, warnings and errors only");
+  command->add_flag("--json", flags.json, "Print results as JSON");
+  command->callback([&invocation, action = std::move(action)] {
+    invocation.action = [&invocation, action] { return action(invocation); };
+  });
+}
+
+void add_hidden_command(CLI::App& app, Invocation& invocation, const std::string& name, std::function<int()> action) {
+  app.add_subcommand(name)->group("")->callback(
+      [&invocation, action = std::move(action)] { invocation.action = action; });
+}
+
+void add_overrides(CLI::App* command, std::vector<std::string>& overrides) {
+  command->add_option("--set", overrides, "Change a key of the scene: key.path=value, value in YAML; may be repeated")
+      ->take_all()
+      ->expected(1);
+}
+
+void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& overrides) {
+  command->add_option("SCENE", scene, "Scene file (YAML)")->required();
+  add_overrides(command, overrides);
+}
+
+CLI::Option* add_millimetres(CLI::App* command, const std::string& name, double& length, const std::string& what) {
+  return command
+      ->add_option_function<double>(
+          name, [&length](const double& mm) { length = mm * kMillimetre; }, what)
+      ->default_str(fmt::format("{:g}", length / kMillimetre));
+}
+
+CLI::Option* add_millimetres(CLI::App* command, const std::string& name, std::optional<double>& length,
+                             const std::string& what) {
+  return command->add_option_function<double>(
+      name, [&length](const double& mm) { length = mm * kMillimetre; }, what);
+}
 
 int apply_threads(const CommonFlags& flags) {
   if (flags.threads > 0) {

@@ -1,6 +1,13 @@
 #pragma once
 
+#include <functional>
+#include <map>
+#include <optional>
 #include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 namespace touchfield {
 
@@ -11,6 +18,48 @@ struct CommonFlags {
   bool json = false;   // results as JSON on standard output
 };
 
+/// What a command line asks for.
+struct Invocation {
+  CommonFlags flags;
+  std::string command_line;     // as it was typed, for provenance
+  std::function<int()> action;  // of the command that was named: prints results on standard output and returns the exit
+                                // code; errors are thrown
+};
+
+/// Lets a command take the common flags, and act once the whole line has been parsed and names it.
+void finish_command(CLI::App* command, Invocation& invocation, std::function<int(const Invocation&)> action);
+
+/// A command without options that this program gives itself and --help does not show.
+void add_hidden_command(CLI::App& app, Invocation& invocation, const std::string& name, std::function<int()> action);
+
+/// SCENE and --set.
+void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& overrides);
+/// --set alone.
+void add_overrides(CLI::App* command, std::vector<std::string>& overrides);
+
+/// A length that is given in millimetres and kept in metres; help shows its default.
+CLI::Option* add_millimetres(CLI::App* command, const std::string& name, double& length, const std::string& what);
+CLI::Option* add_millimetres(CLI::App* command, const std::string& name, std::optional<double>& length,
+                             const std::string& what);
+
+/// A choice of an enumerator by its name; help and errors list the names, not the numbers behind them.
+template <typename Enum>
+CLI::Validator named(const std::map<std::string, Enum>& values) {
+  std::string names;
+  for (const auto& [name, value] : values) {
+    names += (names.empty() ? "" : ", ") + name;
+  }
+  return {[values, names](std::string& input) {
+            const auto found = values.find(input);
+            if (found == values.end()) {
+              return fmt::format("{} is none of {}", input, names);
+            }
+            input = std::to_string(static_cast<int>(found->second));
+            return std::string();
+          },
+          "{" + names + "}"};
+}
+
 /// Sets the number of threads of our loops and of OpenBLAS; returns the number in use.
 int apply_threads(const CommonFlags& flags);
 
@@ -20,7 +69,7 @@ std::string run_file_at(const std::string& path);
 /// throws   InputError if there is a file of the name that the command is to write and --force does not replace it
 void require_free_output(const std::string& path, bool force);
 
-/// The command as it was typed, for provenance.
+/// The command as it was typed, quoted for a shell.
 std::string joined_command_line(int argc, char** argv);
 
 }  // namespace touchfield

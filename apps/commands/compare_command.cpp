@@ -1,9 +1,10 @@
-#include "apps/commands/compare_command.h"
-
 #include <cmath>
+#include <memory>
 
 #include <fmt/format.h>
 
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
 #include "apps/commands/compare_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/scene_changes.h"
@@ -13,6 +14,12 @@
 namespace touchfield {
 
 namespace {
+
+struct CompareCommand {
+  std::string a;  // run.h5, or the directory that holds one
+  std::string b;
+  std::optional<double> tolerance;  // relative
+};
 
 std::string heading(char letter, const std::string& path, const Run& run) {
   return fmt::format("{:<9} {}: {}, {}\n", letter, path, run.name, run.complete ? "complete" : "NOT COMPLETE");
@@ -25,8 +32,6 @@ std::string tolerance_line(double tolerance, const Deviation& largest) {
   const std::string far = std::isfinite(largest.relative) ? fmt::format(" differs by {:.2g}", largest.relative) : "";
   return fmt::format("{:<9} {:g}: EXCEEDED: {}{}\n", "tolerance", tolerance, largest.what, far);
 }
-
-}  // namespace
 
 int compare_command(const CompareCommand& command, const CommonFlags& flags) {
   const std::string path_a = run_file_at(command.a);
@@ -49,6 +54,20 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
     }
   }
   return within ? 0 : 1;
+}
+
+}  // namespace
+
+void add_compare_command(CLI::App& app, Invocation& invocation) {
+  const auto compare = std::make_shared<CompareCommand>();
+  CLI::App* command = app.add_subcommand("compare", "Say how two runs differ");
+  command->add_option("A", compare->a, "run.h5, or the directory that holds it")->required();
+  command->add_option("B", compare->b, "The other one")->required();
+  command
+      ->add_option("--tolerance", compare->tolerance, "Exit code 1 if a result differs by more than this, relatively")
+      ->check(CLI::NonNegativeNumber);
+  finish_command(command, invocation,
+                 [compare](const Invocation& invoked) { return compare_command(*compare, invoked.flags); });
 }
 
 }  // namespace touchfield

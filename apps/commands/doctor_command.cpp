@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/doctor.h"
 
 namespace touchfield {
+
+namespace {
 
 int doctor_command(const CommonFlags& flags) {
   const std::vector<Finding> findings = examine_machine(apply_threads(flags));
@@ -24,6 +27,13 @@ int doctor_command(const CommonFlags& flags) {
     }
   }
   return 0;
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& app, Invocation& invocation) {
+  CLI::App* command = app.add_subcommand("doctor", "Say what would make runs slow or incomplete on this machine");
+  finish_command(command, invocation, [](const Invocation& invoked) { return doctor_command(invoked.flags); });
 }
 
 }  // namespace touchfield

@@ -1,13 +1,26 @@
+#include <memory>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/body/hand.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/query/inspect.h"
 
 namespace touchfield {
+
+namespace {
+
+struct HandCommand {
+  std::string output;
+  bool force = false;  // replace an existing file
+  HandOptions options;
+  double unit = 1e-3;  // metres per file unit
+};
 
 int hand_command(const HandCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
@@ -38,6 +51,24 @@ int hand_command(const HandCommand& command, const CommonFlags& flags) {
     }
   }
   return 0;
+}
+
+}  // namespace
+
+void add_hand_command(CLI::App& app, Invocation& invocation) {
+  const auto hand = std::make_shared<HandCommand>();
+  CLI::App* command = app.add_subcommand("hand", "Write the built-in hand as a mesh file (STL, OBJ or PLY)");
+  command->add_option("-o,--output", hand->output, "Mesh file; its ending names the format")->required();
+  command->add_flag("--force", hand->force, "Replace the mesh file if it exists");
+  command->add_option("--pose", hand->options.pose, "Pose")->check(CLI::IsMember(hand_poses()))->capture_default_str();
+  add_millimetres(command, "--breadth-mm", hand->options.breadth, "Hand breadth [mm]");
+  add_millimetres(command, "--length-mm", hand->options.length, "Hand length [mm]");
+  command->add_option("--side", hand->options.side, "right or left")
+      ->transform(named<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}));
+  add_millimetres(command, "--edge-mm", hand->options.edge, "Edge length [mm]");
+  command->add_option("--unit", hand->unit, "Unit of the file: mm (default), cm or m")
+      ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}}));
+  finish_command(command, invocation, [hand](const Invocation& invoked) { return hand_command(*hand, invoked.flags); });
 }
 
 }  // namespace touchfield

@@ -1,11 +1,16 @@
+#include <memory>
+
 #include <fmt/format.h>
 
+#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/store/run_file.h"
 
 namespace touchfield {
+
+namespace {
 
 int info_command(const std::string& path, const CommonFlags& flags) {
   const Run run = read_run_file(run_file_at(path));
@@ -25,6 +30,15 @@ int info_command(const std::string& path, const CommonFlags& flags) {
                                        {"scene_hash", run.provenance.scene_hash}};
   put(fmt::format("{}\n", json.dump(2)));
   return 0;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, Invocation& invocation) {
+  const auto path = std::make_shared<std::string>();
+  CLI::App* command = app.add_subcommand("info", "Describe a run.h5");
+  command->add_option("RUN", *path, "run.h5, or the directory that holds it")->required();
+  finish_command(command, invocation, [path](const Invocation& invoked) { return info_command(*path, invoked.flags); });
 }
 
 }  // namespace touchfield

@@ -1,3 +1,4 @@
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -5,6 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/cut_plane.h"
@@ -17,6 +19,7 @@
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/remesh/edge_sizing.h"
 #include "sim/mesh/remesh/surface_remesh.h"
+#include "sim/mesh/repair/repair.h"
 #include "sim/mesh/repair/surface_report.h"
 #include "sim/mesh/repair/weld.h"
 #include "sim/solve/stages.h"
@@ -24,6 +27,19 @@
 namespace touchfield {
 
 namespace {
+
+struct MeshCommand {
+  std::string file;
+  std::string output;       // empty: report only
+  bool force = false;       // replace an existing file
+  std::string unit;         // of the file: mm, cm or m; empty: guessed
+  std::string output_unit;  // empty: the file's
+  bool repair = false;
+  RepairOptions repair_options;
+  double stray_percent = 100.0 * repair_options.stray;
+  std::optional<std::string> cut;  // see parse_cut_plane; in the file's unit
+  std::optional<double> edge;      // to remesh to [m]
+};
 
 /// The file's unit: stated or guessed, and what there is to warn of.
 struct FileScale {
@@ -107,8 +123,6 @@ TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, cons
   return mesh;
 }
 
-}  // namespace
-
 int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
@@ -155,6 +169,46 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     put(describe_mesh(text));
   }
   return 0;
+}
+
+}  // namespace
+
+void add_mesh_command(CLI::App& app, Invocation& invocation) {
+  const auto mesh = std::make_shared<MeshCommand>();
+  CLI::App* command =
+      app.add_subcommand("mesh", "Inspect, repair, cut or remesh a mesh file (STL, OBJ, PLY, OFF, VTP)");
+  command->add_option("FILE", mesh->file, "Mesh file; its ending names the format")->required();
+  command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only");
+  command->add_flag("--force", mesh->force, "Replace the mesh file to write if it exists");
+  command->add_option("--unit", mesh->unit, "Unit of FILE: mm, cm or m; default: guessed from its size")
+      ->check(CLI::IsMember({"mm", "cm", "m"}));
+  command->add_option("--output-unit", mesh->output_unit, "Unit of the file written: mm, cm or m; default: FILE's")
+      ->check(CLI::IsMember({"mm", "cm", "m"}));
+  auto* repair = command->add_flag("--repair", mesh->repair,
+                                   "Weld, drop stray pieces, orient, fill small holes; an error says what is left");
+  add_millimetres(
+      command, "--weld-mm", mesh->repair_options.weld,
+      "Points this near become one; default: 1e-5 of the body's diagonal, at most a hundredth of the median "
+      "edge")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(repair);
+  add_millimetres(command, "--hole-mm", mesh->repair_options.hole,
+                  "Longest way round a hole to fill; default: 0.1 of the body's diagonal")
+      ->check(CLI::NonNegativeNumber)
+      ->needs(repair);
+  command->add_option("--stray-percent", mesh->stray_percent, "Drop pieces below this share of the largest one's area")
+      ->check(CLI::Range(0.0, 100.0))
+      ->needs(repair)
+      ->capture_default_str();
+  command->add_option("--cut", mesh->cut,
+                      "Cut by a plane and cap: x,y,z,nx,ny,nz (a point and a normal, which points to what is cut "
+                      "off), or y=-20, y<=-20 (keeps that side), y>=-20; in FILE's unit");
+  add_millimetres(command, "--remesh", mesh->edge, "Mesh anew with edges of this length [mm]")
+      ->check(CLI::PositiveNumber);
+  finish_command(command, invocation, [mesh](const Invocation& invoked) {
+    mesh->repair_options.stray = mesh->stray_percent / 100.0;
+    return mesh_command(*mesh, invoked.flags);
+  });
 }
 
 }  // namespace touchfield

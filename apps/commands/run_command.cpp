@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/interrupt_guard.h"
@@ -21,6 +22,14 @@
 namespace touchfield {
 
 namespace {
+
+struct RunCommand {
+  std::string scene;
+  std::string from;                    // run.h5 whose scene is run again instead
+  std::string output;                  // empty: results/runs/NAME-NNNN
+  std::vector<std::string> overrides;  // key.path=value
+  bool force = false;
+};
 
 nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
   nlohmann::ordered_json seconds = nlohmann::ordered_json::object();
@@ -71,9 +80,11 @@ void close_on_interrupt(const std::shared_ptr<OpenRun>& open) {
   });
 }
 
-}  // namespace
-
-int run_command(const RunCommand& command, const CommonFlags& flags) {
+int run_command(const RunCommand& command, const Invocation& invoked) {
+  if (command.scene.empty() && command.from.empty()) {
+    throw InputError("run: SCENE is missing: a scene file, or --from RUN.h5");
+  }
+  const CommonFlags& flags = invoked.flags;
   block_interrupts();
   const auto open = std::make_shared<OpenRun>();
   close_on_interrupt(open);
@@ -101,7 +112,7 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
     if (!report.note.empty()) {
       progress.note(fmt::format("  {}", report.note));
     }
-    const Run run = run_model(model, {command.command_line, threads}, directory, progress);
+    const Run run = run_model(model, {invoked.command_line, threads}, directory, progress);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
@@ -120,6 +131,20 @@ int run_command(const RunCommand& command, const CommonFlags& flags) {
     }
     throw;
   }
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, Invocation& invocation) {
+  const auto run = std::make_shared<RunCommand>();
+  CLI::App* command = app.add_subcommand("run", "Compute a scene and write its results");
+  auto* scene = command->add_option("SCENE", run->scene, "Scene file (YAML)");
+  command->add_option("--from", run->from, "Repeat a run: its run.h5, or the directory that holds it")->excludes(scene);
+  add_overrides(command, run->overrides);
+  command->add_option("-o,--output", run->output,
+                      "Output directory; default: results/runs/NAME-NNNN, the next free number");
+  command->add_flag("--force", run->force, "Replace the run that the output directory holds");
+  finish_command(command, invocation, [run](const Invocation& invoked) { return run_command(*run, invoked); });
 }
 
 }  // namespace touchfield

@@ -1,14 +1,22 @@
+#include <memory>
+
 #include <fmt/format.h>
 
-#include "apps/commands/device_commands.h"
-#include "apps/commands/emission.h"
-#include "apps/commands/standard_streams.h"
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/device_options.h"
 #include "sim/core/errors.h"
 #include "sim/store/run_file.h"
 
 namespace touchfield {
 
 namespace {
+
+struct SendCommand {
+  DeviceOptions options;
+  std::vector<std::string> runs;  // run.h5 or its directory, in the order of the sequence
+  std::string method;             // empty: the runs' only one
+};
 
 const MethodResult& chosen_method(const Run& run, const std::string& name, const std::string& path) {
   if (name.empty() && run.methods.size() == 1) {
@@ -26,14 +34,8 @@ const MethodResult& chosen_method(const Run& run, const std::string& name, const
                    : fmt::format("{}: it has no method '{}', it has {}", path, name, known.empty() ? "none" : known));
 }
 
-}  // namespace
-
 int send_command(const SendCommand& command, const CommonFlags& flags) {
-  EmissionPlan plan;
-  plan.device = command.device;
-  plan.rate = command.rate;
-  plan.seconds = command.seconds;
-  plan.repeat = command.repeat;
+  EmissionPlan plan = plan_of(command.options);
   std::vector<Drive> drives;
   for (const std::string& path : command.runs) {
     const Run run = read_run_file(run_file_at(path));
@@ -49,13 +51,25 @@ int send_command(const SendCommand& command, const CommonFlags& flags) {
   }
   plan.array = layout_of(plan.must_match.front());
   plan.drives = [&](const ArrayLayout&) { return drives; };
-  const EmissionReport report = emit(plan);
-  if (flags.json) {
-    put(emission_json(report, command.device));
-  } else if (!flags.quiet) {
-    put(describe_emission(report, command.device));
-  }
-  return report.exit_code;
+  return print_emission(emit(plan), flags);
+}
+
+}  // namespace
+
+void add_send_command(CLI::App& app, Invocation& invocation) {
+  const auto send = std::make_shared<SendCommand>();
+  EmissionRequest& request = send->options.request;
+  request.rate = 10;
+  CLI::App* command = app.add_subcommand("send", "Send the phases of runs to an array");
+  command->add_option("RUN", send->runs, "run.h5, or the directory that holds it; several are a sequence")->required();
+  command->add_option("--method", send->method, "Which method's phases; default: the only one there is");
+  add_device(command, send->options);
+  add_emission(command, send->options);
+  command->add_option("--seconds", request.seconds,
+                      "Time of emission, the last frame is held; default: 1 s for one run, else once through");
+  command->add_option("--rate", request.rate, "Frames a second of a sequence")->capture_default_str();
+  command->add_flag("--repeat", request.repeat, "Begin a sequence again after its last frame");
+  finish_command(command, invocation, [send](const Invocation& invoked) { return send_command(*send, invoked.flags); });
 }
 
 }  // namespace touchfield

@@ -1,6 +1,9 @@
+#include <memory>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/run_json.h"
@@ -9,6 +12,7 @@
 #include "sim/batch/run_directory.h"
 #include "sim/batch/run_files.h"
 #include "sim/core/errors.h"
+#include "sim/core/units.h"
 #include "sim/pictures/figures.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_file.h"
@@ -17,6 +21,16 @@
 namespace touchfield {
 
 namespace {
+
+struct StudyCommand {
+  std::string scene;
+  std::string output;  // empty: results/runs/NAME_study-NNNN
+  std::vector<std::string> overrides;
+  bool force = false;
+  StudyOptions options;
+  std::optional<double> budget;  // [s]
+  std::optional<double> error;   // [%]
+};
 
 /// What to write into a scene to get a rung.
 std::string settings_of(const StudyRung& rung, bool has_edge) {
@@ -75,8 +89,6 @@ void draw(const std::string& path, const std::string& name, const std::vector<St
   draw_study(path, name + ": error against time", rungs, picked);
 }
 
-}  // namespace
-
 int study_command(const StudyCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
@@ -117,6 +129,52 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
     directory.fail(error.what());
     throw;
   }
+}
+
+}  // namespace
+
+void add_study_command(CLI::App& app, Invocation& invocation) {
+  const auto study = std::make_shared<StudyCommand>();
+  CLI::App* command = app.add_subcommand("study", "Solve a scene in every way there is: speed against error");
+  add_scene(command, study->scene, study->overrides);
+  command->add_option("-o,--output", study->output,
+                      "Output directory; default: results/runs/NAME_study-NNNN, the next free number");
+  command->add_flag("--force", study->force, "Replace what the output directory holds");
+  auto* budget = command->add_option("--budget", study->budget, "Pick the most accurate way within so many seconds")
+                     ->check(CLI::PositiveNumber);
+  command->add_option("--error", study->error, "Pick the cheapest way within so many percent")
+      ->check(CLI::PositiveNumber)
+      ->excludes(budget);
+  command
+      ->add_option_function<std::vector<double>>(
+          "--edges-mm",
+          [study](const std::vector<double>& edges) {
+            for (const double edge : edges) {
+              study->options.edges.push_back(edge * kMillimetre);
+            }
+          },
+          "Edge lengths [mm]; default: 1.4, 1 and 0.7 times the scene's")
+      ->check(CLI::PositiveNumber)
+      ->delimiter(',');
+  std::map<std::string, Scheme> schemes;
+  for (const Scheme scheme : all_schemes()) {
+    schemes[to_string(scheme)] = scheme;
+  }
+  command->add_option("--schemes", study->options.schemes, "Schemes; default: all")
+      ->transform(named(schemes))
+      ->delimiter(',');
+  command->add_option("--solvers", study->options.solvers, "Ways to solve; default: all")
+      ->transform(named<SolverKind>(
+          {{"lu", SolverKind::kLu}, {"gmres", SolverKind::kGmres}, {"matrix_free", SolverKind::kMatrixFree}}))
+      ->delimiter(',');
+  command->add_option("--precisions", study->options.precisions, "Precisions of the matrix; default: both")
+      ->transform(named<Precision>({{"double", Precision::kDouble}, {"single", Precision::kSingle}}))
+      ->delimiter(',');
+  command->add_option("--rung-seconds", study->options.rung_seconds, "Skip ways expected to take longer")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  finish_command(command, invocation,
+                 [study](const Invocation& invoked) { return study_command(*study, invoked.flags); });
 }
 
 }  // namespace touchfield

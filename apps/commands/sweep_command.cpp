@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/interrupt_guard.h"
 #include "apps/commands/run_json.h"
@@ -26,6 +27,21 @@
 namespace touchfield {
 
 namespace {
+
+struct SweepCommand {
+  std::string sweep;
+  std::string output;                  // empty: results/runs/NAME_sweep-NNNN
+  std::vector<std::string> overrides;  // of every case
+  std::string collect;                 // directory to collect instead; then `sweep` is empty
+  std::string shard = "1/1";
+  std::string metric = "relative_error";  // of the plot
+  int jobs = 0;
+  double case_seconds = 0.0;  // 0: derived
+  bool resume = false;
+  bool retry_failed = false;
+};
+
+constexpr const char* kWorkerName = "sweep-worker";
 
 using Json = nlohmann::ordered_json;
 
@@ -184,9 +200,11 @@ std::optional<CheckReport> first_case(const std::vector<Scene>& scenes) {
   }
 }
 
-}  // namespace
-
-int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
+int sweep_command(const SweepCommand& command, const Invocation& invoked) {
+  if (command.sweep.empty() && command.collect.empty()) {
+    throw InputError("sweep: SWEEP is missing: a sweep file, or --collect DIR");
+  }
+  const CommonFlags& flags = invoked.flags;
   require_metric(command.metric);
   if (!command.collect.empty()) {
     return collect(command, flags);
@@ -220,12 +238,12 @@ int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
   SweepDirectory directory = SweepDirectory::open(output_directory(command, plan, shard), identity,
                                                   command.resume || command.retry_failed || command.output.empty());
   SweepOptions options;
-  options.worker = {"/proc/self/exe", "sweep-worker"};
+  options.worker = {"/proc/self/exe", kWorkerName};
   options.threads = threads;
   options.jobs = command.jobs;
   options.retry_failed = command.retry_failed;
   options.case_seconds = command.case_seconds;
-  options.command_line = command.command_line;
+  options.command_line = invoked.command_line;
   SweepRunner runner(plan, scenes, identity, directory, options);
   for (const auto& [number, damage] : runner.damaged()) {
     Reporter::warn(fmt::format("case {} is damaged and computed anew: {}", number, damage));
@@ -254,6 +272,32 @@ int sweep_command(const SweepCommand& command, const CommonFlags& flags) {
   return report(result.summary, directory.path(), flags, result.computed);
 }
 
-int sweep_worker_command() { return serve_cases(); }
+}  // namespace
+
+void add_sweep_command(CLI::App& app, Invocation& invocation) {
+  const auto sweep = std::make_shared<SweepCommand>();
+  CLI::App* command = app.add_subcommand("sweep", "Compute many scenes: a base with changes");
+  auto* file = command->add_option("SWEEP", sweep->sweep, "Sweep file (YAML)");
+  command->add_option("-o,--output", sweep->output,
+                      "Output directory; default: results/runs/NAME_sweep-NNNN, the next free number");
+  add_overrides(command, sweep->overrides);
+  command->add_option("--jobs", sweep->jobs, "Cases at a time; default: one for each body, at most one a thread")
+      ->check(CLI::Range(1, 4096));
+  command
+      ->add_option(
+          "--case-seconds", sweep->case_seconds,
+          "Give up a case that takes longer; default: 600 and 20 times what it is expected to, or 10 times the "
+          "longest so far")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--shard", sweep->shard, "Compute part i of n only: i/n")->capture_default_str();
+  command->add_flag("--resume", sweep->resume,
+                    "Go on with the sweep in the output directory; begin it if there is none");
+  command->add_flag("--retry-failed", sweep->retry_failed, "Go on, and compute failed cases anew");
+  command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
+  command->add_option("--collect", sweep->collect, "Write the tables of a directory, its shards merged, instead")
+      ->excludes(file);
+  finish_command(command, invocation, [sweep](const Invocation& invoked) { return sweep_command(*sweep, invoked); });
+  add_hidden_command(app, invocation, kWorkerName, [] { return serve_cases(); });
+}
 
 }  // namespace touchfield

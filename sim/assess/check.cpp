@@ -31,14 +31,14 @@ bool spans_channels(const Scene& scene) { return largest_block(scene.solve, scen
 /// Whether a method asks for the field of every channel.
 bool drives_channels(const Scene& scene) {
   return scene.solve.certificate || std::ranges::any_of(scene.solve.methods, [](const MethodSpec& method) {
-           return method.kind != MethodKind::kFixed;
+           return method.kind->model != MethodModel::kGiven;
          });
 }
 
 int surface_iterations(const Scene& scene) {
   int iterations = 0;
   for (const MethodSpec& method : scene.solve.methods) {
-    if (method.kind == MethodKind::kSurface || method.kind == MethodKind::kLbfgs) {
+    if (method.kind->minds_quiet) {
       iterations += method.iterations * method.start.restarts;
     }
   }
@@ -100,7 +100,7 @@ CheckReport check_model(const Model& model, int sharing) {
   double iterations = 0;
   double optimisers = 0;
   for (const MethodSpec& method : scene.solve.methods) {
-    if (method.kind == MethodKind::kPaper || method.kind == MethodKind::kUnscattered) {
+    if (method.kind->model == MethodModel::kScattered || method.kind->model == MethodModel::kFree) {
       iterations += method.iterations;
       ++optimisers;
     }

@@ -13,6 +13,7 @@
 #include "sim/body/hand.h"
 #include "sim/body/perturb.h"
 #include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/scene/phase_methods.h"
 #include "sim/target/target.h"
 
 namespace touchfield {
@@ -125,8 +126,6 @@ struct TargetSpec {
   std::optional<double> pressure;  // [Pa]; absent: best
 };
 
-enum class MethodKind { kSurface, kPaper, kUnscattered, kFocus, kGs, kWgs, kGsPat, kEigen, kLbfgs, kFixed };
-
 /// Where an iterative method starts from.
 struct StartSpec {
   enum class Kind {
@@ -146,7 +145,7 @@ struct StartSpec {
 inline constexpr Scheme kDefaultScheme = Scheme::kBurtonMillerPolished;
 
 struct MethodSpec {
-  MethodKind kind = MethodKind::kPaper;
+  const PhaseMethod* kind = &phase_method("paper");
   std::string name;  // `as`, or the method's own name
   Scheme scheme = kDefaultScheme;
   int iterations = 30;  // of an iterative method
@@ -227,14 +226,5 @@ struct Scene {
   std::vector<FieldSpec> fields;
   WriteSpec write;
 };
-
-/// Whether a method works on rows of the transfer matrix H.
-bool uses_transfer(MethodKind kind);
-
-/// Whether a method of this kind takes a start and a number of iterations.
-bool iterates(MethodKind kind);
-
-/// Spellings of the names scenes and results use.
-std::string to_string(MethodKind kind);
 
 }  // namespace touchfield

@@ -57,34 +57,4 @@ EdgeSpec EdgeSpec::scaled(double factor) const {
   return other;
 }
 
-bool uses_transfer(MethodKind kind) {
-  switch (kind) {
-    case MethodKind::kSurface:
-    case MethodKind::kGs:
-    case MethodKind::kWgs:
-    case MethodKind::kGsPat:
-    case MethodKind::kEigen:
-    case MethodKind::kLbfgs:
-      return true;
-    case MethodKind::kPaper:
-    case MethodKind::kUnscattered:
-    case MethodKind::kFocus:
-    case MethodKind::kFixed:
-      break;
-  }
-  return false;
-}
-
-bool iterates(MethodKind kind) {
-  return kind != MethodKind::kFocus && kind != MethodKind::kEigen && kind != MethodKind::kGsPat &&
-         kind != MethodKind::kFixed;
-}
-
-std::string to_string(MethodKind kind) {
-  for (const auto& [text, known] : schema::method_names()) {
-    if (known == kind) return text;
-  }
-  throw std::logic_error("a method without a name");
-}
-
 }  // namespace touchfield

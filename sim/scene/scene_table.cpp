@@ -159,10 +159,8 @@ bool check_targets(const Input& in) {
   const Input list = in.at(*solve).at(*methods);
   for (std::size_t i = 0; i < methods->value.items.size(); ++i) {
     const std::string method = method_of(methods->value.items[i]);
-    const auto& names = method_names();
-    const auto known =
-        std::find_if(names.begin(), names.end(), [&](const auto& entry) { return entry.first == method; });
-    if (known == names.end() || known->second == MethodKind::kFixed) continue;
+    const auto known = std::ranges::find(phase_methods(), method, &PhaseMethod::name);
+    if (known == phase_methods().end() || known->model == MethodModel::kGiven) continue;
     list.at(i).problem(fmt::format("{} needs a target, the scene must have one", method));
     good = false;
   }

@@ -45,7 +45,4 @@ bool check_near(const Input& edges, const std::vector<std::string>& names);
 /// Reports and returns false if the judge cannot have the body of this scene, read from `in`.
 bool check_judge(const Input& in, const Scene& scene);
 
-/// Names of the methods as scenes and results spell them.
-const std::vector<std::pair<std::string, MethodKind>>& method_names();
-
 }  // namespace touchfield::schema

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <map>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -83,7 +85,7 @@ const Codec<StartSpec>& start_codec() {
 
 /// A method as the file has it: what is left out is the default of `solve`.
 struct MethodForm {
-  MethodKind kind = MethodKind::kPaper;
+  const PhaseMethod* kind = &phase_method("paper");
   std::optional<std::string> as;
   std::optional<Scheme> scheme;
   std::optional<int> iterations;
@@ -92,7 +94,7 @@ struct MethodForm {
   std::vector<double> phases;
 };
 
-std::string name_of(const MethodForm& form) { return form.as.value_or(to_string(form.kind)); }
+std::string name_of(const MethodForm& form) { return form.as.value_or(std::string(form.kind->name)); }
 
 void add_fixed_phases(Map<MethodForm>& map) {
   const auto phase = number(kPlain, {});
@@ -135,74 +137,45 @@ void add_fixed_phases(Map<MethodForm>& map) {
       .exactly_one({"phases_rad", "phases_file"});
 }
 
-Codec<MethodForm> make_options_codec(MethodKind kind) {
+Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
   Map<MethodForm> map;
   map.maybe("as", &MethodForm::as, name(), "second_try",
             "Name of the method in the results; the method's own if left out.")
       .maybe("scheme", &MethodForm::scheme, scheme_codec(), "paper", "Scheme of this method instead of solve.scheme.");
-  if (iterates(kind)) {
+  if (kind.iterates) {
     map.maybe("iterations", &MethodForm::iterations, iterations_codec(), "10", "Instead of solve.iterations.")
         .maybe("start", &MethodForm::start, start_codec(), "{random: 7}", "Instead of solve.start.");
   }
-  if (kind == MethodKind::kSurface) {
+  if (kind.free_amplitudes) {
     map.key("free_amplitudes", &MethodForm::free_amplitudes, flag(),
             "Whether the amplitudes of the transducers are found too, 0 to 1, or are all 1.");
   }
-  if (kind == MethodKind::kFixed) add_fixed_phases(map);
+  if (kind.model == MethodModel::kGiven) add_fixed_phases(map);
   return map.codec();
 }
 
 // Methods with the same options share their table: the pages describe it once.
-const Codec<MethodForm>& options_codec(MethodKind kind) {
-  static const Codec<MethodForm> surface = make_options_codec(MethodKind::kSurface);
-  static const Codec<MethodForm> iterative = make_options_codec(MethodKind::kPaper);
-  static const Codec<MethodForm> focus = make_options_codec(MethodKind::kFocus);
-  static const Codec<MethodForm> fixed = make_options_codec(MethodKind::kFixed);
-  if (kind == MethodKind::kSurface) return surface;
-  if (iterates(kind)) return iterative;
-  return kind == MethodKind::kFixed ? fixed : focus;
-}
-
-std::string method_help(MethodKind kind) {
-  switch (kind) {
-    case MethodKind::kSurface:
-      return "The misfit of the pressure amplitudes on the skin itself, Levenberg-Marquardt in a small system.";
-    case MethodKind::kGs:
-      return "Gerchberg-Saxton on the target's faces, for comparison.";
-    case MethodKind::kWgs:
-      return "Weighted Gerchberg-Saxton, which evens the faces out.";
-    case MethodKind::kGsPat:
-      return "GS-PAT: Gerchberg-Saxton in the space of the faces.";
-    case MethodKind::kEigen:
-      return "Eigensolver: the faces' phases that reinforce each other most, drives by least squares.";
-    case MethodKind::kLbfgs:
-      return "surface's misfit by limited-memory BFGS.";
-    case MethodKind::kPaper:
-      return "The published optimisation: the misfit of the scattered field, Levenberg-Marquardt.";
-    case MethodKind::kUnscattered:
-      return "The same as if the body did not scatter, for comparison.";
-    case MethodKind::kFocus:
-      return "Phase conjugation: every channel arrives in phase at the target.";
-    case MethodKind::kFixed:
-      return "Given phases.";
-  }
-  return "";
+const Codec<MethodForm>& options_codec(const PhaseMethod& kind) {
+  static std::map<std::tuple<bool, bool, bool>, Codec<MethodForm>> tables;
+  const std::tuple options(kind.iterates, kind.free_amplitudes, kind.model == MethodModel::kGiven);
+  const auto found = tables.find(options);
+  return found != tables.end() ? found->second : tables.emplace(options, make_options_codec(kind)).first->second;
 }
 
 Codec<MethodForm> method_codec() {
   Map<MethodForm> map;
   std::vector<std::string> words;
-  words.reserve(method_names().size());
-  for (const auto& [text, kind] : method_names()) {
+  for (const PhaseMethod& kind : phase_methods()) {
+    const std::string text(kind.name);
     const auto& options = options_codec(kind);
     map.add(
-        {.name = text, .type = options.type, .help = method_help(kind)},
-        [options, kind = kind](const Input& in, MethodForm& form) {
-          form.kind = kind;
+        {.name = text, .type = options.type, .help = std::string(kind.help)},
+        [options, &kind](const Input& in, MethodForm& form) {
+          form.kind = &kind;
           return options.read(in, form);
         },
-        [options, kind = kind](const MethodForm& form) {
-          return form.kind == kind ? std::optional<Node>(options.write(form)) : std::nullopt;
+        [options, &kind](const MethodForm& form) {
+          return form.kind == &kind ? std::optional<Node>(options.write(form)) : std::nullopt;
         });
     words.push_back(text);
   }
@@ -273,7 +246,7 @@ Map<SolverSpec> solver_keys() {
 
 /// Starts that only methods on the skin can have.
 bool check_start(const Input& in, const MethodSpec& method) {
-  const bool incident = method.kind == MethodKind::kPaper || method.kind == MethodKind::kUnscattered;
+  const bool incident = method.kind->iterates && method.kind->model != MethodModel::kSkin;
   const bool adjoint = method.start.kind == StartSpec::Kind::kAdjoint;
   if (!incident || (!adjoint && method.start.kind != StartSpec::Kind::kSpectral)) return true;
   in.problem(
@@ -352,15 +325,6 @@ Codec<SolveSpec> solve_codec() {
           .part(&SolveForm::solver, solver_keys())
           .codec(),
       to_solve, [](const SolveSpec& solve) { return to_form(solve); });
-}
-
-const std::vector<std::pair<std::string, MethodKind>>& method_names() {
-  static const std::vector<std::pair<std::string, MethodKind>> names = {
-      {"surface", MethodKind::kSurface}, {"paper", MethodKind::kPaper}, {"unscattered", MethodKind::kUnscattered},
-      {"focus", MethodKind::kFocus},     {"gs", MethodKind::kGs},       {"wgs", MethodKind::kWgs},
-      {"gs_pat", MethodKind::kGsPat},    {"eigen", MethodKind::kEigen}, {"lbfgs", MethodKind::kLbfgs},
-      {"fixed", MethodKind::kFixed}};
-  return names;
 }
 
 }  // namespace touchfield::schema

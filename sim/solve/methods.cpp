@@ -13,7 +13,6 @@
 #include "sim/solve/previous_phases.h"
 #include "sim/target/gram.h"
 #include "solvers/linear/hermitian_product.h"
-#include "solvers/phase/baselines.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {
@@ -109,21 +108,16 @@ MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, co
     : scattering_(scattering), channels_(channels), target_(target), spec_(spec) {}
 
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress) {
-  switch (method.kind) {
-    case MethodKind::kPaper:
-    case MethodKind::kUnscattered:
+  switch (method.kind->model) {
+    case MethodModel::kScattered:
+    case MethodModel::kFree:
       return solve_incident_method(method, amplitudes, progress);
-    case MethodKind::kSurface:
-    case MethodKind::kGs:
-    case MethodKind::kWgs:
-    case MethodKind::kGsPat:
-    case MethodKind::kEigen:
-    case MethodKind::kLbfgs:
+    case MethodModel::kSkin:
       return solve_skin_method(method, amplitudes, progress);
-    case MethodKind::kFocus:
+    case MethodModel::kCentre:
       // Phase conjugation: every channel arrives at the central face in phase.
       return direct_solution(-central_row().transpose().cwiseArg());
-    case MethodKind::kFixed: {
+    case MethodModel::kGiven: {
       if (method.phases.size() == 1) {
         return direct_solution(Eigen::VectorXd::Constant(channels_, method.phases.front()));
       }
@@ -166,7 +160,7 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
   options.iterations = method.iterations;
   try {
     const IncidentProblem problem =
-        method.kind == MethodKind::kUnscattered ? unscattered(amplitudes) : scattered(amplitudes);
+        method.kind->model == MethodModel::kFree ? unscattered(amplitudes) : scattered(amplitudes);
     std::optional<PhaseSolution> best;
     const Eigen::MatrixXd starts = start_angles(method, problem);
     for (const auto& start : starts.colwise()) {
@@ -182,10 +176,9 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
 
 const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress) {
   if (!transfer_) {
-    const auto minds_quiet = [](const MethodSpec& method) {
-      return method.kind == MethodKind::kSurface || method.kind == MethodKind::kLbfgs;
-    };
-    const bool quiet = spec_.certificate || std::any_of(spec_.methods.begin(), spec_.methods.end(), minds_quiet);
+    const bool quiet = spec_.certificate || std::ranges::any_of(spec_.methods, [](const MethodSpec& method) {
+                         return method.kind->minds_quiet;
+                       });
     transfer_ = make_transfer(scattering_, *target_, quiet ? spec_.quiet_weight : 0.0);
     progress.note(describe_transfer(*transfer_, channels_));
   }
@@ -198,31 +191,16 @@ PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Ei
   const auto advance = [&](int iteration, double) {
     progress.advance(static_cast<double>(iteration) / method.iterations);
   };
-  BaselineOptions options;
-  options.iterations = method.iterations;
+  const MethodSettings settings{method.iterations, method.free_amplitudes};
   try {
     const SkinProblem& problem = skin_problem(amplitudes, progress);
-    if (method.kind == MethodKind::kGsPat) {
-      return solve_gs_pat(problem, options);
-    }
-    if (method.kind == MethodKind::kEigen) {
-      return solve_eigen(problem);
+    if (!method.kind->iterates) {
+      return method.kind->solve(problem, {}, settings, advance);
     }
     std::optional<PhaseSolution> best;
     const Eigen::MatrixXcd starts = start_drives(method, problem);
     for (const auto& start : starts.colwise()) {
-      if (method.kind == MethodKind::kSurface) {
-        SurfaceOptions surface;
-        surface.iterations = method.iterations;
-        surface.free_amplitudes = method.free_amplitudes;
-        keep_best(best, solve_surface(problem, start, surface, advance));
-      } else if (method.kind == MethodKind::kGs) {
-        keep_best(best, solve_gs(problem, start, options, advance));
-      } else if (method.kind == MethodKind::kWgs) {
-        keep_best(best, solve_wgs(problem, start, options, advance));
-      } else {
-        keep_best(best, solve_lbfgs(problem, start, options, advance));
-      }
+      keep_best(best, method.kind->solve(problem, start, settings, advance));
     }
     return *best;
   } catch (const std::invalid_argument& error) {
@@ -245,7 +223,7 @@ double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& me
     const PhaseSolution trial = solve(method, scale * target_->amplitudes, progress);
     return metrics_of(mesh, wave, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
   };
-  if (!iterates(method.kind)) {
+  if (!method.kind->iterates) {
     return 1.0 / judged(1.0).scale;
   }
   constexpr int kEvaluations = 9;  // narrows 1/50..1 to a factor of 1.09

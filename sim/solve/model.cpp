@@ -147,11 +147,11 @@ Eigen::Index channel_count(const ArraySpec& spec) {
 
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
   const auto count = static_cast<Eigen::Index>(method.phases.size());
-  if (method.kind == MethodKind::kFixed && count != 1 && count != channels) {
+  if (method.kind->model == MethodModel::kGiven && count != 1 && count != channels) {
     throw InputError(fmt::format("solve.methods: {} has {} phases, it must have 1 or one for each of the {} channels",
                                  method.name, count, channels));
   }
-  if (iterates(method.kind) && method.start.kind == StartSpec::Kind::kPrevious) {
+  if (method.kind->iterates && method.start.kind == StartSpec::Kind::kPrevious) {
     previous_phases(method, channels);
   }
 }

@@ -37,7 +37,7 @@ std::string used_seeds(const Scene& scene) {
 
 /// The scheme whose matrix a method works on; the free field and given phases know none.
 std::string scheme_of(const MethodSpec& method) {
-  const bool none = method.kind == MethodKind::kUnscattered || method.kind == MethodKind::kFixed;
+  const bool none = method.kind->model == MethodModel::kFree || method.kind->model == MethodModel::kGiven;
   return none ? "none" : to_string(method.scheme);
 }
 
@@ -143,7 +143,7 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
   MethodSolver& solver = models.of(method.scheme);
   MethodResult result;
   result.name = method.name;
-  result.method = to_string(method.kind);
+  result.method = method.kind->name;
   result.scheme = scheme_of(method);
   result.solution = timed(progress, result.seconds, "solve", fmt::format("solve {}", method.name),
                           [&] { return solver.solve(method, amplitudes, progress); });

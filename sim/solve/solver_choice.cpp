@@ -76,7 +76,7 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
 Eigen::Index largest_block(const SolveSpec& solve, Scheme scheme, Eigen::Index channels, bool shared) {
   constexpr Eigen::Index kUsualRank = 400;  // of 1,500 channels seen from a hand
   const bool transfer = std::any_of(solve.methods.begin(), solve.methods.end(), [&](const MethodSpec& method) {
-    return uses_transfer(method.kind) && method.scheme == scheme;
+    return method.kind->model == MethodModel::kSkin && method.scheme == scheme;
   });
   if (transfer || (solve.certificate && scheme == solve.scheme)) {
     return std::min(channels, kUsualRank);

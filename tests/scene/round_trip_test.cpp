@@ -52,7 +52,7 @@ bool operator==(const StartSpec& a, const StartSpec& b) {
   return a.kind == b.kind && a.seed == b.seed && a.restarts == b.restarts && a.file == b.file && a.method == b.method;
 }
 bool operator==(const MethodSpec& a, const MethodSpec& b) {
-  const bool same_options = (!iterates(a.kind) || (a.iterations == b.iterations && a.start == b.start)) &&
+  const bool same_options = (!a.kind->iterates || (a.iterations == b.iterations && a.start == b.start)) &&
                             a.free_amplitudes == b.free_amplitudes;
   return a.kind == b.kind && a.name == b.name && a.scheme == b.scheme && same_options && a.phases == b.phases;
 }

@@ -1,20 +1,22 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "apps/commands/emission.h"
+#include "apps/commands/command_line.h"
+#include "apps/commands/device_options.h"
+#include "apps/commands/standard_streams.h"
+#include "hardware/stop_signals.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
 
 namespace {
 
-std::string outcome(const EmissionReport& report, const DeviceOptions& options) {
+std::string outcome(const EmissionReport& report) {
   if (report.written > 0) {
     return fmt::format("{} file{} written", report.written, report.written == 1 ? "" : "s");
   }
   if (!report.emitted) {
-    return parse_link_address(options.link).kind == LinkAddress::Kind::kDryRun ? "nothing was sent: a dry run"
-                                                                               : "nothing was sent: it takes --emit";
+    return report.dry ? "nothing was sent: a dry run" : "nothing was sent: it takes --emit";
   }
   if (!report.quiet) {
     return "stopped by the guard, which says how it left the array";
@@ -24,9 +26,7 @@ std::string outcome(const EmissionReport& report, const DeviceOptions& options) 
                      report.play.seconds, report.read_back ? "; every byte was read back and equal" : "");
 }
 
-}  // namespace
-
-std::string describe_emission(const EmissionReport& report, const DeviceOptions& options) {
+std::string describe_emission(const EmissionReport& report) {
   const QuantisationReport& rounding = report.quantisation;
   return fmt::format(
       "{}: {} transducers\n"
@@ -35,12 +35,12 @@ std::string describe_emission(const EmissionReport& report, const DeviceOptions&
       "  {}\n",
       report.device, report.transducers, report.frames, report.frames == 1 ? "" : "s", report.rate, report.seconds,
       report.level, report.modulation, rounding.steps.phase_levels, rounding.worst_phase_error / kDegree,
-      rounding.rms_phase_error / kDegree, 100 * rounding.worst_drive_loss, outcome(report, options));
+      rounding.rms_phase_error / kDegree, 100 * rounding.worst_drive_loss, outcome(report));
 }
 
-std::string emission_json(const EmissionReport& report, const DeviceOptions& options) {
+std::string emission_json(const EmissionReport& report) {
   const QuantisationReport& rounding = report.quantisation;
-  nlohmann::ordered_json json = {{"link", options.link},
+  nlohmann::ordered_json json = {{"link", report.link},
                                  {"device", report.device},
                                  {"transducers", report.transducers},
                                  {"frames", report.frames},
@@ -65,6 +65,20 @@ std::string emission_json(const EmissionReport& report, const DeviceOptions& opt
     json["read_back"] = report.read_back;
   }
   return json.dump(2) + "\n";
+}
+
+}  // namespace
+
+int print_emission(const EmissionReport& report, const CommonFlags& flags, const std::string& heading) {
+  if (report.signal != 0) {
+    say(fmt::format("touchfield: stopped by {}\n", StopSignals::name(report.signal)));
+  }
+  if (flags.json) {
+    put(emission_json(report));
+  } else if (!flags.quiet) {
+    put(heading + describe_emission(report));
+  }
+  return report.signal == 0 ? 0 : 128 + report.signal;
 }
 
 }  // namespace touchfield

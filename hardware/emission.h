@@ -1,18 +1,28 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "apps/commands/device_commands.h"
 #include "hardware/array_link.h"
-#include "hardware/make_link.h"
+#include "hardware/emission_policy.h"
 #include "hardware/player.h"
 #include "hardware/quantise.h"
 
 namespace touchfield {
+
+/// Which device, and what its carrier is modulated by.
+struct DeviceChoice {
+  std::string link = "dry-run";                      // see LinkAddress
+  std::string library;                               // of autd3
+  bool replace = false;                              // the files of a dry run that are there
+  std::optional<double> frequency;                   // of a sine that modulates [Hz]
+  double depth = 1;                                  // of that sine
+  std::optional<std::vector<std::uint8_t>> samples;  // that modulate, at the device's own rate; beats the sine
+};
 
 /// One pattern before it is rounded.
 struct Drive {
@@ -22,19 +32,21 @@ struct Drive {
 
 /// What is to be sent, and how.
 struct EmissionPlan {
-  DeviceOptions device;
+  DeviceChoice device;
+  EmissionRequest request;
+  bool emit = false;                        // else everything but the device
   ArrayLayout array;                        // for the link, see LinkSettings; may be empty
   std::vector<TransducerArray> must_match;  // the device; each is compared with it before anything is sent
   std::function<std::vector<Drive>(const ArrayLayout& device)> drives;
-  double rate = 1;                // [frames/s]
-  std::optional<double> seconds;  // default: 1 s for one frame, else once through
-  bool repeat = false;
-  FrameObserver observer;  // told of each frame that was sent
+  FrameObserver observer;             // told of each frame that was sent
+  std::vector<std::string> watchdog;  // program and arguments that GuardedLink starts
 };
 
 /// What was found and done.
 struct EmissionReport {
-  std::string device;
+  std::string link;    // as it was asked for
+  std::string device;  // in a few words
+  bool dry = false;    // no device: a dry run
   std::size_t transducers = 0;
   std::size_t frames = 0;
   double rate = 0;
@@ -47,23 +59,20 @@ struct EmissionReport {
   std::size_t written = 0;  // files of a dry run
   PlayReport play;          // if emitted
   bool read_back = false;   // every frame and the modulation, and equal
-  int exit_code = 0;        // 128 + signal if one ended the emission
+  int signal = 0;           // that ended the emission; 0: none
 };
 
 /// Where an array's channels sit.
 ArrayLayout layout_of(const TransducerArray& array);
 
-/// The link that the options name, in this process.
-std::unique_ptr<ArrayLink> local_link(const DeviceOptions& options, const ArrayLayout& array, std::size_t frames = 1);
+/// The link that a choice names, in this process.
+std::unique_ptr<ArrayLink> local_link(const DeviceChoice& device, const ArrayLayout& array, std::size_t frames = 1);
 
-/// Checks everything that can be checked, and then, with --emit, sends through a guard. A dry run writes its files.
+/// Checks everything that can be checked (emission_policy.h, array_match.h, quantise.h), and then, if the plan is to
+/// emit, sends through a guard and leaves the array quiet. A dry run writes its files.
 ///
 /// throws   InputError before the device hears anything: a value out of range, above its cap, or that the device cannot
 ///          do, an array that is not the device's; DeviceError, also if the device reads back what was not sent
 EmissionReport emit(const EmissionPlan& plan);
-
-/// The report as a person reads it, line by line, and as --json prints it.
-std::string describe_emission(const EmissionReport& report, const DeviceOptions& options);
-std::string emission_json(const EmissionReport& report, const DeviceOptions& options);
 
 }  // namespace touchfield

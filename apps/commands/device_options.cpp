@@ -1,0 +1,77 @@
+#include "apps/commands/device_options.h"
+
+#include <algorithm>
+
+#include "apps/commands/command_line.h"
+#include "apps/commands/link_processes.h"
+#include "sim/core/errors.h"
+#include "sim/scene/text_file.h"
+
+namespace touchfield {
+
+namespace {
+
+// Numbers 0..255 between blanks, line ends or commas.
+std::vector<std::uint8_t> read_samples(const std::string& path) {
+  std::string text = schema::read_text_file(path);
+  std::replace(text.begin(), text.end(), ',', ' ');
+  std::vector<std::uint8_t> samples;
+  constexpr const char* kBlanks = " \t\r\n";
+  for (std::size_t at = text.find_first_not_of(kBlanks); at != std::string::npos;
+       at = text.find_first_not_of(kBlanks, at)) {
+    const std::size_t end = std::min(text.find_first_of(kBlanks, at), text.size());
+    const std::string word = text.substr(at, end - at);
+    const bool digits = word.size() <= 3 && word.find_first_not_of("0123456789") == std::string::npos;
+    if (!digits || std::stoi(word) > 255) {
+      throw InputError(fmt::format("{}: sample {} is '{}', it must be a whole number from 0 to 255", path,
+                                   samples.size() + 1, word));
+    }
+    samples.push_back(static_cast<std::uint8_t>(std::stoi(word)));
+    at = end;
+  }
+  return samples;
+}
+
+}  // namespace
+
+void add_device(CLI::App* command, DeviceOptions& options) {
+  command
+      ->add_option("--to", options.device.link,
+                   "dry-run[:FILE][?levels=N], sonicsurface:PORT[?firmware=primary|secondary|tactile], autd3:audit, "
+                   "autd3:nop, autd3:remote:HOST:PORT, autd3:twincat")
+      ->capture_default_str();
+  command->add_option("--library", options.device.library, "The AUTD3 vendor's library, or the folder that holds it");
+}
+
+void add_emission(CLI::App* command, DeviceOptions& options) {
+  command->add_flag("--emit", options.emit, "Emit sound; without it everything is done but that");
+  command->add_option("--level", options.request.level,
+                      "Drive of a transducer at full amplitude, 0..1; default: 0.5, or 1 where a device has no other");
+  command->add_option("--max-level", options.request.most_level, "Cap on the level")->capture_default_str();
+  command->add_option("--max-seconds", options.request.most_seconds, "Cap on the time of emission [s]")
+      ->capture_default_str();
+  auto* modulation = command->add_option("--modulation", options.device.frequency,
+                                         "Modulate the amplitude by a sine of this frequency [Hz]");
+  command->add_option("--depth", options.device.depth, "Depth of that sine, 0..1")
+      ->needs(modulation)
+      ->capture_default_str();
+  command
+      ->add_option("--modulation-samples", options.samples,
+                   "File of modulation samples 0..255, played round and round at the device's own rate")
+      ->excludes(modulation);
+  command->add_flag("--force", options.device.replace, "Replace the files of a dry run that are there");
+}
+
+EmissionPlan plan_of(const DeviceOptions& options) {
+  EmissionPlan plan;
+  plan.device = options.device;
+  if (!options.samples.empty()) {
+    plan.device.samples = read_samples(options.samples);
+  }
+  plan.request = options.request;
+  plan.emit = options.emit;
+  plan.watchdog = watchdog_command();
+  return plan;
+}
+
+}  // namespace touchfield

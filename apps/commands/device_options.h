@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "apps/commands/command_line.h"
+#include "hardware/emission.h"
+
+namespace touchfield {
+
+/// What `send` and `array` are told of the device and of the emission.
+struct DeviceOptions {
+  DeviceChoice device;
+  EmissionRequest request;
+  bool emit = false;
+  std::string samples;  // file of modulation samples
+};
+
+/// --to and --library.
+void add_device(CLI::App* command, DeviceOptions& options);
+/// --emit, the level, the caps and the modulation; not the time nor the rate.
+void add_emission(CLI::App* command, DeviceOptions& options);
+
+/// The plan that the options make: the device with its samples read, the request, and the watchdog that this program is.
+EmissionPlan plan_of(const DeviceOptions& options);
+
+/// Prints the report, unless --quiet, as a person reads it, after `heading`, or as --json; says on standard error by what
+/// signal an emission was stopped.
+/// returns  the exit code
+int print_emission(const EmissionReport& report, const CommonFlags& flags, const std::string& heading = "");
+
+}  // namespace touchfield

@@ -1,0 +1,95 @@
+#include "sim/scene/phase_methods.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "solvers/phase/baselines.h"
+#include "solvers/phase/surface.h"
+
+namespace touchfield {
+
+namespace {
+
+PhaseSolution surface(const SkinProblem& problem, const Eigen::VectorXcd& start, const MethodSettings& settings,
+                      const IterationCallback& callback) {
+  return solve_surface(problem, start, {.iterations = settings.iterations, .free_amplitudes = settings.free_amplitudes},
+                       callback);
+}
+
+/// A baseline that starts from drives and iterates.
+template <auto Solve>
+PhaseSolution baseline(const SkinProblem& problem, const Eigen::VectorXcd& start, const MethodSettings& settings,
+                       const IterationCallback& callback) {
+  return Solve(problem, start, {settings.iterations}, callback);
+}
+
+PhaseSolution gs_pat(const SkinProblem& problem, const Eigen::VectorXcd& /*start*/, const MethodSettings& settings,
+                     const IterationCallback& /*callback*/) {
+  return solve_gs_pat(problem, {settings.iterations});
+}
+
+PhaseSolution eigen(const SkinProblem& problem, const Eigen::VectorXcd& /*start*/, const MethodSettings& /*settings*/,
+                    const IterationCallback& /*callback*/) {
+  return solve_eigen(problem);
+}
+
+constexpr PhaseMethod kMethods[] = {
+    {.name = "surface",
+     .help = "The misfit of the pressure amplitudes on the skin itself, Levenberg-Marquardt in a small system.",
+     .model = MethodModel::kSkin,
+     .iterates = true,
+     .minds_quiet = true,
+     .free_amplitudes = true,
+     .solve = surface},
+    {.name = "paper",
+     .help = "The published optimisation: the misfit of the scattered field, Levenberg-Marquardt.",
+     .model = MethodModel::kScattered,
+     .iterates = true},
+    {.name = "unscattered",
+     .help = "The same as if the body did not scatter, for comparison.",
+     .model = MethodModel::kFree,
+     .iterates = true},
+    {.name = "focus",
+     .help = "Phase conjugation: every channel arrives in phase at the target.",
+     .model = MethodModel::kCentre},
+    {.name = "gs",
+     .help = "Gerchberg-Saxton on the target's faces, for comparison.",
+     .model = MethodModel::kSkin,
+     .iterates = true,
+     .solve = baseline<solve_gs>},
+    {.name = "wgs",
+     .help = "Weighted Gerchberg-Saxton, which evens the faces out.",
+     .model = MethodModel::kSkin,
+     .iterates = true,
+     .solve = baseline<solve_wgs>},
+    {.name = "gs_pat",
+     .help = "GS-PAT: Gerchberg-Saxton in the space of the faces.",
+     .model = MethodModel::kSkin,
+     .solve = gs_pat},
+    {.name = "eigen",
+     .help = "Eigensolver: the faces' phases that reinforce each other most, drives by least squares.",
+     .model = MethodModel::kSkin,
+     .solve = eigen},
+    {.name = "lbfgs",
+     .help = "surface's misfit by limited-memory BFGS.",
+     .model = MethodModel::kSkin,
+     .iterates = true,
+     .minds_quiet = true,
+     .solve = baseline<solve_lbfgs>},
+    {.name = "fixed", .help = "Given phases.", .model = MethodModel::kGiven},
+};
+
+}  // namespace
+
+std::span<const PhaseMethod> phase_methods() { return kMethods; }
+
+const PhaseMethod& phase_method(std::string_view name) {
+  const auto* const found = std::ranges::find(kMethods, name, &PhaseMethod::name);
+  if (found == std::end(kMethods)) {
+    throw std::invalid_argument("there is no phase method " + std::string(name));
+  }
+  return *found;
+}
+
+}  // namespace touchfield
