@@ -113,7 +113,7 @@ CheckReport check_model(const Model& model, int sharing) {
     points += static_cast<double>(grid.size());
   }
   const Scheme scheme = scene.solve.scheme;
-  const double unknowns = m + (scheme == Scheme::kChief ? chief_points(model) : 0.0);
+  const double unknowns = m + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   report.available_mib = available_memory() / kMebibyte;
   report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
                                   sharing * largest_block(scene.solve, scheme, model.array.size(), sharing > 1));
@@ -124,10 +124,10 @@ CheckReport check_model(const Model& model, int sharing) {
   // while it is compressed twice over.
   const double drives =
       spans_channels(scene) ? expected_drives(model.body.mesh, model.array, model.wave.wavelength()) : 0;
-  const double fields = drives_channels(scene) ? (is_burton_miller(scheme) ? 2.0 : 1.0) : 0.0;
+  const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
   const double kept =
-      m * n * (fields + (optimisers > 0 && is_burton_miller(scheme) ? 1.0 : 0.0)) + 2.0 * m * k + 4.0 * gram;
+      m * n * (fields + (optimisers > 0 && traits(scheme).burton_miller ? 1.0 : 0.0)) + 2.0 * m * k + 4.0 * gram;
   const double compressing = drives > 0 ? 2.0 * m * n + 2.0 * m * drives : 0.0;
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);

@@ -27,12 +27,12 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
   ModelCost cost;
   const SolverOptions& options = decision.options;
   cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
-  const bool miller = is_burton_miller(scheme);
+  const bool miller = traits(scheme).burton_miller;
   if (miller) {
     cost.bytes += near_memory(faces);
     cost.seconds += kNearCost * kNearPairs * product / faces;
   }
-  if (scheme == Scheme::kChief) {
+  if (traits(scheme).interior_points) {
     cost.bytes += 16.0 * faces * (unknowns - faces);
   }
   const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual

@@ -115,7 +115,7 @@ SolverSpec spec_of(const Scene& scene, SolverKind solver, Precision precision) {
 /// Why a rung is not worth starting; empty if it is.
 std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& spec, double limit) {
   const auto faces = static_cast<double>(model.body.mesh.face_count());
-  const double unknowns = faces + (scheme == Scheme::kChief ? chief_points(model) : 0.0);
+  const double unknowns = faces + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
   const ModelCost cost =
       scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()),
@@ -135,7 +135,7 @@ void require_rungs(const Scene& scene, const StudyOptions& options) {
   }
   const auto& schemes = options.schemes;
   const auto& solvers = options.solvers;
-  const bool chief_alone = schemes.size() == 1 && schemes.front() == Scheme::kChief;
+  const bool chief_alone = schemes.size() == 1 && traits(schemes.front()).interior_points;
   if (chief_alone && !solvers.empty() && std::find(solvers.begin(), solvers.end(), SolverKind::kLu) == solvers.end()) {
     throw InputError("study: chief is solved by lu alone, which --solvers leaves out");
   }
@@ -181,7 +181,7 @@ class Ladder {
         for (const SolverKind solver :
              listed(options_.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree})) {
           for (const Precision precision : listed(options_.precisions, {Precision::kDouble, Precision::kSingle})) {
-            if (scheme == Scheme::kChief && solver != SolverKind::kLu) {
+            if (traits(scheme).interior_points && solver != SolverKind::kLu) {
               continue;
             }
             study_.rungs.push_back(rung(model, edge, scheme, spec_of(scene_, solver, precision), expected, shared));

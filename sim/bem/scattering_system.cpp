@@ -42,18 +42,17 @@ IncidentField driven(const IncidentField& unit, const Eigen::MatrixXcd& drive) {
 
 ScatteringSystem::ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SystemOptions& options)
     : mesh_(std::move(mesh)), wave_(wave), scheme_(scheme), options_(options) {
-  const bool corrected = scheme != Scheme::kPaper && scheme != Scheme::kBurtonMiller;
   Eigen::VectorXcd plain = Eigen::VectorXcd::Constant(faces(), 0.5);
-  if (corrected) {
+  if (traits(scheme).corrected) {
     plain = gauss_diagonal(mesh_).cast<Complex>();
   }
-  if (is_burton_miller(scheme_)) {
+  if (traits(scheme_).burton_miller) {
     near_ = std::make_shared<NearCorrections>(mesh_, wave_.wavenumber(), gamma(), Layer::kBurtonMiller, options_.rule);
     parts_ = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), near_};
   } else {
     parts_ = {Layer::kDouble, 0.0, plain, nullptr};
   }
-  if (scheme == Scheme::kChief) {
+  if (traits(scheme).interior_points) {
     interior_ = spaced_interior_points(mesh_, options_.chief_spacing * wave_.wavelength(),
                                        options_.chief_clearance * wave_.wavelength());
     chief_rows_ = -LayerSum<double>(mesh_, wave_.wavenumber(), 0.0).rows(Layer::kDouble, interior_);
@@ -61,7 +60,7 @@ ScatteringSystem::ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme s
     chief_scale_ = 0.5 * chief_rows_.rowwise().norm().cwiseInverse();
     chief_rows_ = chief_scale_.asDiagonal() * chief_rows_;
   }
-  if (scheme == Scheme::kBurtonMillerPolished) {
+  if (traits(scheme).polished) {
     polisher_ = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(),
                                                           BoundaryParts{Layer::kDouble, 0.0, plain, nullptr});
   }
@@ -73,7 +72,7 @@ double ScatteringSystem::gamma() const { return options_.coupling / wave_.k(); }
 template <typename Real>
 std::unique_ptr<LinearOperator> ScatteringSystem::make_operator() const {
   auto b = std::make_unique<BoundaryOperator<Real>>(mesh_, wave_.wavenumber(), parts_);
-  if (scheme_ == Scheme::kChief) {
+  if (traits(scheme_).interior_points) {
     return std::make_unique<ChiefOperator>(std::move(b), chief_rows_);
   }
   return b;
@@ -84,7 +83,7 @@ std::unique_ptr<LinearOperator> ScatteringSystem::single_operator() const { retu
 template <typename Real>
 Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> ScatteringSystem::make_dense() const {
   const BoundaryOperator<Real> b(mesh_, wave_.wavenumber(), parts_);
-  if (scheme_ != Scheme::kChief) {
+  if (!traits(scheme_).interior_points) {
     return b.dense();
   }
   Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> matrix(unknowns(), unknowns());
@@ -104,7 +103,7 @@ IncidentField ScatteringSystem::incident(const TransducerArray& array) const {
   IncidentField field;
   field.pressure = incident_matrix(array, wave_, mesh_.centroids());
   field.slope.resize(0, array.size());
-  if (is_burton_miller(scheme_)) {
+  if (traits(scheme_).burton_miller) {
     field.slope = incident_derivative_matrix(array, wave_, mesh_.centroids(), mesh_.normals());
   }
   field.interior = incident_matrix(array, wave_, interior_);
@@ -115,7 +114,7 @@ IncidentField ScatteringSystem::incident(const TransducerArray& array, const Eig
   IncidentField field;
   field.pressure = incident_pressure(array, wave_, mesh_.centroids(), drive);
   field.slope.resize(0, drive.cols());
-  if (is_burton_miller(scheme_)) {
+  if (traits(scheme_).burton_miller) {
     field.slope = incident_derivative(array, wave_, mesh_.centroids(), mesh_.normals(), drive);
   }
   field.interior = incident_pressure(array, wave_, interior_, drive);
@@ -123,10 +122,10 @@ IncidentField ScatteringSystem::incident(const TransducerArray& array, const Eig
 }
 
 Eigen::MatrixXcd ScatteringSystem::right_hand_side(const IncidentField& incident) const {
-  if (is_burton_miller(scheme_)) {
+  if (traits(scheme_).burton_miller) {
     return incident.pressure + Complex(0, gamma()) * incident.slope;
   }
-  if (scheme_ == Scheme::kChief) {
+  if (traits(scheme_).interior_points) {
     Eigen::MatrixXcd b(unknowns(), incident.pressure.cols());
     b << incident.pressure, chief_scale_.asDiagonal() * incident.interior;
     return b;
@@ -159,10 +158,10 @@ Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>
   // b's parts one by one: b itself for N channels would be another M x N matrix.
   const Eigen::Index m = mesh_.face_count();
   Eigen::MatrixXcd rows = x.topRows(m).transpose() * unit.pressure;
-  if (is_burton_miller(scheme_)) {
+  if (traits(scheme_).burton_miller) {
     rows += Complex(0, gamma()) * (x.transpose() * unit.slope);
   }
-  if (scheme_ == Scheme::kChief) {
+  if (traits(scheme_).interior_points) {
     rows += (chief_scale_.asDiagonal() * x.bottomRows(interior_.cols())).transpose() * unit.interior;
   }
   if (polisher_) {
@@ -174,7 +173,7 @@ Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>
 
 Eigen::MatrixXcd ScatteringSystem::columns(const std::vector<Eigen::Index>& faces) const {
   const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh_, wave_.wavenumber(), parts_).columns(faces);
-  if (scheme_ != Scheme::kChief) {
+  if (!traits(scheme_).interior_points) {
     return b;
   }
   Eigen::MatrixXcd columns(unknowns(), b.cols());

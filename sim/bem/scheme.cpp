@@ -1,31 +1,46 @@
 #include "sim/bem/scheme.h"
 
+#include <algorithm>
+#include <stdexcept>
+
 namespace touchfield {
 
+namespace {
+
+struct Row {
+  Scheme scheme;
+  SchemeTraits traits;
+};
+
+constexpr Row kTable[] = {
+    {Scheme::kPaper, {"paper", false, false, false, false}},
+    {Scheme::kPaperCorrected, {"paper_corrected", true, false, false, false}},
+    {Scheme::kChief, {"chief", true, false, true, false}},
+    {Scheme::kBurtonMiller, {"burton_miller", false, true, false, false}},
+    {Scheme::kBurtonMillerPolished, {"burton_miller_polished", true, true, false, true}},
+};
+
+}  // namespace
+
 const std::vector<Scheme>& all_schemes() {
-  static const std::vector<Scheme> kAll = {Scheme::kPaper, Scheme::kPaperCorrected, Scheme::kChief,
-                                           Scheme::kBurtonMiller, Scheme::kBurtonMillerPolished};
+  static const std::vector<Scheme> kAll = [] {
+    std::vector<Scheme> schemes;
+    for (const Row& row : kTable) {
+      schemes.push_back(row.scheme);
+    }
+    return schemes;
+  }();
   return kAll;
 }
 
-bool is_burton_miller(Scheme scheme) {
-  return scheme == Scheme::kBurtonMiller || scheme == Scheme::kBurtonMillerPolished;
+const SchemeTraits& traits(Scheme scheme) {
+  const auto* const row = std::ranges::find(kTable, scheme, &Row::scheme);
+  if (row == std::end(kTable)) {
+    throw std::logic_error("a scheme without a row in its table");
+  }
+  return row->traits;
 }
 
-std::string to_string(Scheme scheme) {
-  switch (scheme) {
-    case Scheme::kPaper:
-      return "paper";
-    case Scheme::kPaperCorrected:
-      return "paper_corrected";
-    case Scheme::kChief:
-      return "chief";
-    case Scheme::kBurtonMiller:
-      return "burton_miller";
-    case Scheme::kBurtonMillerPolished:
-      return "burton_miller_polished";
-  }
-  return {};
-}
+std::string to_string(Scheme scheme) { return traits(scheme).name; }
 
 }  // namespace touchfield

@@ -14,11 +14,19 @@ enum class Scheme {
   kBurtonMillerPolished,  // burton_miller, then two fixed-point steps of paper_corrected
 };
 
+/// What a scheme is made of: a row of the table in scheme.cpp, from which everything else follows.
+struct SchemeTraits {
+  const char* name;      // as scenes and results spell it
+  bool corrected;        // the plain diagonal is that of the static Gauss identity, else 1/2
+  bool burton_miller;    // Burton and Miller's equation is solved, else the plain one
+  bool interior_points;  // rows of CHIEF
+  bool polished;         // fixed-point steps of the plain equation afterwards
+};
+
 /// Every scheme, the cheapest first.
 const std::vector<Scheme>& all_schemes();
 
-/// Whether the scheme solves Burton and Miller's equation; the others solve the plain one.
-bool is_burton_miller(Scheme scheme);
+const SchemeTraits& traits(Scheme scheme);
 
 /// The scheme as scenes and results spell it.
 std::string to_string(Scheme scheme);

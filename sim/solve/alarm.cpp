@@ -26,7 +26,7 @@ double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec
   const double nothing = std::numeric_limits<double>::quiet_NaN();
   const TriangleMesh& mesh = scattering.system().mesh();
   const Wave& wave = scattering.system().wave();
-  const bool plain = !is_burton_miller(scattering.system().scheme());
+  const bool plain = !traits(scattering.system().scheme()).burton_miller;
   const Scheme other = plain ? Scheme::kBurtonMiller : Scheme::kPaperCorrected;
   if (spec.alarm == AlarmChoice::kNever) {
     return nothing;

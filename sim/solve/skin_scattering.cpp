@@ -130,7 +130,7 @@ std::string describe_decision(const SkinScattering& scattering) {
   if (system.near_pairs() > 0) {
     text += fmt::format(", {} near pairs", system.near_pairs());
   }
-  if (system.scheme() == Scheme::kChief) {
+  if (traits(system.scheme()).interior_points) {
     text += fmt::format(", {} interior points", system.interior_points().cols());
   }
   return text + fmt::format(" ({})", scattering.decision().reason);

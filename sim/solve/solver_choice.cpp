@@ -43,13 +43,13 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
       decision.reason = "as the scene asks";
       break;
     case SolverChoice::kAuto:
-      if (is_burton_miller(scheme) && fits && right_hand_sides > unknowns / kUnknownsAColumn + 1) {
+      if (traits(scheme).burton_miller && fits && right_hand_sides > unknowns / kUnknownsAColumn + 1) {
         options.kind = SolverKind::kLu;
         decision.reason = "hundreds of right-hand sides share one factorisation";
-      } else if (is_burton_miller(scheme)) {
+      } else if (traits(scheme).burton_miller) {
         options.kind = SolverKind::kMatrixFree;
         decision.reason = "this scheme takes few steps, and no matrix is stored";
-      } else if (scheme == Scheme::kChief) {
+      } else if (traits(scheme).interior_points) {
         options.kind = SolverKind::kLu;
         decision.reason = "this scheme's equations suit no iteration";
       } else {

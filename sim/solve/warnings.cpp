@@ -123,7 +123,7 @@ std::vector<std::string> result_warnings(const Run& run, Scheme scheme) {
                                      solve.stage, solve.scheme, solve.solver, solve.residual, solve.steps));
     }
   }
-  const bool plain = scheme == Scheme::kPaper || scheme == Scheme::kPaperCorrected;
+  const bool plain = !traits(scheme).burton_miller && !traits(scheme).interior_points;
   if (plain && run.alarm > kLargestAlarm) {
     warnings.push_back(fmt::format(
         "fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: this body resonates inside "
