@@ -7,15 +7,20 @@
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 const Range kPitch = above_to(0, 1000);
 
 // A vector of unit length stays as it is, to the bit, so that a resolved scene reads back the same.
 std::optional<Vector3> unit_vector(const Vector3& v) {
-  if (std::abs(v.squaredNorm() - 1) < 16 * std::numeric_limits<double>::epsilon()) return v;
+  if (std::abs(v.squaredNorm() - 1) < 16 * std::numeric_limits<double>::epsilon()) {
+    return v;
+  }
   const double largest = v.cwiseAbs().maxCoeff();
-  if (largest == 0) return std::nullopt;
+  if (largest == 0) {
+    return std::nullopt;
+  }
   return (v / largest).normalized();
 }
 
@@ -52,7 +57,9 @@ Codec<Autd3Array> autd3_codec() {
            "Distance between neighbours [mm]; boards of 2016 to 2019 had 10.18.")
       .at_most_one({"layout", "units"})
       .check([](const Input& in, Autd3Array& array, bool /*good*/) {
-        if (!in.node().find("units") && !in.node().find("layout")) array.layout = {3, 2};
+        if (!in.node().find("units") && !in.node().find("layout")) {
+          array.layout = {3, 2};
+        }
         return true;
       })
       .codec();
@@ -66,7 +73,9 @@ struct PositionsForm {
 std::optional<PositionsArray> to_positions(const Input& in, const PositionsForm& form) {
   const auto count = form.points.cols();
   PositionsArray array{.points = form.points, .axes = Vector3::UnitZ().replicate(1, count)};
-  if (!form.axes) return array;
+  if (!form.axes) {
+    return array;
+  }
   if (form.axes->cols() != count) {
     in.at(*in.node().find("axes"))
         .problem(fmt::format("{} axes, must be {} as there are points", form.axes->cols(), count));
@@ -108,9 +117,13 @@ Codec<PositionsArray> positions_codec() {
                .example = "array.csv"},
               [named](const Input& in, PositionsForm& f) {
                 std::string path;
-                if (!named.read(in, path)) return false;
+                if (!named.read(in, path)) {
+                  return false;
+                }
                 auto read = read_positions(in, path);
-                if (!read) return false;
+                if (!read) {
+                  return false;
+                }
                 f.points = std::move(read->points);
                 f.axes = std::move(read->axes);
                 return true;
@@ -128,7 +141,9 @@ Codec<PlaneWaveArray> plane_wave_codec() {
       vector3(kPlain, {}),
       [](const Input& in, const Vector3& v) {
         auto unit = unit_vector(v);
-        if (!unit) in.problem("zero, a direction must not be");
+        if (!unit) {
+          in.problem("zero, a direction must not be");
+        }
         return unit;
       },
       [](const Vector3& v) { return v; });

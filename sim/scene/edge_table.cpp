@@ -3,6 +3,7 @@
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 Codec<EdgeSpec> graded_codec() {
@@ -24,7 +25,9 @@ Codec<EdgeSpec> graded_codec() {
       .key("growth", &Edges::growth, number(kPlain, between(0.02, 0.6)),
            "By how much the edge length grows over a distance beyond that, as a share of the distance.")
       .check([](const Input& in, Edges& edges, bool good) {
-        if (!good || edges.graded()) return good;
+        if (!good || edges.graded()) {
+          return good;
+        }
         in.problem("must have near_target or near beside far");
         return false;
       })
@@ -40,7 +43,9 @@ Codec<EdgeSpec> edge_codec() {
   return {type,
           [=](const Input& in, EdgeSpec& edges) {
             edges = {};
-            if (in.node().kind == Node::Kind::kMap) return graded.read(in, edges);
+            if (in.node().kind == Node::Kind::kMap) {
+              return graded.read(in, edges);
+            }
             return uniform.read(in, edges.far);
           },
           [=](const EdgeSpec& edges) { return edges.graded() ? graded.write(edges) : uniform.write(edges.far); }};
@@ -49,10 +54,14 @@ Codec<EdgeSpec> edge_codec() {
 bool check_hand_edges(const Input& edges) {
   const auto check = [](const Input& edge) {
     const auto rule = kHandEdge.broken_by(*parse_decimal(edge.node().text));
-    if (rule) edge.must_be(*rule + " for a hand");
+    if (rule) {
+      edge.must_be(*rule + " for a hand");
+    }
     return !rule;
   };
-  if (edges.node().kind != Node::Kind::kMap) return check(edges);
+  if (edges.node().kind != Node::Kind::kMap) {
+    return check(edges);
+  }
   bool good = true;
   for (const char* key : {"far", "near_target"}) {
     const Entry* entry = edges.node().find(key);
@@ -60,7 +69,9 @@ bool check_hand_edges(const Input& edges) {
   }
   if (const Entry* near = edges.node().find("near")) {
     for (const Entry& entry : near->value.entries) {
-      if (!entry.value.removed) good = check(edges.at(*near).at(entry)) && good;
+      if (!entry.value.removed) {
+        good = check(edges.at(*near).at(entry)) && good;
+      }
     }
   }
   return good;

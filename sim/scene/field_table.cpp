@@ -6,6 +6,7 @@
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 struct FieldForm {
@@ -23,12 +24,16 @@ std::optional<FieldSpec> to_field(const Input& in, const FieldForm& form) {
   FieldSpec field{.name = form.name, .plane = form.plane.value_or(""), .spacing = form.spacing};
   field.centre = form.plane ? form.through.value_or(Vector3::Zero()) : form.centre.value_or(Vector3::Zero());
   const std::string axes = form.plane.value_or("xyz");
-  for (std::size_t i = 0; i < axes.size(); ++i) field.size[axis_number(axes[i])] = form.size[i];
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    field.size[axis_number(axes[i])] = form.size[i];
+  }
 
   // As many points as the field's grid gets: at most `spacing` apart.
   constexpr double kMostPoints = 20e6;
   double count = 1;
-  for (const double extent : field.size) count *= std::max(0.0, std::ceil(extent / field.spacing - 1e-9)) + 1;
+  for (const double extent : field.size) {
+    count *= std::max(0.0, std::ceil(extent / field.spacing - 1e-9)) + 1;
+  }
   if (count > kMostPoints) {
     in.problem(fmt::format("{:.0f} points, must be at most {:.0f}", count, kMostPoints));
     return std::nullopt;
@@ -39,8 +44,12 @@ std::optional<FieldSpec> to_field(const Input& in, const FieldForm& form) {
 FieldForm to_form(const FieldSpec& field) {
   FieldForm form{.name = field.name, .plane = {}, .through = {}, .centre = {}, .size = {}, .spacing = field.spacing};
   (field.plane.empty() ? form.centre : form.through) = field.centre;
-  if (!field.plane.empty()) form.plane = field.plane;
-  for (const char axis : form.plane.value_or("xyz")) form.size.push_back(field.size[axis_number(axis)]);
+  if (!field.plane.empty()) {
+    form.plane = field.plane;
+  }
+  for (const char axis : form.plane.value_or("xyz")) {
+    form.size.push_back(field.size[axis_number(axis)]);
+  }
   return form;
 }
 

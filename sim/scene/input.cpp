@@ -10,6 +10,7 @@
 #include "sim/scene/text_file.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 constexpr std::size_t kMostProblems = 100;
@@ -33,10 +34,14 @@ void explain_tab(const std::string& text, SyntaxError& error) {
   std::size_t start = 0;
   for (int line = 1; line < error.place.line && start != std::string::npos; ++line) {
     start = text.find('\n', start);
-    if (start != std::string::npos) ++start;
+    if (start != std::string::npos) {
+      ++start;
+    }
   }
   const auto tab = start == std::string::npos ? start : text.find_first_not_of(' ', start);
-  if (tab == std::string::npos || text[tab] != '\t') return;
+  if (tab == std::string::npos || text[tab] != '\t') {
+    return;
+  }
   error.place.column = static_cast<int>(tab - start) + 1;
   error.what = "not YAML: indented by a tab, must be spaces";
 }
@@ -115,15 +120,17 @@ std::string quoted_for_message(const std::string& text, std::size_t longest) {
   std::string shown = text;
   if (shown.size() > longest) {
     std::size_t cut = longest;
-    while (cut > 0 && (static_cast<unsigned char>(shown[cut]) & 0xC0U) == 0x80U) --cut;  // not within a UTF-8 character
+    while (cut > 0 && (static_cast<unsigned char>(shown[cut]) & 0xC0U) == 0x80U) {  // not within a UTF-8 character
+      --cut;
+    }
     shown.resize(cut);
     shown += "...";
   }
   for (char& c : shown) {
     const auto byte = static_cast<unsigned char>(c);
-    if (byte == '\n' || byte == '\r' || byte == '\t')
+    if (byte == '\n' || byte == '\r' || byte == '\t') {
       c = ' ';
-    else if (byte < 0x20 || byte == 0x7F)
+    } else if (byte < 0x20 || byte == 0x7F)
       c = '?';
   }
   return shown;
@@ -137,7 +144,9 @@ Node read_map(const std::string& text, std::string_view what, Reading& reading) 
   }
   try {
     Node root = parse_yaml(text, 0);
-    if (root.kind == Node::Kind::kMap) return root;
+    if (root.kind == Node::Kind::kMap) {
+      return root;
+    }
     const bool empty = root.kind == Node::Kind::kNull;
     reading.add(empty ? Place{} : root.place,
                 fmt::format("{}, {} must be a map of keys", empty ? "empty" : "not a map", what));

@@ -5,6 +5,7 @@
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 /// A model of the judge's own as the file has it.
@@ -60,11 +61,15 @@ Codec<JudgeSpec> judge_codec() {
   const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {bare.type, own_model.type}};
   return {type,
           [=](const Input& in, JudgeSpec& judge) {
-            if (in.node().kind == Node::Kind::kMap) return own_model.read(in, judge);
+            if (in.node().kind == Node::Kind::kMap) {
+              return own_model.read(in, judge);
+            }
             const auto& words = bare.type.words;
             const bool known = in.node().kind == Node::Kind::kScalar &&
                                std::find(words.begin(), words.end(), in.node().text) != words.end();
-            if (known) return bare.read(in, judge.kind);
+            if (known) {
+              return bare.read(in, judge.kind);
+            }
             in.must_be(phrase(type));
             return false;
           },
@@ -76,7 +81,9 @@ Codec<JudgeSpec> judge_codec() {
 
 bool check_judge(const Input& in, const Scene& scene) {
   const Entry* entry = in.node().find("judge");
-  if (!entry || entry->value.kind != Node::Kind::kMap) return true;
+  if (!entry || entry->value.kind != Node::Kind::kMap) {
+    return true;
+  }
   const Input judge = in.at(*entry);
   bool good = true;
   if (scene.judge.kind == JudgeSpec::Kind::kSplit && scene.judge.whole) {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 namespace touchfield::schema {
+
 namespace {
 
 // "a.b[0].c" as a, b, 0, c; nothing if a part is empty or a bracket stands alone.
@@ -22,7 +23,9 @@ std::optional<std::vector<std::string>> split_path(const std::string& path) {
       closed = false;
     } else if (c == '[') {
       const auto end = path.find(']', i);
-      if (end == std::string::npos) return std::nullopt;
+      if (end == std::string::npos) {
+        return std::nullopt;
+      }
       parts.push_back(path.substr(i + 1, end - i - 1));
       i = end;
       closed = true;
@@ -41,7 +44,9 @@ std::optional<std::vector<std::string>> split_path(const std::string& path) {
 std::optional<std::size_t> item_number(const std::string& part) {
   std::size_t number = 0;
   const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
-  if (error != std::errc{} || end != part.data() + part.size()) return std::nullopt;
+  if (error != std::errc{} || end != part.data() + part.size()) {
+    return std::nullopt;
+  }
   return number;
 }
 
@@ -68,7 +73,9 @@ class Walk {
       require_map();
       Entry* entry = at_->find_even_removed(part);
       if (!entry || entry->value.removed) {
-        if (!make) throw Problem{fmt::format("{} is not in the scene, nothing to take away", name_of(part))};
+        if (!make) {
+          throw Problem{fmt::format("{} is not in the scene, nothing to take away", name_of(part))};
+        }
         put(part, empty_map(place_));
         entry = at_->find_even_removed(part);
       }
@@ -80,7 +87,9 @@ class Walk {
   /// Sets what the last part names.
   void set(const std::string& part, Node value) {
     if (at_->kind == Node::Kind::kList) {
-      if (value.removed) throw Problem{fmt::format("{}: null takes keys away, not items of a list", name_of(part))};
+      if (value.removed) {
+        throw Problem{fmt::format("{}: null takes keys away, not items of a list", name_of(part))};
+      }
       item(part) = std::move(value);
       return;
     }
@@ -102,7 +111,9 @@ class Walk {
 
   // A number in the path of something that is not a list would silently become a key.
   void require_map() const {
-    if (at_->kind == Node::Kind::kMap) return;
+    if (at_->kind == Node::Kind::kMap) {
+      return;
+    }
     const std::string what = at_->kind == Node::Kind::kNull ? "no value" : quoted_for_message(at_->text);
     throw Problem{fmt::format("{} is {}, not a map or list", path_.empty() ? "the scene" : path_, what)};
   }
@@ -137,11 +148,15 @@ void apply_override(Node& root, const std::string& text, int source, Reading& re
   try {
     Node value = parse_yaml(text.substr(equals + 1), source);
     const bool written = text.find_first_not_of(" \t", equals + 1) != std::string::npos;
-    if (!written) throw Problem{"no value; null takes a key away"};
+    if (!written) {
+      throw Problem{"no value; null takes a key away"};
+    }
     value.removed = value.kind == Node::Kind::kNull;
     Node changed = root;  // a path that leads nowhere leaves no maps behind
     Walk walk(changed, place);
-    for (std::size_t i = 0; i + 1 < path->size(); ++i) walk.step((*path)[i], !value.removed);
+    for (std::size_t i = 0; i + 1 < path->size(); ++i) {
+      walk.step((*path)[i], !value.removed);
+    }
     walk.set(path->back(), std::move(value));
     root = std::move(changed);
   } catch (const Problem& problem) {

@@ -10,6 +10,7 @@
 #include "sim/scene/text_file.h"
 
 namespace touchfield {
+
 namespace {
 
 using schema::Node;
@@ -17,10 +18,14 @@ using schema::Node;
 Scene read(const std::string& text, const std::vector<std::string>& overrides, schema::Reading reading) {
   Node root = schema::read_map(text, "a scene", reading);
   int source = 0;
-  for (const auto& override_text : overrides) schema::apply_override(root, override_text, ++source, reading);
+  for (const auto& override_text : overrides) {
+    schema::apply_override(root, override_text, ++source, reading);
+  }
   Scene scene;
   schema::scene_codec().read({root, "", reading}, scene);
-  if (reading.failed()) throw InputError(reading.message());
+  if (reading.failed()) {
+    throw InputError(reading.message());
+  }
   return scene;
 }
 
@@ -45,15 +50,21 @@ std::string shape_text(const BodySpec& body) {
 
 double EdgeSpec::finest() const {
   double edge = std::min(far, near_target.value_or(far));
-  for (const auto& [landmark, length] : near) edge = std::min(edge, length);
+  for (const auto& [landmark, length] : near) {
+    edge = std::min(edge, length);
+  }
   return edge;
 }
 
 EdgeSpec EdgeSpec::scaled(double factor) const {
   EdgeSpec other = *this;
   other.far *= factor;
-  if (other.near_target) *other.near_target *= factor;
-  for (auto& [landmark, length] : other.near) length *= factor;
+  if (other.near_target) {
+    *other.near_target *= factor;
+  }
+  for (auto& [landmark, length] : other.near) {
+    length *= factor;
+  }
   return other;
 }
 

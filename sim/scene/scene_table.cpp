@@ -7,6 +7,7 @@
 #include "sim/scene/suggest.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 Codec<MediumSpec> medium_codec() {
@@ -100,7 +101,9 @@ Codec<TargetSpec> target_codec() {
               return false;
             }
             target.pressure.reset();
-            if (in.node().text == "best") return true;
+            if (in.node().text == "best") {
+              return true;
+            }
             if (in.node().quoted || !parse_decimal(in.node().text)) {
               in.must_be(phrase(pressure_type));
               return false;
@@ -119,7 +122,9 @@ Codec<WriteSpec> write_codec() {
       {"h5", &WriteSpec::h5}, {"vtp", &WriteSpec::vtp}, {"vti", &WriteSpec::vti}, {"png", &WriteSpec::png}};
   std::vector<std::string> words;
   words.reserve(kinds.size());
-  for (const auto& [text, member] : kinds) words.push_back(text);
+  for (const auto& [text, member] : kinds) {
+    words.push_back(text);
+  }
   auto base = list_of<std::string>(word(words), 1, kinds.size(),
                                    {.name = [](const std::string& kind) { return kind; }, .advice = ""});
   base.type.distinct = true;
@@ -135,7 +140,9 @@ Codec<WriteSpec> write_codec() {
       [kinds](const WriteSpec& write) {
         std::vector<std::string> given;
         for (const auto& [text, member] : kinds) {
-          if (write.*member) given.push_back(text);
+          if (write.*member) {
+            given.push_back(text);
+          }
         }
         return given;
       });
@@ -143,7 +150,9 @@ Codec<WriteSpec> write_codec() {
 
 // The name of the method that an item of solve.methods holds, if it is well formed.
 std::string method_of(const Node& item) {
-  if (item.kind == Node::Kind::kScalar) return item.text;
+  if (item.kind == Node::Kind::kScalar) {
+    return item.text;
+  }
   return item.kind == Node::Kind::kMap && item.entries.size() == 1 ? item.entries.front().key : "";
 }
 
@@ -151,16 +160,22 @@ std::string method_of(const Node& item) {
 bool check_targets(const Input& in) {
   const Entry* solve = in.node().find("solve");
   const Entry* methods = solve ? solve->value.find("methods") : nullptr;
-  if (!methods || in.node().find("target")) return true;
+  if (!methods || in.node().find("target")) {
+    return true;
+  }
   for (const auto& entry : in.node().entries) {  // a misspelt target has its own message
-    if (edit_distance(entry.key, "target") <= 2) return true;
+    if (edit_distance(entry.key, "target") <= 2) {
+      return true;
+    }
   }
   bool good = true;
   const Input list = in.at(*solve).at(*methods);
   for (std::size_t i = 0; i < methods->value.items.size(); ++i) {
     const std::string method = method_of(methods->value.items[i]);
     const auto known = std::ranges::find(phase_methods(), method, &PhaseMethod::name);
-    if (known == phase_methods().end() || known->model == MethodModel::kGiven) continue;
+    if (known == phase_methods().end() || known->model == MethodModel::kGiven) {
+      continue;
+    }
     list.at(i).problem(fmt::format("{} needs a target, the scene must have one", method));
     good = false;
   }

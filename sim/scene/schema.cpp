@@ -11,13 +11,16 @@
 #include "sim/scene/suggest.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 using Kind = TypeInfo::Kind;
 
 std::string with_bounds(const std::string& noun, const Range& range, bool with_range) {
   const std::string bounds = range.text();
-  if (!with_range || bounds.empty()) return noun;
+  if (!with_range || bounds.empty()) {
+    return noun;
+  }
   const bool comparison = bounds.front() == '>' || bounds.front() == '<';
   return fmt::format("{}{} {}", noun, comparison ? "" : " from", bounds);
 }
@@ -81,7 +84,9 @@ Codec<T> whole_number(const Range& range) {
   return {type,
           [type](const Input& in, T& out) {
             const auto value = checked_number(in, type);
-            if (value) out = static_cast<T>(*value);
+            if (value) {
+              out = static_cast<T>(*value);
+            }
             return value.has_value();
           },
           [](const T& value) { return scalar(std::to_string(value)); }};
@@ -124,7 +129,9 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
     }
     const bool known =
         std::any_of(info.keys.begin(), info.keys.end(), [&](const KeyInfo& key) { return key.name == entry.key; });
-    if (known) continue;
+    if (known) {
+      continue;
+    }
     const std::string nearest = nearest_key(info, entry.key);
     if (!nearest.empty()) {
       meant.insert(nearest.substr(0, nearest.find('.')));
@@ -133,7 +140,9 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
       report("unknown key, there is none here");
     } else {
       std::vector<std::string> names;
-      for (const auto& key : info.keys) names.push_back(key.name);
+      for (const auto& key : info.keys) {
+        names.push_back(key.name);
+      }
       report(fmt::format("unknown key, known are {}", fmt::join(names, ", ")));
     }
   }
@@ -185,9 +194,13 @@ bool check_beside(const Input& in, const KeyInfo& key, const std::string& chosen
     in.reading().add(in.node().place, fmt::format("{}: missing, must be given with {}", in.path_of(key.name), chosen));
     return false;
   }
-  if (!entry || entry->value.kind != Node::Kind::kList) return true;
+  if (!entry || entry->value.kind != Node::Kind::kList) {
+    return true;
+  }
   const auto count_given = entry->value.items.size();
-  if (count_given < key.type.fewest || count_given > key.type.most) return true;  // has its own message
+  if (count_given < key.type.fewest || count_given > key.type.most) {  // has its own message
+    return true;
+  }
   for (const auto& [other, count] : key.items_with) {
     if (other == chosen && count_given != count) {
       in.at(*entry).problem(fmt::format("{} values, must be {} with {}", count_given, count, chosen));
@@ -230,7 +243,9 @@ std::string phrase(const TypeInfo& type, bool with_range) {
       return fmt::format("a map of names to {}", plural_phrase(type.of.front(), with_range));
     case Kind::kAny: {
       std::vector<std::string> parts;
-      for (const auto& part : type.of) parts.push_back(phrase(part, with_range));
+      for (const auto& part : type.of) {
+        parts.push_back(phrase(part, with_range));
+      }
       return fmt::format("{}", fmt::join(parts, " or "));
     }
   }
@@ -241,7 +256,9 @@ Codec<double> number(Unit unit, const Range& range) {
   const TypeInfo type{.kind = Kind::kNumber, .range = range};
   return {type,
           [type, unit](const Input& in, double& out) {
-            if (!checked_number(in, type)) return false;
+            if (!checked_number(in, type)) {
+              return false;
+            }
             out = *unit.si(in.node().text);
             return true;
           },
@@ -283,7 +300,9 @@ Codec<std::string> file() {
   return {base.type,
           [base](const Input& in, std::string& out) {
             std::string named;
-            if (!base.read(in, named)) return false;
+            if (!base.read(in, named)) {
+              return false;
+            }
             out = in.reading().resolve(in.node().place, named);
             return true;
           },
@@ -295,7 +314,9 @@ Codec<std::string> absolute_file() {
   return {named.type,
           [named](const Input& in, std::string& out) {
             std::string path;
-            if (!named.read(in, path)) return false;
+            if (!named.read(in, path)) {
+              return false;
+            }
             std::error_code error;
             const auto absolute = std::filesystem::absolute(path, error);
             out = error ? path : absolute.lexically_normal().string();
@@ -337,12 +358,16 @@ Codec<Points> points(Unit unit, const Range& range) {
       list_of(vector3(unit, range), 1, kMostListed),
       [](const Input&, const std::vector<Vector3>& read) {
         Points points(3, static_cast<Eigen::Index>(read.size()));
-        for (std::size_t i = 0; i < read.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = read[i];
+        for (std::size_t i = 0; i < read.size(); ++i) {
+          points.col(static_cast<Eigen::Index>(i)) = read[i];
+        }
         return std::optional<Points>(std::move(points));
       },
       [](const Points& points) {
         std::vector<Vector3> columns;
-        for (Eigen::Index i = 0; i < points.cols(); ++i) columns.emplace_back(points.col(i));
+        for (Eigen::Index i = 0; i < points.cols(); ++i) {
+          columns.emplace_back(points.col(i));
+        }
         return columns;
       });
 }
@@ -355,10 +380,14 @@ bool check_keys(const Input& in, const MapInfo& info) {
   std::set<std::string> meant;  // known keys that unknown ones were probably meant to be: not missing as well
   bool good = check_known(in, info, meant);
   std::string chosen;
-  if (info.group) good = check_group(in, *info.group, meant, chosen) && good;
+  if (info.group) {
+    good = check_group(in, *info.group, meant, chosen) && good;
+  }
   for (const auto& key : info.keys) {
     const bool misspelt = meant.contains(key.name);
-    if (!chosen.empty()) good = check_beside(in, key, chosen, misspelt) && good;
+    if (!chosen.empty()) {
+      good = check_beside(in, key, chosen, misspelt) && good;
+    }
     if (key.required && key.only_with.empty() && !misspelt && !in.node().find(key.name)) {
       in.reading().add(in.node().place, fmt::format("{}: missing, must be given", in.path_of(key.name)));
       good = false;
@@ -373,7 +402,9 @@ bool check_list(const Input& in, const TypeInfo& type) {
     return false;
   }
   const auto count = in.node().items.size();
-  if (count >= type.fewest && count <= type.most) return true;
+  if (count >= type.fewest && count <= type.most) {
+    return true;
+  }
   std::string rule = fmt::format("{}", type.fewest);
   if (type.most == TypeInfo::kNoLimit) {
     rule = fmt::format("at least {}", type.fewest);
@@ -387,7 +418,9 @@ bool check_list(const Input& in, const TypeInfo& type) {
 bool check_new_name(const Input& item, const std::string& name, const std::vector<std::string>& taken,
                     const std::string& advice) {
   const auto same = std::find(taken.begin(), taken.end(), name);
-  if (same == taken.end()) return true;
+  if (same == taken.end()) {
+    return true;
+  }
   item.problem(fmt::format("{} is item [{}] already, must be unique{}", name, same - taken.begin(), advice));
   return false;
 }

@@ -127,15 +127,21 @@ bool read_table(const Input& in, const Codec<T>& codec, std::map<std::string, T>
   }
   bool good = true;
   for (const auto& entry : in.node().entries) {
-    if (entry.value.removed) continue;
+    if (entry.value.removed) {
+      continue;
+    }
     const auto report = [&](const std::string& text) {
       in.reading().add(entry.place, in.path_of(entry.key) + ": " + text);
       good = false;
     };
     T value{};
     good = codec.read(in.at(entry), value) && good;
-    if (!is_name(entry.key)) report("a name that must be " + phrase(name().type));
-    if (!out.emplace(entry.key, std::move(value)).second) report("given twice");
+    if (!is_name(entry.key)) {
+      report("a name that must be " + phrase(name().type));
+    }
+    if (!out.emplace(entry.key, std::move(value)).second) {
+      report("given twice");
+    }
   }
   return good;
 }
@@ -143,7 +149,9 @@ bool read_table(const Input& in, const Codec<T>& codec, std::map<std::string, T>
 template <class T>
 Node table_node(const Codec<T>& codec, const std::map<std::string, T>& values) {
   std::vector<std::pair<std::string, Node>> entries;
-  for (const auto& [key, value] : values) entries.emplace_back(key, codec.write(value));
+  for (const auto& [key, value] : values) {
+    entries.emplace_back(key, codec.write(value));
+  }
   return map(std::move(entries));
 }
 
@@ -151,20 +159,28 @@ template <class E>
 Codec<E> choice(std::vector<std::pair<std::string, E>> values) {
   std::vector<std::string> words;
   words.reserve(values.size());
-  for (const auto& [text, value] : values) words.push_back(text);
+  for (const auto& [text, value] : values) {
+    words.push_back(text);
+  }
   auto base = word(words);
   return {base.type,
           [base, values](const Input& in, E& out) {
             std::string read;
-            if (!base.read(in, read)) return false;
+            if (!base.read(in, read)) {
+              return false;
+            }
             for (const auto& [text, value] : values) {
-              if (text == read) out = value;
+              if (text == read) {
+                out = value;
+              }
             }
             return true;
           },
           [values](const E& value) {
             for (const auto& [text, known] : values) {
-              if (known == value) return scalar(text);
+              if (known == value) {
+                return scalar(text);
+              }
             }
             return Node{};
           }};
@@ -184,7 +200,9 @@ Codec<std::vector<T>> list_of(Codec<T> item, std::size_t fewest, std::size_t mos
   return {type,
           [type, item, unique](const Input& in, std::vector<T>& out) {
             bool good = check_list(in, type);
-            if (in.node().kind != Node::Kind::kList) return false;
+            if (in.node().kind != Node::Kind::kList) {
+              return false;
+            }
             std::vector<T> values;
             std::vector<std::string> names;
             for (std::size_t i = 0; i < in.node().items.size(); ++i) {
@@ -192,7 +210,9 @@ Codec<std::vector<T>> list_of(Codec<T> item, std::size_t fewest, std::size_t mos
               const Input item_in = in.at(i);
               if (!item.read(item_in, value)) {
                 good = false;
-                if (unique.name) names.emplace_back();
+                if (unique.name) {
+                  names.emplace_back();
+                }
                 continue;
               }
               if (unique.name) {
@@ -201,13 +221,17 @@ Codec<std::vector<T>> list_of(Codec<T> item, std::size_t fewest, std::size_t mos
               }
               values.push_back(std::move(value));
             }
-            if (good) out = std::move(values);
+            if (good) {
+              out = std::move(values);
+            }
             return good;
           },
           [item](const std::vector<T>& values) {
             std::vector<Node> nodes;
             nodes.reserve(values.size());
-            for (const auto& value : values) nodes.push_back(item.write(value));
+            for (const auto& value : values) {
+              nodes.push_back(item.write(value));
+            }
             return list(std::move(nodes));
           }};
 }
@@ -218,7 +242,9 @@ Codec<std::array<T, n>> tuple_of(const Codec<T>& item) {
   return {base.type,
           [base](const Input& in, std::array<T, n>& out) {
             std::vector<T> values;
-            if (!base.read(in, values)) return false;
+            if (!base.read(in, values)) {
+              return false;
+            }
             std::copy(values.begin(), values.end(), out.begin());
             return true;
           },
@@ -235,9 +261,13 @@ Codec<T> kept_as(Codec<Form> form, std::function<std::optional<T>(const Input&, 
   return {form.type,
           [form, to](const Input& in, T& out) {
             Form read{};
-            if (!form.read(in, read)) return false;
+            if (!form.read(in, read)) {
+              return false;
+            }
             auto value = to(in, read);
-            if (!value) return false;
+            if (!value) {
+              return false;
+            }
             out = std::move(*value);
             return true;
           },
@@ -368,18 +398,26 @@ class Map {
     return {TypeInfo{.kind = TypeInfo::Kind::kMap, .map = info},
             [info, reads = reads_, check = check_](const Input& in, S& s) {
               bool good = check_keys(in, *info);
-              if (in.node().kind != Node::Kind::kMap) return false;
+              if (in.node().kind != Node::Kind::kMap) {
+                return false;
+              }
               for (std::size_t i = 0; i < reads.size(); ++i) {
                 const Entry* entry = in.node().find(info->keys[i].name);
-                if (entry) good = reads[i](in.at(*entry), s) && good;
+                if (entry) {
+                  good = reads[i](in.at(*entry), s) && good;
+                }
               }
-              if (check) good = check(in, s, good) && good;
+              if (check) {
+                good = check(in, s, good) && good;
+              }
               return good;
             },
             [info, writes = writes_](const S& s) {
               std::vector<std::pair<std::string, Node>> entries;
               for (std::size_t i = 0; i < writes.size(); ++i) {
-                if (auto node = writes[i](s)) entries.emplace_back(info->keys[i].name, std::move(*node));
+                if (auto node = writes[i](s)) {
+                  entries.emplace_back(info->keys[i].name, std::move(*node));
+                }
               }
               return map(std::move(entries));
             }};

@@ -10,6 +10,7 @@
 #include "sim/scene/scene_table.h"
 
 namespace touchfield {
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -42,11 +43,15 @@ Json value_json(const Node& node) {
       break;
     case Node::Kind::kList:
       json = Json::array();
-      for (const auto& item : node.items) json.push_back(value_json(item));
+      for (const auto& item : node.items) {
+        json.push_back(value_json(item));
+      }
       break;
     case Node::Kind::kMap:
       json = Json::object();
-      for (const auto& entry : node.entries) json[entry.key] = value_json(entry.value);
+      for (const auto& entry : node.entries) {
+        json[entry.key] = value_json(entry.value);
+      }
       break;
   }
   return json;
@@ -64,13 +69,19 @@ Json alternative_json(const MapInfo& info, const std::string& chosen) {
     if (!key.only_with.empty() && !contains(key.only_with, chosen) && !contains(key.also_with, chosen)) {
       properties[key.name] = false;
     }
-    if (key.required && contains(key.only_with, chosen)) required.push_back(key.name);
+    if (key.required && contains(key.only_with, chosen)) {
+      required.push_back(key.name);
+    }
     for (const auto& [other, count] : key.items_with) {
-      if (other == chosen) properties[key.name] = {{"minItems", count}, {"maxItems", count}};
+      if (other == chosen) {
+        properties[key.name] = {{"minItems", count}, {"maxItems", count}};
+      }
     }
   }
   Json json = {{"required", required}};
-  if (!properties.empty()) json["properties"] = properties;
+  if (!properties.empty()) {
+    json["properties"] = properties;
+  }
   return json;
 }
 
@@ -79,18 +90,28 @@ Json map_json(const MapInfo& info) {
   Json required = Json::array();
   Json properties = Json::object();
   for (const auto& key : info.keys) {
-    if (key.required && key.only_with.empty()) required.push_back(key.name);
+    if (key.required && key.only_with.empty()) {
+      required.push_back(key.name);
+    }
     Json property = {{"description", key.help}};
     property.update(type_json(key.type));
-    if (!key.fallback.empty()) property["default"] = value_json(schema::parse_yaml(key.fallback, 0));
-    if (!key.example.empty()) property["examples"] = Json::array({value_json(schema::parse_yaml(key.example, 0))});
+    if (!key.fallback.empty()) {
+      property["default"] = value_json(schema::parse_yaml(key.fallback, 0));
+    }
+    if (!key.example.empty()) {
+      property["examples"] = Json::array({value_json(schema::parse_yaml(key.example, 0))});
+    }
     properties[key.name] = property;
   }
-  if (!required.empty()) json["required"] = required;
+  if (!required.empty()) {
+    json["required"] = required;
+  }
   json["properties"] = properties;
   if (info.group && info.group->required) {
     json["oneOf"] = Json::array();
-    for (const auto& key : info.group->keys) json["oneOf"].push_back(alternative_json(info, key));
+    for (const auto& key : info.group->keys) {
+      json["oneOf"].push_back(alternative_json(info, key));
+    }
   } else if (info.group) {
     json["not"] = {{"required", info.group->keys}};
   }
@@ -122,9 +143,15 @@ Json type_json(const TypeInfo& type) {
       return {{"type", "string"}, {"minLength", type.fewest}};
     case Kind::kList: {
       Json json = {{"type", "array"}, {"items", type_json(type.of.front())}};
-      if (type.fewest > 0) json["minItems"] = type.fewest;
-      if (type.most != TypeInfo::kNoLimit) json["maxItems"] = type.most;
-      if (type.distinct) json["uniqueItems"] = true;
+      if (type.fewest > 0) {
+        json["minItems"] = type.fewest;
+      }
+      if (type.most != TypeInfo::kNoLimit) {
+        json["maxItems"] = type.most;
+      }
+      if (type.distinct) {
+        json["uniqueItems"] = true;
+      }
       return json;
     }
     case Kind::kMap:
@@ -135,7 +162,9 @@ Json type_json(const TypeInfo& type) {
               {"additionalProperties", type_json(type.of.front())}};
     case Kind::kAny: {
       Json json = {{"anyOf", Json::array()}};
-      for (const auto& part : type.of) json["anyOf"].push_back(type_json(part));
+      for (const auto& part : type.of) {
+        json["anyOf"].push_back(type_json(part));
+      }
       return json;
     }
   }
@@ -146,16 +175,22 @@ Json type_json(const TypeInfo& type) {
 
 // The map that a value of this type is or may hold.
 const MapInfo* map_within(const TypeInfo& type) {
-  if (type.map) return type.map.get();
+  if (type.map) {
+    return type.map.get();
+  }
   for (const auto& part : type.of) {
-    if (const MapInfo* map = map_within(part)) return map;
+    if (const MapInfo* map = map_within(part)) {
+      return map;
+    }
   }
   return nullptr;
 }
 
 Lines indented(const Lines& lines, const std::string& by) {
   Lines result;
-  for (const auto& line : lines) result.push_back(by + line);
+  for (const auto& line : lines) {
+    result.push_back(by + line);
+  }
   return result;
 }
 
@@ -182,7 +217,9 @@ Lines map_lines(const MapInfo& info);
 // The key with the map that its value is or may hold spelt out.
 Lines expanded(const KeyInfo& key, const TypeInfo& type) {
   const Lines inner = map_lines(*map_within(type));
-  if (inner.empty()) return {key.name + ": {}"};
+  if (inner.empty()) {
+    return {key.name + ": {}"};
+  }
   Lines lines = {key.name + ":"};
   if (type.kind == Kind::kList) {
     lines.emplace_back("  -");
@@ -197,7 +234,9 @@ Lines key_lines(const KeyInfo& key) {
   const MapInfo* within = map_within(key.type);
   const bool holds_maps =
       key.type.kind == Kind::kMap || (key.type.kind == Kind::kList && key.type.of.front().kind == Kind::kMap);
-  if (holds_maps) return expanded(key, key.type);
+  if (holds_maps) {
+    return expanded(key, key.type);
+  }
   Lines lines = {fmt::format("{}: {}", key.name, key.example.empty() ? key.fallback : key.example)};
   if (within) {
     lines.emplace_back("# or:");
@@ -209,9 +248,15 @@ Lines key_lines(const KeyInfo& key) {
 // Whether the template has the key in use; the first of a group is.
 bool in_use(const KeyInfo& key, const MapInfo& info) {
   const std::string chosen = info.group ? info.group->keys.front() : "";
-  if (key.name == chosen) return true;
-  if (info.group && contains(info.group->keys, key.name)) return false;
-  if (!key.only_with.empty() && !contains(key.only_with, chosen)) return false;
+  if (key.name == chosen) {
+    return true;
+  }
+  if (info.group && contains(info.group->keys, key.name)) {
+    return false;
+  }
+  if (!key.only_with.empty() && !contains(key.only_with, chosen)) {
+    return false;
+  }
   if (key.type.kind == Kind::kMap && !key.required) {  // a map without a line in use would read as nothing
     const MapInfo& inner = *key.type.map;
     return std::any_of(inner.keys.begin(), inner.keys.end(), [&](const KeyInfo& part) { return in_use(part, inner); });
@@ -244,7 +289,9 @@ Lines map_lines(const MapInfo& info) {
 std::string escaped(const std::string& text) {
   std::string result;
   for (const char c : text) {
-    if (c == '|') result += '\\';
+    if (c == '|') {
+      result += '\\';
+    }
     result += c;
   }
   return result;
@@ -254,20 +301,26 @@ std::string need_text(const KeyInfo& key) {
   if (key.required) {
     return key.only_with.empty() ? "required" : fmt::format("required with {}", fmt::join(key.only_with, ", "));
   }
-  if (!key.fallback.empty() && key.type.kind != Kind::kMap) return "`" + key.fallback + "`";
+  if (!key.fallback.empty() && key.type.kind != Kind::kMap) {
+    return "`" + key.fallback + "`";
+  }
   return key.only_with.empty() ? "" : fmt::format("only with {}", fmt::join(key.only_with, ", "));
 }
 
 std::string value_text(const KeyInfo& key) {
   std::string value = escaped(phrase(key.type));
-  for (const auto& [other, count] : key.items_with) value += fmt::format("; {} with {}", count, other);
+  for (const auto& [other, count] : key.items_with) {
+    value += fmt::format("; {} with {}", count, other);
+  }
   return value;
 }
 
 class MarkdownPage {
  public:
   void section(const std::string& path, const MapInfo& info) {
-    if (!path.empty()) text_ += fmt::format("\n## `{}`\n", path);
+    if (!path.empty()) {
+      text_ += fmt::format("\n## `{}`\n", path);
+    }
     const auto [first, is_new] = written_.emplace(&info, path);
     if (!is_new) {
       text_ += fmt::format("\nThe keys of `{}`.\n", first->second);
@@ -287,7 +340,9 @@ class MarkdownPage {
     }
     for (const auto& key : info.keys) {
       const std::string name = path.empty() ? key.name : path + "." + key.name;
-      if (const MapInfo* map = map_within(key.type)) section(name + (key.type.kind == Kind::kList ? "[]" : ""), *map);
+      if (const MapInfo* map = map_within(key.type)) {
+        section(name + (key.type.kind == Kind::kList ? "[]" : ""), *map);
+      }
     }
   }
 
@@ -347,7 +402,9 @@ std::string schema_json() {
 
 std::string template_scene() {
   std::string text = kTemplateHead;
-  for (const auto& line : map_lines(*schema::scene_codec().type.map)) text += line + "\n";
+  for (const auto& line : map_lines(*schema::scene_codec().type.map)) {
+    text += line + "\n";
+  }
   return text;
 }
 

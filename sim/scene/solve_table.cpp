@@ -9,6 +9,7 @@
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 Codec<int> iterations_codec() { return integer(between(1, 100000)); }
@@ -45,7 +46,9 @@ Codec<StartSpec> make_start_codec() {
             start = {};
             if (in.node().kind == Node::Kind::kMap) {
               StartForm form;
-              if (!detailed.read(in, form)) return false;
+              if (!detailed.read(in, form)) {
+                return false;
+              }
               start.kind = form.seed ? Kind::kRandom : Kind::kPrevious;
               start.seed = form.seed.value_or(0);
               start.restarts = form.restarts.value_or(1);
@@ -65,12 +68,16 @@ Codec<StartSpec> make_start_codec() {
             StartForm form;
             if (start.kind == Kind::kRandom) {
               form.seed = start.seed;
-              if (start.restarts != 1) form.restarts = start.restarts;
+              if (start.restarts != 1) {
+                form.restarts = start.restarts;
+              }
               return detailed.write(form);
             }
             if (start.kind == Kind::kPrevious) {
               form.file = start.file;
-              if (!start.method.empty()) form.method = start.method;
+              if (!start.method.empty()) {
+                form.method = start.method;
+              }
               return detailed.write(form);
             }
             return named.write(start.kind);
@@ -107,13 +114,17 @@ void add_fixed_phases(Map<MethodForm>& map) {
           .help = "The phases [rad]: one for all channels, or one a channel.",
           .example = "0"},
          [=](const Input& in, MethodForm& form) {
-           if (in.node().kind == Node::Kind::kList) return phases.read(in, form.phases);
+           if (in.node().kind == Node::Kind::kList) {
+             return phases.read(in, form.phases);
+           }
            if (in.node().kind != Node::Kind::kScalar) {
              in.must_be(phrase(type));
              return false;
            }
            double one = 0;
-           if (!phase.read(in, one)) return false;
+           if (!phase.read(in, one)) {
+             return false;
+           }
            form.phases = {one};
            return true;
          },
@@ -128,9 +139,13 @@ void add_fixed_phases(Map<MethodForm>& map) {
            .example = "phases.txt"},
           [=](const Input& in, MethodForm& form) {
             std::string path;
-            if (!named.read(in, path)) return false;
+            if (!named.read(in, path)) {
+              return false;
+            }
             auto read = read_phases(in, path);
-            if (read) form.phases = std::move(*read);
+            if (read) {
+              form.phases = std::move(*read);
+            }
             return read.has_value();
           },
           [](const MethodForm&) { return std::optional<Node>(); })
@@ -150,7 +165,9 @@ Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
     map.key("free_amplitudes", &MethodForm::free_amplitudes, flag(),
             "Whether the amplitudes of the transducers are found too, 0 to 1, or are all 1.");
   }
-  if (kind.model == MethodModel::kGiven) add_fixed_phases(map);
+  if (kind.model == MethodModel::kGiven) {
+    add_fixed_phases(map);
+  }
   return map.codec();
 }
 
@@ -184,13 +201,17 @@ Codec<MethodForm> method_codec() {
   const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {bare.type, with_options.type}};
   return {type,
           [=](const Input& in, MethodForm& form) {
-            if (in.node().kind == Node::Kind::kMap) return with_options.read(in, form);
+            if (in.node().kind == Node::Kind::kMap) {
+              return with_options.read(in, form);
+            }
             std::string text;
             if (in.node().kind != Node::Kind::kScalar) {
               in.must_be(phrase(type));
               return false;
             }
-            if (!bare.read(in, text)) return false;
+            if (!bare.read(in, text)) {
+              return false;
+            }
             // A bare name is that method without options.
             Node options = schema::map({});
             options.place = in.node().place;
@@ -248,7 +269,9 @@ Map<SolverSpec> solver_keys() {
 bool check_start(const Input& in, const MethodSpec& method) {
   const bool incident = method.kind->iterates && method.kind->model != MethodModel::kSkin;
   const bool adjoint = method.start.kind == StartSpec::Kind::kAdjoint;
-  if (!incident || (!adjoint && method.start.kind != StartSpec::Kind::kSpectral)) return true;
+  if (!incident || (!adjoint && method.start.kind != StartSpec::Kind::kSpectral)) {
+    return true;
+  }
   in.problem(
       fmt::format("{} cannot start from {}; give it another start", method.name, adjoint ? "adjoint" : "spectral"));
   return false;
@@ -300,7 +323,9 @@ SolveForm to_form(const SolveSpec& solve) {
 
 Codec<Scheme> scheme_codec() {
   std::vector<std::pair<std::string, Scheme>> names;
-  for (const Scheme scheme : all_schemes()) names.emplace_back(to_string(scheme), scheme);
+  for (const Scheme scheme : all_schemes()) {
+    names.emplace_back(to_string(scheme), scheme);
+  }
   return choice<Scheme>(std::move(names));
 }
 

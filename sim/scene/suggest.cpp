@@ -4,6 +4,7 @@
 #include <array>
 
 namespace touchfield::schema {
+
 namespace {
 
 // Longest first where one ends in another.
@@ -21,8 +22,12 @@ std::size_t allowed_distance(std::string_view a, std::string_view b) {
 std::string folded(std::string_view key) {
   std::string result(key);
   for (char& c : result) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-    if (c == '-' || c == ' ') c = '_';
+    if (c >= 'A' && c <= 'Z') {
+      c = static_cast<char>(c - 'A' + 'a');
+    }
+    if (c == '-' || c == ' ') {
+      c = '_';
+    }
   }
   return result;
 }
@@ -31,14 +36,20 @@ std::string folded(std::string_view key) {
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::vector<std::size_t>> d(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
-  for (std::size_t i = 0; i <= a.size(); ++i) d[i][0] = i;
-  for (std::size_t j = 0; j <= b.size(); ++j) d[0][j] = j;
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    d[i][0] = i;
+  }
+  for (std::size_t j = 0; j <= b.size(); ++j) {
+    d[0][j] = j;
+  }
   for (std::size_t i = 1; i <= a.size(); ++i) {
     for (std::size_t j = 1; j <= b.size(); ++j) {
       const std::size_t replaced = d[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
       d[i][j] = std::min({d[i - 1][j] + 1, d[i][j - 1] + 1, replaced});
       const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
-      if (swapped) d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+      if (swapped) {
+        d[i][j] = std::min(d[i][j], d[i - 2][j - 2] + 1);
+      }
     }
   }
   return d[a.size()][b.size()];
@@ -46,13 +57,17 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 std::string_view without_unit(std::string_view key) {
   for (const std::string_view unit : kUnits) {
-    if (key.size() > unit.size() && key.ends_with(unit)) return key.substr(0, key.size() - unit.size());
+    if (key.size() > unit.size() && key.ends_with(unit)) {
+      return key.substr(0, key.size() - unit.size());
+    }
   }
   return key;
 }
 
 std::string nearest_word(const std::vector<std::string>& words, std::string_view text) {
-  if (text.size() > kLongestTried) return {};
+  if (text.size() > kLongestTried) {
+    return {};
+  }
   const std::string typed = folded(text);
   std::string best;
   std::size_t best_distance = TypeInfo::kNoLimit;
@@ -67,7 +82,9 @@ std::string nearest_word(const std::vector<std::string>& words, std::string_view
 }
 
 std::string nearest_key(const MapInfo& map, std::string_view unknown) {
-  if (unknown.size() > kLongestTried) return {};
+  if (unknown.size() > kLongestTried) {
+    return {};
+  }
   const std::string key = folded(unknown);
   std::string best;
   std::size_t best_distance = TypeInfo::kNoLimit;
@@ -80,11 +97,17 @@ std::string nearest_key(const MapInfo& map, std::string_view unknown) {
       best_distance = distance;
     }
   }
-  if (!best.empty()) return best;
+  if (!best.empty()) {
+    return best;
+  }
   for (const auto& known : map.keys) {
-    if (!known.type.map) continue;
+    if (!known.type.map) {
+      continue;
+    }
     for (const auto& below : known.type.map->keys) {
-      if (below.name == key) return known.name + "." + below.name;
+      if (below.name == key) {
+        return known.name + "." + below.name;
+      }
     }
   }
   return {};

@@ -1,12 +1,9 @@
 #include "sim/scene/sweep_reader.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 #include <optional>
-#include <random>
 #include <set>
 
 #include <fmt/format.h>
@@ -14,11 +11,13 @@
 #include "sim/core/errors.h"
 #include "sim/core/text_hash.h"
 #include "sim/scene/input.h"
+#include "sim/scene/random_range.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/suggest.h"
 #include "sim/scene/text_file.h"
 
 namespace touchfield {
+
 namespace {
 
 using schema::Entry;
@@ -28,57 +27,15 @@ using schema::Reading;
 /// Changes that go together, several times over: one part of a sweep.
 using Part = std::vector<std::vector<SceneChange>>;
 
-std::optional<double> number_of(const Node& node) {
-  double value = 0;
-  const char* end = node.text.data() + node.text.size();
-  const auto [rest, error] = std::from_chars(node.text.data(), end, value);
-  const bool good = node.kind == Node::Kind::kScalar && !node.quoted && error == std::errc{} && rest == end;
-  return good && std::isfinite(value) ? std::optional(value) : std::nullopt;
-}
-
-/// Uniform numbers in [0, 1), the same everywhere: the standard library's distributions differ from one to another.
-class Uniform {
- public:
-  explicit Uniform(std::uint64_t seed) : engine_(seed) {}
-  double operator()() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
-
- private:
-  std::mt19937_64 engine_;
-};
-
-/// What a random value is drawn from.
-struct Range {
-  enum class Kind { kUniform, kInteger, kLog, kNormal };
-  Kind kind = Kind::kUniform;
-  double first = 0;
-  double second = 1;
-
-  /// Every kind takes two numbers, so that a draw does not depend on the others' kinds.
-  std::string draw(Uniform& uniform) const {
-    const double u = uniform();
-    const double v = uniform();
-    switch (kind) {
-      case Kind::kUniform:
-        return fmt::format("{}", first + u * (second - first));
-      case Kind::kInteger:
-        return fmt::format("{:.0f}", first + std::floor(u * (second - first + 1.0)));
-      case Kind::kLog:
-        return fmt::format("{}", first * std::pow(second / first, u));
-      case Kind::kNormal:
-        return fmt::format("{}",
-                           first + second * std::sqrt(-2.0 * std::log1p(-u)) * std::cos(2.0 * std::numbers::pi * v));
-    }
-    return "";
-  }
-};
-
 class SweepFile {
  public:
   SweepFile(const Node& root, Reading& reading) : root_(root), reading_(reading) {}
 
   const Node* find(const char* key, Node::Kind kind, const char* rule) {
     const Entry* entry = root_.find(key);
-    if (entry == nullptr) return nullptr;
+    if (entry == nullptr) {
+      return nullptr;
+    }
     if (entry->value.kind != kind) {
       reading_.add(entry->value.place, fmt::format("{}: must be {}", key, rule));
       return nullptr;
@@ -129,7 +86,9 @@ class SweepFile {
   /// which of them counts.
   void claim(const Entry& entry, const std::string& where) {
     for (const auto& [path, owner] : claimed_) {
-      if (path == entry.key && owner == where && where == "cases") return;
+      if (path == entry.key && owner == where && where == "cases") {
+        return;
+      }
       const bool same = path == entry.key;
       const auto within = [](const std::string& inner, const std::string& outer) {
         return inner.size() > outer.size() && inner.starts_with(outer) &&
@@ -167,7 +126,9 @@ class SweepFile {
   Part zip(const Node& node) {
     Part part;
     for (const auto& [path, values] : lists(node, "zip")) {
-      if (part.empty()) part.resize(values->items.size());
+      if (part.empty()) {
+        part.resize(values->items.size());
+      }
       if (part.size() != values->items.size()) {
         reading_.add(values->place, fmt::format("zip.{}: {} values, must be as many as the first list has, {}", path,
                                                 values->items.size(), part.size()));
@@ -206,7 +167,7 @@ class SweepFile {
     }
     const auto whole = [&](const char* key, double least, double most) -> std::optional<double> {
       const Entry* entry = node.find(key);
-      const auto value = entry != nullptr ? number_of(entry->value) : std::nullopt;
+      const auto value = entry != nullptr ? schema::number_in(entry->value) : std::nullopt;
       if (!value || *value < least || *value > most || *value != std::floor(*value)) {
         reading_.add(entry != nullptr ? entry->value.place : node.place,
                      fmt::format("random.{}: must be a whole number, {:.0f} to {:.0f}", key, least, most));
@@ -222,13 +183,17 @@ class SweepFile {
                    "random.ranges: must be a map of paths to ranges");
       return {};
     }
-    std::vector<std::pair<std::string, Range>> ranges;
+    std::vector<std::pair<std::string, schema::RandomRange>> ranges;
     for (const Entry& entry : table->value.entries) {
       claim(entry, "random");
-      if (const auto range = range_of(entry)) ranges.emplace_back(entry.key, *range);
+      if (const auto range = schema::read_range(entry, reading_)) {
+        ranges.emplace_back(entry.key, *range);
+      }
     }
-    if (!count || !seed || reading_.failed()) return {};
-    Uniform uniform(static_cast<std::uint64_t>(*seed));
+    if (!count || !seed || reading_.failed()) {
+      return {};
+    }
+    schema::Uniform uniform(static_cast<std::uint64_t>(*seed));
     Part part(static_cast<std::size_t>(*count));
     for (auto& changes : part) {
       for (const auto& [path, range] : ranges) {
@@ -239,53 +204,15 @@ class SweepFile {
   }
 
  private:
-  std::optional<Range> range_of(const Entry& entry) {
-    const Node* pair = &entry.value;
-    Range range;
-    if (pair->kind == Node::Kind::kMap && pair->entries.size() == 1) {
-      const std::string& kind = pair->entries.front().key;
-      range.kind = kind == "integer"  ? Range::Kind::kInteger
-                   : kind == "log"    ? Range::Kind::kLog
-                   : kind == "normal" ? Range::Kind::kNormal
-                                      : Range::Kind::kUniform;
-      pair = range.kind == Range::Kind::kUniform ? pair : &pair->entries.front().value;
-    }
-    const bool two = pair->kind == Node::Kind::kList && pair->items.size() == 2;
-    const auto first = two ? number_of(pair->items[0]) : std::nullopt;
-    const auto second = two ? number_of(pair->items[1]) : std::nullopt;
-    if (!first || !second) {
-      reading_.add(entry.value.place, fmt::format("random.ranges.{}: must be [low, high], {{integer: [low, high]}}, "
-                                                  "{{log: [low, high]}} or {{normal: [mean, sigma]}}",
-                                                  entry.key));
-      return std::nullopt;
-    }
-    range.first = *first;
-    range.second = *second;
-    const bool whole = range.first == std::floor(range.first) && range.second == std::floor(range.second);
-    const char* rule = nullptr;
-    if (range.kind == Range::Kind::kNormal) {
-      rule = range.second >= 0 ? nullptr : "sigma >= 0";
-    } else if (!(range.first <= range.second)) {
-      rule = "low <= high";
-    } else if (range.kind == Range::Kind::kLog && !(range.first > 0)) {
-      rule = "low > 0";
-    } else if (range.kind == Range::Kind::kInteger && !whole) {
-      rule = "whole numbers";
-    }
-    if (rule != nullptr) {
-      reading_.add(entry.value.place, fmt::format("random.ranges.{}: must have {}", entry.key, rule));
-      return std::nullopt;
-    }
-    return range;
-  }
-
   const Node& root_;
   Reading& reading_;
   std::vector<std::pair<std::string, std::string>> claimed_;  // path, part
 };
 
 void fail_if_any(const Reading& reading) {
-  if (reading.failed()) throw InputError(reading.message());
+  if (reading.failed()) {
+    throw InputError(reading.message());
+  }
 }
 
 /// Every case of each part combined with every case of the others, the last part fastest.
@@ -305,7 +232,9 @@ std::vector<SweepCase> combined(const std::vector<Part>& parts) {
     }
     cases = std::move(longer);
   }
-  for (std::size_t i = 0; i < cases.size(); ++i) cases[i].number = static_cast<int>(i) + 1;
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    cases[i].number = static_cast<int>(i) + 1;
+  }
   return cases;
 }
 
@@ -314,7 +243,9 @@ std::vector<std::string> parameters_of(const std::vector<SweepCase>& cases) {
   std::set<std::string> known;
   for (const SweepCase& item : cases) {
     for (const SceneChange& change : item.changes) {
-      if (known.insert(change.path).second) parameters.push_back(change.path);
+      if (known.insert(change.path).second) {
+        parameters.push_back(change.path);
+      }
     }
   }
   return parameters;
@@ -323,10 +254,14 @@ std::vector<std::string> parameters_of(const std::vector<SweepCase>& cases) {
 /// Files that a scene names and whose content its text does not hold.
 void add_files(const Scene& scene, std::set<std::string>& files) {
   for (const BodySpec& body : scene.bodies) {
-    if (const auto* mesh = std::get_if<MeshShape>(&body.shape)) files.insert(mesh->file);
+    if (const auto* mesh = std::get_if<MeshShape>(&body.shape)) {
+      files.insert(mesh->file);
+    }
   }
   for (const MethodSpec& method : scene.solve.methods) {
-    if (!method.start.file.empty()) files.insert(method.start.file);
+    if (!method.start.file.empty()) {
+      files.insert(method.start.file);
+    }
   }
 }
 
@@ -335,7 +270,9 @@ void add_files(const Scene& scene, std::set<std::string>& files) {
 bool is_sweep_file(const std::string& path) {
   try {
     const std::string text = schema::read_text_file(path);
-    if (schema::find_text_fault(text).column > 0) return false;
+    if (schema::find_text_fault(text).column > 0) {
+      return false;
+    }
     const Node root = schema::parse_yaml(text, 0);
     return root.kind == Node::Kind::kMap && root.find("base") != nullptr;
   } catch (const schema::SyntaxError&) {
@@ -352,7 +289,9 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   file.check_keys();
 
   plan.name = std::filesystem::path(path).stem().string();
-  if (const Node* name = file.find("name", Node::Kind::kScalar, "a text")) plan.name = name->text;
+  if (const Node* name = file.find("name", Node::Kind::kScalar, "a text")) {
+    plan.name = name->text;
+  }
   if (!schema::is_name(plan.name)) {
     const Entry* entry = root.find("name");
     reading.add(entry != nullptr ? entry->value.place : schema::Place{},
@@ -370,20 +309,30 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   if (const Node* grid = file.find("grid", Node::Kind::kMap, "a map of paths to lists")) {
     parts.push_back(file.grid(*grid));
   }
-  if (const Node* zip = file.find("zip", Node::Kind::kMap, "a map of paths to lists")) parts.push_back(file.zip(*zip));
-  if (const Node* cases = file.find("cases", Node::Kind::kList, "a list of maps")) parts.push_back(file.cases(*cases));
+  if (const Node* zip = file.find("zip", Node::Kind::kMap, "a map of paths to lists")) {
+    parts.push_back(file.zip(*zip));
+  }
+  if (const Node* cases = file.find("cases", Node::Kind::kList, "a list of maps")) {
+    parts.push_back(file.cases(*cases));
+  }
   if (const Node* random = file.find("random", Node::Kind::kMap, "a map with count, seed and ranges")) {
     parts.push_back(file.random(*random));
   }
-  if (parts.empty()) reading.add(root.place, "nothing varies: a sweep needs grid, zip, cases or random");
+  if (parts.empty()) {
+    reading.add(root.place, "nothing varies: a sweep needs grid, zip, cases or random");
+  }
   fail_if_any(reading);
   for (const std::string& text : overrides) {
     const auto equals = text.find('=');
-    if (equals == std::string::npos) throw InputError(fmt::format("--set {}: must be key.path=value", text));
+    if (equals == std::string::npos) {
+      throw InputError(fmt::format("--set {}: must be key.path=value", text));
+    }
     plan.common.push_back({text.substr(0, equals), text.substr(equals + 1)});
   }
   plan.cases = combined(parts);
-  if (plan.cases.empty()) throw InputError(fmt::format("{}: no case at all", path));
+  if (plan.cases.empty()) {
+    throw InputError(fmt::format("{}: no case at all", path));
+  }
   plan.parameters = parameters_of(plan.cases);
   plan.base_text = schema::read_text_file(plan.base);
   return plan;
@@ -392,7 +341,9 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
 Scene read_case(const SweepPlan& plan, const SweepCase& item) {
   std::vector<std::string> changes;
   for (const std::vector<SceneChange>* part : {&plan.common, &item.changes}) {
-    for (const SceneChange& change : *part) changes.push_back(change.path + "=" + change.value);
+    for (const SceneChange& change : *part) {
+      changes.push_back(change.path + "=" + change.value);
+    }
   }
   return read_scene_text(plan.base_text, plan.base, std::filesystem::path(plan.base).parent_path().string(), changes,
                          fmt::format("{}: case {}:", plan.name, item.number));
@@ -424,12 +375,16 @@ std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes) {
   std::set<std::string> files;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     all += fmt::format("{}\n", plan.cases[i].number);
-    for (const SceneChange& change : plan.cases[i].changes) all += change.path + "=" + change.value + "\n";
+    for (const SceneChange& change : plan.cases[i].changes) {
+      all += change.path + "=" + change.value + "\n";
+    }
     all += text_hash(resolved_yaml(scenes[i])) + "\n";
     add_files(scenes[i], files);
   }
   constexpr std::size_t kMostBytes = std::size_t{1} << 30U;  // of a mesh or a run
-  for (const std::string& file : files) all += file + " " + text_hash(schema::read_text_file(file, kMostBytes)) + "\n";
+  for (const std::string& file : files) {
+    all += file + " " + text_hash(schema::read_text_file(file, kMostBytes)) + "\n";
+  }
   return text_hash(all);
 }
 

@@ -12,6 +12,7 @@
 #include <yaml-cpp/parser.h>
 
 namespace touchfield::schema {
+
 namespace {
 
 // A scene of 10,000 transducers with axes and phases has 90,000 values, its maps at most 20 keys but for landmarks, and
@@ -29,7 +30,9 @@ struct Size {
 void add_size(const Node& node, Size& size) {
   ++size.values;
   size.bytes += node.text.size();
-  for (const auto& item : node.items) add_size(item, size);
+  for (const auto& item : node.items) {
+    add_size(item, size);
+  }
   for (const auto& entry : node.entries) {
     size.bytes += entry.key.size();
     add_size(entry.value, size);
@@ -45,7 +48,9 @@ class TreeBuilder : public YAML::EventHandler {
   Node take() { return std::move(root_); }
 
   void OnDocumentStart(const YAML::Mark& mark) override {
-    if (found_) throw SyntaxError{place(mark), "a second document, a scene is one document"};
+    if (found_) {
+      throw SyntaxError{place(mark), "a second document, a scene is one document"};
+    }
     found_ = true;
   }
   void OnDocumentEnd() override {}
@@ -67,7 +72,9 @@ class TreeBuilder : public YAML::EventHandler {
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchors_.find(anchor);
-    if (found == anchors_.end()) throw SyntaxError{place(mark), "an alias inside its own anchor"};
+    if (found == anchors_.end()) {
+      throw SyntaxError{place(mark), "an alias inside its own anchor"};
+    }
     count_copy(found->second, place(mark));
     finish(found->second, 0);
   }
@@ -94,13 +101,16 @@ class TreeBuilder : public YAML::EventHandler {
 
   void refuse_tag(const YAML::Mark& mark, const std::string& tag) const {
     const bool plain = tag.empty() || tag == "?" || tag == "!";
-    if (!plain) throw SyntaxError{place(mark), "a tag (" + tag + "), a scene has none"};
+    if (!plain) {
+      throw SyntaxError{place(mark), "a tag (" + tag + "), a scene has none"};
+    }
   }
 
   void open(Node::Kind kind, const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor) {
     refuse_tag(mark, tag);
-    if (levels_.size() >= kDeepest)
+    if (levels_.size() >= kDeepest) {
       throw SyntaxError{place(mark), fmt::format("nested deeper than {} levels", kDeepest)};
+    }
     Level level{.node = {}, .anchor = anchor};
     level.node.kind = kind;
     level.node.place = place(mark);
@@ -148,11 +158,15 @@ class TreeBuilder : public YAML::EventHandler {
     } else if (parent.key_read) {
       Entry& entry = parent.node.entries.back();
       // The parser places a value that is left out at whatever comes next.
-      if (node.kind == Node::Kind::kNull) node.place = entry.place;
+      if (node.kind == Node::Kind::kNull) {
+        node.place = entry.place;
+      }
       entry.value = std::move(node);
       parent.key_read = false;
     } else {
-      if (node.kind != Node::Kind::kScalar) throw SyntaxError{node.place, "a key that is not a word"};
+      if (node.kind != Node::Kind::kScalar) {
+        throw SyntaxError{node.place, "a key that is not a word"};
+      }
       if (parent.node.entries.size() == kMostKeys) {
         throw SyntaxError{node.place, fmt::format("more than {} keys in one map", kMostKeys)};
       }
@@ -181,12 +195,16 @@ void emit(YAML::Emitter& out, const Node& node, bool flow) {
       out << YAML::Null;
       break;
     case Node::Kind::kScalar:
-      if (node.quoted) out << YAML::DoubleQuoted;
+      if (node.quoted) {
+        out << YAML::DoubleQuoted;
+      }
       out << node.text;
       break;
     case Node::Kind::kList:
       out << (flow || holds_only_scalars(node) ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
-      for (const auto& item : node.items) emit(out, item, flow);
+      for (const auto& item : node.items) {
+        emit(out, item, flow);
+      }
       out << YAML::EndSeq;
       break;
     case Node::Kind::kMap:
@@ -236,7 +254,9 @@ Node list(std::vector<Node> items) {
 Node map(std::vector<std::pair<std::string, Node>> entries) {
   Node node;
   node.kind = Node::Kind::kMap;
-  for (auto& entry : entries) node.entries.push_back({std::move(entry.first), {}, std::move(entry.second)});
+  for (auto& entry : entries) {
+    node.entries.push_back({std::move(entry.first), {}, std::move(entry.second)});
+  }
   return node;
 }
 
@@ -252,7 +272,9 @@ Node parse_yaml(const std::string& text, int source) {
     throw SyntaxError{mark.is_null() ? Place{source} : Place{source, mark.line + 1, mark.column + 1},
                       "not YAML: " + error.msg};
   }
-  if (builder.found()) return builder.take();
+  if (builder.found()) {
+    return builder.take();
+  }
   Node nothing;
   nothing.place.source = source;
   return nothing;
