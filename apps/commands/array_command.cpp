@@ -22,12 +22,12 @@ namespace {
 
 struct ArrayCommand {
   DeviceOptions options;
-  std::string run;                          // whose array the device is; empty: what the link says
-  std::vector<double> at_mm = {0, 0, 150};  // of the test's focus, in the array's frame
-  double temperature_c = 20;                // of the air, for the focus
-  long first = 0;                           // transducer of the walk
-  std::optional<long> count;                // of the walk; default: to the last
-  double dwell = 0.5;                       // on each transducer of the walk [s]
+  std::string run;                                         // whose array the device is; empty: what the link says
+  std::vector<double> at_mm = {0, 0, 150};                 // of the test's focus, in the array's frame
+  double temperature_c = kRoomTemperature - kZeroCelsius;  // of the air, for the focus
+  long first = 0;                                          // transducer of the walk
+  std::optional<long> count;                               // of the walk; default: to the last
+  double dwell = 0.5;                                      // on each transducer of the walk [s]
 };
 
 constexpr double kFrequency = 40e3;  // [Hz] of every array there is a link for

@@ -7,9 +7,6 @@
 
 namespace touchfield {
 
-/// Distance of an AUTD3's neighbouring transducers [m].
-inline constexpr double kAutd3Pitch = 10.16e-3;
-
 /// Farthest that a transducer may be from where it is expected [m].
 inline constexpr double kAutd3PositionTolerance = 1e-6;
 

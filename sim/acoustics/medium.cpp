@@ -12,9 +12,8 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kReferenceTemperature = 293.15;  // [K]
-constexpr double kReferenceSpeed = 343.21;        // [m/s] dry air at 20 C
-constexpr double kReferenceDensity = 1.2041;      // [kg/m3] dry air at 20 C and 101.325 kPa
+constexpr double kReferenceSpeed = 343.21;    // [m/s] dry air at 20 C
+constexpr double kReferenceDensity = 1.2041;  // [kg/m3] dry air at 20 C and 101.325 kPa
 
 }  // namespace
 
@@ -22,13 +21,13 @@ Medium air(double temperature) {
   if (!(temperature >= 223.15 && temperature <= 333.15)) {
     throw InputError(fmt::format("temperature = {} C must lie in -50..60", temperature - kZeroCelsius));
   }
-  return {kReferenceSpeed * std::sqrt(temperature / kReferenceTemperature),
-          kReferenceDensity * kReferenceTemperature / temperature, 0.0};
+  return {kReferenceSpeed * std::sqrt(temperature / kRoomTemperature),
+          kReferenceDensity * kRoomTemperature / temperature, 0.0};
 }
 
 double air_absorption(double temperature, double relative_humidity, double frequency) {
   // ISO 9613-1 with its own symbols; the ambient pressure is the reference pressure.
-  const double t = temperature / kReferenceTemperature;
+  const double t = temperature / kRoomTemperature;
   const double saturation = std::pow(10.0, -6.8346 * std::pow(273.16 / temperature, 1.261) + 4.6151);
   const double h = 100.0 * relative_humidity * saturation;  // molar concentration of water vapour [%]
   const double relaxation_o = 24.0 + 4.04e4 * h * (0.02 + h) / (0.391 + h);

@@ -11,6 +11,9 @@ struct Medium {
   double absorption;   // alpha [Np/m] at the frequency in use; 0: none
 };
 
+/// 20 C, where the tabulated values of air() hold [K].
+inline constexpr double kRoomTemperature = 293.15;
+
 /// Dry air at atmospheric pressure: c = 343.21 sqrt(T / 293.15) m/s, rho = 1.2041 (293.15 / T) kg/m3, no absorption.
 ///
 /// temperature   [K], 223.15 to 333.15

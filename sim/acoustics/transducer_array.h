@@ -12,6 +12,8 @@ namespace touchfield {
 /// Source strength of the AUTD3's transducer, P0 in p = P0 d exp(ikr)/r: peak pressure times distance [Pa m].
 /// source: the AUTD3 library, 275.574 Pa mm times 200 / (4 pi)
 inline constexpr double kAutd3SourceStrength = 4.386;
+/// Distance of its transducers on a unit [m].
+inline constexpr double kAutd3Pitch = 10.16e-3;
 
 /// The channels a run can drive.
 ///

@@ -19,7 +19,7 @@ enum class MethodModel {
 
 /// What a scene says of a method.
 struct MethodSettings {
-  int iterations = 30;
+  int iterations = kUsualIterations;
   bool free_amplitudes = false;
 };
 

@@ -9,6 +9,8 @@
 
 #include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"
+#include "sim/acoustics/transducer_array.h"
+#include "sim/bem/scattering_solver.h"
 #include "sim/bem/scheme.h"
 #include "sim/body/hand.h"
 #include "sim/body/perturb.h"
@@ -27,8 +29,8 @@ struct Placement {
 };
 
 struct MediumSpec {
-  double temperature = 293.15;  // [K]
-  double humidity = 0.5;        // 0..1
+  double temperature = kRoomTemperature;  // [K]
+  double humidity = 0.5;                  // 0..1
   bool absorption = false;
   std::optional<double> sound_speed;  // [m/s], instead of the temperature's
   std::optional<double> density;      // [kg/m3], likewise
@@ -36,12 +38,12 @@ struct MediumSpec {
 
 struct GridArray {
   std::array<int, 2> count{44, 34};
-  double pitch = 10.16e-3;  // [m]
+  double pitch = kAutd3Pitch;  // [m]
 };
 struct Autd3Array {
   std::optional<std::array<int, 2>> layout;  // tiles edge to edge; or else
   std::vector<Placement> units;              // each unit's own place (transducer 0 on `at`)
-  double pitch = 10.16e-3;
+  double pitch = kAutd3Pitch;
 };
 struct SonicsurfaceArray {};
 struct PositionsArray {
@@ -58,15 +60,15 @@ struct ArraySpec {
   Vector3 at = Vector3::Zero();
   Vector3 angles = Vector3::Zero();
   Directivity::Kind directivity = Directivity::Kind::kT4010a1;
-  double piston_radius = 4.5e-3;   // [m]
-  double level = 1.0;              // 0 < level <= 1
-  double source_strength = 4.386;  // [Pa m]
+  double piston_radius = 4.5e-3;                  // [m]
+  double level = 1.0;                             // 0 < level <= 1
+  double source_strength = kAutd3SourceStrength;  // [Pa m]
 };
 
 struct HandShape {
-  std::string pose = "index_up";
-  double breadth = 88.3e-3;
-  double length = 193.3e-3;
+  std::string pose = HandOptions{}.pose;
+  double breadth = HandOptions{}.breadth;
+  double length = HandOptions{}.length;
   HandSide side = HandSide::kRight;
   HandJoints joints;
 };
@@ -148,7 +150,7 @@ struct MethodSpec {
   const PhaseMethod* kind = &phase_method("paper");
   std::string name;  // `as`, or the method's own name
   Scheme scheme = kDefaultScheme;
-  int iterations = 30;  // of an iterative method
+  int iterations = MethodSettings{}.iterations;  // of an iterative method
   StartSpec start;
   bool free_amplitudes = false;  // of surface
   std::vector<double> phases;    // of `fixed`: one for all, or one a channel [rad]
@@ -162,12 +164,13 @@ enum class AlarmChoice { kAuto, kAlways, kNever };
 struct SolverSpec {
   SolverChoice solver = SolverChoice::kAuto;
   PrecisionChoice precision = PrecisionChoice::kAuto;
-  double tolerance = 1e-4;                 // |b - B p| / |b| of an iterative solution
-  bool refine = true;                      // single precision: until the residual computed in double is that small
-  int max_steps = 400;                     // of GMRES
-  AlarmChoice alarm = AlarmChoice::kAuto;  // whether the plain and the Burton-Miller pressures are compared
-  double coupling = 1.0;                   // of Burton-Miller: eta = coupling i/k
-  double split_ratio = 1.4;                // near faces are split while distance < split_ratio sqrt(area of the piece)
+  double tolerance = SolverOptions{}.tolerance;  // |b - B p| / |b| of an iterative solution
+  bool refine = SolverOptions{}.refine;        // single precision: until the residual computed in double is that small
+  int max_steps = SolverOptions{}.max_steps;   // of GMRES
+  AlarmChoice alarm = AlarmChoice::kAuto;      // whether the plain and the Burton-Miller pressures are compared
+  double coupling = SystemOptions{}.coupling;  // of Burton-Miller: eta = coupling i/k
+  double split_ratio =
+      FaceRule{}.split_ratio;  // near faces are split while distance < split_ratio sqrt(area of the piece)
 
   bool operator==(const SolverSpec&) const = default;
 };
@@ -175,7 +178,7 @@ struct SolverSpec {
 struct SolveSpec {
   std::vector<MethodSpec> methods;  // defaults of `solve` filled in
   Scheme scheme = kDefaultScheme;
-  int iterations = 30;
+  int iterations = MethodSettings{}.iterations;
   StartSpec start;
   double quiet_weight = 1.0;  // of pressure outside the target, in surface and lbfgs
   bool certificate = false;   // whether a lower bound of surface's cost is computed
@@ -191,10 +194,10 @@ struct JudgeSpec {
     kSplit,  // the same mesh with every face in four
   };
   Kind kind = Kind::kSame;
-  Scheme scheme = Scheme::kBurtonMillerPolished;  // of kEdge and kSplit
-  EdgeSpec edge;                                  // of kEdge
-  bool whole = false;                             // of kEdge: the bodies without keep_within
-  int splits = 1;                                 // of kSplit: how often
+  Scheme scheme = kDefaultScheme;  // of kEdge and kSplit
+  EdgeSpec edge;                   // of kEdge
+  bool whole = false;              // of kEdge: the bodies without keep_within
+  int splits = 1;                  // of kSplit: how often
 };
 
 struct FieldSpec {

@@ -8,6 +8,9 @@
 
 namespace touchfield {
 
+/// Steps of an iterative method where nothing else is said: the published number from zero.
+inline constexpr int kUsualIterations = 30;
+
 enum class PhaseStatus {
   kConverged,       // the gradient or the step fell below its tolerance
   kIterationLimit,  // stopped at the given number of iterations
