@@ -7,6 +7,9 @@
 
 namespace touchfield {
 
+/// For the rest of a message that has begun [s].
+inline constexpr double kMessagePatience = 0.05;
+
 /// One end of the socket between a link's owner and its guard: whole messages, each with its length before it.
 class GuardChannel {
  public:

@@ -22,7 +22,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kMessagePatience = 0.05;  // for the rest of a message that has begun [s]
 constexpr double kLevelSlack = 1e-9;
 constexpr double kForEver = std::numeric_limits<double>::infinity();
 

@@ -22,8 +22,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kMessagePatience = 0.05;  // for the rest of a message that has begun [s]
-
 class Watchdog {
  public:
   Watchdog(pid_t guard, int descriptor) : guard_(guard), channel_(descriptor), vigil_(guard, steady_now()) {}

@@ -14,12 +14,12 @@
 
 #include "hardware/links/autd3_units.h"
 #include "sim/core/errors.h"
+#include "sim/core/units.h"
 
 namespace touchfield {
 
 namespace {
 
-constexpr double kMillimetre = 1e-3;
 constexpr double kCycle = 1e-3;               // [s] between two messages, and between two looks for an answer
 constexpr double kLibrarysOwn = -1;           // patience as the library has it
 constexpr double kCarrier = 40e3;             // [Hz] that the modulation's divider divides

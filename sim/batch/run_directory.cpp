@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kManifest = "files.json";
-constexpr const char* kFormat = "touchfield-files";
+constexpr const char* kManifestFormat = "touchfield-files";
 
 /// What runs and studies wrote before they kept a manifest, whatever the scene.
 const std::vector<std::string>& older_files() {
@@ -50,7 +50,7 @@ bool is_plain_name(const std::string& name) {
 std::optional<std::vector<std::string>> manifest(const fs::path& directory) {
   std::ifstream file(directory / kManifest);
   const nlohmann::json json = nlohmann::json::parse(file, nullptr, false);
-  if (!json.is_object() || json.value("format", nlohmann::json()) != kFormat || !json.contains("files") ||
+  if (!json.is_object() || json.value("format", nlohmann::json()) != kManifestFormat || !json.contains("files") ||
       !json["files"].is_array()) {
     return std::nullopt;
   }
@@ -68,7 +68,7 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 }
 
 void write_manifest(const fs::path& directory, const std::vector<std::string>& files) {
-  const nlohmann::ordered_json json = {{"format", kFormat}, {"files", files}};
+  const nlohmann::ordered_json json = {{"format", kManifestFormat}, {"files", files}};
   write_atomically((directory / kManifest).string(), {json.dump(1), "\n"});
 }
 

@@ -27,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kFormat = "touchfield-sweep-plan";
+constexpr const char* kPlanFormat = "touchfield-sweep-plan";
 constexpr const char* kRecordName = "case.json";
 
 std::string system_text(int error) { return std::system_category().message(error); }
@@ -64,7 +64,7 @@ void write_identity(const std::string& directory, const SweepIdentity& identity)
   for (const SweepCase& item : identity.cases) {
     cases.push_back(changes_json(item.changes));
   }
-  const Json json = {{"format", kFormat},
+  const Json json = {{"format", kPlanFormat},
                      {"format_version", 1},
                      {"name", identity.name},
                      {"hash", identity.hash},
@@ -338,7 +338,7 @@ SweepIdentity read_identity(const std::string& directory) {
   }
   try {
     const Json json = Json::parse(read_file(path));
-    if (json.at("format") != kFormat || json.at("format_version") != 1) {
+    if (json.at("format") != kPlanFormat || json.at("format_version") != 1) {
       throw InputError(fmt::format("{}: of a format that this version does not know", path));
     }
     SweepIdentity identity;

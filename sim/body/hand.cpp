@@ -10,14 +10,13 @@
 #include "sim/body/hand_skeleton.h"
 #include "sim/body/skin_mesh.h"
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/self_intersections.h"
 
 namespace touchfield {
 
 namespace {
-
-constexpr double kGrid = 1.2e-3;  // [m]: the narrowest gaps stay open only if the first mesh sees them
 
 void require_within(const char* field, double value, double least, double most) {
   if (!(value >= least && value <= most)) {
@@ -67,12 +66,11 @@ Body mirrored(const Body& body) {
 void require_no_cut(const TriangleMesh& mesh) {
   const auto pairs = self_intersections(mesh, 1);
   if (!pairs.empty()) {
-    const Vector3 at = mesh.centroids().col(pairs.front().first) / kMillimetre;
-    throw InputError(fmt::format(
-        "hand: the skin cuts itself near ({:.1f}, {:.1f}, {:.1f}) mm of the right hand's own frame, in a fold "
-        "that these edges are too long for: ask for shorter edges, or for joint angles that keep the parts "
-        "there apart or press them together",
-        at.x(), at.y(), at.z()));
+    throw InputError(
+        fmt::format("hand: the skin cuts itself near {} of the right hand's own frame, in a fold that these edges are "
+                    "too long for: "
+                    "ask for shorter edges, or for joint angles that keep the parts there apart or press them together",
+                    place_text(mesh.centroids().col(pairs.front().first))));
   }
 }
 
@@ -99,7 +97,7 @@ std::vector<std::string> hand_poses() {
 Body hand(const HandOptions& options) {
   require_within("edge", options.edge, kLeastHandEdge, kMostHandEdge);
   const Anatomy anatomy(options);
-  return finished(options, anatomy, skin_mesh(anatomy.flesh, options.edge, kGrid));
+  return finished(options, anatomy, skin_mesh(anatomy.flesh, options.edge, kHandGrid));
 }
 
 Body hand(const HandOptions& options, const EdgeSizing& sizing) {
@@ -107,7 +105,7 @@ Body hand(const HandOptions& options, const EdgeSizing& sizing) {
   require_within("sizing.far", sizing.far(), kLeastHandEdge, kMostHandEdge);
   const Anatomy anatomy(options);
   return finished(options, anatomy,
-                  skin_mesh(anatomy.flesh, options.side == HandSide::kRight ? sizing : mirrored(sizing), kGrid));
+                  skin_mesh(anatomy.flesh, options.side == HandSide::kRight ? sizing : mirrored(sizing), kHandGrid));
 }
 
 Vector3 hand_landmark(const HandOptions& options, const std::string& name) {

@@ -11,7 +11,6 @@ namespace touchfield {
 namespace {
 
 constexpr double kStub = 20e-3;       // [m], of forearm behind the wrist joint
-constexpr double kGrid = 1.2e-3;      // [m]
 constexpr double kLeastGap = 2.6e-3;  // [m]; narrower ones merge
 
 Plate plate(const Vector3& a, const Vector3& b, const Vector3& c, double radius_a, double radius_b, double radius_c) {
@@ -159,7 +158,7 @@ SoftBody hand_flesh(const HandSkeleton& hand) {
     }
   }
   constexpr double kRim = 12e-3;  // [m]
-  return SoftBody(std::move(parts), SoftCut{{0, -kStub, 0}, {0, -1, 0}, kRim}, SoftFinish{kLeastGap, kGrid});
+  return SoftBody(std::move(parts), SoftCut{{0, -kStub, 0}, {0, -1, 0}, kRim}, SoftFinish{kLeastGap, kHandGrid});
 }
 
 }  // namespace touchfield

@@ -11,6 +11,8 @@
 
 #include "sim/body/random_field.h"
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
+#include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
 
@@ -20,19 +22,15 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double kMillimetre = 1e-3;
 constexpr double kLeastKept = 0.8;  // of the noise's rms
-constexpr double kMargin = 1.2;  // displacements at which the skin must be sound too: gaps keep a sixth of their width
+constexpr double kSoundMargin =
+    1.2;  // displacements at which the skin must be sound too: gaps keep a sixth of their width
 
-void require_within(const char* field, double value, double least, double most) {
+void require_noise_within(const char* field, double value, double least, double most) {
   if (!(value >= least && value <= most)) {
     throw InputError(fmt::format("sensing: {} = {:.6g} mm must be {:.6g} to {:.6g} mm", field, value / kMillimetre,
                                  least / kMillimetre, most / kMillimetre));
   }
-}
-
-std::string place(const Vector3& x) {
-  return fmt::format("({:.1f}, {:.1f}, {:.1f}) mm", x.x() / kMillimetre, x.y() / kMillimetre, x.z() / kMillimetre);
 }
 
 /// Means over the faces round each vertex, weighted by area.
@@ -136,7 +134,7 @@ class NoisySkin {
     const double reach = std::max(std::min(noise_.correlation, kGentle * rms), kResolved * mesh_.mean_edge());
     Damped result{Points(), Eigen::VectorXd::Ones(mesh_.vertex_count()), 1.0, false};
     for (int round = 0; round < kRounds && result.kept >= kLeastKept; ++round) {
-      std::vector<Index> faults = MovedSkin(mesh_, moved(kMargin * rms * result.shares)).faults();
+      std::vector<Index> faults = MovedSkin(mesh_, moved(kSoundMargin * rms * result.shares)).faults();
       if (faults.empty()) {
         result.vertices = moved(rms * result.shares);
         faults = MovedSkin(mesh_, result.vertices).faults();
@@ -195,10 +193,10 @@ class NoisySkin {
 }  // namespace
 
 Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
-  require_within("noise rms", noise.rms, 0, 3e-3);
-  require_within("correlation", noise.correlation, 1e-3, 0.1);
+  require_noise_within("noise rms", noise.rms, 0, 3e-3);
+  require_noise_within("correlation", noise.correlation, 1e-3, 0.1);
   if (!noise.offset.allFinite()) {
-    throw InputError(fmt::format("sensing: offset = {} must be finite", place(noise.offset)));
+    throw InputError(fmt::format("sensing: offset = {} must be finite", place_text(noise.offset)));
   }
   if (noise.rms == 0) {
     return {TriangleMesh(mesh.vertices().colwise() + noise.offset, mesh.triangles()), 0, 0, 0};
@@ -206,7 +204,7 @@ Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
   if (const auto cuts = self_intersections(mesh, 1); !cuts.empty()) {
     throw InputError(
         fmt::format("sensing: faces {} and {} of the body cut each other near {}; noise needs a sound skin",
-                    cuts[0].first, cuts[0].second, place(mesh.centroids().col(cuts[0].first))));
+                    cuts[0].first, cuts[0].second, place_text(mesh.centroids().col(cuts[0].first))));
   }
   const NoisySkin skin(mesh, noise);
   NoisySkin::Damped damped = skin.damped(noise.rms);
@@ -219,7 +217,7 @@ Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
       "unless "
       "more "
       "than {:.0f} % of it is damped; {}",
-      noise.rms / kMillimetre, noise.correlation / kMillimetre, noise.seed, place(skin.worst_place(damped)),
+      noise.rms / kMillimetre, noise.correlation / kMillimetre, noise.seed, place_text(skin.worst_place(damped)),
       100 * (1 - kLeastKept),
       smaller > 0 ? fmt::format("{:.2f} mm rms would do", smaller / kMillimetre) : "no smaller rms was found to do"));
 }

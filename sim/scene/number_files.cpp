@@ -14,7 +14,7 @@ namespace touchfield::schema {
 
 namespace {
 
-constexpr int kMillimetres = -3;
+constexpr int kMilliPower = -3;
 
 /// Lines of a text without comments and end marks, with their numbers from 1.
 template <class Visit>
@@ -195,7 +195,7 @@ std::optional<PositionsFile> read_positions(const Input& in, const std::string& 
     }
     bool zero_axis = columns == 6;
     for (std::size_t i = 0; i < columns; ++i) {
-      const auto value = report.number(number, parts[i], i < 3 ? kMillimetres : 0);
+      const auto value = report.number(number, parts[i], i < 3 ? kMilliPower : 0);
       if (value) {
         values.push_back(*value);
       }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/clearance.h"
@@ -74,10 +75,6 @@ std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {
   return boxes;
 }
 
-std::string place_of(const Vector3& x) {
-  return fmt::format("({:.2f}, {:.2f}, {:.2f}) mm", x.x() / kMillimetre, x.y() / kMillimetre, x.z() / kMillimetre);
-}
-
 /// A transducer inside a body or on its skin has no pressure there that means anything, and a body cannot reach through
 /// the boards that carry them. Listed positions have no board.
 void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards) {
@@ -89,20 +86,21 @@ void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh,
     const Vector3 x = array.positions.col(n);
     const PointClearance& clearance = clearances[static_cast<std::size_t>(n)];
     if (clearance.inside) {
-      throw InputError(fmt::format(
-          "array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n, place_of(x)));
+      throw InputError(
+          fmt::format("array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n,
+                      place_text(x, 2)));
     }
     if (clearance.distance < kClearance) {
       throw InputError(
           fmt::format("array: transducer {} at {} is {:.3f} mm from face {} of the body, it must be >= {} mm away", n,
-                      place_of(x), clearance.distance / kMillimetre, clearance.face, kClearance / kMillimetre));
+                      place_text(x, 2), clearance.distance / kMillimetre, clearance.face, kClearance / kMillimetre));
     }
   }
   if (on_boards) {
     if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
       throw InputError(
           fmt::format("array: the body crosses the board of unit {} at {}; move body.place.at_mm or array.at_mm",
-                      hit->plate, place_of(hit->at)));
+                      hit->plate, place_text(hit->at, 2)));
     }
   }
 }

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/mesh_risks.h"
 
@@ -22,9 +23,7 @@ constexpr double kNearestSource = 1.0;  // edges
 constexpr double kLargestAlarm = 0.1;
 constexpr double kLargestAmplification = 2.0;
 
-std::string place_of(const Vector3& x) {
-  return fmt::format("at ({:.1f}, {:.1f}, {:.1f}) mm", x.x() / kMillimetre, x.y() / kMillimetre, x.z() / kMillimetre);
-}
+std::string at(const Vector3& point) { return "at " + place_text(point); }
 
 /// The transducer that is nearest to the skin, counted in edges of the face it is nearest to.
 void warn_of_near_source(const Model& model, std::vector<std::string>& warnings) {
@@ -73,7 +72,7 @@ void warn_of_body_behind(const Model& model, std::vector<std::string>& warnings)
     warnings.push_back(fmt::format(
         "behind_array: {} of {} transducers point away from the {}, {}; nobody measured what they radiate behind them: "
         "turn the array by array.rotate_deg, or move it or the body",
-        behind, array.size(), model.boxes.empty() ? "body" : "target", place_of(middle)));
+        behind, array.size(), model.boxes.empty() ? "body" : "target", at(middle)));
   }
 }
 
@@ -92,23 +91,23 @@ std::vector<std::string> model_warnings(const Model& model) {
   const MeshRisks risks = mesh_risks(mesh);
   if (risks.smallest_angle < kSmallestAngle) {
     warnings.push_back(fmt::format("slivers: a face has an angle of {:.2f} degrees {}; it should have {:.0f} or more",
-                                   risks.smallest_angle / kDegree, place_of(risks.angle_at), kSmallestAngle / kDegree));
+                                   risks.smallest_angle / kDegree, at(risks.angle_at), kSmallestAngle / kDegree));
   }
   if (risks.size_jump > kLargestJump) {
     warnings.push_back(fmt::format(
         "size_jump: two faces that share an edge differ {:.1f} times in size {}; it should be {:.0f} at most",
-        risks.size_jump, place_of(risks.jump_at), kLargestJump));
+        risks.size_jump, at(risks.jump_at), kLargestJump));
   }
   if (risks.gap < kNearestParts) {
     warnings.push_back(fmt::format(
         "narrow_gap: two parts of the skin are {:.2f} edges of air apart {}; what lies between them needs edges no "
         "longer than the gap",
-        risks.gap, place_of(risks.gap_at)));
+        risks.gap, at(risks.gap_at)));
   }
   if (risks.thickness < kThinnestBody) {
     warnings.push_back(
         fmt::format("thin_body: the body is {:.2f} edges thick {}; its two sides need edges no longer than that",
-                    risks.thickness, place_of(risks.thickness_at)));
+                    risks.thickness, at(risks.thickness_at)));
   }
   warn_of_body_behind(model, warnings);
   warn_of_near_source(model, warnings);

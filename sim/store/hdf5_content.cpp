@@ -11,6 +11,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/types.h"
+#include "sim/store/hdf5_calls.h"
 #include "sim/store/hdf5_wire.h"
 
 namespace touchfield::hdf5 {
@@ -32,16 +33,8 @@ struct ContentNode {
 
 namespace {
 
-[[noreturn]] void fail(const std::string& place, std::string_view what) {
+[[noreturn]] void refuse_content(const std::string& place, std::string_view what) {
   throw InputError(fmt::format("{}: {}", place, what));
-}
-
-std::string joined(const std::string& place, const std::string& name) {
-  return place.ends_with('/') ? place + name : fmt::format("{}/{}", place, name);
-}
-
-std::string attribute_place(const std::string& place, const std::string& name) {
-  return fmt::format("{}: attribute {}", place, name);
 }
 
 /// Takes apart what the other process has sent, which may be anything if the file has got hold of it.
@@ -70,7 +63,7 @@ class Receiver {
   bool at_end() const { return left_.empty(); }
 
  private:
-  [[noreturn]] void refuse() const { fail(path_, "is damaged: reading it gives no sense"); }
+  [[noreturn]] void refuse() const { refuse_content(path_, "is damaged: reading it gives no sense"); }
 
   std::string_view take(std::uint64_t size) {
     if (size > left_.size()) {
@@ -188,7 +181,7 @@ const char* name_of(ValueKind kind) {
 
 void require_kind(const ContentValues& values, ValueKind wanted, const std::string& place) {
   if (values.kind != wanted) {
-    fail(place, fmt::format("does not hold {}", name_of(wanted)));
+    refuse_content(place, fmt::format("does not hold {}", name_of(wanted)));
   }
 }
 
@@ -206,7 +199,7 @@ void copy(const ContentValues& values, T* out, const std::string& place) {
       std::memcpy(&value, values.bytes.data() + at, sizeof value);
       *out = static_cast<T>(value);
       if (static_cast<std::int64_t>(*out++) != value) {
-        fail(place, fmt::format("[{}] = {} is out of range", at / sizeof value, value));
+        refuse_content(place, fmt::format("[{}] = {} is out of range", at / sizeof value, value));
       }
     }
   }
@@ -224,7 +217,7 @@ std::vector<std::string> texts_of(const ContentValues& values, const std::string
 
 std::string one_text(std::vector<std::string> texts, const std::string& place) {
   if (texts.size() != 1) {
-    fail(place, fmt::format("must be one text, has {}", texts.size()));
+    refuse_content(place, fmt::format("must be one text, has {}", texts.size()));
   }
   return std::move(texts.front());
 }
@@ -242,7 +235,7 @@ const Value* found(const std::vector<std::pair<std::string, Value>>& list, const
 const ContentValues& attribute(const ContentNode& node, const std::string& name, const std::string& place) {
   const ContentValues* values = found(node.attributes, name);
   if (values == nullptr) {
-    fail(place, "is missing");
+    refuse_content(place, "is missing");
   }
   return *values;
 }
@@ -251,7 +244,7 @@ template <class T>
 T attribute_number(const ContentNode& node, const std::string& name, const std::string& place) {
   const ContentValues& values = attribute(node, name, place);
   if (values.kind != wanted_kind<T>() || values.bytes.size() != sizeof(std::int64_t)) {
-    fail(place, fmt::format("is not one of {}", name_of(wanted_kind<T>())));
+    refuse_content(place, fmt::format("is not one of {}", name_of(wanted_kind<T>())));
   }
   T value{};
   copy(values, &value, place);
@@ -261,7 +254,7 @@ T attribute_number(const ContentNode& node, const std::string& name, const std::
 const ContentValues& dataset(const ContentNode& node, const std::string& name, const std::string& place) {
   const auto* data = found(node.links, name);
   if (data == nullptr || (*data)->kind != ObjectKind::kDataset) {
-    fail(place, data == nullptr ? "is missing" : "is no dataset");
+    refuse_content(place, data == nullptr ? "is missing" : "is no dataset");
   }
   return (*data)->values;
 }
@@ -272,7 +265,7 @@ Content Content::open(const std::string& name) const {
   const std::string place = joined(place_, name);
   const auto* group = found(node_->links, name);
   if (group == nullptr || (*group)->kind != ObjectKind::kGroup) {
-    fail(place, group == nullptr ? "is missing" : "is no group");
+    refuse_content(place, group == nullptr ? "is missing" : "is no group");
   }
   return {*group, place};
 }
@@ -313,7 +306,8 @@ void Content::read(const std::string& name, const Shape& expected, T* values) co
   const std::string place = joined(place_, name);
   const ContentValues& data = dataset(*node_, name, place);
   if (data.shape != expected) {
-    fail(place, fmt::format("has shape [{}], must have [{}]", fmt::join(data.shape, ", "), fmt::join(expected, ", ")));
+    refuse_content(
+        place, fmt::format("has shape [{}], must have [{}]", fmt::join(data.shape, ", "), fmt::join(expected, ", ")));
   }
   copy(data, values, place);
 }
@@ -337,7 +331,7 @@ Content read_content(const std::string& path) {
   std::error_code error;
   const std::uint64_t size = std::filesystem::file_size(path, error);
   if (error) {
-    fail(path, error.message());
+    refuse_content(path, error.message());
   }
   constexpr std::uint64_t kMebibyte = std::uint64_t{1} << 20;
   WorkLimits limits;

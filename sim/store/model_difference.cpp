@@ -15,8 +15,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
 template <class Values>
 std::span<const double> numbers(const Values& values) {
   return {values.data(), static_cast<std::size_t>(values.size())};

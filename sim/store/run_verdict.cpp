@@ -11,7 +11,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kRounding = 1e-6;
 constexpr double kSingleRounding = 1e-4;
 

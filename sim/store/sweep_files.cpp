@@ -78,7 +78,7 @@ std::vector<Column> last_columns() {
   return columns;
 }
 
-std::string csv_field(const Column& column, const SweepRow& row) {
+std::string csv_cell(const Column& column, const SweepRow& row) {
   return std::visit(
       [&](const auto& value) {
         const auto field = value(row);
@@ -223,13 +223,13 @@ void write_sweep_csv(const std::string& path, const SweepSummary& summary) {
   for (const SweepRow& row : sweep_rows(summary)) {
     std::vector<std::string> line;
     for (const Column& column : first) {
-      line.push_back(csv_field(column, row));
+      line.push_back(csv_cell(column, row));
     }
     for (const std::string& parameter : summary.parameters) {
       line.push_back(input_of(*row.record, parameter).value_or(""));
     }
     for (const Column& column : last) {
-      line.push_back(csv_field(column, row));
+      line.push_back(csv_cell(column, row));
     }
     text += csv_line(line);
   }

@@ -14,8 +14,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
 bool same_value(const Complex& a, const Complex& b) {
   return touchfield::same_value(a.real(), b.real()) && touchfield::same_value(a.imag(), b.imag());
 }

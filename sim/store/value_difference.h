@@ -1,5 +1,6 @@
 #pragma once
 
+#include <limits>
 #include <span>
 #include <string>
 
@@ -8,6 +9,8 @@
 /// How far apart two lists of values are that should be the same. In all of them a value that is the same in both, bit
 /// for bit or NaN in both, counts as no difference; lists that cannot be compared are infinitely far apart.
 namespace touchfield {
+
+inline constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
 /// True for equal bits, and for two NaN.
 bool same_value(double a, double b);

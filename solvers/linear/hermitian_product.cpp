@@ -12,7 +12,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr Eigen::Index kBlock =
+constexpr Eigen::Index kStrip =
     128;  // columns a thread computes at once: large enough for GEMM, small enough to balance
 
 /// c(rows 0..rows-1, cols at..at+width-1) = A(:, 0..rows-1)^H B(:, at..at+width-1). Inside a parallel region OpenBLAS
@@ -34,12 +34,12 @@ Eigen::MatrixXcd hermitian_product(const Eigen::MatrixXcd& a) {
   if (a.size() == 0) {
     return c;
   }
-  const Eigen::Index blocks = (n + kBlock - 1) / kBlock;
+  const Eigen::Index blocks = (n + kStrip - 1) / kStrip;
   // The widest blocks first, so that the last ones balance the load.
 #pragma omp parallel for schedule(dynamic)
   for (Eigen::Index i = 0; i < blocks; ++i) {
-    const Eigen::Index at = (blocks - 1 - i) * kBlock;
-    const Eigen::Index width = std::min(kBlock, n - at);
+    const Eigen::Index at = (blocks - 1 - i) * kStrip;
+    const Eigen::Index width = std::min(kStrip, n - at);
     block_product(a, a, at + width, at, width, c);
   }
   c.triangularView<Eigen::StrictlyLower>() = c.adjoint();
@@ -55,11 +55,11 @@ Eigen::MatrixXcd adjoint_product(const Eigen::MatrixXcd& a, const Eigen::MatrixX
   if (a.size() == 0 || b.size() == 0) {
     return c;
   }
-  const Eigen::Index blocks = (b.cols() + kBlock - 1) / kBlock;
+  const Eigen::Index blocks = (b.cols() + kStrip - 1) / kStrip;
 #pragma omp parallel for schedule(dynamic)
   for (Eigen::Index i = 0; i < blocks; ++i) {
-    const Eigen::Index at = i * kBlock;
-    block_product(a, b, a.cols(), at, std::min(kBlock, b.cols() - at), c);
+    const Eigen::Index at = i * kStrip;
+    block_product(a, b, a.cols(), at, std::min(kStrip, b.cols() - at), c);
   }
   return c;
 }

@@ -18,7 +18,7 @@ namespace {
 using Complex = std::complex<double>;
 
 /// The angles x with z = exp(i x), Q z and the cost.
-struct Point {
+struct AnglePoint {
   Eigen::VectorXd x;
   Eigen::VectorXcd z;
   Eigen::VectorXcd gram_z;
@@ -42,8 +42,8 @@ struct Point {
   Eigen::VectorXd half_gradient() const { return (z.conjugate().array() * gram_z.array()).imag(); }
 };
 
-Point point_at(const IncidentProblem& problem, const Eigen::VectorXd& x) {
-  Point point;
+AnglePoint point_at(const IncidentProblem& problem, const Eigen::VectorXd& x) {
+  AnglePoint point;
   point.x = x;
   point.evaluate(problem.gram);
   return point;
@@ -99,8 +99,8 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
                              const LevenbergMarquardtOptions& options, const IterationCallback& callback) {
   require_valid(problem, start, options);
   const Eigen::Index size = start.size();
-  Point point = point_at(problem, start);
-  Point candidate = point;
+  AnglePoint point = point_at(problem, start);
+  AnglePoint candidate = point;
   Eigen::VectorXd gradient = point.half_gradient();
   Eigen::VectorXd step(size);
   Eigen::MatrixXd normal(size, size);
