@@ -8,10 +8,8 @@ find_package(CLI11 REQUIRED)
 find_package(EXPAT REQUIRED)
 find_package(ZLIB REQUIRED)
 
-# A target of its own name: Ceres' headers and what they include are not ours to warn about.
-find_package(Ceres 2.1 REQUIRED)
-add_library(touchfield_ceres INTERFACE)
-target_link_libraries(touchfield_ceres INTERFACE Ceres::ceres)
+find_library(TOUCHFIELD_LBFGS lbfgs REQUIRED)
+find_path(TOUCHFIELD_LBFGS_INCLUDE lbfgs.h REQUIRED)
 
 # The OpenMP flavour by name: where the pthread flavour is installed too, it would win and oversubscribe the cores.
 find_library(TOUCHFIELD_OPENBLAS openblas PATH_SUFFIXES openblas-openmp REQUIRED)

@@ -67,7 +67,7 @@ PhaseSolution solve_eigen(const SkinProblem& problem);
 /// skin_cost by limited-memory BFGS over the phases: rank 20, Wolfe line search, until a step lowers the cost by less
 /// than 1e-10 of itself or the gradient is below 1e-10 of the greater of the costs of the start and of silence
 /// (kConverged, after 0 iterations too), options.iterations are done, or the line search fails (kStalled, with the last
-/// drives reached). Ceres does the work; nothing is printed.
+/// drives reached). libLBFGS does the work, with the line search of More and Thuente.
 PhaseSolution solve_lbfgs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
                           const IterationCallback& callback = {});
 

@@ -1,10 +1,9 @@
 #include <algorithm>
-#include <ceres/gradient_problem.h>
-#include <ceres/gradient_problem_solver.h>
 #include <cmath>
 #include <complex>
-#include <glog/logging.h>
-#include <utility>
+#include <lbfgs.h>
+#include <memory>
+#include <new>
 
 #include "solvers/phase/baseline_support.h"
 #include "solvers/phase/skin_field.h"
@@ -15,86 +14,93 @@ namespace touchfield {
 namespace {
 
 constexpr double kTolerance = 1e-10;  // on the share by which a step lowers the cost, and on its gradient over the unit
+constexpr int kRank = 20;
+constexpr int kConverged = 1;  // what ends the library's iterations from within
 
-/// skin_cost over the phases, in units in which Ceres' absolute gradient tolerance has a meaning.
-class SkinCostOfPhases final : public ceres::FirstOrderFunction {
+/// skin_cost over the phases, in units in which a tolerance on the gradient has a meaning, and what comes of it.
+class Descent {
  public:
-  SkinCostOfPhases(const SkinProblem& problem, double unit) : problem_(problem), unit_(unit), jacobian_(problem) {}
+  Descent(const SkinProblem& problem, double unit, PhaseSolution& solution, const IterationCallback& callback)
+      : problem_(problem), unit_(unit), jacobian_(problem), solution_(solution), callback_(callback) {}
 
-  int NumParameters() const override { return static_cast<int>(problem_.channel_count()); }
-
-  bool Evaluate(const double* phases, double* cost, double* gradient) const override {
+  /// n may be rounded up: what is behind the phases has no gradient.
+  double evaluate(const double* phases, double* gradient, int n) {
     phasors_.resize(problem_.channel_count());
-    for (Eigen::Index n = 0; n < phasors_.size(); ++n) {
-      phasors_(n) = std::polar(1.0, phases[n]);
+    for (Eigen::Index k = 0; k < phasors_.size(); ++k) {
+      phasors_(k) = std::polar(1.0, phases[k]);
     }
     send(problem_, phasors_, field_);
-    *cost = field_cost(problem_, field_) / unit_;
-    if (gradient != nullptr) {
-      jacobian_.set(field_, phasors_);
-      jacobian_.gradient(half_gradient_);
-      Eigen::Map<Eigen::VectorXd>(gradient, phasors_.size()) = (2.0 / unit_) * half_gradient_;
+    jacobian_.set(field_, phasors_);
+    jacobian_.gradient(half_gradient_);
+    Eigen::Map<Eigen::VectorXd> all(gradient, n);
+    all.setZero();
+    all.head(phasors_.size()) = (2.0 / unit_) * half_gradient_;
+    return field_cost(problem_, field_) / unit_;
+  }
+
+  /// returns   kConverged, or 0 to go on
+  int progress(const double* gradient, double cost, int n) {
+    const double before = solution_.cost_history.back();
+    solution_.cost_history.push_back(cost * unit_);
+    if (callback_) {
+      callback_(static_cast<int>(solution_.cost_history.size()) - 1, solution_.cost_history.back());
     }
-    return true;
+    const bool flat = flat_here(gradient, n);
+    return flat || before - solution_.cost_history.back() <= kTolerance * before ? kConverged : 0;
+  }
+
+  static bool flat_here(const double* gradient, int n) {
+    return Eigen::Map<const Eigen::VectorXd>(gradient, n).cwiseAbs().maxCoeff() <= kTolerance;
   }
 
  private:
   const SkinProblem& problem_;
   double unit_;
-  mutable SkinJacobian jacobian_;
-  mutable SkinField field_;
-  mutable Eigen::VectorXcd phasors_;
-  mutable Eigen::VectorXd half_gradient_;
-};
-
-/// Keeps the costs after the first and passes them on.
-class Reporter final : public ceres::IterationCallback {
- public:
-  Reporter(PhaseSolution& solution, double unit, const touchfield::IterationCallback& callback)
-      : solution_(solution), unit_(unit), callback_(callback) {}
-
-  void note(int iteration, double cost) {
-    if (iteration != static_cast<int>(solution_.cost_history.size())) {
-      return;  // the start, or told already
-    }
-    solution_.cost_history.push_back(cost * unit_);
-    if (callback_) {
-      callback_(iteration, solution_.cost_history.back());
-    }
-  }
-
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    note(summary.iteration, summary.cost);
-    return ceres::SOLVER_CONTINUE;
-  }
-
- private:
+  SkinJacobian jacobian_;
+  SkinField field_;
+  Eigen::VectorXcd phasors_;
+  Eigen::VectorXd half_gradient_;
   PhaseSolution& solution_;
-  double unit_;
-  const touchfield::IterationCallback& callback_;
+  const IterationCallback& callback_;
 };
 
-/// Holds back the warnings that Ceres writes to stderr even where its options ask for silence.
-class QuietLog {
- public:
-  QuietLog() { FLAGS_minloglevel = google::GLOG_FATAL; }
-  ~QuietLog() { FLAGS_minloglevel = before_; }
-  QuietLog(const QuietLog&) = delete;
-  QuietLog& operator=(const QuietLog&) = delete;
+double evaluate(void* descent, const double* phases, double* gradient, int n, double /*step*/) {
+  return static_cast<Descent*>(descent)->evaluate(phases, gradient, n);
+}
 
- private:
-  int before_ = FLAGS_minloglevel;
-};
+int progress(void* descent, const double* /*phases*/, const double* gradient, double cost, double /*phases_norm*/,
+             double /*gradient_norm*/, double /*step*/, int n, int /*iteration*/, int /*evaluations*/) {
+  return static_cast<Descent*>(descent)->progress(gradient, cost, n);
+}
 
-PhaseStatus status_of(ceres::TerminationType type) {
-  switch (type) {
-    case ceres::CONVERGENCE:
-      return PhaseStatus::kConverged;
-    case ceres::NO_CONVERGENCE:
-      return PhaseStatus::kIterationLimit;
-    default:
-      return PhaseStatus::kStalled;
+PhaseStatus status_of(int result) {
+  if (result == kConverged || result == LBFGS_SUCCESS || result == LBFGS_ALREADY_MINIMIZED) {
+    return PhaseStatus::kConverged;
   }
+  return result == LBFGSERR_MAXIMUMITERATION ? PhaseStatus::kIterationLimit : PhaseStatus::kStalled;
+}
+
+/// From the phases, which it moves.
+PhaseStatus descend(Descent& descent, Eigen::VectorXd& phases, int iterations) {
+  const auto n = static_cast<int>(phases.size());
+  const std::unique_ptr<double, void (*)(double*)> x(lbfgs_malloc(n), lbfgs_free);  // aligned as the library asks
+  if (!x) {
+    throw std::bad_alloc();
+  }
+  Eigen::Map<Eigen::VectorXd>(x.get(), n) = phases;
+  Eigen::VectorXd gradient(n);
+  descent.evaluate(x.get(), gradient.data(), n);
+  if (Descent::flat_here(gradient.data(), n)) {
+    return PhaseStatus::kConverged;
+  }
+  lbfgs_parameter_t settings;
+  lbfgs_parameter_init(&settings);
+  settings.m = kRank;
+  settings.max_iterations = iterations;
+  settings.epsilon = 0.0;  // Descent ends it
+  const int result = lbfgs(n, x.get(), nullptr, evaluate, progress, &descent, &settings);
+  phases = Eigen::Map<const Eigen::VectorXd>(x.get(), n);
+  return status_of(result);
 }
 
 }  // namespace
@@ -110,22 +116,8 @@ PhaseSolution solve_lbfgs(const SkinProblem& problem, const Eigen::VectorXcd& st
   solution.cost_history.push_back(skin_cost(problem, q));
   const double unit = std::max(silent_cost(problem), solution.cost_history.front());
   if (unit > 0) {
-    Reporter reporter(solution, unit, callback);
-    ceres::GradientProblemSolver::Options settings;
-    settings.max_num_iterations = options.iterations;
-    settings.function_tolerance = kTolerance;
-    settings.gradient_tolerance = kTolerance;
-    settings.parameter_tolerance = kTolerance;
-    settings.logging_type = ceres::SILENT;
-    settings.update_state_every_iteration = true;  // else a failed line search leaves the start
-    settings.callbacks.push_back(&reporter);
-    ceres::GradientProblemSolver::Summary summary;
-    const QuietLog quiet;
-    ceres::Solve(settings, ceres::GradientProblem(new SkinCostOfPhases(problem, unit)), phases.data(), &summary);
-    for (const ceres::IterationSummary& iteration : summary.iterations) {
-      reporter.note(iteration.iteration, iteration.cost);
-    }
-    solution.status = status_of(summary.termination_type);
+    Descent descent(problem, unit, solution, callback);
+    solution.status = descend(descent, phases, options.iterations);
     solution.iterations = static_cast<int>(solution.cost_history.size()) - 1;
   } else {
     solution.status = PhaseStatus::kConverged;  // nothing is wanted and nothing sounds

@@ -402,7 +402,7 @@ TEST(Baselines, LbfgsAgreesWithSurface) {
 
 TEST(Baselines, LbfgsPrintsNothingWhereTheCostHardlyChanges) {
   testing::internal::CaptureStderr();
-  for (const unsigned seed : {37U, 72U, 107U, 182U, 187U}) {  // Ceres' line search warns on each
+  for (const unsigned seed : {37U, 72U, 107U, 182U, 187U}) {
     const Eigen::Index channels = 2 + seed % 11;
     SkinProblem problem = random_problem(1 + seed % 7, seed % 3, channels, 0.05 + 0.1 * (seed % 9), seed);
     problem.amplitudes.setConstant(1e6);
