@@ -1,12 +1,12 @@
 #include "hardware/link_address.h"
 
-#include <charconv>
 #include <map>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 
 namespace touchfield {
 
@@ -67,12 +67,11 @@ struct LinkText {
   }
 
   int number(const char* what, std::string_view value, int least, int most) const {
-    int parsed = 0;
-    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), parsed);
-    if (error != std::errc() || end != value.data() + value.size() || parsed < least || parsed > most) {
+    const auto parsed = number_of<int>(value);
+    if (!parsed || *parsed < least || *parsed > most) {
       refuse(fmt::format("{} = '{}' must be a whole number from {} to {}", what, value, least, most));
     }
-    return parsed;
+    return *parsed;
   }
 
   std::string text;

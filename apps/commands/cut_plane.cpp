@@ -1,13 +1,13 @@
 #include "apps/commands/cut_plane.h"
 
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 
 namespace touchfield {
 
@@ -21,12 +21,11 @@ namespace {
 }
 
 double parse_number(std::string_view word, const std::string& text) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-  if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value)) {
+  const auto value = number_of<double>(word);
+  if (!value || !std::isfinite(*value)) {
     refuse(text);
   }
-  return value;
+  return *value;
 }
 
 CutPlane parse_axis_plane(const std::string& text) {

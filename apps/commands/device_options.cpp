@@ -5,6 +5,8 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/link_processes.h"
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
+#include "sim/core/whole_file.h"
 #include "sim/scene/text_file.h"
 
 namespace touchfield {
@@ -13,7 +15,7 @@ namespace {
 
 // Numbers 0..255 between blanks, line ends or commas.
 std::vector<std::uint8_t> read_samples(const std::string& path) {
-  std::string text = schema::read_text_file(path);
+  std::string text = read_whole_file(path, schema::kMostTextBytes);
   std::replace(text.begin(), text.end(), ',', ' ');
   std::vector<std::uint8_t> samples;
   constexpr const char* kBlanks = " \t\r\n";
@@ -21,12 +23,12 @@ std::vector<std::uint8_t> read_samples(const std::string& path) {
        at = text.find_first_not_of(kBlanks, at)) {
     const std::size_t end = std::min(text.find_first_of(kBlanks, at), text.size());
     const std::string word = text.substr(at, end - at);
-    const bool digits = word.size() <= 3 && word.find_first_not_of("0123456789") == std::string::npos;
-    if (!digits || std::stoi(word) > 255) {
+    const auto sample = number_of<std::uint8_t>(word);
+    if (!sample) {
       throw InputError(fmt::format("{}: sample {} is '{}', it must be a whole number from 0 to 255", path,
                                    samples.size() + 1, word));
     }
-    samples.push_back(static_cast<std::uint8_t>(std::stoi(word)));
+    samples.push_back(*sample);
     at = end;
   }
   return samples;

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -20,6 +19,7 @@
 #include "sim/batch/sweep.h"
 #include "sim/batch/sweep_case.h"
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 #include "sim/pictures/figures.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/named_files.h"
@@ -48,9 +48,7 @@ using Json = nlohmann::ordered_json;
 Shard shard_of(const std::string& text) {
   const auto slash = text.find('/');
   const auto number = [&](std::size_t from, std::size_t to) {
-    int value = 0;
-    const auto [end, error] = std::from_chars(text.data() + from, text.data() + to, value);
-    return error == std::errc{} && end == text.data() + to ? value : 0;
+    return number_of<int>(std::string_view(text).substr(from, to - from)).value_or(0);
   };
   const Shard shard =
       slash == std::string::npos ? Shard{0, 0} : Shard{number(0, slash), number(slash + 1, text.size())};

@@ -1,12 +1,12 @@
 #include "sim/batch/scene_changes.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/scene/random_range.h"
 #include "sim/scene/yaml_tree.h"
 
 namespace touchfield {
@@ -25,20 +25,11 @@ Node tree_of(const std::string& text, char run) {
   }
 }
 
-/// The number that a plain scalar says.
-std::optional<double> number(const Node& node) {
-  double value = 0;
-  const char* end = node.text.data() + node.text.size();
-  const auto [stop, error] = std::from_chars(node.text.data(), end, value);
-  const bool is_number = !node.quoted && error == std::errc() && stop == end && std::isfinite(value);
-  return is_number ? std::optional(value) : std::nullopt;
-}
-
 bool same(const Node& a, const Node& b);
 
 bool same_scalar(const Node& a, const Node& b) {
-  const auto number_a = number(a);
-  const auto number_b = number(b);
+  const auto number_a = schema::number_in(a);
+  const auto number_b = schema::number_in(b);
   return number_a && number_b ? *number_a == *number_b : a.text == b.text && !number_a == !number_b;
 }
 

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <charconv>
 #include <fcntl.h>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <sys/file.h>
 #include <system_error>
@@ -17,6 +15,8 @@
 
 #include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
+#include "sim/core/whole_file.h"
 #include "sim/store/checksum.h"
 #include "sim/store/run_file.h"
 
@@ -29,19 +29,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
 constexpr const char* kRecordName = "case.json";
+constexpr std::size_t kMostRecordBytes = std::size_t{1} << 28U;  // of a plan or a record
 
 std::string system_text(int error) { return std::system_category().message(error); }
 
 std::string case_name(int number) { return fmt::format("{:05d}", number); }
-
-std::string read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  if (!file) {
-    throw IoError(fmt::format("{} cannot be read: {}", path, system_text(errno)));
-  }
-  return text;
-}
 
 Json changes_json(const std::vector<SceneChange>& changes) {
   Json json = Json::object();
@@ -135,12 +127,6 @@ int lock_directory(const std::string& path) {
   return lock;
 }
 
-std::optional<int> number_in_name(const std::string& text) {
-  int number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc{} && end == text.data() + text.size() ? std::optional(number) : std::nullopt;
-}
-
 /// Files of a case's folder that are results: without its record, the log and what was left half-written.
 std::vector<SweepRecord::File> files_of(const std::string& folder) {
   std::vector<SweepRecord::File> files;
@@ -176,10 +162,10 @@ void require_unchanged(const std::string& folder, const std::vector<SweepRecord:
   }
 }
 
-/// throws   IoError if a case is not what it was when it finished
+/// throws   Error if a case is not what it was when it finished
 SweepRecord read_case_record(const std::string& folder, int number) {
   const std::string path = fmt::format("{}/{}", folder, kRecordName);
-  SweepRecord record = record_from_json(read_file(path), path);
+  SweepRecord record = record_from_json(read_whole_file(path, kMostRecordBytes), path);
   if (record.number != number) {
     throw IoError(fmt::format("{}: is the record of case {}", path, record.number));
   }
@@ -194,7 +180,7 @@ bool is_scratch(const std::string& name) {
     return false;
   }
   const std::string end = name.substr(point + 1);
-  return number_in_name(name.substr(1, point - 1)) && (end == "old" || number_in_name(end));
+  return number_of<int>(name.substr(1, point - 1)) && (end == "old" || number_of<int>(end));
 }
 
 /// Renames survive a power failure once the folder they are in is flushed.
@@ -260,7 +246,7 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
     }
     try {
       write_identity(path, identity);
-    } catch (const IoError& failure) {
+    } catch (const Error& failure) {
       throw InputError(fmt::format("output directory {} cannot be written to: {}", path, failure.what()));
     }
   }
@@ -337,7 +323,7 @@ SweepIdentity read_identity(const std::string& directory) {
     throw InputError(fmt::format("{} holds no sweep: there is no sweep.json", directory));
   }
   try {
-    const Json json = Json::parse(read_file(path));
+    const Json json = Json::parse(read_whole_file(path, kMostRecordBytes));
     if (json.at("format") != kPlanFormat || json.at("format_version") != 1) {
       throw InputError(fmt::format("{}: of a format that this version does not know", path));
     }
@@ -362,10 +348,10 @@ CaseRecords read_records(const std::string& directory) {
   CaseRecords records;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(directory + "/cases", error)) {
-    if (const auto number = number_in_name(entry.path().filename().string())) {
+    if (const auto number = number_of<int>(entry.path().filename().string())) {
       try {
         records.whole.emplace(*number, read_case_record(entry.path().string(), *number));
-      } catch (const IoError& damage) {
+      } catch (const Error& damage) {
         records.damaged.emplace(*number, damage.what());
       }
     }

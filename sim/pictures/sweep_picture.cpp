@@ -10,6 +10,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/display.h"
 #include "sim/pictures/picture_parts.h"
@@ -101,7 +102,7 @@ std::vector<Sample> samples_of(const std::vector<SweepRow>& rows, const std::vec
     }
     std::array<double, 2> at = {0.0, 0.0};
     for (std::size_t i = 0; i < parameters.size(); ++i) {
-      at[i] = *number_in(*input_of(*row.record, parameters[i]));
+      at[i] = *number_of<double>(*input_of(*row.record, parameters[i]));
     }
     auto& [sum, count] = sums[{row.method->name, at[0], at[1]}];
     sum += row.method->metrics.*metric;

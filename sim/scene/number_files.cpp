@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/whole_file.h"
 #include "sim/scene/quantity.h"
 #include "sim/scene/schema.h"
 #include "sim/scene/text_file.h"
@@ -113,7 +114,7 @@ class FileReport {
 
 std::optional<std::string> load(const Input& in, const std::string& path) {
   try {
-    std::string text = read_text_file(path);
+    std::string text = read_whole_file(path, kMostTextBytes);
     constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
     if (text.starts_with(kByteOrderMark)) {
       text.erase(0, kByteOrderMark.size());

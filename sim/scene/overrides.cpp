@@ -1,12 +1,13 @@
 #include "sim/scene/overrides.h"
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "sim/core/text_number.h"
 
 namespace touchfield::schema {
 
@@ -39,15 +40,6 @@ std::optional<std::vector<std::string>> split_path(const std::string& path) {
     return std::nullopt;
   }
   return parts;
-}
-
-std::optional<std::size_t> item_number(const std::string& part) {
-  std::size_t number = 0;
-  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
-  if (error != std::errc{} || end != part.data() + part.size()) {
-    return std::nullopt;
-  }
-  return number;
 }
 
 Node empty_map(const Place& place) {
@@ -101,7 +93,7 @@ class Walk {
   std::string name_of(const std::string& part) const { return path_.empty() ? part : path_ + "." + part; }
 
   Node& item(const std::string& part) {
-    const auto number = item_number(part);
+    const auto number = number_of<std::size_t>(part);
     const auto count = at_->items.size();
     if (!number || *number >= count) {
       throw Problem{fmt::format("{} names no item of {}, which has {}", name_of(part), path_, count)};
@@ -119,7 +111,7 @@ class Walk {
   }
 
   void put(const std::string& part, Node value) {
-    if (item_number(part)) {
+    if (number_of<std::size_t>(part)) {
       throw Problem{fmt::format("{} is no list in the scene, give it as a whole", path_.empty() ? "the scene" : path_)};
     }
     if (Entry* entry = at_->find_even_removed(part)) {

@@ -1,19 +1,17 @@
 #include "sim/scene/random_range.h"
 
-#include <charconv>
 #include <cmath>
 #include <numbers>
 
 #include <fmt/format.h>
 
+#include "sim/core/text_number.h"
+
 namespace touchfield::schema {
 
 std::optional<double> number_in(const Node& node) {
-  double value = 0;
-  const char* end = node.text.data() + node.text.size();
-  const auto [rest, error] = std::from_chars(node.text.data(), end, value);
-  const bool good = node.kind == Node::Kind::kScalar && !node.quoted && error == std::errc{} && rest == end;
-  return good && std::isfinite(value) ? std::optional(value) : std::nullopt;
+  const auto value = node.kind == Node::Kind::kScalar && !node.quoted ? number_of<double>(node.text) : std::nullopt;
+  return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
 std::string RandomRange::draw(Uniform& uniform) const {

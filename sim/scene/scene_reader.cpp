@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "sim/core/errors.h"
+#include "sim/core/whole_file.h"
 #include "sim/scene/input.h"
 #include "sim/scene/overrides.h"
 #include "sim/scene/scene_table.h"
@@ -32,7 +33,7 @@ Scene read(const std::string& text, const std::vector<std::string>& overrides, s
 }  // namespace
 
 Scene read_scene(const std::string& path, const std::vector<std::string>& overrides) {
-  return read(schema::read_text_file(path), overrides, schema::Reading(path, overrides));
+  return read(read_whole_file(path, schema::kMostTextBytes), overrides, schema::Reading(path, overrides));
 }
 
 Scene read_scene_text(const std::string& text, const std::string& name, const std::string& folder,

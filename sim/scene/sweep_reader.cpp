@@ -10,6 +10,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/text_hash.h"
+#include "sim/core/whole_file.h"
 #include "sim/scene/input.h"
 #include "sim/scene/random_range.h"
 #include "sim/scene/scene_reader.h"
@@ -269,7 +270,7 @@ void add_files(const Scene& scene, std::set<std::string>& files) {
 
 bool is_sweep_file(const std::string& path) {
   try {
-    const std::string text = schema::read_text_file(path);
+    const std::string text = read_whole_file(path, schema::kMostTextBytes);
     if (schema::find_text_fault(text).column > 0) {
       return false;
     }
@@ -283,7 +284,7 @@ bool is_sweep_file(const std::string& path) {
 SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& overrides) {
   Reading reading(path, {});
   SweepPlan plan;
-  plan.text = schema::read_text_file(path);
+  plan.text = read_whole_file(path, schema::kMostTextBytes);
   const Node root = schema::read_map(plan.text, "a sweep", reading);
   SweepFile file(root, reading);
   file.check_keys();
@@ -334,7 +335,7 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
     throw InputError(fmt::format("{}: no case at all", path));
   }
   plan.parameters = parameters_of(plan.cases);
-  plan.base_text = schema::read_text_file(plan.base);
+  plan.base_text = read_whole_file(plan.base, schema::kMostTextBytes);
   return plan;
 }
 
@@ -383,7 +384,7 @@ std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes) {
   }
   constexpr std::size_t kMostBytes = std::size_t{1} << 30U;  // of a mesh or a run
   for (const std::string& file : files) {
-    all += file + " " + text_hash(schema::read_text_file(file, kMostBytes)) + "\n";
+    all += file + " " + text_hash(read_whole_file(file, kMostBytes)) + "\n";
   }
   return text_hash(all);
 }

@@ -9,12 +9,6 @@ namespace touchfield::schema {
 /// quarters of it. The YAML parser takes up to half a second and a quarter of a gigabyte a mebibyte.
 inline constexpr std::size_t kMostTextBytes = std::size_t{2} << 20U;
 
-/// The bytes of a file.
-///
-/// most     of them; a longer file is refused before it is read
-/// throws   InputError "path: no such file", "path: a directory, must be a file", ...
-std::string read_text_file(const std::string& path, std::size_t most = kMostTextBytes);
-
 /// Where a text stops being UTF-8 or holds a control character other than tab and end of line.
 struct TextFault {
   int line;    // from 1

@@ -1,7 +1,8 @@
 #include "sim/store/sweep_rows.h"
 
 #include <algorithm>
-#include <charconv>
+
+#include "sim/core/text_number.h"
 
 namespace touchfield {
 
@@ -23,18 +24,11 @@ std::optional<std::string> input_of(const SweepRecord& record, const std::string
   return found != record.inputs.end() ? std::optional(found->second) : std::nullopt;
 }
 
-std::optional<double> number_in(const std::string& text) {
-  double value = 0;
-  const char* end = text.data() + text.size();
-  const auto [rest, error] = std::from_chars(text.data(), end, value);
-  return error == std::errc{} && rest == end ? std::optional(value) : std::nullopt;
-}
-
 std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows) {
   std::vector<double> numbers;
   for (const SweepRow& row : rows) {
     const auto text = input_of(*row.record, path);
-    const auto number = text ? number_in(*text) : std::optional(kNotComputed);
+    const auto number = text ? number_of<double>(*text) : std::optional(kNotComputed);
     if (!number) {
       return std::nullopt;
     }

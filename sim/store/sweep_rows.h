@@ -20,9 +20,6 @@ std::vector<SweepRow> sweep_rows(const SweepSummary& summary);
 /// The value that a case gives a path; nothing if it leaves it alone.
 std::optional<std::string> input_of(const SweepRecord& record, const std::string& path);
 
-/// The text as a number; nothing if it is none as a whole.
-std::optional<double> number_in(const std::string& text);
-
 /// A parameter in every row as numbers, NaN where a case leaves it alone; nothing if a value is no number.
 std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows);
 
