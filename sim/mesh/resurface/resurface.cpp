@@ -197,9 +197,10 @@ void compare(Resurfaced& result, const FaceTree& skin, const Asked& asked) {
                                       [](const Vector3&, const Vector3&) { return true; });
   if (result.to_skin.most_of_it > asked.edge) {
     throw InputError(
-        fmt::format("{} is too long: thin parts or narrow gaps are lost: of the surface's outer faces {}; 95 % must be "
-                    "within an edge",
-                    asked.value(), distance_text(result.to_skin)));
+        fmt::format("{} is too long: parts thinner or gaps narrower than it are lost; of the surface's "
+                    "outer faces 95 % must be within an edge of the skin and are within {:.3g} mm, the "
+                    "farthest at {}",
+                    asked.value(), result.to_skin.most_of_it / kMillimetre, place_in_mm(result.to_skin.at)));
   }
   result.steps.push_back(fmt::format("from the outer faces ({:.1f} % of the surface) to the skin: {}",
                                      100.0 * result.to_skin.counted, distance_text(result.to_skin)));
