@@ -25,9 +25,11 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double kGrid = 0.5;    // spacing over edge
-constexpr double kHalf = 0.5;    // of a winding number
-constexpr double kStray = 0.01;  // pieces below this share of the largest one's area may be lost
+constexpr double kGrid = 0.5;     // spacing over edge
+constexpr double kOutside = 0.3;  // winding numbers before an outer face, at most
+constexpr double kInside = 0.7;   // and behind it, at least
+constexpr double kHalf = 0.5;     // of a winding number
+constexpr double kStray = 0.01;   // pieces below this share of the largest one's area may be lost
 
 /// What messages name.
 struct Asked {
@@ -86,12 +88,26 @@ TriangleMesh outer_pieces(const Isosurface& surface, const Asked& asked, StepLog
   return {std::move(kept.points), std::move(kept.triangles)};
 }
 
+/// Whether some face has the outside before it and the inside behind it.
+bool bounds_a_volume(const TriangleMesh& soup) {
+  constexpr double kOff = 1e-3;  // of the face's size
+  const FaceTree tree(soup);
+  for (Index f = 0; f < soup.face_count(); ++f) {
+    const Vector3 off = kOff * std::sqrt(soup.areas()(f)) * soup.normals().col(f);
+    if (tree.winding_number(soup.centroids().col(f) + off) < kOutside &&
+        tree.winding_number(soup.centroids().col(f) - off) > kInside) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// The boundary of what the soup winds round.
 TriangleMesh inside_surface(const TriangleMesh& soup, const Asked& asked, StepLog& steps) {
   const InsideGrid grid(soup, kGrid * asked.edge);
   const Isosurface surface = grid.surface();
   if (surface.triangles.cols() == 0) {
-    const bool thin = grid.dropped() > 0 || inspect(soup.vertices(), soup.triangles()).closed();
+    const bool thin = grid.dropped() > 0 || bounds_a_volume(soup);
     throw InputError(
         thin ? fmt::format("{} is too long: all of the surface is thinner than it, nothing is left", asked.value())
              : fmt::format("{}: the surface has no volume: nowhere does it wind round a point more than "
@@ -184,8 +200,6 @@ std::string distance_text(const SurfaceDistance& distance) {
 /// Measures the skin against its original.
 void compare(Resurfaced& result, const FaceTree& skin, const Asked& asked) {
   constexpr double kOff = 1e-3;     // of an edge: beside a face
-  constexpr double kOutside = 0.3;  // at most
-  constexpr double kInside = 0.7;   // at least
   constexpr double kSpacing = 1.0;  // of an edge, between the points asked
   const FaceTree original(result.original);
   result.to_skin =
