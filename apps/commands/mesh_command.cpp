@@ -22,6 +22,7 @@
 #include "sim/mesh/repair/repair.h"
 #include "sim/mesh/repair/surface_report.h"
 #include "sim/mesh/repair/weld.h"
+#include "sim/mesh/resurface/resurface.h"
 #include "sim/solve/stages.h"
 
 namespace touchfield {
@@ -30,10 +31,11 @@ namespace {
 
 struct MeshCommand {
   std::string file;
-  std::string output;       // empty: report only
-  bool force = false;       // replace an existing file
-  std::string unit;         // of the file: mm, cm or m; empty: guessed
-  std::string output_unit;  // empty: the file's
+  std::string output;               // empty: report only
+  bool force = false;               // replace an existing file
+  std::string unit;                 // of the file: mm, cm or m; empty: guessed
+  std::string output_unit;          // empty: the file's
+  std::optional<double> resurface;  // edge of a new skin made of all faces [m]; not together with repair
   bool repair = false;
   RepairOptions repair_options;
   double stray_percent = 100.0 * repair_options.stray;
@@ -73,7 +75,7 @@ FileScale find_scale(double size, const std::string& stated) {
 
 /// Lengths in millimetres mean nothing to a body that may be ten times larger.
 void require_known_scale(const MeshCommand& command, const FileScale& scale) {
-  const bool counts = command.edge || command.repair_options.weld || command.repair_options.hole;
+  const bool counts = command.edge || command.resurface || command.repair_options.weld || command.repair_options.hole;
   if (counts && !scale.stated && scale.guess.certainty != UnitCertainty::kSure) {
     throw InputError(fmt::format("{}: lengths in mm need --unit: perhaps {}, {}: {}", command.file,
                                  scale.guess.unit.name, certainty_text(scale.guess.certainty), scale.guess.reason));
@@ -82,8 +84,8 @@ void require_known_scale(const MeshCommand& command, const FileScale& scale) {
 
 void require_no_fault(const MeshCommand& command, const std::vector<std::string>& faults) {
   if (!faults.empty()) {
-    throw InputError(
-        fmt::format("{}: the mesh has faults, --repair may mend them: {}", command.file, fmt::join(faults, "; ")));
+    throw InputError(fmt::format("{}: the mesh has faults, --repair or --resurface MM may mend them: {}", command.file,
+                                 fmt::join(faults, "; ")));
   }
 }
 
@@ -93,13 +95,23 @@ auto as_stage(Progress& progress, const char* what, const Work& work) {
   return timed(progress, unused, what, what, work);
 }
 
-/// The mesh after all that the command asks for; adds a line a step.
-TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, const SurfaceReport& report,
-                    const FileScale& scale, Progress& progress, std::vector<std::string>& steps) {
-  if (!command.repair) {
-    require_no_fault(command, report.skin.faults);
+/// The mesh after all that the command asks for; adds a line a step, and how far resurfacing moved the skin.
+TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, const FileScale& scale, Progress& progress,
+                    MeshText& text) {
+  std::vector<std::string>& steps = text.steps;
+  if (!command.repair && !command.resurface) {
+    require_no_fault(command, text.report.skin.faults);
   }
   TriangleMesh mesh = [&] {
+    if (command.resurface) {
+      Resurfaced result = as_stage(progress, "resurface", [&] {
+        return resurfaced(surface, scale.unit.metres, *command.resurface, command.file, "--resurface");
+      });
+      steps = std::move(result.steps);
+      text.to_resurfaced = result.to_skin;
+      text.from_resurfaced = result.from_skin;
+      return std::move(result.mesh);
+    }
     if (!command.repair) {
       WeldedSurface merged = welded(surface, scale.unit.metres, 0.0);
       return TriangleMesh(std::move(merged.points), std::move(merged.triangles));
@@ -142,16 +154,19 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     progress.warn(warning);
   }
   require_known_scale(command, scale);
-  const bool works = command.repair || command.cut || command.edge || !command.output.empty();
+  const bool works = command.repair || command.resurface || command.cut || command.edge || !command.output.empty();
   if (works) {
     require_body_size(size * scale.unit.metres, command.file);
+  }
+  if (command.resurface) {
+    require_resurfaceable(surface, scale.unit.metres, *command.resurface, command.file, "--resurface");
   }
   const SurfaceReport report =
       as_stage(progress, "inspect", [&] { return inspect_surface(surface, scale.unit.metres); });
 
-  MeshText text{command.file, scale.unit, scale.stated, scale.guess, size, scale.warnings, report, {}, {}, {}};
+  MeshText text{command.file, scale.unit, scale.stated, scale.guess, size, scale.warnings, report, {}, {}, {}, {}, {}};
   if (works) {
-    const TriangleMesh mesh = worked(command, surface, report, scale, progress, text.steps);
+    const TriangleMesh mesh = worked(command, surface, scale, progress, text);
     text.result = inspect_skin(mesh.vertices(), mesh.triangles());
     if (!text.result->faults.empty()) {
       throw NumericalError(
@@ -176,7 +191,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
 void add_mesh_command(CLI::App& app, Invocation& invocation) {
   const auto mesh = std::make_shared<MeshCommand>();
   CLI::App* command =
-      app.add_subcommand("mesh", "Inspect, repair, cut or remesh a mesh file (STL, OBJ, PLY, OFF, VTP)");
+      app.add_subcommand("mesh", "Inspect, repair, resurface, cut or remesh a mesh file (STL, OBJ, PLY, OFF, VTP)");
   command->add_option("FILE", mesh->file, "Mesh file; its ending names the format")->required();
   command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only");
   command->add_flag("--force", mesh->force, "Replace the mesh file to write if it exists");
@@ -203,6 +218,11 @@ void add_mesh_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--cut", mesh->cut,
                       "Cut by a plane and cap: x,y,z,nx,ny,nz (a point and a normal, which points to what is cut "
                       "off), or y=-20, y<=-20 (keeps that side), y>=-20; in FILE's unit");
+  add_millimetres(command, "--resurface", mesh->resurface,
+                  "Make one closed skin with edges of this length of all faces, whatever holes, flaps, crossings or "
+                  "overlaps they have [mm]")
+      ->check(CLI::PositiveNumber)
+      ->excludes(repair);
   add_millimetres(command, "--remesh", mesh->edge, "Mesh anew with edges of this length [mm]")
       ->check(CLI::PositiveNumber);
   finish_command(command, invocation, [mesh](const Invocation& invoked) {

@@ -76,6 +76,15 @@ nlohmann::ordered_json skin_json(const SkinReport& skin) {
           {"faults", skin.faults}};
 }
 
+nlohmann::ordered_json distance_json(const std::optional<SurfaceDistance>& distance) {
+  if (!distance) {
+    return nullptr;
+  }
+  return {{"share_counted", distance->counted},
+          {"most_95_mm", distance->most_of_it / kMillimetre},
+          {"farthest_mm", distance->farthest / kMillimetre}};
+}
+
 const char* certainty_name(UnitCertainty certainty) {
   switch (certainty) {
     case UnitCertainty::kSure:
@@ -157,6 +166,8 @@ nlohmann::ordered_json mesh_json(const MeshText& text) {
       {"usable", report.skin.faults.empty()},
       {"warnings", text.warnings},
       {"steps", text.steps},
+      {"to_resurfaced", distance_json(text.to_resurfaced)},
+      {"from_resurfaced", distance_json(text.from_resurfaced)},
       {"result", text.result ? skin_json(*text.result) : nlohmann::ordered_json(nullptr)},
       {"written", text.written.empty() ? nlohmann::ordered_json(nullptr) : nlohmann::ordered_json(text.written)}};
   return json;

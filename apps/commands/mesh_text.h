@@ -8,6 +8,7 @@
 
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/repair/surface_report.h"
+#include "sim/mesh/resurface/surface_distance.h"
 
 namespace touchfield {
 
@@ -22,7 +23,9 @@ struct MeshText {
   SurfaceReport report;            // of the file's surface
   std::vector<std::string> steps;  // that made the result
   std::optional<SkinReport> result;
-  std::string written;  // file and unit; empty: none
+  std::string written;                           // file and unit; empty: none
+  std::optional<SurfaceDistance> to_resurfaced;  // from the file's outer faces to the new skin, if it was resurfaced
+  std::optional<SurfaceDistance> from_resurfaced;
 };
 
 /// "surely", "likely", ... as a report says it.

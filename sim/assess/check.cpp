@@ -197,6 +197,9 @@ std::string describe_check(const Model& model, const CheckReport& report) {
                         100.0 * fit->share, EdgeFit::kShortest, EdgeFit::kLongest, fit->shortest, fit->longest);
   }
   text += "           closed, manifold, outward: no faults\n";
+  for (const std::string& note : model.plan.notes) {
+    text += fmt::format("  mesh     {}\n", note);
+  }
   if (scene.target) {
     text += fmt::format("  target   {} faces in {} box{}\n", report.target_faces, model.boxes.size(),
                         model.boxes.size() == 1 ? "" : "es");

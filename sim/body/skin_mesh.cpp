@@ -6,26 +6,15 @@
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
-#include <vtkCellArray.h>
-#include <vtkFloatArray.h>
-#include <vtkFlyingEdges3D.h>
-#include <vtkImageData.h>
-#include <vtkNew.h>
-#include <vtkPointData.h>
-#include <vtkPolyData.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/remesh/isosurface.h"
 #include "sim/mesh/remesh/mean_height.h"
 #include "sim/mesh/remesh/remesh.h"
 
 namespace touchfield {
 
 namespace {
-
-struct Soup {
-  Points points;
-  Triangles triangles;
-};
 
 /// A regular grid around the body, cut into blocks of kBlock^3 nodes.
 class Grid {
@@ -42,7 +31,6 @@ class Grid {
   int blocks() const { return blocks_[0] * blocks_[1] * blocks_[2]; }
   int nodes(int axis) const { return blocks_[axis] * kBlock; }
   const Vector3& origin() const { return origin_; }
-  double spacing() const { return spacing_; }
 
   /// Distances at the nodes of one block. Where the body's surface cannot cross it, all get that of its middle.
   void fill(const SoftBody& body, int block, float* distances) const {
@@ -78,46 +66,19 @@ class Grid {
   int blocks_[3];
 };
 
-Soup extract(const SoftBody& body, double spacing) {
+Isosurface extract(const SoftBody& body, double spacing) {
   const Grid grid(body, spacing);
-  vtkNew<vtkImageData> image;
-  image->SetDimensions(grid.nodes(0), grid.nodes(1), grid.nodes(2));
-  image->SetOrigin(grid.origin().data());
-  image->SetSpacing(spacing, spacing, spacing);
-  image->AllocateScalars(VTK_FLOAT, 1);
-  auto* distances = static_cast<float*>(image->GetScalarPointer());
+  const NodeGrid nodes{grid.origin(), spacing, {grid.nodes(0), grid.nodes(1), grid.nodes(2)}};
+  std::vector<float> distances(nodes.size());
 #pragma omp parallel for schedule(dynamic)
   for (int block = 0; block < grid.blocks(); ++block) {
-    grid.fill(body, block, distances);
+    grid.fill(body, block, distances.data());
   }
-
-  vtkNew<vtkFlyingEdges3D> contour;
-  contour->SetInputData(image);
-  contour->SetValue(0, 0.0);
-  contour->ComputeNormalsOff();
-  contour->ComputeScalarsOff();
-  contour->Update();
-  vtkPolyData* surface = contour->GetOutput();
-
-  Soup soup;
-  soup.points.resize(3, surface->GetNumberOfPoints());
-  for (vtkIdType i = 0; i < surface->GetNumberOfPoints(); ++i) {
-    surface->GetPoint(i, soup.points.col(i).data());
-  }
-  soup.triangles.resize(3, surface->GetNumberOfPolys());
-  vtkIdType count = 0;
-  const vtkIdType* corners = nullptr;
-  Eigen::Index f = 0;
-  vtkCellArray* polygons = surface->GetPolys();
-  for (polygons->InitTraversal(); polygons->GetNextCell(count, corners) != 0; ++f) {
-    // The contour's normals point to lower values, that is inwards.
-    soup.triangles.col(f) << static_cast<int>(corners[0]), static_cast<int>(corners[2]), static_cast<int>(corners[1]);
-  }
-  return soup;
+  return isosurface(nodes, distances);
 }
 
 /// The outer surface alone: pieces that enclose a negative volume are cavities.
-Soup without_cavities(const Soup& soup) {
+Isosurface without_cavities(const Isosurface& soup) {
   const auto vertices = static_cast<std::size_t>(soup.points.cols());
   std::vector<int> parent(vertices);
   for (std::size_t v = 0; v < vertices; ++v) {
@@ -148,7 +109,7 @@ Soup without_cavities(const Soup& soup) {
     throw NumericalError(fmt::format("skin: the surface has {} pieces, it must have one", bodies));
   }
 
-  Soup outer;
+  Isosurface outer;
   std::vector<int> number(vertices, -1);
   outer.points.resize(3, soup.points.cols());
   outer.triangles.resize(3, soup.triangles.cols());
@@ -186,7 +147,7 @@ Eigen::VectorXd heights_above(const SoftBody& body, const TriangleMesh& mesh) {
 
 TriangleMesh skin_mesh(const SoftBody& body, const EdgeSizing& sizing, double coarsest_grid) {
   constexpr int kRounds = 8;
-  const Soup soup = without_cavities(extract(body, std::min(sizing.far(), coarsest_grid)));
+  const Isosurface soup = without_cavities(extract(body, std::min(sizing.far(), coarsest_grid)));
   const RemeshTarget target{[&](const Points& points) { return sizing.at(points); },
                             [&](Points& points) { body.project(points, 0.5 * sizing.far()); }};
   const TriangleMesh mesh = remeshed(soup.points, soup.triangles, target, kRounds);

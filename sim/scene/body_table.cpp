@@ -118,6 +118,10 @@ Codec<MeshShape> mesh_codec() {
             return true;
           },
           [unit](const MeshShape& mesh) { return std::optional<Node>(unit.write(mesh.unit_name)); })
+      .maybe(
+          "resurface_mm", &MeshShape::resurface, number(kMillimetres, above(0)), "1.5",
+          "Makes one closed skin with edges of this length of whatever faces the file has: holes, flaps, duplicates, "
+          "parts that cross or overlap [mm]. Else the file's surface must be closed and not cut itself.")
       .add(
           {.name = "landmarks",
            .type = landmarks,

@@ -87,6 +87,7 @@ struct MeshShape {
   double unit = 1e-3;  // metres per file unit
   std::string unit_name = "mm";
   bool unit_given = false;                   // else mm is a guess that the file's size has to bear out
+  std::optional<double> resurface;           // edge of a new skin made of the file's faces [m]; absent: they are it
   std::map<std::string, Vector3> landmarks;  // in the file's frame [m]
 };
 

@@ -19,6 +19,7 @@
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/surface_remesh.h"
+#include "sim/mesh/resurface/resurface.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {
@@ -53,7 +54,47 @@ void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
   }
 }
 
-Body body_from_file(const MeshShape& shape) {
+/// A landmark goes to the nearest point of the new skin, unless the part of the file's surface that it names has gone.
+MeshedBody resurfaced_body(const MeshShape& shape) {
+  const double edge = *shape.resurface;
+  Resurfaced skin = resurfaced(read_surface(shape.file), shape.unit, edge, shape.file, "mesh.resurface_mm");
+  MeshedBody made{{std::move(skin.mesh), {}}, {}, {}};
+  for (const auto& [name, point] : shape.landmarks) {
+    made.body.landmarks.push_back(nearest_landmark(made.body.mesh, name, point));
+    const Vector3 named = position(skin.original, nearest_landmark(skin.original, name, point));
+    const Landmark nearest = nearest_landmark(made.body.mesh, name, named);
+    const double distance = (position(made.body.mesh, nearest) - named).norm();
+    if (distance > edge) {
+      throw InputError(
+          fmt::format("{}: landmark '{}' names the file's surface at {}, which is {:.2f} mm from the "
+                      "resurfaced skin, inside it or lost; it must be within mesh.resurface_mm = {:.4g} mm",
+                      shape.file, name, place_in_mm(named), distance / kMillimetre, edge / kMillimetre));
+    }
+  }
+  for (const std::string& step : skin.steps) {
+    made.notes.push_back(fmt::format("{}: {}", shape.file, step));
+  }
+  return made;
+}
+
+std::string file_state(const std::string& file) {
+  const auto written = std::filesystem::last_write_time(file);
+  return fmt::format(" {} {}", std::filesystem::file_size(file), written.time_since_epoch().count());
+}
+
+/// notes   set to what resurfacing did; may be null
+Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::string>* notes = nullptr) {
+  const auto& shape = std::get<MeshShape>(spec.shape);
+  if (shape.resurface) {
+    const auto make = [&] { return resurfaced_body(shape); };
+    MeshedBody made = kept != nullptr
+                          ? kept->get("resurfaced " + shape.file, shape_text(spec) + file_state(shape.file), make)
+                          : make();
+    if (notes != nullptr) {
+      *notes = std::move(made.notes);
+    }
+    return std::move(made.body);
+  }
   const TriangleMesh mesh = read_mesh(shape.file, shape.unit);
   require_closed_surface(mesh, shape.file);
   Body body{mesh, {}};
@@ -64,7 +105,7 @@ Body body_from_file(const MeshShape& shape) {
 }
 
 /// A body in its own frame with faces of one size, or those of its file.
-Body plain_body(const BodySpec& spec, double edge) {
+Body plain_body(const BodySpec& spec, double edge, KeptBodies* kept) {
   return std::visit(
       [&](const auto& shape) -> Body {
         using Shape = std::decay_t<decltype(shape)>;
@@ -77,7 +118,7 @@ Body plain_body(const BodySpec& spec, double edge) {
         } else if constexpr (std::is_same_v<Shape, BoxShape>) {
           return box(shape.size, edge);
         } else {
-          return body_from_file(shape);
+          return body_from_file(spec, kept);
         }
       },
       spec.shape);
@@ -96,18 +137,18 @@ std::vector<Landmark> carried_over(const Body& from, const TriangleMesh& to) {
   return landmarks;
 }
 
-Body meshed(const BodySpec& spec, const EdgeSpec* edge, const EdgeSizing* sizing) {
+Body meshed(const BodySpec& spec, const EdgeSpec* edge, const EdgeSizing* sizing, KeptBodies* kept) {
   if (edge == nullptr) {
-    return plain_body(spec, 0.0);  // the faces of its file
+    return plain_body(spec, 0.0, kept);  // the faces of its file
   }
   const bool from_file = std::holds_alternative<MeshShape>(spec.shape);
   if (!edge->graded() && !from_file) {
-    return plain_body(spec, edge->far);
+    return plain_body(spec, edge->far, kept);
   }
   if (const auto* shape = std::get_if<HandShape>(&spec.shape)) {
     return hand(hand_options(*shape, edge->finest()), *sizing);
   }
-  const Body base = plain_body(spec, edge->finest());
+  const Body base = plain_body(spec, edge->finest(), kept);
   Body body{remeshed_surface(base.mesh, *sizing), {}};
   body.landmarks = carried_over(base, body.mesh);
   return body;
@@ -138,7 +179,7 @@ class Locator {
 
   const Body& base() {
     if (!base_) {
-      base_ = plain_body(spec_, spec_.edge ? spec_.edge->finest() : 0.0);
+      base_ = plain_body(spec_, spec_.edge ? spec_.edge->finest() : 0.0, kept_);
     }
     return *base_;
   }
@@ -259,8 +300,7 @@ std::string place_key(const Vector3& x) { return fmt::format("({:.9f} {:.9f} {:.
 std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& sizing, const Vector3* kept_about) {
   std::string key = shape_text(spec);
   if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
-    const auto written = std::filesystem::last_write_time(shape->file);
-    key += fmt::format(" {} {}", std::filesystem::file_size(shape->file), written.time_since_epoch().count());
+    key += file_state(shape->file);
   }
   if (sizing) {
     key += fmt::format(" far {} growth {}", sizing->far(), sizing->growth());
@@ -331,10 +371,10 @@ std::vector<std::string> guess_units(Scene& scene) {
   return warnings;
 }
 
-void require_body(const MeshShape& shape) {
+void require_body(const BodySpec& body) {
   std::vector<std::string> warnings;  // which a run repeats
-  check_unit(shape, warnings);
-  body_from_file(shape);
+  check_unit(std::get<MeshShape>(body.shape), warnings);
+  body_from_file(body, nullptr);
 }
 
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
@@ -348,6 +388,11 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
   for (const BodySpec& spec : scene.bodies) {
     if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
       check_unit(*shape, plan.warnings);
+      if (shape->resurface) {
+        std::vector<std::string> notes;
+        body_from_file(spec, kept, &notes);
+        plan.notes.insert(plan.notes.end(), notes.begin(), notes.end());
+      }
     }
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
@@ -389,7 +434,8 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
   return plan;
 }
 
-EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body, const EdgeSpec& edge) {
+EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body, const EdgeSpec& edge,
+                     KeptBodies* kept) {
   const BodySpec& spec = scene.bodies[body];
   std::vector<SizingZone> zones;
   if (edge.near_target) {
@@ -401,7 +447,7 @@ EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body,
     }
   }
   if (!edge.near.empty()) {
-    Locator locator(spec);
+    Locator locator(spec, kept);
     for (const auto& [landmark, length] : edge.near) {
       if (scene.bodies.size() == 1 || locator.has(landmark)) {
         zones.push_back({locator.landmark(landmark), length, edge.within});
@@ -433,11 +479,11 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
     const EdgeSpec* own = edge != nullptr ? edge : (spec.edge ? &*spec.edge : nullptr);
     std::optional<EdgeSizing> sizing;
     if (own != nullptr) {
-      sizing = sizing_of(scene, plan, i, *own);
+      sizing = sizing_of(scene, plan, i, *own, kept);
     }
     const bool part = spec.keep_within && !whole;
     const auto make = [&] {
-      MeshedBody made{meshed(spec, own, sizing ? &*sizing : nullptr), {}};
+      MeshedBody made{meshed(spec, own, sizing ? &*sizing : nullptr, kept), {}, {}};
       require_closed_surface(made.body.mesh, called(scene, i));
       made.skin.assign(static_cast<std::size_t>(made.body.mesh.face_count()), 1);
       if (part) {

@@ -23,6 +23,7 @@ struct BodyPlan {
   std::vector<Entry> bodies;
   std::vector<Vector3> targets;       // centres of the target's boxes, in the world [m]
   std::vector<std::string> warnings;  // about the units of mesh files
+  std::vector<std::string> notes;     // what resurfacing did to mesh files, a line each
 
   /// From the world's frame into a body's own.
   RigidMotion own_frame(const Scene& scene, std::size_t body) const;
@@ -48,13 +49,15 @@ struct PlacedBodies {
 /// throws   InputError if no unit makes the file a body
 std::vector<std::string> guess_units(Scene& scene);
 
-/// throws   InputError if a mesh file is not the closed surface of a body, or its unit is not given and not surely mm
-void require_body(const MeshShape& shape);
+/// body     of a mesh file
+/// throws   InputError if a mesh file is not the closed surface of a body and cannot be resurfaced to one, or its unit is
+///          not given and not surely mm
+void require_body(const BodySpec& body);
 
 /// Finds anchors and centres without meshing finely.
 ///
 /// near_array   the point of a surface, in the world's frame, that is nearest to the array
-/// kept         landmarks of scenes before this one
+/// kept         landmarks and resurfaced mesh files of scenes before this one
 /// throws       InputError on an unknown landmark, a mesh file that is not the closed surface of a body or whose
 ///              unit is not given and not surely mm, keep_within without a target
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
@@ -73,6 +76,9 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
 std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan);
 
 /// The size field of a body in its own frame; edge_mm must be given.
-EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body, const EdgeSpec& edge);
+///
+/// kept   resurfaced mesh files of scenes before this one
+EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body, const EdgeSpec& edge,
+                     KeptBodies* kept = nullptr);
 
 }  // namespace touchfield

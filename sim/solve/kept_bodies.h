@@ -13,6 +13,7 @@ namespace touchfield {
 struct MeshedBody {
   Body body;
   std::vector<unsigned char> skin;  // M: 0 on and near the caps of keep_within, else 1
+  std::vector<std::string> notes;   // what was done to the faces of its file, a line each
 };
 
 /// Meshes that scenes computed one after another share: of each role, a body of the solver's or of the judge's, the

@@ -208,6 +208,10 @@ JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
 }
 
 Model build_model(const Scene& scene, KeptBodies* kept) {
+  if (kept == nullptr) {
+    KeptBodies own;  // a file that is resurfaced is needed several times
+    return build_model(scene, &own);
+  }
   const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
   TransducerArray array = build_array(scene.array, wave);
   const auto near_array = [&](const TriangleMesh& mesh) { return nearest_to_array(array, mesh); };

@@ -45,8 +45,8 @@ void require_named_files(const std::vector<Scene>& scenes) {
   Checks checks;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     for (const BodySpec& body : scenes[i].bodies) {
-      if (const auto* mesh = std::get_if<MeshShape>(&body.shape)) {
-        checks.once(i, shape_text(body), [mesh] { require_body(*mesh); });
+      if (std::holds_alternative<MeshShape>(body.shape)) {
+        checks.once(i, shape_text(body), [&] { require_body(body); });
       }
     }
     const Eigen::Index channels = channel_count(scenes[i].array);

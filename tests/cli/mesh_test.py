@@ -343,5 +343,71 @@ class Broken(Mesh):
         self.refused(strip, "--repair", says=["not orientable", "mm"])
 
 
+class Resurfacing(Mesh):
+    """Two balls in each other, one inside out, with a hole: nothing that --repair could mend."""
+
+    SCENE = """\
+name: resurfaced
+array: {grid: {count: [8, 8], pitch_mm: 10.16}}
+body:
+  mesh: {file: balls.stl, unit: mm, resurface_mm: 2, landmarks: {pole: [0, 0, -8], seam: [5, 0, 6.2]}}
+  place: {landmark: pole, at_mm: [0, 0, 60]}
+target: {box: {at: pole, size_mm: [8, 8, 6]}, pressure_pa: 500}
+solve: {methods: [focus], alarm: never}
+write: [h5]
+"""
+
+    def setUp(self):
+        super().setUp()
+        ball, triangles = icosphere(3, 8.0)
+        two = together((ball, triangles[:-20]), (ball + [10, 0, 0], triangles[:, ::-1]))
+        write_stl(self.folder / "balls.stl", *two)
+
+    def scene(self, text=SCENE):
+        return self.write("scene.yaml", text)
+
+    def test_one_closed_skin(self):
+        self.refused("balls.stl", "--unit", "mm", "--repair", says="faces cut each other")
+        report = self.report("balls.stl", "--unit", "mm", "--resurface", "1", "-o", "skin.ply")
+        result = report["result"]
+        self.assertEqual((result["closed"], result["components"], result["self_intersections"]), (True, 1, 0))
+        # Both less the lens that they share.
+        lens = numpy.pi * 6**2 * (10**2 + 4 * 10 * 8) / 120
+        self.assertAlmostEqual(result["volume_cm3"] * 1e3, 2 * 4 / 3 * numpy.pi * 8**3 - lens, delta=60)
+        self.assertLess(report["to_resurfaced"]["most_95_mm"], 1 / 3)
+        self.assertLess(report["to_resurfaced"]["share_counted"], 0.95)
+        self.assertGreater(report["from_resurfaced"]["farthest_mm"], 0)
+        self.assertIn("resurfaced with edges of 1 mm", " ".join(report["steps"]))
+        self.assertEqual(self.report("skin.ply", "--unit", "mm")["surface"]["faults"], [])
+
+    def test_refusals(self):
+        self.refused("balls.stl", "--unit", "mm", "--resurface", "0.001", "-o", "out.stl",
+                     says=["--resurface = 0.001 mm is too short", "must be at least"])
+        self.refused("balls.stl", "--unit", "mm", "--resurface", "50", says="--resurface = 50 mm is too long")
+        self.refused("balls.stl", "--unit", "mm", "--resurface", "0", says="--resurface")
+        self.refused("balls.stl", "--unit", "mm", "--resurface", "1", "--repair", says="--repair")
+        self.refused(self.cube(CUBE[:2]), "--unit", "mm", "--resurface", "2", says="no volume")
+
+    def test_a_scene_with_it(self):
+        said = self.run_ok("check", self.scene()).stdout
+        self.assertIn("resurfaced with edges of 2 mm", said)
+        self.assertIn("closed, manifold, outward: no faults", said)
+        resolved = self.run_ok("check", self.scene(), "--resolved").stdout
+        self.assertIn("resurface_mm: 2", resolved)
+        self.run_ok("run", self.scene(), "-o", "run")
+        with h5py.File(self.folder / "run" / "run.h5") as run:
+            vertices = run["mesh/vertices"][:]
+        self.assertAlmostEqual(vertices[:, 2].min(), 0.060, delta=1e-4)
+        self.assertAlmostEqual(numpy.ptp(vertices[:, 0]), 0.026, delta=3e-4)
+
+    def test_a_scene_that_asks_too_much(self):
+        for value, instead, says in [("resurface_mm: 2", "resurface_mm: 0.001", "mesh.resurface_mm = 0.001 mm is too short"),
+                                     ("resurface_mm: 2", "resurface_mm: -1", "body.mesh.resurface_mm"),
+                                     ("[5, 0, 6.2]", "[2, 0, 0]", "landmark 'seam'")]:
+            done = self.touchfield("check", self.scene(self.SCENE.replace(value, instead)))
+            self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+            self.assertIn(says, done.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

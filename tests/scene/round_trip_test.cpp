@@ -42,7 +42,7 @@ bool operator==(const SphereShape& a, const SphereShape& b) { return a.radius ==
 bool operator==(const CapsuleShape& a, const CapsuleShape& b) { return a.radius == b.radius && a.length == b.length; }
 bool operator==(const BoxShape& a, const BoxShape& b) { return a.size == b.size; }
 bool operator==(const MeshShape& a, const MeshShape& b) {
-  return a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name &&
+  return a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name && a.resurface == b.resurface &&
          a.landmarks == b.landmarks;  // a unit that was left out is written
 }
 bool operator==(const TargetBoxSpec& a, const TargetBoxSpec& b) {

@@ -1,6 +1,7 @@
 #include "sim/mesh/query/face_tree.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -129,6 +130,46 @@ TEST(FaceTree, CavitiesAreOutside) {
   const FaceTree tree(together(outer, TriangleMesh(icosphere(0.02, 8).vertices(), turned)));
   EXPECT_NEAR(tree.winding_number(Vector3(0.001, 0.002, 0.003)), 0.0, kWinding);
   EXPECT_NEAR(tree.winding_number(Vector3(0.025, 0, 0)), 1.0, kWinding);
+}
+
+/// By the solid angle of every face (Van Oosterom and Strackee, IEEE Trans. Biomed. Eng. 30 (1983) 125).
+double winding_of_all_faces(const TriangleMesh& mesh, const Vector3& x) {
+  double angle = 0;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Vector3 a = mesh.corner(f, 0) - x;
+    const Vector3 b = mesh.corner(f, 1) - x;
+    const Vector3 c = mesh.corner(f, 2) - x;
+    angle += 2.0 * std::atan2(a.dot(b.cross(c)), a.norm() * b.norm() * c.norm() + a.dot(b) * c.norm() +
+                                                     b.dot(c) * a.norm() + c.dot(a) * b.norm());
+  }
+  return angle / (4.0 * std::numbers::pi);
+}
+
+TEST(FaceTree, WindsAsAllFacesDoRoundAHandWithHolesAndTurnedFaces) {
+  const TriangleMesh whole = hand({.edge = 4e-3}).mesh;
+  std::mt19937 random(3);
+  Triangles triangles(3, whole.face_count());
+  Eigen::Index count = 0;
+  for (Eigen::Index f = 0; f < whole.face_count(); ++f) {
+    const bool hole = whole.centroids()(1, f) < 0.01 || random() % 10 == 0;
+    if (!hole) {
+      triangles.col(count) = whole.triangles().col(f);
+      if (random() % 10 == 0) {
+        std::swap(triangles(0, count), triangles(1, count));
+      }
+      ++count;
+    }
+  }
+  const TriangleMesh soup(whole.vertices(), triangles.leftCols(count));
+  const FaceTree tree(soup);
+  const Points points = points_around(soup, 1000);
+  double squares = 0;
+  for (const Vector3 x : points.colwise()) {
+    const double exact = winding_of_all_faces(soup, x);
+    EXPECT_NEAR(tree.winding_number(x), exact, kWinding);
+    squares += std::pow(tree.winding_number(x) - exact, 2);
+  }
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(points.cols())), 0.006);
 }
 
 TEST(FaceTree, TakesOneTriangle) {

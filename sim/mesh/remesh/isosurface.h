@@ -1,0 +1,38 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// The nodes of a regular grid along the axes, numbered with x fastest.
+struct NodeGrid {
+  Vector3 origin;  // the first node [m]
+  double spacing;  // [m]
+  std::array<int, 3> count;
+
+  std::size_t size() const {
+    return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(count[2]);
+  }
+};
+
+/// Vertices on a grid's edges and the triangles between them.
+struct Isosurface {
+  Points points;  // [m]
+  Triangles triangles;
+};
+
+/// The surface between a grid's nodes of negative values, inside, and the others, by marching cubes: a vertex on each
+/// edge between the two, where the value is linearly 0. Oriented outwards; closed if the outer nodes are outside. An
+/// edge may have four faces where two nodes inside stand across a cell's side from each other and the other two of the
+/// side are outside.
+///
+/// values   grid.size(), none of them 0
+/// source   Schroeder, Maynard and Geveci, Flying Edges, LDAV 2015, as vtkFlyingEdges3D
+Isosurface isosurface(const NodeGrid& grid, const std::vector<float>& values);
+Isosurface isosurface(const NodeGrid& grid, const std::vector<signed char>& values);
+
+}  // namespace touchfield
