@@ -35,6 +35,9 @@ double quantile(std::vector<double> values, double share);
 /// is of its scene.
 void describe(Canvas& canvas, const Run& run);
 
+/// Text, made smaller where it would be wider than `most` [pixels].
+void draw_fitted(Canvas& canvas, double x, double y, const std::string& text, TextStyle style, double most);
+
 /// A bold line and one below it, at the top of the picture; the first is its file's Description too.
 void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle);
 

@@ -1,3 +1,5 @@
+#include "sim/pictures/study_picture.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,9 +11,7 @@
 #include "sim/bem/scheme.h"
 #include "sim/core/atomic_file.h"
 #include "sim/pictures/canvas.h"
-#include "sim/pictures/display.h"
 #include "sim/pictures/picture_parts.h"
-#include "sim/store/study_files.h"
 #include "sim/store/text_table.h"
 
 namespace touchfield {
@@ -188,9 +188,7 @@ std::pair<double, double> range_of(const std::vector<Dot>& dots, double Dot::*va
 }  // namespace
 
 void draw_study(const std::string& path, const std::string& title, const std::vector<StudyRung>& rungs,
-                std::optional<std::size_t> picked) {
-  const DisplayConnection display;  // open until the picture is drawn
-  display.require();
+                std::optional<std::size_t> picked, PictureFormat format) {
   const std::vector<std::string> schemes = schemes_of(rungs);
   std::vector<Dot> dots;
   for (const StudyRung& rung : rungs) {
@@ -205,7 +203,7 @@ void draw_study(const std::string& path, const std::string& title, const std::ve
   const Axis y(least, most, kPlot.y, kPlot.height);
   const StudyRung* choice = picked && can_be_drawn(rungs.at(*picked)) ? &rungs[*picked] : nullptr;
 
-  Canvas canvas(kPictureWidth, kPictureHeight);
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
   draw_axes(canvas, x, y);
   draw_dots(canvas, x, y, dots);
   if (choice != nullptr) {
@@ -216,7 +214,7 @@ void draw_study(const std::string& path, const std::string& title, const std::ve
   const std::string how =
       choice == nullptr ? "" : fmt::format("Solver {}, precision {}. ", choice->solver, choice->precision);
   draw_caption(canvas, choice == nullptr ? "" : picked_text(*choice), how + count_text(dots.size(), rungs.size()));
-  write_atomically(path, {canvas.png()});
+  write_atomically(path, {canvas.file()});
 }
 
 }  // namespace touchfield

@@ -1,3 +1,5 @@
+#include "sim/pictures/sweep_picture.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,7 +13,6 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/pictures/canvas.h"
-#include "sim/pictures/display.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/store/sweep_rows.h"
 
@@ -275,7 +276,7 @@ void draw_maps(Canvas& canvas, const std::vector<Sample>& samples, const std::ve
 
 void require_metric(const std::string& name) { field_of(name); }
 
-bool draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric) {
+bool draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric, PictureFormat format) {
   const MetricField& field = field_of(metric);
   const std::vector<SweepRow> rows = sweep_rows(summary);
   const std::vector<std::string> parameters = varying(summary, rows);
@@ -286,9 +287,7 @@ bool draw_sweep(const std::string& path, const SweepSummary& summary, const std:
   if (samples.empty()) {
     return false;
   }
-  const DisplayConnection display;  // open until the picture is drawn
-  display.require();
-  Canvas canvas(kPictureWidth, kPictureHeight);
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
   const std::vector<std::string> methods = methods_of(rows);
   if (parameters.size() == 1) {
     draw_lines(canvas, samples, methods, parameters.front(), label_of(field));
@@ -299,7 +298,7 @@ bool draw_sweep(const std::string& path, const SweepSummary& summary, const std:
   const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
   draw_caption(canvas, failed > 0 ? fmt::format("{} cases failed and are left out.", failed) : "",
                "Values are as the scene's keys have them.");
-  write_atomically(path, {canvas.png()});
+  write_atomically(path, {canvas.file()});
   return true;
 }
 
