@@ -24,7 +24,7 @@ std::vector<std::string> run_files(const Model& model, std::optional<PictureForm
   }
   if (const auto format = picture_format(model, asked)) {
     const std::string ending = to_string(*format);
-    files.push_back("target." + ending);
+    files.insert(files.end(), {"setup." + ending, "target." + ending});
     for (const MethodSpec& method : scene.solve.methods) {
       files.push_back(fmt::format("pressure_{}.{}", method.name, ending));
       for (const FieldGrid& field : model.fields) {

@@ -80,7 +80,8 @@ std::string field_picture(const Run& run, const FieldResult& field, const Eigen:
             [&](double along, double away) { return Eigen::Vector2d(box.x - away, box.y + along); });
   const auto axis_name = [](int axis) { return fmt::format("{} [mm]", kAxes[static_cast<std::size_t>(axis)]); };
   canvas.text(box.x + 0.5 * box.width, box.y - 48, axis_name(view.horizontal), {.size = 18, .align = Align::kCentre});
-  canvas.text(box.x - 12, box.y + box.height + 24, axis_name(view.vertical), {.size = 18, .align = Align::kRight});
+  canvas.text(box.x - 66, box.y + 0.5 * box.height, axis_name(view.vertical),
+              {.size = 18, .align = Align::kCentre, .angle = 90.0});
   draw_colour_bar(canvas, top);
   draw_title(canvas, run.name, subtitle);
   draw_caption(

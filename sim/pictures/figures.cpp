@@ -12,6 +12,7 @@
 #include "sim/core/atomic_file.h"
 #include "sim/pictures/field_picture.h"
 #include "sim/pictures/picture_parts.h"
+#include "sim/pictures/setup_picture.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/store/run_layout.h"
 
@@ -131,6 +132,9 @@ std::vector<std::string> draw_figures(const std::string& directory, const Run& r
   std::optional<SkinPictures> skin;
   std::vector<Picture> pictures;
   if (has_skin(run)) {
+    if (run.array.kind == TransducerArray::Kind::kTransducers) {
+      pictures.push_back({"setup", [&run, format] { return setup_picture(run, format); }});
+    }
     skin.emplace(run, format);
     add_skin(run, *skin, pictures);
   }

@@ -146,17 +146,16 @@ void draw_colour_bar(Canvas& canvas, double top) {
   }
 }
 
+void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) {
+  canvas.image(sight.view().panel, sight.image(colours, canvas.format() == PictureFormat::kPng ? 1 : 2));
+}
+
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel) {
   const double length = tick_step(0.3 * panel.width * metres_per_pixel, 2);
-  const double pixels = length / metres_per_pixel;
-  const double x = panel.x + 16.0;
-  const double y = panel.y + 16.0;
-  const double left = panel.x + 1.0;  // readable on skin too
-  const double bottom = panel.y + 1.0;
-  canvas.polygon({{left, bottom}, {x + pixels + 15, bottom}, {x + pixels + 15, y + 30}, {left, y + 30}}, kPaper);
-  canvas.line({x, y}, {x + pixels, y}, kInk, 3.0);
-  canvas.text(x + 0.5 * pixels, y + 16.0, fmt::format("{:.6g} mm", 1e3 * length),
-              {.size = 15, .align = Align::kCentre});
+  const double right = panel.x + length / metres_per_pixel;
+  const double y = panel.y - 14.0;
+  canvas.line({panel.x, y}, {right, y}, kInk, 3.0);
+  canvas.text(right + 10.0, y, fmt::format("{:.6g} mm", 1e3 * length), {.size = 15});
 }
 
 void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre, bool outlined) {

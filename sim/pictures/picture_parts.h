@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/pictures/canvas.h"
+#include "sim/pictures/skin_sight.h"
 #include "sim/store/run_data.h"
 
 /// What all pictures of a run share.
@@ -47,7 +48,10 @@ void draw_caption(Canvas& canvas, const std::string& first, const std::string& s
 /// The colours from 0 to `top` at the right side of the picture, with values in Pa.
 void draw_colour_bar(Canvas& canvas, double top);
 
-/// A bar with its length in mm in the lower left corner of a panel.
+/// A mesh in its panel, one colour a face; finer than the picture in a PDF or SVG, which are made for print.
+void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours);
+
+/// A bar with its length in mm, below a panel at its left.
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel);
 
 /// A marker of a plot; its shape and colour, which people with colour-blindness tell apart, follow from its number.

@@ -97,8 +97,7 @@ SkinPictures::SkinPictures(const Run& run, PictureFormat format)
 }
 
 void SkinPictures::draw_panel(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) const {
-  const int finer = format_ == PictureFormat::kPng ? 1 : 2;  // for print
-  canvas.image(sight.view().panel, sight.image(colours, finer));
+  draw_sight(canvas, sight, colours);
   const std::vector<Eigen::Vector2d> ends = sight.visible(run_.mesh.vertices(), outline_);
   for (std::size_t i = 0; i < ends.size(); i += 2) {
     canvas.path({ends[i], ends[i + 1]}, kOutline, kOutlineWidth);

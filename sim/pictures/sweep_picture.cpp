@@ -22,6 +22,7 @@ namespace {
 
 constexpr PixelBox kPlot = {120, 160, 760, 600};
 constexpr double kLegend = kPlot.x + kPlot.width + 40.0;
+constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
 constexpr double kLegendLine = 34.0;
 constexpr Colour kInk = {25, 25, 25};
 constexpr Colour kTickLine = {225, 225, 225};
@@ -155,8 +156,10 @@ void draw_lines(Canvas& canvas, const std::vector<Sample>& samples, const std::v
   // From zero where that wastes less than half of the height: a difference then looks as large as it is.
   const Axis y(least > 0.0 && least < 0.5 * most ? 0.0 : least, most, kPlot.y, kPlot.height);
   draw_axes(canvas, x, y);
-  canvas.text(kPlot.x + 0.5 * kPlot.width, kPlot.y - 52.0, parameter, {.size = 20, .align = Align::kCentre});
-  canvas.text(36.0, kPlot.y + 0.5 * kPlot.height, label, {.size = 20, .align = Align::kCentre, .angle = 90.0});
+  draw_fitted(canvas, kPlot.x + 0.5 * kPlot.width, kPlot.y - 52.0, parameter, {.size = 20, .align = Align::kCentre},
+              kPlot.width);
+  draw_fitted(canvas, 36.0, kPlot.y + 0.5 * kPlot.height, label, {.size = 20, .align = Align::kCentre, .angle = 90.0},
+              kPlot.height);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     std::vector<Eigen::Vector2d> places;
     for (const Sample& sample : samples) {  // ascending in x
@@ -164,15 +167,13 @@ void draw_lines(Canvas& canvas, const std::vector<Sample>& samples, const std::v
         places.emplace_back(x.pixel(sample.x), y.pixel(sample.value));
       }
     }
-    for (std::size_t i = 1; i < places.size(); ++i) {
-      canvas.line(places[i - 1], places[i], marker_colour(m), 2.0);
-    }
+    canvas.path(places, marker_colour(m), 2.0);
     for (const Eigen::Vector2d& place : places) {
       draw_marker(canvas, m, place, false);
     }
     const double at = kPlot.y + kPlot.height - 20.0 - static_cast<double>(m) * kLegendLine;
     draw_marker(canvas, m, {kLegend, at}, false);
-    canvas.text(kLegend + 26.0, at, methods[m], {.size = 18});
+    draw_fitted(canvas, kLegend + 26.0, at, methods[m], {.size = 18}, kLegendRoom);
   }
 }
 
@@ -264,11 +265,12 @@ void draw_maps(Canvas& canvas, const std::vector<Sample>& samples, const std::ve
                     {.size = 14, .align = Align::kRight});
       }
     }
-    canvas.text(panel.x + 0.5 * panel.width, panel.y + panel.height + 16.0, methods[m],
-                {.size = 18, .align = Align::kCentre, .bold = true});
+    draw_fitted(canvas, panel.x + 0.5 * panel.width, panel.y + panel.height + 16.0, methods[m],
+                {.size = 18, .align = Align::kCentre, .bold = true}, panel.width);
   }
-  canvas.text(kLeft + 450.0, 100.0, parameters[0], {.size = 20, .align = Align::kCentre});
-  canvas.text(30.0, kBottom + 310.0, parameters[1], {.size = 20, .align = Align::kCentre, .angle = 90.0});
+  draw_fitted(canvas, kLeft + 450.0, 100.0, parameters[0], {.size = 20, .align = Align::kCentre}, 900.0);
+  draw_fitted(canvas, 30.0, kBottom + 310.0, parameters[1], {.size = 20, .align = Align::kCentre, .angle = 90.0},
+              620.0);
   draw_bar(canvas, least, most, label);
 }
 

@@ -266,7 +266,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
         scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, png]"))
         done = self.run_without_display(scene)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        names = ["pressure_fixed", "pressure_focus", "pressure_paper", "pressure_unscattered", "target"]
+        names = ["pressure_fixed", "pressure_focus", "pressure_paper", "pressure_unscattered", "setup", "target"]
         self.assertEqual(self.pictures("png"), [f"{name}.png" for name in names])
         # Another format replaces them, and needs no word in the scene.
         for ending, begin in [("pdf", b"%PDF-"), ("svg", b"<?xml")]:

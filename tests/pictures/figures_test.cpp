@@ -53,7 +53,8 @@ RunData graded_run() {
 TEST(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
   const TemporaryDirectory directory("with space \xc3\xa4");
   const RunData run = graded_run();
-  ASSERT_THAT(draw_png(directory.path(), run), ::testing::ElementsAre(directory.file("pressure_graded.png")));
+  ASSERT_THAT(draw_png(directory.path(), run),
+              ::testing::ElementsAre(directory.file("setup.png"), directory.file("pressure_graded.png")));
   const Picture picture(directory.file("pressure_graded.png"));
   ASSERT_EQ(picture.width(), 1200);
   ASSERT_EQ(picture.height(), 900);
@@ -99,7 +100,7 @@ TEST(Figures, ThePictureOfTheTargetAndItsCloseView) {
   const std::vector<Eigen::Index> faces = {20, 21};  // one square
   run.target = Target{.faces = faces, .amplitudes = Eigen::Vector2d(800, 400), .box = {0, 0}};
   draw_png(directory.path(), run);
-  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"target.png", "pressure_graded.png"}));
+  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"setup.png", "target.png", "pressure_graded.png"}));
   const SkinPanels panels = skin_panels(run);
   ASSERT_TRUE(panels.target.has_value());
   // With a target the colours end at twice its largest amplitude, 1600 Pa, rounded up.
@@ -160,7 +161,7 @@ TEST(Figures, EveryPictureSaysWhichRunItShows) {
   RunData run = full_run();
   run.name = "width_5mm";
   const std::vector<std::string> files = draw_png(directory.path(), run);
-  ASSERT_EQ(files.size(), 1U + 2U + 2U);  // the target, two methods on the skin and in the plane
+  ASSERT_EQ(files.size(), 2U + 2U + 2U);  // the setup, the target, two methods on the skin and in the plane
   for (const std::string& file : files) {
     SCOPED_TRACE(file);
     const Picture picture(file);
@@ -193,6 +194,7 @@ TEST(Figures, APlaneWaveFromTheSide) {
   run.methods[0] = support::made_up_method("wave", run, 0.5);
   run.methods[0].pressure.setConstant(1e-3);
   draw_png(directory.path(), run);
+  EXPECT_EQ(names_in(directory.path()), std::set<std::string>{"pressure_wave.png"});  // no transducers to show
   const SkinView view = skin_panels(run).body;
   EXPECT_LT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
   const Picture picture(directory.file("pressure_wave.png"));
@@ -205,7 +207,7 @@ TEST(Figures, AMissingDirectoryIsAnIoError) {
     draw_png(directory.file("missing"), graded_run());
     FAIL() << "no error";
   } catch (const IoError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("missing/pressure_graded.png"));
+    EXPECT_THAT(error.what(), HasSubstr("missing/setup.png"));
   }
 }
 
@@ -216,7 +218,7 @@ TEST(Figures, PdfAndSvgSayWhichRunTheyShowToo) {
   run.name = "width_5mm";
   const std::vector<std::string> pdf = draw_figures(directory.path(), run, PictureFormat::kPdf);
   const std::vector<std::string> svg = draw_figures(directory.path(), run, PictureFormat::kSvg);
-  ASSERT_EQ(pdf.size(), 1U + 2U + 2U);
+  ASSERT_EQ(pdf.size(), 2U + 2U + 2U);
   ASSERT_EQ(svg.size(), pdf.size());
   for (std::size_t i = 0; i < pdf.size(); ++i) {
     SCOPED_TRACE(pdf[i]);

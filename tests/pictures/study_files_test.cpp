@@ -1,5 +1,3 @@
-#include "sim/pictures/study_picture.h"
-
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -7,6 +5,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
+#include "sim/pictures/study_picture.h"
 #include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
@@ -230,7 +229,8 @@ TEST(StudyPicture, WhatALogarithmHasNoPlaceForIsLeftOut) {
 
 TEST(StudyPicture, AMissingDirectoryIsAnIoError) {
   const TemporaryDirectory directory;
-  EXPECT_THAT(message_of<IoError>([&] { draw_study(directory.file("missing/study.png"), "", {rung(1, 1, PictureFormat::kPng)}, 0); }),
+  EXPECT_THAT(message_of<IoError>(
+                  [&] { draw_study(directory.file("missing/study.png"), "", {rung(1, 1, PictureFormat::kPng)}, 0); }),
               HasSubstr("missing/study.png"));
 }
 
