@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -125,6 +126,24 @@ bool has_skin(const Run& run) {
          std::ranges::any_of(run.methods, [](const MethodResult& result) { return result.pressure.size() != 0; });
 }
 
+std::vector<std::string> drawn_at_once(const std::vector<Picture>& pictures) {
+  std::vector<std::string> files(pictures.size());
+  std::exception_ptr failure;
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    try {
+      files[i] = pictures[i].draw();
+    } catch (...) {
+#pragma omp critical
+      failure = std::current_exception();
+    }
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+  return files;
+}
+
 }  // namespace
 
 std::vector<std::string> draw_figures(const std::string& directory, const Run& run, PictureFormat format) {
@@ -139,11 +158,12 @@ std::vector<std::string> draw_figures(const std::string& directory, const Run& r
     add_skin(run, *skin, pictures);
   }
   add_planes(run, format, pictures);
+  const std::vector<std::string> drawn = drawn_at_once(pictures);
   std::vector<std::string> files;
-  for (const Picture& picture : pictures) {
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
     files.push_back(
-        (std::filesystem::path(directory) / fmt::format("{}.{}", picture.name, to_string(format))).string());
-    write_atomically(files.back(), {picture.draw()});
+        (std::filesystem::path(directory) / fmt::format("{}.{}", pictures[i].name, to_string(format))).string());
+    write_atomically(files.back(), {drawn[i]});
   }
   return files;
 }
