@@ -87,9 +87,10 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
   const Scene scene = read_scene(command.scene, command.overrides);
   // What is wrong with the scene or the options is found before the directory exists.
   std::vector<Model> models = study_models(scene, command.options);
-  RunDirectory directory = command.output.empty()
-                               ? RunDirectory::next_free("results/runs", scene.name + "_study", study_files(command.pictures))
-                               : RunDirectory::at(command.output, study_files(command.pictures), command.force);
+  RunDirectory directory =
+      command.output.empty()
+          ? RunDirectory::next_free("results/runs", scene.name + "_study", study_files(command.pictures))
+          : RunDirectory::at(command.output, study_files(command.pictures), command.force);
   try {
     progress.log_to(directory.file("study.log"));
     const auto keep = [&](const Study& so_far) { write_study_csv(directory.file("study.csv"), so_far.rungs); };
