@@ -230,7 +230,7 @@ TEST(StudyPicture, WhatALogarithmHasNoPlaceForIsLeftOut) {
 TEST(StudyPicture, AMissingDirectoryIsAnIoError) {
   const TemporaryDirectory directory;
   EXPECT_THAT(message_of<IoError>(
-                  [&] { draw_study(directory.file("missing/study.png"), "", {rung(1, 1, PictureFormat::kPng)}, 0); }),
+                  [&] { draw_study(directory.file("missing/study.png"), "", {rung(1, 1)}, 0, PictureFormat::kPng); }),
               HasSubstr("missing/study.png"));
 }
 
