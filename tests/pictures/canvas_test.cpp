@@ -38,12 +38,11 @@ TEST(Png, IsReadBackBitByBit) {
     pixel = {static_cast<std::uint8_t>(generator()), static_cast<std::uint8_t>(generator()),
              static_cast<std::uint8_t>(generator())};
   }
-  const Drawn drawn(png_file(image, {{"Title", "a picture"}, {"Source", ""}}));
+  const Drawn drawn(png_file(image, {{"Title", "a picture"}}));
   const Picture picture = drawn.picture();
   ASSERT_EQ(picture.width(), 37);
   ASSERT_EQ(picture.height(), 23);
   EXPECT_EQ(picture.text("Title"), "a picture");
-  EXPECT_EQ(picture.text("Source"), "");
   EXPECT_EQ(picture.text("Comment"), "(none)");
   for (int row = 0; row < image.height; ++row) {
     for (int column = 0; column < image.width; ++column) {
