@@ -26,8 +26,14 @@ target_include_directories(touchfield_openblas SYSTEM INTERFACE ${TOUCHFIELD_OPE
 set(HDF5_PREFER_PARALLEL OFF)
 find_package(HDF5 REQUIRED COMPONENTS C)
 
+find_package(Freetype REQUIRED)
+find_library(TOUCHFIELD_CAIRO cairo REQUIRED)
+find_path(TOUCHFIELD_CAIRO_INCLUDE cairo.h PATH_SUFFIXES cairo REQUIRED)
+add_library(touchfield_cairo INTERFACE)
+target_link_libraries(touchfield_cairo INTERFACE ${TOUCHFIELD_CAIRO} Freetype::Freetype)
+target_include_directories(touchfield_cairo SYSTEM INTERFACE ${TOUCHFIELD_CAIRO_INCLUDE})
+
 find_package(VTK 9.1 REQUIRED COMPONENTS
   CommonCore CommonDataModel CommonExecutionModel CommonColor
   FiltersCore FiltersGeneral FiltersSources
-  IOCore IOXML IOGeometry IOPLY IOImage
-  RenderingCore RenderingAnnotation RenderingFreeType RenderingOpenGL2)
+  IOCore IOXML IOGeometry IOPLY IOImage)

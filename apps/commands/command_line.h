@@ -9,6 +9,8 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "sim/pictures/picture_format.h"
+
 namespace touchfield {
 
 /// Flags that every command takes.
@@ -41,6 +43,10 @@ void add_overrides(CLI::App* command, std::vector<std::string>& overrides);
 CLI::Option* add_millimetres(CLI::App* command, const std::string& name, double& length, const std::string& what);
 CLI::Option* add_millimetres(CLI::App* command, const std::string& name, std::optional<double>& length,
                              const std::string& what);
+
+/// --pictures, the format of what is drawn.
+void add_pictures(CLI::App* command, PictureFormat& format, const std::string& what);
+void add_pictures(CLI::App* command, std::optional<PictureFormat>& format, const std::string& what);
 
 /// A choice of an enumerator by its name; help and errors list the names, not the numbers behind them.
 template <typename Enum>

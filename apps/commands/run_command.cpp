@@ -29,6 +29,7 @@ struct RunCommand {
   std::string output;                  // empty: results/runs/NAME-NNNN
   std::vector<std::string> overrides;  // key.path=value
   bool force = false;
+  std::optional<PictureFormat> pictures;  // what the scene says if not given
 };
 
 nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
@@ -98,7 +99,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
 
   {
     const std::lock_guard lock(open->mutex);
-    open->directory = claim(command, scene.name, run_files(model));
+    open->directory = claim(command, scene.name, run_files(model, command.pictures));
   }
   RunDirectory& directory = *open->directory;
   try {
@@ -112,7 +113,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     if (!report.note.empty()) {
       progress.note(fmt::format("  {}", report.note));
     }
-    const Run run = run_model(model, {invoked.command_line, threads}, directory, progress);
+    const Run run = run_model(model, {invoked.command_line, threads}, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
@@ -144,6 +145,7 @@ void add_run_command(CLI::App& app, Invocation& invocation) {
   command->add_option("-o,--output", run->output,
                       "Output directory; default: results/runs/NAME-NNNN, the next free number");
   command->add_flag("--force", run->force, "Replace the run that the output directory holds");
+  add_pictures(command, run->pictures, "Draw pictures of this format; default: PNG if the scene's write has png");
   finish_command(command, invocation, [run](const Invocation& invoked) { return run_command(*run, invoked); });
 }
 

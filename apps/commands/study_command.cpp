@@ -13,7 +13,7 @@
 #include "sim/batch/run_files.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
-#include "sim/pictures/figures.h"
+#include "sim/pictures/study_picture.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_file.h"
 #include "sim/store/study_files.h"
@@ -30,6 +30,7 @@ struct StudyCommand {
   StudyOptions options;
   std::optional<double> budget;  // [s]
   std::optional<double> error;   // [%]
+  PictureFormat pictures = PictureFormat::kPng;
 };
 
 /// What to write into a scene to get a rung.
@@ -80,24 +81,16 @@ nlohmann::ordered_json rung_json(const StudyRung& rung) {
           {"status", rung.status}};
 }
 
-void draw(const std::string& path, const std::string& name, const std::vector<StudyRung>& rungs,
-          const std::optional<std::size_t>& picked, Progress& progress) {
-  if (!can_draw()) {
-    progress.warn("no display answers, so no plot is drawn; scripts/with_display or xvfb-run -a gives one");
-    return;
-  }
-  draw_study(path, name + ": error against time", rungs, picked);
-}
-
 int study_command(const StudyCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   const Scene scene = read_scene(command.scene, command.overrides);
   // What is wrong with the scene or the options is found before the directory exists.
   std::vector<Model> models = study_models(scene, command.options);
-  RunDirectory directory = command.output.empty()
-                               ? RunDirectory::next_free("results/runs", scene.name + "_study", study_files())
-                               : RunDirectory::at(command.output, study_files(), command.force);
+  RunDirectory directory =
+      command.output.empty()
+          ? RunDirectory::next_free("results/runs", scene.name + "_study", study_files(command.pictures))
+          : RunDirectory::at(command.output, study_files(command.pictures), command.force);
   try {
     progress.log_to(directory.file("study.log"));
     const auto keep = [&](const Study& so_far) { write_study_csv(directory.file("study.csv"), so_far.rungs); };
@@ -110,7 +103,8 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
                     study.reference.faces, 1e3 * study.reference.edge, study.reference.seconds,
                     study_table(study.rungs), describe_pick(command, study.rungs, picked, one_edge));
     write_text_file(directory.file("study.txt"), report);
-    draw(directory.file("study.png"), scene.name, study.rungs, picked, progress);
+    draw_study(directory.file("study." + to_string(command.pictures)), scene.name + ": error against time", study.rungs,
+               picked, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
@@ -140,6 +134,7 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
   command->add_option("-o,--output", study->output,
                       "Output directory; default: results/runs/NAME_study-NNNN, the next free number");
   command->add_flag("--force", study->force, "Replace what the output directory holds");
+  add_pictures(command, study->pictures, "Format of the plot; default: png");
   auto* budget = command->add_option("--budget", study->budget, "Pick the most accurate way within so many seconds")
                      ->check(CLI::PositiveNumber);
   command->add_option("--error", study->error, "Pick the cheapest way within so many percent")

@@ -20,7 +20,7 @@
 #include "sim/batch/sweep_case.h"
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
-#include "sim/pictures/figures.h"
+#include "sim/pictures/sweep_picture.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/named_files.h"
 
@@ -35,6 +35,7 @@ struct SweepCommand {
   std::string collect;                 // directory to collect instead; then `sweep` is empty
   std::string shard = "1/1";
   std::string metric = "relative_error";  // of the plot
+  PictureFormat pictures = PictureFormat::kPng;
   int jobs = 0;
   double case_seconds = 0.0;  // 0: derived
   bool resume = false;
@@ -137,13 +138,9 @@ class Reporter {
   bool terminal_;
 };
 
-void draw(const std::string& directory, const SweepSummary& summary, const std::string& metric,
-          const Reporter& reporter) {
-  if (!can_draw()) {
-    reporter.note("no display answers, so no plot is drawn; scripts/with_display or xvfb-run -a gives one");
-    return;
-  }
-  draw_sweep(fmt::format("{}/sweep_{}.png", directory, metric), summary, metric);
+void draw(const std::string& directory, const SweepSummary& summary, const SweepCommand& command) {
+  draw_sweep(fmt::format("{}/sweep_{}.{}", directory, command.metric, to_string(command.pictures)), summary,
+             command.metric, command.pictures);
 }
 
 /// What the command prints at its end, and its exit code.
@@ -174,7 +171,7 @@ int collect(const SweepCommand& command, const CommonFlags& flags) {
     Reporter::warn(gap);
   }
   write_sweep_tables(command.collect, found.summary);
-  draw(command.collect, found.summary, command.metric, Reporter(flags));
+  draw(command.collect, found.summary, command);
   return report(found.summary, command.collect, flags, 0);
 }
 
@@ -266,7 +263,7 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
     const std::lock_guard lock(open->mutex);
     open->runner = nullptr;
   }
-  draw(directory.path(), result.summary, command.metric, reporter);
+  draw(directory.path(), result.summary, command);
   return report(result.summary, directory.path(), flags, result.computed);
 }
 
@@ -292,6 +289,7 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
                     "Go on with the sweep in the output directory; begin it if there is none");
   command->add_flag("--retry-failed", sweep->retry_failed, "Go on, and compute failed cases anew");
   command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
+  add_pictures(command, sweep->pictures, "Format of the plot; default: png");
   command->add_option("--collect", sweep->collect, "Write the tables of a directory, its shards merged, instead")
       ->excludes(file);
   finish_command(command, invocation, [sweep](const Invocation& invoked) { return sweep_command(*sweep, invoked); });

@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/version.h"
-#include "sim/pictures/display.h"
+#include "sim/pictures/canvas.h"
 #include "sim/solve/solver_choice.h"
 #include "sim/solve/speed.h"
 #include "sim/store/libraries.h"
@@ -114,12 +114,12 @@ Finding libraries() {
   return {"libraries", state, ""};
 }
 
-Finding display() {
-  if (DisplayConnection().can_draw()) {
-    return {"display", "there is one to draw pictures on", ""};
+Finding pictures() {
+  const std::string font = picture_font();
+  if (font.empty()) {
+    return {"pictures", "no font", "their text is drawn in plain strokes: install fonts-dejavu-core"};
   }
-  return {"display", "none",
-          "runs leave out their pictures: start them by scripts/with_display, or give DISPLAY one with OpenGL"};
+  return {"pictures", fmt::format("text in {}", font), ""};
 }
 
 }  // namespace
@@ -132,7 +132,7 @@ std::vector<Finding> examine_machine(int threads) {
       build.build_type == "Release" || build.build_type == "RelWithDebInfo"
           ? ""
           : "not an optimised build: everything takes many times as long"};
-  return {program, processor(), blas(), threads_of(threads), speed(), memory(), disk(), libraries(), display()};
+  return {program, processor(), blas(), threads_of(threads), speed(), memory(), disk(), libraries(), pictures()};
 }
 
 }  // namespace touchfield

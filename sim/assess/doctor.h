@@ -7,13 +7,13 @@ namespace touchfield {
 
 /// One line about this machine and installation.
 struct Finding {
-  std::string subject;  // "processor", "BLAS", "display", ...
+  std::string subject;  // "processor", "BLAS", "pictures", ...
   std::string state;    // what there is
   std::string advice;   // empty, or what makes runs slow or incomplete and how to mend it
 };
 
 /// Looks at all that decides how fast and how completely runs work here: processor and instruction level, BLAS core and
-/// its threads, threads and cores, speed (an LU of about half a second), memory, disk, libraries, display.
+/// its threads, threads and cores, speed (an LU of about half a second), memory, disk, libraries, pictures (their font).
 ///
 /// threads   in use
 std::vector<Finding> examine_machine(int threads);

@@ -40,7 +40,7 @@ class RunDirectory {
   void plan(const std::vector<std::string>& methods);
   void finished(const std::string& method);
 
-  /// Everything is written: the manifest forgets what was not, pictures for want of a display, say.
+  /// Everything is written: the manifest forgets what was not.
   void settle();
 
   /// failed.json: the reason, finished and missing methods. Half-written temporary files are removed.

@@ -1,5 +1,6 @@
 #include "sim/batch/run_model.h"
 
+#include "sim/batch/run_files.h"
 #include "sim/pictures/figures.h"
 #include "sim/solve/stages.h"
 #include "sim/store/run_file.h"
@@ -24,13 +25,9 @@ void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& direc
   }
 }
 
-void draw(const Run& run, const RunDirectory& directory, Progress& progress) {
-  if (!can_draw()) {
-    progress.warn("no display answers, so no pictures are drawn; scripts/run or xvfb-run -a gives the program one");
-    return;
-  }
+void draw(const Run& run, PictureFormat format, const RunDirectory& directory, Progress& progress) {
   std::vector<std::pair<std::string, double>> unused;
-  timed(progress, unused, "pictures", "draw pictures", [&] { draw_figures(directory.path(), run); });
+  timed(progress, unused, "pictures", "draw pictures", [&] { draw_figures(directory.path(), run, format); });
 }
 
 void write_tables(const WriteSpec& write, const Run& run, const RunDirectory& directory) {
@@ -42,7 +39,8 @@ void write_tables(const WriteSpec& write, const Run& run, const RunDirectory& di
 
 }  // namespace
 
-Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress) {
+Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress,
+              std::optional<PictureFormat> pictures) {
   const WriteSpec& write = model.scene.write;
   std::vector<std::string> names;
   for (const MethodSpec& method : model.scene.solve.methods) {
@@ -58,8 +56,8 @@ Run run_model(const Model& model, const SolveOptions& options, RunDirectory& dir
     write_vtk(write, run, directory);
     write_tables(write, run, directory);
   });
-  if (write.png) {
-    draw(run, directory, progress);
+  if (const auto format = picture_format(model, pictures)) {
+    draw(run, *format, directory, progress);
   }
   return run;
 }

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <optional>
+
 #include "sim/batch/run_directory.h"
 #include "sim/core/progress.h"
+#include "sim/pictures/picture_format.h"
 #include "sim/solve/solve_model.h"
 
 namespace touchfield {
@@ -10,8 +13,10 @@ namespace touchfield {
 /// that a later failure loses nothing that was found.
 ///
 /// directory   where the files land
+/// pictures    their format, and that there are some whatever the scene says; without it PNG if the scene asks for them
 /// returns     the finished run
 /// throws      as solve_model; IoError on a failed write
-Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress);
+Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress,
+              std::optional<PictureFormat> pictures = std::nullopt);
 
 }  // namespace touchfield

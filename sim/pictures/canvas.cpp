@@ -1,114 +1,210 @@
 #include "sim/pictures/canvas.h"
 
-#include <algorithm>
-#include <array>
+#include <cairo-ft.h>
+#include <cairo-pdf.h>
+#include <cairo-svg.h>
+#include <cairo.h>
+#include <cmath>
 #include <map>
+#include <numbers>
+#include <stdexcept>
 
-#include <vtkActor.h>
-#include <vtkActor2D.h>
-#include <vtkCamera.h>
-#include <vtkCellArray.h>
-#include <vtkCellData.h>
-#include <vtkImageData.h>
-#include <vtkImageMapper.h>
-#include <vtkNew.h>
-#include <vtkPNGWriter.h>
-#include <vtkPoints.h>
-#include <vtkPolyData.h>
-#include <vtkPolyDataMapper.h>
-#include <vtkPolyDataMapper2D.h>
-#include <vtkProperty.h>
-#include <vtkProperty2D.h>
-#include <vtkRenderWindow.h>
-#include <vtkRenderer.h>
-#include <vtkTextActor.h>
-#include <vtkTextProperty.h>
-#include <vtkUnsignedCharArray.h>
-#include <vtkWindowToImageFilter.h>
+#include <fmt/format.h>
 
 #include "sim/core/version.h"
-#include "sim/store/vtk_points.h"
+#include "sim/pictures/png.h"
 
 namespace touchfield {
 
 namespace {
 
+using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
+using Texts = std::map<std::string, std::string>;
+
 constexpr Colour kInk = {25, 25, 25};
-constexpr double kAmbient = 0.7;  // the share of a face's colour that shading leaves alone
+constexpr const char* kFont = "DejaVu Sans";
+constexpr double kPoints = 0.5;  // of a PDF, a pixel
 
-std::array<double, 3> fractions(const Colour& colour) {
-  return {colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0};
+Surface surface_of(cairo_surface_t* surface) { return {surface, cairo_surface_destroy}; }
+
+cairo_status_t append(void* bytes, const unsigned char* data, unsigned int size) {
+  static_cast<std::string*>(bytes)->append(reinterpret_cast<const char*>(data), size);
+  return CAIRO_STATUS_SUCCESS;
 }
 
-vtkNew<vtkActor> skin(const TriangleMesh& mesh, const std::vector<Colour>& colours) {
-  vtkNew<vtkPolyData> data;
-  vtkNew<vtkPoints> points;
-  set_points(points, mesh.vertices());
-  data->SetPoints(points);
-  vtkNew<vtkCellArray> faces;
-  vtkNew<vtkUnsignedCharArray> values;
-  values->SetNumberOfComponents(3);
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    faces->InsertNextCell({mesh.triangles()(0, f), mesh.triangles()(1, f), mesh.triangles()(2, f)});
-    values->InsertNextTypedTuple(colours[static_cast<std::size_t>(f)].data());
+Surface new_surface(int width, int height, PictureFormat format, std::string& bytes) {
+  if (format == PictureFormat::kPdf) {
+    return surface_of(cairo_pdf_surface_create_for_stream(append, &bytes, kPoints * width, kPoints * height));
   }
-  data->SetPolys(faces);
-  data->GetCellData()->SetScalars(values);
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(data);
-  mapper->SetColorModeToDirectScalars();
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetInterpolationToFlat();
-  actor->GetProperty()->SetAmbient(kAmbient);
-  actor->GetProperty()->SetDiffuse(1.0 - kAmbient);
-  actor->GetProperty()->SetSpecular(0.0);
-  return actor;
+  if (format == PictureFormat::kSvg) {
+    Surface surface = surface_of(cairo_svg_surface_create_for_stream(append, &bytes, width, height));
+    cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PX);
+    return surface;
+  }
+  return surface_of(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
 }
 
-vtkNew<vtkActor> lines(const Points& vertices, const Eigen::Matrix2Xi& edges, const Colour& colour) {
-  vtkNew<vtkPolyData> data;
-  vtkNew<vtkPoints> points;
-  set_points(points, vertices);
-  data->SetPoints(points);
-  vtkNew<vtkCellArray> cells;
-  for (Eigen::Index e = 0; e < edges.cols(); ++e) {
-    cells->InsertNextCell({edges(0, e), edges(1, e)});
+void require(cairo_status_t status) {
+  if (status != CAIRO_STATUS_SUCCESS) {
+    throw std::runtime_error(fmt::format("a picture cannot be drawn: {}", cairo_status_to_string(status)));
   }
-  data->SetLines(cells);
-  vtkNew<vtkPolyDataMapper> mapper;
-  mapper->SetInputData(data);
-  mapper->SetRelativeCoincidentTopologyLineOffsetParameters(-2.0, -2.0);  // in front of the faces they bound
-  mapper->SetResolveCoincidentTopologyToPolygonOffset();
-  vtkNew<vtkActor> actor;
-  actor->SetMapper(mapper);
-  actor->GetProperty()->LightingOff();
-  actor->GetProperty()->SetColor(fractions(colour).data());
-  actor->GetProperty()->SetLineWidth(2.0F);
-  return actor;
 }
+
+/// A copy of the image in Cairo's own form.
+Surface image_surface(const ColourImage& image) {
+  Surface surface = surface_of(cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height));
+  require(cairo_surface_status(surface.get()));
+  unsigned char* data = cairo_image_surface_get_data(surface.get());
+  const int stride = cairo_image_surface_get_stride(surface.get());
+  for (int row = 0; row < image.height; ++row) {
+    auto* pixel = reinterpret_cast<std::uint32_t*>(data + static_cast<std::ptrdiff_t>(row) * stride);
+    for (int column = 0; column < image.width; ++column) {
+      const Colour& colour = image.at(column, row);
+      *pixel++ = static_cast<std::uint32_t>(colour[0] << 16 | colour[1] << 8 | colour[2]);
+    }
+  }
+  cairo_surface_mark_dirty(surface.get());
+  return surface;
+}
+
+ColourImage copy_of(cairo_surface_t* surface) {
+  ColourImage image(cairo_image_surface_get_width(surface), cairo_image_surface_get_height(surface));
+  const unsigned char* data = cairo_image_surface_get_data(surface);
+  const int stride = cairo_image_surface_get_stride(surface);
+  for (int row = 0; row < image.height; ++row) {
+    const auto* pixel = reinterpret_cast<const std::uint32_t*>(data + static_cast<std::ptrdiff_t>(row) * stride);
+    for (int column = 0; column < image.width; ++column) {
+      const std::uint32_t value = *pixel++;
+      image.at(column, row) = {static_cast<std::uint8_t>(value >> 16), static_cast<std::uint8_t>(value >> 8),
+                               static_cast<std::uint8_t>(value)};
+    }
+  }
+  return image;
+}
+
+void set_pdf_texts(cairo_surface_t* surface, const Texts& texts) {
+  std::string keywords;
+  for (const auto& [name, text] : texts) {
+    if (name == "Description") {
+      cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_TITLE, text.c_str());
+    } else if (name == "Software") {
+      cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATOR, text.c_str());
+    } else if (name == "Source") {
+      cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_SUBJECT, fmt::format("{}: {}", name, text).c_str());
+    } else {
+      keywords += fmt::format("{}{}: {}", keywords.empty() ? "" : ", ", name, text);
+    }
+  }
+  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_KEYWORDS, keywords.c_str());
+}
+
+std::string escaped(const std::string& text) {
+  std::string result;
+  for (const char c : text) {
+    result += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
+  }
+  return result;
+}
+
+/// The SVG with its texts as the first elements; Cairo has no call for them.
+std::string with_texts(const std::string& svg, const Texts& texts) {
+  std::string title;
+  std::string rest;
+  for (const auto& [name, text] : texts) {
+    (name == "Description" ? title : rest) +=
+        name == "Description" ? escaped(text) : fmt::format("{}: {}\n", escaped(name), escaped(text));
+  }
+  const std::size_t place = svg.find('>', svg.find("<svg")) + 1;
+  return fmt::format("{}\n<title>{}</title>\n<desc>{}</desc>{}", svg.substr(0, place), title, rest, svg.substr(place));
+}
+
+/// Lines of the grid's directions lie on whole pixels, so that they are sharp.
+double sharp(double at, double width) { return std::lround(width) % 2 == 1 ? std::floor(at) + 0.5 : std::round(at); }
 
 }  // namespace
 
-/// The window, with the panels below and flat drawing above, and the texts beside them.
-struct Canvas::Scene {
-  vtkNew<vtkRenderWindow> window;
-  vtkNew<vtkRenderer> paper;
-  vtkNew<vtkRenderer> overlay;
-  std::map<std::string, std::string> texts;
+struct Canvas::Sheet {
+  Sheet(int columns, int rows, PictureFormat kind)
+      : width(columns),
+        height(rows),
+        format(kind),
+        surface(new_surface(columns, rows, kind, bytes)),
+        context(cairo_create(surface.get()), cairo_destroy) {}
+
+  cairo_t* draw() const { return context.get(); }
+  double down(double y) const { return height - y; }
+  void set_colour(const Colour& colour) const {
+    cairo_set_source_rgb(draw(), colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
+  }
+  void set_font(const TextStyle& style) const {
+    cairo_select_font_face(draw(), kFont, CAIRO_FONT_SLANT_NORMAL,
+                           style.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(draw(), style.size);
+  }
+  void trace(const std::vector<Eigen::Vector2d>& points) const {
+    for (const Eigen::Vector2d& point : points) {
+      cairo_line_to(draw(), point.x(), down(point.y()));
+    }
+  }
+  void stroke(const Colour& colour, double line_width) const {
+    set_colour(colour);
+    cairo_set_line_width(draw(), line_width);
+    cairo_stroke(draw());
+  }
+  void paint(const PixelBox& box, const ColourImage& image, cairo_filter_t filter) const {
+    const Surface source = image_surface(image);
+    cairo_save(draw());
+    cairo_rectangle(draw(), box.x, down(box.y + box.height), box.width, box.height);
+    cairo_clip(draw());
+    cairo_translate(draw(), box.x, down(box.y + box.height));
+    cairo_scale(draw(), static_cast<double>(box.width) / image.width, static_cast<double>(box.height) / image.height);
+    cairo_set_source_surface(draw(), source.get(), 0.0, 0.0);
+    cairo_pattern_set_filter(cairo_get_source(draw()), filter);
+    cairo_pattern_set_extend(cairo_get_source(draw()), CAIRO_EXTEND_PAD);  // no pale rim
+    cairo_paint(draw());
+    cairo_restore(draw());
+  }
+
+  int width;
+  int height;
+  PictureFormat format;
+  std::string bytes;  // of a PDF or SVG
+  Surface surface;
+  Context context;
+  Texts texts;
 };
 
-Canvas::Canvas(int width, int height) : scene_(std::make_unique<Scene>()) {
-  vtkRenderWindow* window = scene_->window;
-  window->SetOffScreenRendering(1);
-  window->SetSize(width, height);
-  window->SetDPI(72);  // so that a font's size is in pixels
-  window->SetMultiSamples(4);
-  window->SetNumberOfLayers(2);
-  scene_->paper->SetBackground(1.0, 1.0, 1.0);
-  window->AddRenderer(scene_->paper);
-  scene_->overlay->SetLayer(1);
-  window->AddRenderer(scene_->overlay);
+std::string picture_font() {
+  const Surface surface = surface_of(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
+  const Context context(cairo_create(surface.get()), cairo_destroy);
+  cairo_select_font_face(context.get(), kFont, CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_scaled_font_t* font = cairo_get_scaled_font(context.get());
+  if (cairo_scaled_font_get_type(font) != CAIRO_FONT_TYPE_FT) {
+    return "";
+  }
+  std::string family;
+  if (const FT_Face face = cairo_ft_scaled_font_lock_face(font)) {
+    family = face->family_name != nullptr ? face->family_name : "a font without a name";
+    cairo_ft_scaled_font_unlock_face(font);
+  }
+  return family;
+}
+
+Canvas::Canvas(int width, int height, PictureFormat format) : sheet_(std::make_unique<Sheet>(width, height, format)) {
+  cairo_t* draw = sheet_->draw();
+  if (format == PictureFormat::kPdf) {
+    cairo_scale(draw, kPoints, kPoints);
+  }
+  sheet_->set_colour({255, 255, 255});
+  cairo_paint(draw);
+  // The same shapes and widths in every format.
+  const std::unique_ptr<cairo_font_options_t, decltype(&cairo_font_options_destroy)> options(
+      cairo_font_options_create(), cairo_font_options_destroy);
+  cairo_font_options_set_antialias(options.get(), CAIRO_ANTIALIAS_GRAY);
+  cairo_font_options_set_hint_style(options.get(), CAIRO_HINT_STYLE_NONE);
+  cairo_font_options_set_hint_metrics(options.get(), CAIRO_HINT_METRICS_OFF);
+  cairo_set_font_options(draw, options.get());
   const BuildInfo build = build_info();
   describe("Software", "touchfield " + build.version);
   describe("Source", build.revision);
@@ -116,134 +212,93 @@ Canvas::Canvas(int width, int height) : scene_(std::make_unique<Scene>()) {
 
 Canvas::~Canvas() = default;
 
+PictureFormat Canvas::format() const { return sheet_->format; }
+
 void Canvas::text(double x, double y, const std::string& text, const TextStyle& style) {
-  vtkNew<vtkTextActor> actor;
-  actor->SetInput(text.c_str());
-  actor->SetPosition(x, y);
-  vtkTextProperty* property = actor->GetTextProperty();
-  property->SetFontSize(style.size);
-  property->SetBold(style.bold);
-  property->SetOrientation(style.angle);
-  property->SetColor(fractions(kInk).data());
-  property->SetVerticalJustificationToCentered();
-  switch (style.align) {
-    case Align::kLeft:
-      property->SetJustificationToLeft();
-      break;
-    case Align::kCentre:
-      property->SetJustificationToCentered();
-      break;
-    case Align::kRight:
-      property->SetJustificationToRight();
-      break;
-  }
-  scene_->overlay->AddActor2D(actor);
+  cairo_t* draw = sheet_->draw();
+  sheet_->set_font(style);
+  sheet_->set_colour(kInk);
+  cairo_font_extents_t font;
+  cairo_font_extents(draw, &font);
+  const double share = style.align == Align::kLeft ? 0.0 : style.align == Align::kCentre ? 0.5 : 1.0;
+  cairo_save(draw);
+  cairo_translate(draw, x, sheet_->down(y));
+  cairo_rotate(draw, -style.angle * std::numbers::pi / 180.0);
+  cairo_move_to(draw, -share * text_width(text, style), 0.5 * (font.ascent - font.descent));
+  cairo_show_text(draw, text.c_str());
+  cairo_restore(draw);
+  cairo_new_path(draw);
+}
+
+double Canvas::text_width(const std::string& text, const TextStyle& style) {
+  sheet_->set_font(style);
+  cairo_text_extents_t extents;
+  cairo_text_extents(sheet_->draw(), text.c_str(), &extents);
+  return extents.x_advance;
 }
 
 void Canvas::line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, const Colour& colour, double width) {
-  vtkNew<vtkPoints> points;
-  points->InsertNextPoint(from.x(), from.y(), 0.0);
-  points->InsertNextPoint(to.x(), to.y(), 0.0);
-  vtkNew<vtkCellArray> cells;
-  cells->InsertNextCell({0, 1});
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetLines(cells);
-  vtkNew<vtkPolyDataMapper2D> mapper;
-  mapper->SetInputData(data);
-  vtkNew<vtkActor2D> actor;
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(fractions(colour).data());
-  actor->GetProperty()->SetLineWidth(static_cast<float>(width));
-  scene_->overlay->AddActor2D(actor);
+  Eigen::Vector2d start(from.x(), sheet_->down(from.y()));
+  Eigen::Vector2d end(to.x(), sheet_->down(to.y()));
+  for (int axis = 0; axis < 2; ++axis) {
+    if (start[axis] == end[axis]) {
+      start[axis] = end[axis] = sharp(start[axis], width);
+    }
+  }
+  cairo_set_line_cap(sheet_->draw(), CAIRO_LINE_CAP_BUTT);
+  cairo_move_to(sheet_->draw(), start.x(), start.y());
+  cairo_line_to(sheet_->draw(), end.x(), end.y());
+  sheet_->stroke(colour, width);
+}
+
+void Canvas::path(const std::vector<Eigen::Vector2d>& points, const Colour& colour, double width) {
+  cairo_set_line_cap(sheet_->draw(), CAIRO_LINE_CAP_ROUND);
+  cairo_set_line_join(sheet_->draw(), CAIRO_LINE_JOIN_ROUND);
+  sheet_->trace(points);
+  sheet_->stroke(colour, width);
 }
 
 void Canvas::polygon(const std::vector<Eigen::Vector2d>& corners, const Colour& colour) {
-  vtkNew<vtkPoints> points;
-  vtkNew<vtkCellArray> cells;
-  cells->InsertNextCell(static_cast<int>(corners.size()));
-  for (const Eigen::Vector2d& corner : corners) {
-    cells->InsertCellPoint(points->InsertNextPoint(corner.x(), corner.y(), 0.0));
-  }
-  vtkNew<vtkPolyData> data;
-  data->SetPoints(points);
-  data->SetPolys(cells);
-  vtkNew<vtkPolyDataMapper2D> mapper;
-  mapper->SetInputData(data);
-  vtkNew<vtkActor2D> actor;
-  actor->SetMapper(mapper);
-  actor->GetProperty()->SetColor(fractions(colour).data());
-  scene_->overlay->AddActor2D(actor);
+  sheet_->trace(corners);
+  sheet_->set_colour(colour);
+  cairo_fill(sheet_->draw());
 }
 
 void Canvas::frame(const PixelBox& box, const Colour& colour, double width) {
-  const Eigen::Vector2d low(box.x, box.y);
-  const Eigen::Vector2d high(box.x + box.width, box.y + box.height);
-  line({low.x(), low.y()}, {high.x(), low.y()}, colour, width);
-  line({high.x(), low.y()}, {high.x(), high.y()}, colour, width);
-  line({high.x(), high.y()}, {low.x(), high.y()}, colour, width);
-  line({low.x(), high.y()}, {low.x(), low.y()}, colour, width);
+  const double left = sharp(box.x, width);
+  const double top = sharp(sheet_->down(box.y + box.height), width);
+  cairo_set_line_join(sheet_->draw(), CAIRO_LINE_JOIN_MITER);
+  cairo_rectangle(sheet_->draw(), left, top, box.width, box.height);
+  sheet_->stroke(colour, width);
 }
 
 void Canvas::image(const PixelBox& box, const std::function<Colour(int, int)>& colour) {
-  vtkNew<vtkImageData> data;
-  data->SetDimensions(box.width, box.height, 1);
-  data->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
-  for (int j = 0; j < box.height; ++j) {
-    for (int i = 0; i < box.width; ++i) {
-      const Colour value = colour(i, j);
-      std::copy(value.begin(), value.end(), static_cast<unsigned char*>(data->GetScalarPointer(i, j, 0)));
+  ColourImage image(box.width, box.height);
+  for (int row = 0; row < box.height; ++row) {
+    for (int column = 0; column < box.width; ++column) {
+      image.at(column, row) = colour(column, box.height - 1 - row);
     }
   }
-  vtkNew<vtkImageMapper> mapper;
-  mapper->SetInputData(data);
-  mapper->SetColorWindow(255.0);  // 0..255 as they are
-  mapper->SetColorLevel(127.5);
-  vtkNew<vtkActor2D> actor;
-  actor->SetMapper(mapper);
-  actor->SetPosition(box.x, box.y);
-  scene_->overlay->AddActor2D(actor);
+  sheet_->paint(box, image, CAIRO_FILTER_NEAREST);
 }
 
-void Canvas::surface(const SkinView& view, const TriangleMesh& mesh, const std::vector<Colour>& colours,
-                     const Eigen::Matrix2Xi& edges, const Colour& edge_colour) {
-  const int* size = scene_->window->GetSize();
-  const PixelBox& panel = view.panel;
-  vtkNew<vtkRenderer> renderer;
-  renderer->SetBackground(1.0, 1.0, 1.0);
-  renderer->SetViewport(static_cast<double>(panel.x) / size[0], static_cast<double>(panel.y) / size[1],
-                        static_cast<double>(panel.x + panel.width) / size[0],
-                        static_cast<double>(panel.y + panel.height) / size[1]);
-  renderer->AddActor(skin(mesh, colours));
-  renderer->AddActor(lines(mesh.vertices(), edges, edge_colour));
-  const double reach = (mesh.vertices().colwise() - view.centre).colwise().norm().maxCoeff();
-  const Vector3 eye = view.centre - 2.0 * reach * view.direction;
-  vtkCamera* camera = renderer->GetActiveCamera();
-  camera->ParallelProjectionOn();
-  camera->SetFocalPoint(view.centre.data());
-  camera->SetPosition(eye.data());
-  camera->SetViewUp(view.up.data());
-  camera->SetParallelScale(0.5 * panel.height * view.scale);
-  renderer->ResetCameraClippingRange();
-  scene_->window->AddRenderer(renderer);
-}
+void Canvas::image(const PixelBox& box, const ColourImage& image) { sheet_->paint(box, image, CAIRO_FILTER_GOOD); }
 
-void Canvas::describe(const std::string& name, const std::string& text) { scene_->texts[name] = text; }
+void Canvas::describe(const std::string& name, const std::string& text) { sheet_->texts[name] = text; }
 
-std::string Canvas::png() {
-  scene_->window->Render();
-  vtkNew<vtkWindowToImageFilter> grab;
-  grab->SetInput(scene_->window);
-  grab->ReadFrontBufferOff();
-  vtkNew<vtkPNGWriter> writer;
-  writer->SetInputConnection(grab->GetOutputPort());
-  writer->WriteToMemoryOn();
-  for (const auto& [name, text] : scene_->texts) {
-    writer->AddText(name.c_str(), text.c_str());
+std::string Canvas::file() {
+  if (sheet_->format == PictureFormat::kPdf) {
+    set_pdf_texts(sheet_->surface.get(), sheet_->texts);
   }
-  writer->Write();
-  vtkUnsignedCharArray* bytes = writer->GetResult();
-  return {reinterpret_cast<const char*>(bytes->GetPointer(0)), static_cast<std::size_t>(bytes->GetNumberOfValues())};
+  require(cairo_status(sheet_->draw()));
+  if (sheet_->format == PictureFormat::kPng) {
+    cairo_surface_flush(sheet_->surface.get());
+    return png_file(copy_of(sheet_->surface.get()), sheet_->texts);
+  }
+  sheet_->context.reset();
+  cairo_surface_finish(sheet_->surface.get());
+  require(cairo_surface_status(sheet_->surface.get()));
+  return sheet_->format == PictureFormat::kSvg ? with_texts(sheet_->bytes, sheet_->texts) : sheet_->bytes;
 }
 
 }  // namespace touchfield

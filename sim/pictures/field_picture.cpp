@@ -57,7 +57,7 @@ PlaneView plane_view(const FieldGrid& grid) {
 }
 
 std::string field_picture(const Run& run, const FieldResult& field, const Eigen::VectorXcd& pressure, double top,
-                          const std::string& subtitle) {
+                          const std::string& subtitle, PictureFormat format) {
   const FieldGrid& grid = field.grid;
   const PlaneView view = plane_view(grid);
   const PixelBox& box = view.box;
@@ -67,20 +67,21 @@ std::string field_picture(const Run& run, const FieldResult& field, const Eigen:
     return n * (2 * pixel + 1) / (2 * pixels) * stride[static_cast<std::size_t>(axis)];
   };
 
-  Canvas canvas(kPictureWidth, kPictureHeight);
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
   describe(canvas, run);
   canvas.image(box, [&](int i, int j) {
     const Eigen::Index at = nearest(i, box.width, view.horizontal) + nearest(j, box.height, view.vertical);
     return field.inside[static_cast<std::size_t>(at)] != 0 ? kBody : viridis(std::abs(pressure(at)) / top);
   });
   canvas.frame(box, kInk, 1.0);
-  draw_axis(canvas, grid, view.horizontal, box.width, 10, {.size = 18, .align = Align::kCentre}, 20.0,
+  draw_axis(canvas, grid, view.horizontal, box.width, 10, {.size = 16, .align = Align::kCentre}, 20.0,
             [&](double along, double away) { return Eigen::Vector2d(box.x + along, box.y - away); });
-  draw_axis(canvas, grid, view.vertical, box.height, 10, {.size = 18, .align = Align::kRight}, 11.0,
+  draw_axis(canvas, grid, view.vertical, box.height, 10, {.size = 16, .align = Align::kRight}, 11.0,
             [&](double along, double away) { return Eigen::Vector2d(box.x - away, box.y + along); });
   const auto axis_name = [](int axis) { return fmt::format("{} [mm]", kAxes[static_cast<std::size_t>(axis)]); };
-  canvas.text(box.x + 0.5 * box.width, box.y - 48, axis_name(view.horizontal), {.size = 20, .align = Align::kCentre});
-  canvas.text(box.x - 12, box.y + box.height + 24, axis_name(view.vertical), {.size = 20, .align = Align::kRight});
+  canvas.text(box.x + 0.5 * box.width, box.y - 48, axis_name(view.horizontal), {.size = 18, .align = Align::kCentre});
+  canvas.text(box.x - 66, box.y + 0.5 * box.height, axis_name(view.vertical),
+              {.size = 18, .align = Align::kCentre, .angle = 90.0});
   draw_colour_bar(canvas, top);
   draw_title(canvas, run.name, subtitle);
   draw_caption(
@@ -89,7 +90,7 @@ std::string field_picture(const Run& run, const FieldResult& field, const Eigen:
                   1e3 * grid.origin[view.normal]),
       fmt::format("Colours from 0 to {:.6g} Pa for every method in this plane; what lies above has the last colour.",
                   top));
-  return canvas.png();
+  return canvas.file();
 }
 
 }  // namespace touchfield

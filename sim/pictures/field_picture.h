@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "sim/pictures/picture_format.h"
 #include "sim/pictures/skin_view.h"
 #include "sim/store/run_data.h"
 
@@ -21,8 +22,8 @@ struct PlaneView {
 /// The plane as large as it fits; x to the right if the plane has an x, z up if it has a z.
 PlaneView plane_view(const FieldGrid& grid);
 
-/// A PNG of |p| in a plane of a run, 0 to `top` [Pa], points inside a body grey, with axes in mm.
+/// A picture of |p| in a plane of a run, 0 to `top` [Pa], points inside a body grey, with axes in mm.
 std::string field_picture(const Run& run, const FieldResult& field, const Eigen::VectorXcd& pressure, double top,
-                          const std::string& subtitle);
+                          const std::string& subtitle, PictureFormat format);
 
 }  // namespace touchfield

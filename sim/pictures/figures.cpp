@@ -2,15 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/core/atomic_file.h"
-#include "sim/pictures/display.h"
 #include "sim/pictures/field_picture.h"
 #include "sim/pictures/picture_parts.h"
+#include "sim/pictures/setup_picture.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/store/run_layout.h"
 
@@ -75,59 +78,92 @@ std::string metrics_text(const Metrics& metrics) {
   return text;
 }
 
-using Picture = std::pair<std::string, std::string>;  // name of the file, PNG
+/// A file's name without its ending, and what draws it.
+struct Picture {
+  std::string name;
+  std::function<std::string()> draw;
+};
 
-void draw_skin(const Run& run, std::vector<Picture>& pictures) {
+void add_skin(const Run& run, const SkinPictures& skin, std::vector<Picture>& pictures) {
   const double top = skin_top(run);
+  const auto add = [&](const std::string& name, const Eigen::VectorXd& values, const std::string& subtitle,
+                       const std::string& caption) {
+    const SkinText text = {.title = run.name, .subtitle = subtitle, .caption = caption};
+    pictures.push_back({name, [&skin, values, top, text] { return skin.picture(values, top, text); }});
+  };
   if (run.target) {
     Eigen::VectorXd wanted = Eigen::VectorXd::Zero(run.mesh.face_count());
     wanted(run.target->faces) = run.target->amplitudes;
-    const std::string caption = fmt::format("{} of {} faces, up to {:.6g} Pa", run.target->size(),
-                                            run.mesh.face_count(), *std::ranges::max_element(run.target->amplitudes));
-    pictures.emplace_back(
-        "target.png",
-        skin_picture(run, wanted, top, {.title = run.name, .subtitle = "wanted pressure", .caption = caption}));
+    add("target", wanted, "wanted pressure",
+        fmt::format("{} of {} faces, up to {:.6g} Pa", run.target->size(), run.mesh.face_count(),
+                    *std::ranges::max_element(run.target->amplitudes)));
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {
-      pictures.emplace_back(
-          fmt::format("pressure_{}.png", result.name),
-          skin_picture(
-              run, result.pressure.cwiseAbs(), top,
-              {.title = run.name, .subtitle = "method " + result.name, .caption = metrics_text(result.metrics)}));
+      add("pressure_" + result.name, result.pressure.cwiseAbs(), "method " + result.name, metrics_text(result.metrics));
     }
   }
 }
 
-void draw_planes(const Run& run, std::vector<Picture>& pictures) {
+void add_planes(const Run& run, PictureFormat format, std::vector<Picture>& pictures) {
   for (const FieldResult& field : run.fields) {
     if (!is_plane(field.grid)) {
       continue;
     }
     const double top = field_top(field);
     for (const auto& [method, pressure] : field.pressure) {
-      pictures.emplace_back(
-          fmt::format("field_{}_{}.png", field.grid.name, method),
-          field_picture(run, field, pressure, top, fmt::format("field {}, method {}", field.grid.name, method)));
+      pictures.push_back({fmt::format("field_{}_{}", field.grid.name, method),
+                          [&run, &field, &pressure = pressure, top, format,
+                           subtitle = fmt::format("field {}, method {}", field.grid.name, method)] {
+                            return field_picture(run, field, pressure, top, subtitle, format);
+                          }});
     }
   }
 }
 
+bool has_skin(const Run& run) {
+  return run.target ||
+         std::ranges::any_of(run.methods, [](const MethodResult& result) { return result.pressure.size() != 0; });
+}
+
+std::vector<std::string> drawn_at_once(const std::vector<Picture>& pictures) {
+  std::vector<std::string> files(pictures.size());
+  std::exception_ptr failure;
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    try {
+      files[i] = pictures[i].draw();
+    } catch (...) {
+#pragma omp critical
+      failure = std::current_exception();
+    }
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
+  }
+  return files;
+}
+
 }  // namespace
 
-bool can_draw() { return DisplayConnection().can_draw(); }
-
-std::vector<std::string> draw_figures(const std::string& directory, const Run& run) {
+std::vector<std::string> draw_figures(const std::string& directory, const Run& run, PictureFormat format) {
   check_run(run);
-  const DisplayConnection display;  // open until the last picture is drawn
-  display.require();
+  std::optional<SkinPictures> skin;
   std::vector<Picture> pictures;
-  draw_skin(run, pictures);
-  draw_planes(run, pictures);
+  if (has_skin(run)) {
+    if (run.array.kind == TransducerArray::Kind::kTransducers) {
+      pictures.push_back({"setup", [&run, format] { return setup_picture(run, format); }});
+    }
+    skin.emplace(run, format);
+    add_skin(run, *skin, pictures);
+  }
+  add_planes(run, format, pictures);
+  const std::vector<std::string> drawn = drawn_at_once(pictures);
   std::vector<std::string> files;
-  for (const auto& [name, png] : pictures) {
-    files.push_back((std::filesystem::path(directory) / name).string());
-    write_atomically(files.back(), {png});
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    files.push_back(
+        (std::filesystem::path(directory) / fmt::format("{}.{}", pictures[i].name, to_string(format))).string());
+    write_atomically(files.back(), {drawn[i]});
   }
   return files;
 }

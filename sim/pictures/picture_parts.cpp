@@ -12,8 +12,10 @@ namespace touchfield {
 namespace {
 
 constexpr Colour kInk = {25, 25, 25};
+constexpr Colour kPaper = {255, 255, 255};
 constexpr PixelBox kBar = {1085, 130, 26, 640};
 constexpr int kLeft = 30;  // [pixels]
+constexpr double kTextWidth = kPictureWidth - 2.0 * kLeft;
 
 /// 10^floor(log10 value), and how many times it is in value (1 <= share < 10).
 struct Decade {
@@ -26,7 +28,6 @@ Decade decade(double value) {
   return {unit, value / unit};
 }
 
-constexpr Colour kPaper = {255, 255, 255};
 constexpr double kRadius = 8.0;  // of a marker [pixels]
 
 /// A regular polygon, its first corner at an angle.
@@ -115,40 +116,46 @@ void describe(Canvas& canvas, const Run& run) {
   canvas.describe("Scene hash", run.provenance.scene_hash);
 }
 
+void draw_fitted(Canvas& canvas, double x, double y, const std::string& text, TextStyle style, double most) {
+  const double width = canvas.text_width(text, style);
+  style.size *= std::min(1.0, most / std::max(width, 1.0));
+  canvas.text(x, y, text, style);
+}
+
 void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle) {
   canvas.describe("Description", title);
-  canvas.text(kLeft, kPictureHeight - 36, title, {.size = 28, .bold = true});
-  canvas.text(kLeft, kPictureHeight - 74, subtitle, {.size = 22});
+  draw_fitted(canvas, kLeft, kPictureHeight - 34, title, {.size = 26, .bold = true}, kTextWidth);
+  draw_fitted(canvas, kLeft, kPictureHeight - 68, subtitle, {.size = 20}, kTextWidth);
 }
 
 void draw_caption(Canvas& canvas, const std::string& first, const std::string& second) {
-  canvas.text(kLeft, 58, first, {.size = 22});
-  canvas.text(kLeft, 24, second, {.size = 16});
+  draw_fitted(canvas, kLeft, 56, first, {.size = 20}, kTextWidth);
+  draw_fitted(canvas, kLeft, 24, second, {.size = 15}, kTextWidth);
 }
 
 void draw_colour_bar(Canvas& canvas, double top) {
   canvas.image(kBar, [](int, int j) { return viridis((j + 0.5) / kBar.height); });
   canvas.frame(kBar, kInk, 1.0);
-  canvas.text(kBar.x + 0.5 * kBar.width, kBar.y + kBar.height + 26, "|p| [Pa]", {.size = 20, .align = Align::kCentre});
+  canvas.text(kBar.x + 0.5 * kBar.width, kBar.y + kBar.height + 26, "|p| [Pa]", {.size = 18, .align = Align::kCentre});
   const double step = tick_step(top, 8);
   const int right = kBar.x + kBar.width;
   for (int i = 0; i * step <= top * (1.0 + 1e-9); ++i) {
     const double y = kBar.y + kBar.height * (i * step / top);
     canvas.line({right, y}, {right + 6, y}, kInk, 1.0);
-    canvas.text(right + 11, y, fmt::format("{:.6g}", i * step), {.size = 18});
+    draw_fitted(canvas, right + 10, y, fmt::format("{:.6g}", i * step), {.size = 16}, kPictureWidth - right - 16);
   }
+}
+
+void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) {
+  canvas.image(sight.view().panel, sight.image(colours, canvas.format() == PictureFormat::kPng ? 1 : 2));
 }
 
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel) {
   const double length = tick_step(0.3 * panel.width * metres_per_pixel, 2);
-  const double pixels = length / metres_per_pixel;
-  const double x = panel.x + 16.0;
-  const double y = panel.y + 16.0;
-  const PixelBox behind = {panel.x + 6, panel.y + 6, static_cast<int>(pixels) + 20, 40};  // readable on skin too
-  canvas.image(behind, [](int, int) { return Colour{255, 255, 255}; });
-  canvas.line({x, y}, {x + pixels, y}, kInk, 3.0);
-  canvas.text(x + 0.5 * pixels, y + 16.0, fmt::format("{:.6g} mm", 1e3 * length),
-              {.size = 16, .align = Align::kCentre});
+  const double right = panel.x + length / metres_per_pixel;
+  const double y = panel.y - 14.0;
+  canvas.line({panel.x, y}, {right, y}, kInk, 3.0);
+  canvas.text(right + 10.0, y, fmt::format("{:.6g} mm", 1e3 * length), {.size = 15});
 }
 
 void draw_marker(Canvas& canvas, std::size_t number, const Eigen::Vector2d& centre, bool outlined) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/pictures/canvas.h"
+#include "sim/pictures/skin_sight.h"
 #include "sim/store/run_data.h"
 
 /// What all pictures of a run share.
@@ -35,6 +36,9 @@ double quantile(std::vector<double> values, double share);
 /// is of its scene.
 void describe(Canvas& canvas, const Run& run);
 
+/// Text, made smaller where it would be wider than `most` [pixels].
+void draw_fitted(Canvas& canvas, double x, double y, const std::string& text, TextStyle style, double most);
+
 /// A bold line and one below it, at the top of the picture; the first is its file's Description too.
 void draw_title(Canvas& canvas, const std::string& title, const std::string& subtitle);
 
@@ -44,7 +48,10 @@ void draw_caption(Canvas& canvas, const std::string& first, const std::string& s
 /// The colours from 0 to `top` at the right side of the picture, with values in Pa.
 void draw_colour_bar(Canvas& canvas, double top);
 
-/// A bar with its length in mm in the lower left corner of a panel.
+/// A mesh in its panel, one colour a face; finer than the picture in a PDF or SVG, which are made for print.
+void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours);
+
+/// A bar with its length in mm, below a panel at its left.
 void draw_scale_bar(Canvas& canvas, const PixelBox& panel, double metres_per_pixel);
 
 /// A marker of a plot; its shape and colour, which people with colour-blindness tell apart, follow from its number.

@@ -8,7 +8,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/pictures/canvas.h"
 #include "sim/pictures/picture_parts.h"
 
 namespace touchfield {
@@ -19,6 +18,7 @@ constexpr PixelBox kWhole = {30, 100, 1010, 700};
 constexpr PixelBox kLeftPanel = {30, 100, 420, 700};
 constexpr PixelBox kRightPanel = {470, 100, 570, 700};
 constexpr Colour kOutline = {235, 30, 60};
+constexpr double kOutlineWidth = 2.0;  // [pixels]
 constexpr Colour kFrame = {110, 110, 110};
 
 Points target_corners(const TriangleMesh& mesh, const Target& target) {
@@ -86,31 +86,47 @@ Eigen::Matrix2Xi target_outline(const TriangleMesh& mesh, const Target& target) 
   return edges;
 }
 
-std::string skin_picture(const Run& run, const Eigen::VectorXd& values, double top, const SkinText& text) {
+SkinPictures::SkinPictures(const Run& run, PictureFormat format)
+    : run_(run),
+      format_(format),
+      outline_(run.target ? target_outline(run.mesh, *run.target) : Eigen::Matrix2Xi(2, 0)),
+      body_(skin_panels(run).body, run.mesh) {
+  if (const auto close = skin_panels(run).target) {
+    target_.emplace(*close, run.mesh);
+  }
+}
+
+void SkinPictures::draw_panel(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) const {
+  draw_sight(canvas, sight, colours);
+  const std::vector<Eigen::Vector2d> ends = sight.visible(run_.mesh.vertices(), outline_);
+  for (std::size_t i = 0; i < ends.size(); i += 2) {
+    canvas.path({ends[i], ends[i + 1]}, kOutline, kOutlineWidth);
+  }
+}
+
+std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, const SkinText& text) const {
   std::vector<Colour> colours;
   colours.reserve(static_cast<std::size_t>(values.size()));
   std::ranges::transform(values, std::back_inserter(colours), [&](double value) { return viridis(value / top); });
-  const Eigen::Matrix2Xi outline = run.target ? target_outline(run.mesh, *run.target) : Eigen::Matrix2Xi(2, 0);
-  const SkinPanels panels = skin_panels(run);
 
-  Canvas canvas(kPictureWidth, kPictureHeight);
-  describe(canvas, run);
-  canvas.surface(panels.body, run.mesh, colours, outline, kOutline);
-  draw_scale_bar(canvas, panels.body.panel, panels.body.scale);
-  if (panels.target) {
-    canvas.surface(*panels.target, run.mesh, colours, outline, kOutline);
-    draw_scale_bar(canvas, panels.target->panel, panels.target->scale);
-    canvas.frame(panels.target->panel, kFrame, 1.5);
-    canvas.frame(footprint(*panels.target, panels.body), kFrame, 1.5);
+  Canvas canvas(kPictureWidth, kPictureHeight, format_);
+  describe(canvas, run_);
+  draw_panel(canvas, body_, colours);
+  draw_scale_bar(canvas, body_.view().panel, body_.view().scale);
+  if (target_) {
+    draw_panel(canvas, *target_, colours);
+    draw_scale_bar(canvas, target_->view().panel, target_->view().scale);
+    canvas.frame(target_->view().panel, kFrame, 1.0);
+    canvas.frame(footprint(target_->view(), body_.view()), kFrame, 1.0);
   }
   draw_colour_bar(canvas, top);
   draw_title(canvas, text.title, text.subtitle);
-  const std::string legend = run.target ? " Red: the target's outline." : "";
+  const std::string legend = run_.target ? " Red: the target's outline." : "";
   draw_caption(canvas, text.caption,
                fmt::format("Seen from the array's side. Colours from 0 to {:.6g} Pa in every picture of this run's "
                            "skin; what lies above has the last colour.{}",
                            top, legend));
-  return canvas.png();
+  return canvas.file();
 }
 
 }  // namespace touchfield

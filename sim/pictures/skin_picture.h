@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "sim/pictures/canvas.h"
+#include "sim/pictures/skin_sight.h"
 #include "sim/pictures/skin_view.h"
 #include "sim/store/run_data.h"
 
@@ -25,8 +27,24 @@ struct SkinText {
   std::string caption;
 };
 
-/// A PNG of the skin coloured by `values` [Pa], one a face, from 0 to `top`, with the target outlined.
-std::string skin_picture(const Run& run, const Eigen::VectorXd& values, double top, const SkinText& text);
+/// The skin of a run, looked at once for all its pictures.
+class SkinPictures {
+ public:
+  /// run   outlives this
+  SkinPictures(const Run& run, PictureFormat format);
+
+  /// A picture of the skin coloured by `values` [Pa], one a face, from 0 to `top`, with the target outlined.
+  std::string picture(const Eigen::VectorXd& values, double top, const SkinText& text) const;
+
+ private:
+  void draw_panel(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) const;
+
+  const Run& run_;
+  PictureFormat format_;
+  Eigen::Matrix2Xi outline_;
+  SkinSight body_;
+  std::optional<SkinSight> target_;
+};
 
 /// Sides of the target's faces that no other face of the target shares, 2 x E vertices.
 Eigen::Matrix2Xi target_outline(const TriangleMesh& mesh, const Target& target);

@@ -22,7 +22,12 @@ Vector3 facing(const TransducerArray& array, const Vector3& centre) {
 
 SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Points& points, double share) {
   constexpr double kParallel = 0.99;
-  const Vector3 vertical = std::abs(direction.y()) < kParallel ? Vector3::UnitY() : Vector3::UnitX();
+  return fitted_view(panel, direction, std::abs(direction.y()) < kParallel ? Vector3::UnitY() : Vector3::UnitX(),
+                     points, share);
+}
+
+SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Vector3& vertical, const Points& points,
+                     double share) {
   SkinView view{.panel = panel,
                 .direction = direction,
                 .up = (vertical - vertical.dot(direction) * direction).normalized(),

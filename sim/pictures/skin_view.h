@@ -35,4 +35,9 @@ Vector3 facing(const TransducerArray& array, const Vector3& centre);
 /// panel in the tighter of its two sides.
 SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Points& points, double share);
 
+/// The same with another direction up.
+/// vertical   not along `direction`
+SkinView fitted_view(const PixelBox& panel, const Vector3& direction, const Vector3& vertical, const Points& points,
+                     double share);
+
 }  // namespace touchfield

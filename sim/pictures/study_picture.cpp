@@ -1,3 +1,5 @@
+#include "sim/pictures/study_picture.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,9 +11,7 @@
 #include "sim/bem/scheme.h"
 #include "sim/core/atomic_file.h"
 #include "sim/pictures/canvas.h"
-#include "sim/pictures/display.h"
 #include "sim/pictures/picture_parts.h"
-#include "sim/store/study_files.h"
 #include "sim/store/text_table.h"
 
 namespace touchfield {
@@ -19,8 +19,9 @@ namespace touchfield {
 namespace {
 
 constexpr PixelBox kPlot = {110, 160, 760, 620};
-constexpr double kLegend = kPlot.x + kPlot.width + 40.0;  // its left side
-constexpr double kLegendLine = 34.0;                      // [pixels]
+constexpr double kLegend = kPlot.x + kPlot.width + 40.0;        // its left side
+constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
+constexpr double kLegendLine = 34.0;                            // [pixels]
 constexpr Colour kInk = {25, 25, 25};
 constexpr Colour kDecadeLine = {205, 205, 205};
 constexpr Colour kTickLine = {234, 234, 234};
@@ -76,13 +77,12 @@ std::vector<std::string> schemes_of(const std::vector<StudyRung>& rungs) {
 void draw_ring(Canvas& canvas, const Eigen::Vector2d& centre) {
   constexpr double kRing = 18.0;
   constexpr int kPieces = 48;
-  for (int i = 0; i < kPieces; ++i) {
-    const auto at = [&](int piece) {
-      const double angle = 2.0 * std::numbers::pi * piece / kPieces;
-      return Eigen::Vector2d(centre + kRing * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
-    };
-    canvas.line(at(i), at(i + 1), kInk, 2.5);
+  std::vector<Eigen::Vector2d> ring;
+  for (int i = 0; i <= kPieces; ++i) {
+    const double angle = 2.0 * std::numbers::pi * i / kPieces;
+    ring.emplace_back(centre + kRing * Eigen::Vector2d(std::cos(angle), std::sin(angle)));
   }
+  canvas.path(ring, kInk, 2.5);
 }
 
 void draw_axes(Canvas& canvas, const Axis& x, const Axis& y) {
@@ -131,7 +131,7 @@ void draw_legend(Canvas& canvas, const std::vector<std::string>& schemes, const 
   for (std::size_t i = 0; i < schemes.size(); ++i) {
     if (std::ranges::any_of(dots, [&](const Dot& dot) { return dot.marker == i; })) {
       draw_marker(canvas, i, {kLegend, y}, false);
-      canvas.text(kLegend + 26.0, y, schemes[i], {.size = 18});
+      draw_fitted(canvas, kLegend + 26.0, y, schemes[i], {.size = 18}, kLegendRoom);
       y -= kLegendLine;
     }
   }
@@ -152,13 +152,13 @@ void draw_dots(Canvas& canvas, const Axis& x, const Axis& y, std::vector<Dot> do
   const auto place = [&](const Dot& dot) { return Eigen::Vector2d(x.pixel(dot.seconds), y.pixel(dot.percent)); };
   std::ranges::stable_sort(dots, {}, &Dot::seconds);
   std::stable_partition(dots.begin(), dots.end(), [](const Dot& dot) { return !dot.pareto; });
-  const Dot* last = nullptr;
+  std::vector<Eigen::Vector2d> best;
   for (const Dot& dot : dots) {
-    if (dot.pareto && last != nullptr) {
-      canvas.line(place(*last), place(dot), kInk, 1.5);
+    if (dot.pareto) {
+      best.push_back(place(dot));
     }
-    last = dot.pareto ? &dot : last;
   }
+  canvas.path(best, kInk, 1.5);
   for (const Dot& dot : dots) {
     draw_marker(canvas, dot.marker, place(dot), dot.pareto);
   }
@@ -188,9 +188,7 @@ std::pair<double, double> range_of(const std::vector<Dot>& dots, double Dot::*va
 }  // namespace
 
 void draw_study(const std::string& path, const std::string& title, const std::vector<StudyRung>& rungs,
-                std::optional<std::size_t> picked) {
-  const DisplayConnection display;  // open until the picture is drawn
-  display.require();
+                std::optional<std::size_t> picked, PictureFormat format) {
   const std::vector<std::string> schemes = schemes_of(rungs);
   std::vector<Dot> dots;
   for (const StudyRung& rung : rungs) {
@@ -205,7 +203,7 @@ void draw_study(const std::string& path, const std::string& title, const std::ve
   const Axis y(least, most, kPlot.y, kPlot.height);
   const StudyRung* choice = picked && can_be_drawn(rungs.at(*picked)) ? &rungs[*picked] : nullptr;
 
-  Canvas canvas(kPictureWidth, kPictureHeight);
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
   draw_axes(canvas, x, y);
   draw_dots(canvas, x, y, dots);
   if (choice != nullptr) {
@@ -216,7 +214,7 @@ void draw_study(const std::string& path, const std::string& title, const std::ve
   const std::string how =
       choice == nullptr ? "" : fmt::format("Solver {}, precision {}. ", choice->solver, choice->precision);
   draw_caption(canvas, choice == nullptr ? "" : picked_text(*choice), how + count_text(dots.size(), rungs.size()));
-  write_atomically(path, {canvas.png()});
+  write_atomically(path, {canvas.file()});
 }
 
 }  // namespace touchfield

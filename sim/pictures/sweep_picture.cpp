@@ -1,3 +1,5 @@
+#include "sim/pictures/sweep_picture.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,7 +14,6 @@
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
 #include "sim/pictures/canvas.h"
-#include "sim/pictures/display.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/store/sweep_rows.h"
 
@@ -22,6 +23,7 @@ namespace {
 
 constexpr PixelBox kPlot = {120, 160, 760, 600};
 constexpr double kLegend = kPlot.x + kPlot.width + 40.0;
+constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
 constexpr double kLegendLine = 34.0;
 constexpr Colour kInk = {25, 25, 25};
 constexpr Colour kTickLine = {225, 225, 225};
@@ -155,8 +157,10 @@ void draw_lines(Canvas& canvas, const std::vector<Sample>& samples, const std::v
   // From zero where that wastes less than half of the height: a difference then looks as large as it is.
   const Axis y(least > 0.0 && least < 0.5 * most ? 0.0 : least, most, kPlot.y, kPlot.height);
   draw_axes(canvas, x, y);
-  canvas.text(kPlot.x + 0.5 * kPlot.width, kPlot.y - 52.0, parameter, {.size = 20, .align = Align::kCentre});
-  canvas.text(36.0, kPlot.y + 0.5 * kPlot.height, label, {.size = 20, .align = Align::kCentre, .angle = 90.0});
+  draw_fitted(canvas, kPlot.x + 0.5 * kPlot.width, kPlot.y - 52.0, parameter, {.size = 20, .align = Align::kCentre},
+              kPlot.width);
+  draw_fitted(canvas, 36.0, kPlot.y + 0.5 * kPlot.height, label, {.size = 20, .align = Align::kCentre, .angle = 90.0},
+              kPlot.height);
   for (std::size_t m = 0; m < methods.size(); ++m) {
     std::vector<Eigen::Vector2d> places;
     for (const Sample& sample : samples) {  // ascending in x
@@ -164,15 +168,13 @@ void draw_lines(Canvas& canvas, const std::vector<Sample>& samples, const std::v
         places.emplace_back(x.pixel(sample.x), y.pixel(sample.value));
       }
     }
-    for (std::size_t i = 1; i < places.size(); ++i) {
-      canvas.line(places[i - 1], places[i], marker_colour(m), 2.0);
-    }
+    canvas.path(places, marker_colour(m), 2.0);
     for (const Eigen::Vector2d& place : places) {
       draw_marker(canvas, m, place, false);
     }
     const double at = kPlot.y + kPlot.height - 20.0 - static_cast<double>(m) * kLegendLine;
     draw_marker(canvas, m, {kLegend, at}, false);
-    canvas.text(kLegend + 26.0, at, methods[m], {.size = 18});
+    draw_fitted(canvas, kLegend + 26.0, at, methods[m], {.size = 18}, kLegendRoom);
   }
 }
 
@@ -264,11 +266,12 @@ void draw_maps(Canvas& canvas, const std::vector<Sample>& samples, const std::ve
                     {.size = 14, .align = Align::kRight});
       }
     }
-    canvas.text(panel.x + 0.5 * panel.width, panel.y + panel.height + 16.0, methods[m],
-                {.size = 18, .align = Align::kCentre, .bold = true});
+    draw_fitted(canvas, panel.x + 0.5 * panel.width, panel.y + panel.height + 16.0, methods[m],
+                {.size = 18, .align = Align::kCentre, .bold = true}, panel.width);
   }
-  canvas.text(kLeft + 450.0, 100.0, parameters[0], {.size = 20, .align = Align::kCentre});
-  canvas.text(30.0, kBottom + 310.0, parameters[1], {.size = 20, .align = Align::kCentre, .angle = 90.0});
+  draw_fitted(canvas, kLeft + 450.0, 100.0, parameters[0], {.size = 20, .align = Align::kCentre}, 900.0);
+  draw_fitted(canvas, 30.0, kBottom + 310.0, parameters[1], {.size = 20, .align = Align::kCentre, .angle = 90.0},
+              620.0);
   draw_bar(canvas, least, most, label);
 }
 
@@ -276,7 +279,7 @@ void draw_maps(Canvas& canvas, const std::vector<Sample>& samples, const std::ve
 
 void require_metric(const std::string& name) { field_of(name); }
 
-bool draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric) {
+bool draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric, PictureFormat format) {
   const MetricField& field = field_of(metric);
   const std::vector<SweepRow> rows = sweep_rows(summary);
   const std::vector<std::string> parameters = varying(summary, rows);
@@ -287,9 +290,7 @@ bool draw_sweep(const std::string& path, const SweepSummary& summary, const std:
   if (samples.empty()) {
     return false;
   }
-  const DisplayConnection display;  // open until the picture is drawn
-  display.require();
-  Canvas canvas(kPictureWidth, kPictureHeight);
+  Canvas canvas(kPictureWidth, kPictureHeight, format);
   const std::vector<std::string> methods = methods_of(rows);
   if (parameters.size() == 1) {
     draw_lines(canvas, samples, methods, parameters.front(), label_of(field));
@@ -300,7 +301,7 @@ bool draw_sweep(const std::string& path, const SweepSummary& summary, const std:
   const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
   draw_caption(canvas, failed > 0 ? fmt::format("{} cases failed and are left out.", failed) : "",
                "Values are as the scene's keys have them.");
-  write_atomically(path, {canvas.png()});
+  write_atomically(path, {canvas.file()});
   return true;
 }
 

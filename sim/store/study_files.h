@@ -44,15 +44,4 @@ void write_study_csv(const std::string& path, const std::vector<StudyRung>& rung
 /// The rungs as a table for a person, by scheme, the cheapest first, then by edge; * before those marked `pareto`.
 std::string study_table(const std::vector<StudyRung>& rungs);
 
-/// A PNG of 1200 x 900 pixels: error_reference [%] against seconds, both logarithmic, a marker a scheme, the rungs
-/// marked `pareto` outlined and joined by a line, the picked one in a ring. Rungs whose seconds or error are not > 0
-/// are left out and counted below.
-///
-/// path     where it lands, whole or not at all
-/// title    in bold above
-/// picked   number of a rung
-/// throws   NotBuiltError if can_draw() is false; IoError if it cannot be written
-void draw_study(const std::string& path, const std::string& title, const std::vector<StudyRung>& rungs,
-                std::optional<std::size_t> picked);
-
 }  // namespace touchfield

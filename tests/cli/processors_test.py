@@ -115,13 +115,16 @@ class Processors(CommandTest):
     def test_doctor_has_a_line_for_each(self):
         found = self.doctor({})
         self.assertEqual(list(found), ["program", "processor", "BLAS", "threads", "speed", "memory", "disk",
-                                       "libraries", "display"])
+                                       "libraries", "pictures"])
         for subject, finding in found.items():
             self.assertEqual(set(finding), {"state", "advice"}, subject)
             self.assertTrue(finding["state"], subject)
         self.assertIn("TOUCHFIELD_LEVEL", self.doctor({"TOUCHFIELD_LEVEL": "generic"})["processor"]["advice"])
         self.assertIn("more threads than cores", self.doctor({"OMP_NUM_THREADS": "4000"})["threads"]["advice"])
-        self.assertIn("with_display", self.doctor({"DISPLAY": ""})["display"]["advice"])
+        self.assertEqual(found["pictures"]["advice"], "")
+        # A machine without any font: Cairo's own strokes.
+        bare = self.write("fonts.conf", "<fontconfig><cachedir>/nowhere</cachedir></fontconfig>")
+        self.assertIn("fonts-dejavu-core", self.doctor({"FONTCONFIG_FILE": str(bare)})["pictures"]["advice"])
         lines = self.under({}, "doctor").stdout.splitlines()
         self.assertEqual([line.split()[0] for line in lines], list(found))
 

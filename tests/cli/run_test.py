@@ -248,14 +248,41 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
         self.assertIn("run.h5", record["reason"])
         self.assertFalse((self.folder / "out/run.h5").exists())
 
-    def test_pictures_are_skipped_with_one_line_where_there_is_no_display(self):
-        scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, png]"))
+    # Pictures
+
+    def run_without_display(self, scene, *arguments):
         environment = {key: value for key, value in os.environ.items() if key not in ("DISPLAY", "XAUTHORITY")}
-        done = subprocess.run([PROGRAM, "run", str(scene), "-o", "out", "--quiet"], cwd=self.folder, env=environment,
-                              capture_output=True, text=True, check=False)
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.assertEqual(len(done.stderr.splitlines()), 1)
-        self.assertIn("no display", done.stderr)
+        return subprocess.run([PROGRAM, "run", str(scene), "-o", "out", "--quiet", *arguments], cwd=self.folder,
+                              env=environment, capture_output=True, text=True, check=False)
+
+    def pictures(self, ending):
+        """Those that are there, which must be those that the manifest names."""
+        there = sorted(path.name for path in (self.folder / "out").iterdir() if path.suffix == f".{ending}")
+        listed = json.loads((self.folder / "out/files.json").read_text())["files"]
+        self.assertEqual(there, sorted(name for name in listed if name.endswith(f".{ending}")))
+        return there
+
+    def test_pictures_need_no_display(self):
+        scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, png]"))
+        done = self.run_without_display(scene)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        names = ["pressure_fixed", "pressure_focus", "pressure_paper", "pressure_unscattered", "setup", "target"]
+        self.assertEqual(self.pictures("png"), [f"{name}.png" for name in names])
+        # Another format replaces them, and needs no word in the scene.
+        for ending, begin in [("pdf", b"%PDF-"), ("svg", b"<?xml")]:
+            scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5]"))
+            done = self.run_without_display(scene, "--force", "--pictures", ending)
+            self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertEqual(self.pictures(ending), [f"{name}.{ending}" for name in names])
+            self.assertEqual(self.pictures("png"), [])
+            self.assertEqual((self.folder / f"out/target.{ending}").read_bytes()[:5], begin)
+
+    def test_formats_of_pictures_are_named(self):
+        for command in ["run", "study", "sweep"]:
+            done = self.touchfield(command, self.write("scene.yaml", FINGER), "--pictures", "tiff")
+            self.assertNotEqual(done.returncode, 0)
+            self.assertIn("--pictures: tiff is none of pdf, png, svg", done.stderr)
+            self.assertEqual(self.entries(), ["scene.yaml"])
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 
 
 class ScriptsRun(unittest.TestCase):
-    """A tree of the scripts alone, with stand-ins for the program, the display and Debian's tools."""
+    """A tree of the scripts alone, with stand-ins for the program and Debian's tools."""
 
     def setUp(self):
         self.root = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-scripts-"))
@@ -23,7 +23,6 @@ class ScriptsRun(unittest.TestCase):
             shutil.copy(SOURCE / "scripts" / name, self.root / "scripts" / name)
         for name in ["CMakeLists.txt", "CMakePresets.json", "sim/source.cpp", "scene.yaml"]:
             (self.root / name).write_text("")
-        self.script("scripts/with_display", 'exec "$@"')
         self.script("tools/dpkg-query", 'shift 2\nfor name; do [[ $name == libvtk9-dev ]] || echo "installed $name"; done\nexit 1')
         self.script("tools/apt-get", f"echo called >>{self.root}/apt; exit 1")
         self.script("tools/sudo", '[[ $1 != -n ]] || shift\nexec "$@"')

@@ -18,12 +18,14 @@ namespace {
 using support::bare_run;
 using support::expect_colour;
 using support::full_run;
-using support::OtherDisplay;
 using support::Picture;
+using support::read_bytes;
 using support::RunData;
 using support::sheet;
 using support::TemporaryDirectory;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 std::set<std::string> names_in(const std::string& directory) {
   std::set<std::string> names;
@@ -33,15 +35,9 @@ std::set<std::string> names_in(const std::string& directory) {
   return names;
 }
 
-/// Tests that draw are skipped where there is no display.
-class Figures : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (!can_draw()) {
-      GTEST_SKIP() << "no display to draw on";
-    }
-  }
-};
+std::vector<std::string> draw_png(const std::string& directory, const RunData& run) {
+  return draw_figures(directory, run, PictureFormat::kPng);
+}
 
 /// A sheet with a pressure that differs on every face, 100 to 800 Pa, so that the colours end at 800 Pa.
 RunData graded_run() {
@@ -54,10 +50,11 @@ RunData graded_run() {
   return run;
 }
 
-TEST_F(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
+TEST(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
   const TemporaryDirectory directory("with space \xc3\xa4");
   const RunData run = graded_run();
-  ASSERT_THAT(draw_figures(directory.path(), run), ::testing::ElementsAre(directory.file("pressure_graded.png")));
+  ASSERT_THAT(draw_png(directory.path(), run),
+              ::testing::ElementsAre(directory.file("setup.png"), directory.file("pressure_graded.png")));
   const Picture picture(directory.file("pressure_graded.png"));
   ASSERT_EQ(picture.width(), 1200);
   ASSERT_EQ(picture.height(), 900);
@@ -72,7 +69,7 @@ TEST_F(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
 }
 
 // Seen along +z with +y up, +x lies to the left.
-TEST_F(Figures, TheSkinIsSeenFromTheArraysSide) {
+TEST(Figures, TheSkinIsSeenFromTheArraysSide) {
   const RunData run = graded_run();
   const SkinView view = skin_panels(run).body;
   EXPECT_GT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
@@ -90,20 +87,20 @@ TEST_F(Figures, TheSkinIsSeenFromTheArraysSide) {
   both.methods[0].pressure.head(far.face_count()).setConstant(200.0);
   both.methods[0].pressure.tail(near.face_count()).setConstant(800.0);
   const TemporaryDirectory directory;
-  draw_figures(directory.path(), both);
+  draw_png(directory.path(), both);
   const Picture picture(directory.file("pressure_m.png"));
   const SkinView seen = skin_panels(both).body;
   expect_colour(picture.at(seen.pixel(Vector3(0.003, 0.002, 0.2))), viridis(1.0));
   expect_colour(picture.at(seen.pixel(Vector3(0.025, 0.015, 0.2))), viridis(0.25));
 }
 
-TEST_F(Figures, ThePictureOfTheTargetAndItsCloseView) {
+TEST(Figures, ThePictureOfTheTargetAndItsCloseView) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
   const std::vector<Eigen::Index> faces = {20, 21};  // one square
   run.target = Target{.faces = faces, .amplitudes = Eigen::Vector2d(800, 400), .box = {0, 0}};
-  draw_figures(directory.path(), run);
-  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"target.png", "pressure_graded.png"}));
+  draw_png(directory.path(), run);
+  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"setup.png", "target.png", "pressure_graded.png"}));
   const SkinPanels panels = skin_panels(run);
   ASSERT_TRUE(panels.target.has_value());
   // With a target the colours end at twice its largest amplitude, 1600 Pa, rounded up.
@@ -125,7 +122,7 @@ TEST_F(Figures, ThePictureOfTheTargetAndItsCloseView) {
   }
 }
 
-TEST_F(Figures, PlanesAreDrawnAndCubesAreNot) {
+TEST(Figures, PlanesAreDrawnAndCubesAreNot) {
   const TemporaryDirectory directory;
   RunData run = full_run();
   run.methods.resize(1);
@@ -141,7 +138,7 @@ TEST_F(Figures, PlanesAreDrawnAndCubesAreNot) {
   }
   plane.inside.assign(static_cast<std::size_t>(p.size()), 0);
   plane.inside[0] = 1;
-  draw_figures(directory.path(), run);
+  draw_png(directory.path(), run);
   EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"field_side_surface.png"}));
   const Picture picture(directory.file("field_side_surface.png"));
   const PixelBox box = plane_view(plane.grid).box;
@@ -159,12 +156,12 @@ TEST_F(Figures, PlanesAreDrawnAndCubesAreNot) {
   }
 }
 
-TEST_F(Figures, EveryPictureSaysWhichRunItShows) {
+TEST(Figures, EveryPictureSaysWhichRunItShows) {
   const TemporaryDirectory directory;
   RunData run = full_run();
   run.name = "width_5mm";
-  const std::vector<std::string> files = draw_figures(directory.path(), run);
-  ASSERT_EQ(files.size(), 1U + 2U + 2U);  // the target, two methods on the skin and in the plane
+  const std::vector<std::string> files = draw_png(directory.path(), run);
+  ASSERT_EQ(files.size(), 2U + 2U + 2U);  // the setup, the target, two methods on the skin and in the plane
   for (const std::string& file : files) {
     SCOPED_TRACE(file);
     const Picture picture(file);
@@ -175,59 +172,76 @@ TEST_F(Figures, EveryPictureSaysWhichRunItShows) {
   }
 }
 
-TEST_F(Figures, PressureThatIsNoNumberIsGrey) {
+TEST(Figures, PressureThatIsNoNumberIsGrey) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
   run.methods[0].pressure(5) = std::numeric_limits<double>::quiet_NaN();
-  draw_figures(directory.path(), run);
+  draw_png(directory.path(), run);
   const Picture picture(directory.file("pressure_graded.png"));
   expect_colour(picture.at(skin_panels(run).body.pixel(run.mesh.centroids().col(5))), kNoValue);
 }
 
-TEST_F(Figures, ARunWithNothingToDrawGivesNoFile) {
+TEST(Figures, ARunWithNothingToDrawGivesNoFile) {
   const TemporaryDirectory directory;
-  EXPECT_TRUE(draw_figures(directory.path(), bare_run(sheet(1, 1, 0.01))).empty());
+  EXPECT_TRUE(draw_png(directory.path(), bare_run(sheet(1, 1, 0.01))).empty());
   EXPECT_EQ(directory.entries(), 0U);
 }
 
-// A virtual display starts anew when its last client leaves; asking again at once must find it.
-TEST_F(Figures, TheDisplayAnswersEveryTime) {
-  for (int i = 0; i < 30; ++i) {
-    EXPECT_TRUE(can_draw()) << "time " << i;
-  }
-}
-
-TEST_F(Figures, APlaneWaveFromTheSide) {
+TEST(Figures, APlaneWaveFromTheSide) {
   const TemporaryDirectory directory;
   RunData run = graded_run();
   run.array = plane_wave(Vector3(0, 0, -1), 1.0);  // from behind the sheet: +x to the right
   run.methods[0] = support::made_up_method("wave", run, 0.5);
   run.methods[0].pressure.setConstant(1e-3);
-  draw_figures(directory.path(), run);
+  draw_png(directory.path(), run);
+  EXPECT_EQ(names_in(directory.path()), std::set<std::string>{"pressure_wave.png"});  // no transducers to show
   const SkinView view = skin_panels(run).body;
   EXPECT_LT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
   const Picture picture(directory.file("pressure_wave.png"));
   expect_colour(picture.at(view.pixel(Vector3(0.012, 0.003, 0.2))), viridis(1.0));
 }
 
-TEST_F(Figures, AMissingDirectoryIsAnIoError) {
+TEST(Figures, AMissingDirectoryIsAnIoError) {
   const TemporaryDirectory directory;
   try {
-    draw_figures(directory.file("missing"), graded_run());
+    draw_png(directory.file("missing"), graded_run());
     FAIL() << "no error";
   } catch (const IoError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("missing/pressure_graded.png"));
+    EXPECT_THAT(error.what(), HasSubstr("missing/setup.png"));
   }
 }
 
-TEST(FiguresWithoutDisplay, AreRefusedAndTheProgramGoesOn) {
+// A PDF's texts stand in it as they are while they are ASCII.
+TEST(Figures, PdfAndSvgSayWhichRunTheyShowToo) {
   const TemporaryDirectory directory;
-  for (const char* display : {"", ":98765"}) {
-    const OtherDisplay other(display);
-    EXPECT_FALSE(can_draw());
-    EXPECT_THROW(draw_figures(directory.path(), full_run()), NotBuiltError);
+  RunData run = full_run();
+  run.name = "width_5mm";
+  const std::vector<std::string> pdf = draw_figures(directory.path(), run, PictureFormat::kPdf);
+  const std::vector<std::string> svg = draw_figures(directory.path(), run, PictureFormat::kSvg);
+  ASSERT_EQ(pdf.size(), 2U + 2U + 2U);
+  ASSERT_EQ(svg.size(), pdf.size());
+  for (std::size_t i = 0; i < pdf.size(); ++i) {
+    SCOPED_TRACE(pdf[i]);
+    const std::string document = read_bytes(pdf[i]);
+    EXPECT_THAT(pdf[i], EndsWith(".pdf"));
+    EXPECT_THAT(document, StartsWith("%PDF-"));
+    for (const char* text : {"(width_5mm)", "(touchfield 0.1.0)", "(Source: 0123456789ab)", "(Scene hash: abc)"}) {
+      EXPECT_THAT(document, HasSubstr(text));
+    }
+    const std::string drawing = read_bytes(svg[i]);
+    EXPECT_THAT(svg[i], EndsWith(".svg"));
+    EXPECT_THAT(drawing, HasSubstr("width=\"1200px\" height=\"900px\""));
+    EXPECT_THAT(drawing, HasSubstr("<title>width_5mm</title>"));
+    EXPECT_THAT(drawing, HasSubstr("Scene hash: abc\nSoftware: touchfield 0.1.0\nSource: 0123456789ab\n</desc>"));
   }
-  EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(Figures, NamesThatMeanSomethingInXmlStayWhole) {
+  const TemporaryDirectory directory;
+  RunData run = graded_run();
+  run.name = "a < b & c";
+  draw_figures(directory.path(), run, PictureFormat::kSvg);
+  EXPECT_THAT(read_bytes(directory.file("pressure_graded.svg")), HasSubstr("<title>a &lt; b &amp; c</title>"));
 }
 
 // The ends and the middle of the published map (its entries 0, 255, and the mean of 127 and 128).

@@ -1,5 +1,3 @@
-#include "sim/store/study_files.h"
-
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -7,7 +5,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
-#include "sim/pictures/figures.h"
+#include "sim/pictures/study_picture.h"
 #include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
@@ -17,7 +15,6 @@ namespace {
 
 using support::has_colour;
 using support::message_of;
-using support::OtherDisplay;
 using support::Picture;
 using support::read_bytes;
 using support::TemporaryDirectory;
@@ -128,16 +125,6 @@ TEST(StudyTable, IsSortedBySchemeThenEdgeAndMarksTheBest) {
       "  * no other is both faster and more exact\n");
 }
 
-/// Tests that draw are skipped where there is no display.
-class StudyPicture : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (!can_draw()) {
-      GTEST_SKIP() << "no display to draw on";
-    }
-  }
-};
-
 constexpr int kLegendBegins = 880;  // [pixels]
 constexpr Colour kPaperColour = {213, 94, 0};
 constexpr Colour kChiefColour = {0, 158, 115};
@@ -159,12 +146,12 @@ Eigen::Vector2d middle_of(const Picture& picture, const Colour& colour, bool in_
 }
 
 // Equal ratios are equal distances. Markers are cut at pixels, so their middles are known to about one.
-TEST_F(StudyPicture, BothAxesAreLogarithmic) {
+TEST(StudyPicture, BothAxesAreLogarithmic) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("study.png");
   const std::vector<StudyRung> rungs = {rung(0.02, 0.3, "paper"), rung(0.2, 0.03, "chief"),
                                         rung(2, 0.003, "burton_miller")};
-  draw_study(path, "a study", rungs, std::nullopt);
+  draw_study(path, "a study", rungs, std::nullopt, PictureFormat::kPng);
   EXPECT_EQ(directory.entries(), 1U);
   const Picture picture(path);
   ASSERT_EQ(picture.width(), 1200);
@@ -184,12 +171,12 @@ TEST_F(StudyPicture, BothAxesAreLogarithmic) {
   EXPECT_TRUE(std::isnan(middle_of(picture, {230, 159, 0}, true).x())) << "paper_corrected";
 }
 
-TEST_F(StudyPicture, TheBestAreJoinedAndThePickedOneHasARing) {
+TEST(StudyPicture, TheBestAreJoinedAndThePickedOneHasARing) {
   const TemporaryDirectory directory;
   std::vector<StudyRung> rungs = {rung(0.02, 0.3, "paper"), rung(0.2, 0.03, "chief"), rung(2, 0.1, "burton_miller")};
-  draw_study(directory.file("plain.png"), "", rungs, std::nullopt);
+  draw_study(directory.file("plain.png"), "", rungs, std::nullopt, PictureFormat::kPng);
   mark_pareto(rungs);
-  draw_study(directory.file("marked.png"), "", rungs, 1);
+  draw_study(directory.file("marked.png"), "", rungs, 1, PictureFormat::kPng);
   const Picture plain(directory.file("plain.png"));
   const Picture marked(directory.file("marked.png"));
   const Eigen::Vector2d first = middle_of(plain, kPaperColour);
@@ -211,11 +198,11 @@ TEST_F(StudyPicture, TheBestAreJoinedAndThePickedOneHasARing) {
   EXPECT_LT(darkest(marked, second + 14 * away, second + 24 * away), 120);
 }
 
-TEST_F(StudyPicture, WhatALogarithmHasNoPlaceForIsLeftOut) {
+TEST(StudyPicture, WhatALogarithmHasNoPlaceForIsLeftOut) {
   const TemporaryDirectory directory;
   const std::vector<StudyRung> rungs = {failed_rung(), rung(1, 0), rung(0, 1), rung(HUGE_VAL, 1)};
   const auto drawn = [&](const std::vector<StudyRung>& all, const std::optional<std::size_t>& picked) {
-    draw_study(directory.file("study.png"), "nothing", all, picked);
+    draw_study(directory.file("study.png"), "nothing", all, picked, PictureFormat::kPng);
     return Picture(directory.file("study.png"));
   };
   const Picture plain = drawn(rungs, std::nullopt);
@@ -240,17 +227,11 @@ TEST_F(StudyPicture, WhatALogarithmHasNoPlaceForIsLeftOut) {
   EXPECT_FALSE(same(drawn({rung(1, 1)}, 0))) << "or the comparison would say nothing";
 }
 
-TEST_F(StudyPicture, AMissingDirectoryIsAnIoError) {
+TEST(StudyPicture, AMissingDirectoryIsAnIoError) {
   const TemporaryDirectory directory;
-  EXPECT_THAT(message_of<IoError>([&] { draw_study(directory.file("missing/study.png"), "", {rung(1, 1)}, 0); }),
+  EXPECT_THAT(message_of<IoError>(
+                  [&] { draw_study(directory.file("missing/study.png"), "", {rung(1, 1)}, 0, PictureFormat::kPng); }),
               HasSubstr("missing/study.png"));
-}
-
-TEST(StudyPictureWithoutDisplay, IsRefused) {
-  const TemporaryDirectory directory;
-  const OtherDisplay other("");
-  EXPECT_THROW(draw_study(directory.file("study.png"), "", {rung(1, 1)}, 0), NotBuiltError);
-  EXPECT_EQ(directory.entries(), 0U);
 }
 
 }  // namespace

@@ -2,8 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <cstdlib>
-#include <optional>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -16,8 +14,8 @@
 /// What the tests of pictures share.
 namespace touchfield::support {
 
-// A pixel in the middle of a face that is seen head-on has the face's own colour up to rounding in the graphics card.
-constexpr int kColourTolerance = 3;
+// A pixel in the middle of a face that is seen head-on has the face's own colour up to rounding.
+constexpr int kColourTolerance = 2;
 
 /// A PNG file. Pixels count from the lower left corner.
 class Picture {
@@ -60,28 +58,5 @@ inline void expect_colour(const Colour& found, const Colour& expected) {
     EXPECT_NEAR(found[c], expected[c], kColourTolerance) << "channel " << c;
   }
 }
-
-/// Another value of DISPLAY while it lives.
-class OtherDisplay {
- public:
-  explicit OtherDisplay(const char* value) {
-    if (const char* before = std::getenv("DISPLAY")) {
-      before_ = before;
-    }
-    setenv("DISPLAY", value, 1);
-  }
-  OtherDisplay(const OtherDisplay&) = delete;
-  OtherDisplay& operator=(const OtherDisplay&) = delete;
-  ~OtherDisplay() {
-    if (before_) {
-      setenv("DISPLAY", before_->c_str(), 1);
-    } else {
-      unsetenv("DISPLAY");
-    }
-  }
-
- private:
-  std::optional<std::string> before_;
-};
 
 }  // namespace touchfield::support

@@ -1,0 +1,112 @@
+#include "sim/pictures/skin_sight.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace touchfield {
+
+namespace {
+
+constexpr int kSamples = 4;       // a pixel, along each side
+constexpr double kAmbient = 0.7;  // the share of a face's colour that shading leaves alone
+constexpr Colour kPaper = {255, 255, 255};
+
+Camera camera_of(const SkinView& view) {
+  Camera camera;
+  camera.projection = Camera::Projection::kOrthographic;
+  camera.width = kSamples * view.panel.width;
+  camera.height = kSamples * view.panel.height;
+  camera.eye = view.centre;
+  camera.axes << view.right(), -view.up, view.direction;
+  camera.focal.setConstant(kSamples / view.scale);
+  camera.centre << 0.5 * camera.width, 0.5 * camera.height;
+  camera.near = -HUGE_VAL;
+  return camera;
+}
+
+/// True if none of the samples round a place sees only what is nearer than it.
+bool seen_at(const Raster& raster, const SeenPoint& place) {
+  const int column = static_cast<int>(std::floor(place[0]));
+  const int row = static_cast<int>(std::floor(place[1]));
+  if (column < 1 || row < 1 || column + 1 >= raster.width || row + 1 >= raster.height) {
+    return false;
+  }
+  double farthest = -HUGE_VAL;
+  for (int j = row - 1; j <= row + 1; ++j) {
+    for (int i = column - 1; i <= column + 1; ++i) {
+      farthest = std::max(farthest, raster.depth[raster.index(i, j)]);
+    }
+  }
+  constexpr double kSlack = 1e-6;  // [m], for edges along faces seen head-on
+  return place[3] <= farthest + kSlack;
+}
+
+}  // namespace
+
+SkinSight::SkinSight(const SkinView& view, const TriangleMesh& mesh)
+    : view_(view),
+      camera_(camera_of(view)),
+      raster_(rasterise(camera_, mesh.vertices(), mesh.triangles())),
+      shade_(kAmbient + (1.0 - kAmbient) * (view.direction.transpose() * mesh.normals()).array().abs()) {}
+
+ColourImage SkinSight::image(const std::vector<Colour>& colours, int finer) const {
+  std::vector<Colour> shaded(colours.size());
+  for (std::size_t f = 0; f < colours.size(); ++f) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      shaded[f][c] = static_cast<std::uint8_t>(
+          std::lround(shade_(static_cast<Eigen::Index>(f)) * static_cast<double>(colours[f][c])));
+    }
+  }
+  const int samples = kSamples / finer;
+  const int count = samples * samples;
+  ColourImage image(finer * view_.panel.width, finer * view_.panel.height);
+#pragma omp parallel for schedule(static)
+  for (int row = 0; row < image.height; ++row) {
+    for (int column = 0; column < image.width; ++column) {
+      std::array<int, 3> sum = {count / 2, count / 2, count / 2};  // to the nearest
+      for (int j = samples * row; j < samples * (row + 1); ++j) {
+        for (int i = samples * column; i < samples * (column + 1); ++i) {
+          const int face = raster_.face[raster_.index(i, j)];
+          const Colour& colour = face == Raster::kNothing ? kPaper : shaded[static_cast<std::size_t>(face)];
+          for (std::size_t c = 0; c < 3; ++c) {
+            sum[c] += colour[c];
+          }
+        }
+      }
+      Colour& pixel = image.at(column, row);
+      for (std::size_t c = 0; c < 3; ++c) {
+        pixel[c] = static_cast<std::uint8_t>(sum[c] / count);
+      }
+    }
+  }
+  return image;
+}
+
+std::vector<Eigen::Vector2d> SkinSight::visible(const Points& points, const Eigen::Matrix2Xi& edges) const {
+  constexpr double kPiece = 0.5 * kSamples;  // [samples]
+  std::vector<Eigen::Vector2d> ends;
+  const SeenPoints seen = seen_points(camera_, points);
+  for (Eigen::Index e = 0; e < edges.cols(); ++e) {
+    const SeenPoint from = seen.col(edges(0, e));
+    const SeenPoint along = seen.col(edges(1, e)) - from;
+    const int pieces = std::max(1, static_cast<int>(std::ceil(along.head<2>().norm() / kPiece)));
+    const auto pixel = [&](int piece) {
+      return view_.pixel(points.col(edges(0, e)) +
+                         (static_cast<double>(piece) / pieces) * (points.col(edges(1, e)) - points.col(edges(0, e))));
+    };
+    int begin = -1;
+    for (int piece = 0; piece <= pieces; ++piece) {
+      const bool open = piece < pieces && seen_at(raster_, from + (piece + 0.5) / pieces * along);
+      if (open && begin < 0) {
+        begin = piece;
+      } else if (!open && begin >= 0) {
+        ends.insert(ends.end(), {pixel(begin), pixel(piece)});
+        begin = -1;
+      }
+    }
+  }
+  return ends;
+}
+
+}  // namespace touchfield

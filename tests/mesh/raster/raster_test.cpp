@@ -1,0 +1,362 @@
+#include "sim/mesh/raster/raster.h"
+
+#include <numbers>
+#include <random>
+
+#include <Eigen/Geometry>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "sim/core/errors.h"
+#include "tests/support/error_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::message_of;
+using ::testing::HasSubstr;
+
+Camera pinhole(int width, int height, double focal, double near = 0.01) {
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.focal.setConstant(focal);
+  camera.centre << 0.5 * width, 0.5 * height;
+  camera.near = near;
+  return camera;
+}
+
+/// One metre is one pixel, and x and y are u and v.
+Camera sheet_camera(int width, int height) {
+  Camera camera;
+  camera.projection = Camera::Projection::kOrthographic;
+  camera.width = width;
+  camera.height = height;
+  camera.focal.setOnes();
+  return camera;
+}
+
+struct Faces {
+  Points vertices;
+  Triangles triangles;
+};
+
+/// An octahedron split in four again and again, its vertices on a sphere.
+Faces sphere(const Vector3& centre, double radius, int splits) {
+  std::vector<std::array<Vector3, 3>> faces;
+  for (const double x : {-1.0, 1.0}) {
+    for (const double y : {-1.0, 1.0}) {
+      for (const double z : {-1.0, 1.0}) {
+        faces.push_back({Vector3(x, 0, 0), Vector3(0, y, 0), Vector3(0, 0, z)});
+      }
+    }
+  }
+  for (int split = 0; split < splits; ++split) {
+    std::vector<std::array<Vector3, 3>> finer;
+    for (const auto& [a, b, c] : faces) {
+      const Vector3 ab = (a + b).normalized();
+      const Vector3 bc = (b + c).normalized();
+      const Vector3 ca = (c + a).normalized();
+      finer.insert(finer.end(), {{a, ab, ca}, {b, bc, ab}, {c, ca, bc}, {ab, bc, ca}});
+    }
+    faces = finer;
+  }
+  Faces made{Points(3, 3 * faces.size()), Triangles(3, faces.size())};
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      const auto vertex = static_cast<Eigen::Index>(3 * f) + c;
+      made.vertices.col(vertex) = centre + radius * faces[f][static_cast<std::size_t>(c)];
+      made.triangles(c, static_cast<Eigen::Index>(f)) = static_cast<int>(vertex);
+    }
+  }
+  return made;
+}
+
+/// A lattice of columns x rows squares, two faces each, through place(column, row).
+template <class Place>
+Faces lattice(int columns, int rows, const Place& place) {
+  Faces made{Points(3, (columns + 1) * (rows + 1)), Triangles(3, 2 * columns * rows)};
+  for (int j = 0; j <= rows; ++j) {
+    for (int i = 0; i <= columns; ++i) {
+      made.vertices.col(j * (columns + 1) + i) = place(i, j);
+    }
+  }
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      const int corner = j * (columns + 1) + i;
+      const int face = 2 * (j * columns + i);
+      made.triangles.col(face) << corner, corner + 1, corner + columns + 1;
+      made.triangles.col(face + 1) << corner + columns + 2, corner + 1, corner + columns + 1;
+    }
+  }
+  return made;
+}
+
+/// How many of the faces, each drawn alone, hold a pixel.
+std::vector<int> coverage(const Camera& camera, const Faces& faces) {
+  std::vector<int> count(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0);
+  for (Eigen::Index f = 0; f < faces.triangles.cols(); ++f) {
+    const Raster alone = rasterise(camera, faces.vertices, faces.triangles.col(f));
+    for (std::size_t pixel = 0; pixel < count.size(); ++pixel) {
+      count[pixel] += alone.face[pixel] == Raster::kNothing ? 0 : 1;
+    }
+  }
+  return count;
+}
+
+/// The ray through a pixel's middle, at depth 1.
+Vector3 ray(const Camera& camera, int column, int row) {
+  return {(column + 0.5 - camera.centre.x()) / camera.focal.x(), (row + 0.5 - camera.centre.y()) / camera.focal.y(),
+          1.0};
+}
+
+template <class Visit>
+void for_each_pixel(const Camera& camera, const Visit& visit) {
+  for (int row = 0; row < camera.height; ++row) {
+    for (int column = 0; column < camera.width; ++column) {
+      visit(column, row);
+    }
+  }
+}
+
+// Z = 0.5 + 0.3 X - 0.2 Y on the ray (x, y, 1) Z is Z = 0.5 / (1 - 0.3 x + 0.2 y).
+TEST(Raster, ATiltedPlaneHasItsDepthInEveryPixel) {
+  const Camera camera = pinhole(97, 61, 80.0);
+  const Faces plane = lattice(7, 5, [](int i, int j) {
+    const double x = (i - 3.5) * 0.2;
+    const double y = (j - 2.5) * 0.2;
+    return Vector3(x, y, 0.5 + 0.3 * x - 0.2 * y);
+  });
+  const Raster raster = rasterise(camera, plane.vertices, plane.triangles);
+  for_each_pixel(camera, [&](int column, int row) {
+    const Vector3 along = ray(camera, column, row);
+    const double depth = 0.5 / (1.0 - 0.3 * along.x() + 0.2 * along.y());
+    EXPECT_NEAR(raster.depth[raster.index(column, row)], depth, 1e-13) << column << ", " << row;
+  });
+}
+
+TEST(Raster, ATriangleFarBeyondTheImageIsExactToo) {
+  const Camera camera = pinhole(40, 30, 30.0);
+  Points vertices(3, 3);
+  vertices << -1e5, 1e5, 0, -1e5, -1e5, 2e5, 2, 2, 2;
+  const Raster raster = rasterise(camera, vertices, Eigen::Vector3i(0, 1, 2));
+  for (const double depth : raster.depth) {
+    EXPECT_NEAR(depth, 2.0, 1e-9);
+  }
+}
+
+/// The largest error of a sphere's depth where it is seen less than 60 degrees from head-on.
+double sphere_error(int splits) {
+  const Vector3 centre(0.01, -0.02, 0.3);
+  constexpr double kRadius = 0.1;
+  const Camera camera = pinhole(160, 120, 200.0);
+  const Faces faces = sphere(centre, kRadius, splits);
+  const Raster raster = rasterise(camera, faces.vertices, faces.triangles);
+  double worst = 0.0;
+  int seen = 0;
+  for_each_pixel(camera, [&](int column, int row) {
+    const Vector3 along = ray(camera, column, row);
+    // |t along - centre| = radius, the nearer of two.
+    const double half = along.dot(centre) / along.squaredNorm();
+    const double under = half * half - (centre.squaredNorm() - kRadius * kRadius) / along.squaredNorm();
+    const double depth = under < 0 ? 0.0 : half - std::sqrt(under);
+    const Vector3 normal = (depth * along - centre) / kRadius;
+    if (under >= 0 && -normal.dot(along.normalized()) > 0.5) {
+      worst = std::max(worst, std::abs(raster.depth[raster.index(column, row)] - depth));
+      ++seen;
+    } else if (under < -0.05) {
+      EXPECT_EQ(raster.face[raster.index(column, row)], Raster::kNothing);
+    }
+  });
+  EXPECT_GT(seen, 3000);
+  return worst;
+}
+
+// A chord of length h leaves a sphere of radius r by h^2 / (8 r): a quarter with every split.
+TEST(Raster, TheDepthOfASphereConvergesQuadratically) {
+  const double coarse = sphere_error(4);
+  const double fine = sphere_error(5);
+  EXPECT_LT(fine, 2e-4);
+  EXPECT_NEAR(coarse / fine, 4.0, 1.0);
+}
+
+// Vertices and edges through the very middles of pixels, in all directions.
+TEST(Raster, EdgesThroughPixelsAreCoveredOnce) {
+  const Camera camera = sheet_camera(24, 20);
+  for (const double offset : {0.0, 0.25, 0.5}) {
+    const Faces faces = lattice(6, 5, [&](int i, int j) { return Vector3(4 * i + offset, 4 * j + offset, 1); });
+    for_each_pixel(camera, [&, count = coverage(camera, faces)](int column, int row) {
+      const auto pixel = static_cast<std::size_t>(row * camera.width + column);
+      const bool inside = column + 0.5 >= offset && row + 0.5 >= offset;
+      EXPECT_EQ(count[pixel], inside ? 1 : 0) << column << ", " << row << ", offset " << offset;
+    });
+  }
+}
+
+TEST(Raster, CrookedLatticesAndNeedlesAreCoveredOnce) {
+  std::mt19937 generator(7);
+  std::uniform_real_distribution<double> jitter(-0.3, 0.3);
+  const Camera camera = sheet_camera(32, 32);
+  const Faces crooked = lattice(16, 16, [&](int i, int j) {
+    const bool rim = i == 0 || j == 0 || i == 16 || j == 16;
+    const double size = 2.0;
+    return Vector3(size * (i + (rim ? 0 : jitter(generator))), size * (j + (rim ? 0 : jitter(generator))), 1);
+  });
+  EXPECT_THAT(coverage(camera, crooked), ::testing::Each(1));
+
+  // A fan of 400 needles around the middle of a pixel, out to far beyond the image.
+  constexpr int kNeedles = 400;
+  Faces fan{Points(3, kNeedles + 1), Triangles(3, kNeedles)};
+  fan.vertices.col(kNeedles) << 16.5, 16.5, 1;
+  for (int i = 0; i < kNeedles; ++i) {
+    const double angle = 2.0 * std::numbers::pi * (i + 0.3 * jitter(generator)) / kNeedles;
+    fan.vertices.col(i) << 16.5 + 1e6 * std::cos(angle), 16.5 + 1e6 * std::sin(angle), 1;
+    fan.triangles.col(i) << kNeedles, i, (i + 1) % kNeedles;
+  }
+  EXPECT_THAT(coverage(camera, fan), ::testing::Each(1));
+}
+
+// A floor 0.2 m below the eye that begins behind it: seen where Z = 0.2 / y is at least `near`, and up to its end.
+TEST(Raster, AFloorThatPassesTheCameraIsCutAtTheNearPlane) {
+  constexpr double kNear = 0.25;
+  const Camera camera = pinhole(60, 80, 40.0, kNear);
+  const Faces floor = lattice(5, 9, [](int i, int j) { return Vector3((i - 2.37) * 3.0, 0.2, (j - 3.1) * 0.9); });
+  const double end = 5.9 * 0.9;
+  const Raster raster = rasterise(camera, floor.vertices, floor.triangles);
+  const std::vector<int> count = coverage(camera, floor);
+  int seen = 0;
+  for_each_pixel(camera, [&](int column, int row) {
+    const std::size_t pixel = raster.index(column, row);
+    const double y = ray(camera, column, row).y();
+    const double depth = y > 0 ? 0.2 / y : 2 * end;
+    if (depth > kNear && depth < end) {
+      EXPECT_NEAR(raster.depth[pixel], depth, 1e-12 * depth);
+      EXPECT_EQ(count[pixel], 1) << column << ", " << row;
+      ++seen;
+    } else {
+      EXPECT_EQ(raster.face[pixel], Raster::kNothing) << column << ", " << row;
+      EXPECT_EQ(count[pixel], 0);
+    }
+  });
+  EXPECT_GT(seen, 1000);
+
+  Camera parallel = sheet_camera(8, 8);
+  parallel.near = 1.5;
+  Points vertices(3, 3);
+  vertices << -20, 20, 0, -20, -20, 30, 1, 1, 3;  // Z = 1.8 + 0.04 y
+  const Raster cut = rasterise(parallel, vertices, Eigen::Vector3i(0, 1, 2));
+  for_each_pixel(parallel, [&](int column, int row) {
+    EXPECT_NEAR(cut.depth[cut.index(column, row)], 1.8 + 0.04 * (row + 0.5), 1e-12);
+  });
+  parallel.near = 2.0;  // from y = 5 on
+  const Raster rest = rasterise(parallel, vertices, Eigen::Vector3i(0, 1, 2));
+  for_each_pixel(parallel, [&](int column, int row) {
+    EXPECT_EQ(rest.face[rest.index(column, row)], row < 5 ? Raster::kNothing : 0);
+  });
+}
+
+TEST(Raster, WeightsAreThoseOfTheRaysPointOnTheFace) {
+  Camera camera = pinhole(50, 40, 45.0);
+  camera.axes = (Eigen::AngleAxisd(0.4, Vector3::UnitY()) * Eigen::AngleAxisd(-0.3, Vector3::UnitX())).matrix();
+  camera.eye << 0.1, -0.2, 0.3;
+  Points vertices(3, 4);  // strongly foreshortened; the last reaches behind the camera
+  vertices << -0.3, 0.4, 0.0, 0.1, -0.2, -0.1, 0.5, -0.1, 0.2, 0.5, 3.0, -1.0;
+  vertices = camera.axes * vertices;
+  vertices.colwise() += camera.eye;
+  Triangles triangles(3, 2);
+  triangles << 0, 3, 1, 1, 2, 2;
+  const Raster raster = rasterise(camera, vertices, triangles);
+  const Points weights = barycentric_weights(camera, vertices, triangles, raster);
+  std::array<int, 2> seen = {0, 0};
+  for_each_pixel(camera, [&](int column, int row) {
+    const std::size_t pixel = raster.index(column, row);
+    const Vector3 weight = weights.col(static_cast<Eigen::Index>(pixel));
+    if (raster.face[pixel] == Raster::kNothing) {
+      EXPECT_EQ(weight, Vector3::Zero());
+      return;
+    }
+    Eigen::Matrix3d corners;
+    for (int c = 0; c < 3; ++c) {
+      corners.col(c) = vertices.col(triangles(c, raster.face[pixel])) - camera.eye;
+    }
+    const Vector3 along = camera.axes * ray(camera, column, row);
+    const Vector3 at = corners.inverse() * along;  // up to their sum
+    EXPECT_NEAR(weight.sum(), 1.0, 1e-14);
+    EXPECT_GE(weight.minCoeff(), 0.0);
+    // 1e-3: a middle that is off the face by less than half a grid line has the weights of its rim.
+    EXPECT_TRUE(weight.isApprox(at / at.sum(), at.minCoeff() < 0 ? 1e-3 : 1e-11)) << weight.transpose();
+    EXPECT_NEAR((corners * weight - raster.depth[pixel] * along).norm(), 0.0, at.minCoeff() < 0 ? 1e-3 : 1e-12);
+    ++seen[static_cast<std::size_t>(raster.face[pixel])];
+  });
+  EXPECT_GT(seen[0], 100);
+  EXPECT_GT(seen[1], 100);
+}
+
+TEST(Raster, TheNearestFaceIsSeenFromEitherSideAndInAnyOrder) {
+  const Camera camera = sheet_camera(4, 4);
+  Points vertices(3, 9);
+  vertices << -9, 9, 0, -9, 9, 0, -9, 9, 0, -9, -9, 30, -9, -9, 30, -9, -9, 30, 3, 3, 3, 1, 1, 1, 2, 2, 2;
+  for (const bool turned : {false, true}) {
+    Triangles triangles(3, 4);
+    triangles << 0, 3, 6, 3, 1, 4, 7, 4, 2, 5, 8, 5;  // the last is the second again
+    if (turned) {
+      triangles = triangles.colwise().reverse().eval();
+    }
+    const Raster raster = rasterise(camera, vertices, triangles);
+    EXPECT_THAT(raster.face, ::testing::Each(1));
+    EXPECT_THAT(raster.depth, ::testing::Each(::testing::DoubleNear(1.0, 1e-14)));
+  }
+}
+
+TEST(Raster, DoesNotDependOnTheNumberOfThreads) {
+  const Camera camera = pinhole(301, 203, 300.0);
+  Faces faces = sphere({0, 0, 0.3}, 0.1, 4);
+  const Faces other = sphere({0.03, 0.02, 0.28}, 0.1, 4);
+  const auto shift = static_cast<int>(faces.vertices.cols());
+  Points vertices(3, 2 * shift);
+  vertices << faces.vertices, other.vertices;
+  Triangles triangles(3, 2 * faces.triangles.cols());
+  triangles << faces.triangles, (other.triangles.array() + shift).matrix();
+  const int before = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const Raster alone = rasterise(camera, vertices, triangles);
+  for (const int threads : {2, 3, 7}) {
+    omp_set_num_threads(threads);
+    const Raster together = rasterise(camera, vertices, triangles);
+    EXPECT_EQ(alone.face, together.face) << threads;
+    EXPECT_EQ(alone.depth, together.depth) << threads;
+  }
+  omp_set_num_threads(before);
+}
+
+TEST(Raster, FacesWithoutAreaAndEmptyMeshesAreNotSeen) {
+  const Camera camera = sheet_camera(4, 4);
+  Points vertices(3, 3);
+  vertices << 0, 2, 4, 0, 2, 4, 1, 1, 1;
+  EXPECT_THAT(rasterise(camera, vertices, Eigen::Vector3i(0, 1, 2)).face, ::testing::Each(Raster::kNothing));
+  EXPECT_THAT(rasterise(camera, vertices, Triangles(3, 0)).face, ::testing::Each(Raster::kNothing));
+}
+
+TEST(Raster, SaysWhatIsWrong) {
+  Points vertices = Points::Random(3, 3);
+  const Triangles face = Eigen::Vector3i(0, 1, 2);
+  const auto said = [&](const auto& change) {
+    Camera camera = pinhole(4, 4, 1.0);
+    change(camera);
+    return message_of<InputError>([&] { rasterise(camera, vertices, face); });
+  };
+  EXPECT_THAT(said([](Camera& camera) { camera.width = 0; }), HasSubstr("width = 0"));
+  EXPECT_THAT(said([](Camera& camera) { camera.height = 16385; }), HasSubstr("height = 16385"));
+  EXPECT_THAT(said([](Camera& camera) { camera.near = 0.0; }), HasSubstr("near"));
+  EXPECT_THAT(said([](Camera& camera) { camera.focal.y() = -1.0; }), HasSubstr("focal"));
+  EXPECT_THAT(said([](Camera& camera) { camera.axes.col(0) *= -1.0; }), HasSubstr("axes"));
+  EXPECT_THAT(said([](Camera& camera) { camera.eye.x() = std::nan(""); }), HasSubstr("eye"));
+  EXPECT_THAT(message_of<InputError>([&] { rasterise(pinhole(4, 4, 1.0), vertices, Eigen::Vector3i(0, 1, 3)); }),
+              HasSubstr("vertex 3"));
+  vertices(1, 1) = std::numeric_limits<double>::infinity();
+  EXPECT_THAT(said([](Camera&) {}), HasSubstr("not finite"));
+}
+
+}  // namespace
+}  // namespace touchfield
