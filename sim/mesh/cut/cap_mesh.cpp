@@ -64,16 +64,6 @@ class CapEditor {
   bool is_inner(int side) const { return is_cap(side) && is_cap(mesh_.opposite(side)); }
   double length(int side) const { return (point(mesh_.from(side)) - point(mesh_.to(side))).norm(); }
 
-  template <class Visit>
-  void for_each_side(int vertex, const Visit& visit) const {
-    const int first = mesh_.first_around(vertex);
-    int side = first;
-    do {
-      visit(side);
-      side = mesh_.next_around(side);
-    } while (side != first);
-  }
-
   /// The wanted length at a point of a rim is the mean length of the rim's two edges there.
   void measure_rims() {
     for (int side = first_side_; side < mesh_.side_count(); ++side) {
@@ -108,12 +98,14 @@ class CapEditor {
   void smooth() {
     for (int v = first_added_; v < mesh_.vertex_count(); ++v) {
       Vector3 sum = Vector3::Zero();
-      for_each_side(v, [&](int side) { sum += point(mesh_.to(side)); });
+      for (const int side : mesh_.around(v)) {
+        sum += point(mesh_.to(side));
+      }
       const Eigen::Vector2d p = chart_.to_plane(sum / mesh_.valence(v));
       bool keeps = true;
-      for_each_side(v, [&](int side) {
+      for (const int side : mesh_.around(v)) {
         keeps = keeps && turn(p, place(mesh_.to(side)), place(mesh_.from(EditMesh::previous(side)))) > 0;
-      });
+      }
       if (keeps) {
         place(v) = p;
         surface_.points[static_cast<std::size_t>(v)] = chart_.to_space(p);

@@ -55,16 +55,6 @@ class Clipper {
   int side_of(int v) const { return surface_.sides[static_cast<std::size_t>(v)]; }
   const Vector3& point(int v) const { return points_[static_cast<std::size_t>(v)]; }
 
-  template <class Visit>
-  void for_each_side(int vertex, const Visit& visit) const {
-    const int first = rings_.first_around(vertex);
-    int side = first;
-    do {
-      visit(side);
-      side = rings_.next_around(side);
-    } while (side != first);
-  }
-
   bool crosses(int a, int b) const { return side_of(a) * side_of(b) < 0; }
 
   bool is_pushed(int v) const { return pushed_[static_cast<std::size_t>(v)]; }
@@ -80,16 +70,16 @@ class Clipper {
   /// Vertices near the surface through which the cut would pass twice fall to the other side with what is round them.
   void part_necks() {
     for (int v = 0; v < static_cast<int>(points_.size()); ++v) {
-      if (!surface_.movable[static_cast<std::size_t>(v)] || !rings_.vertex_alive(v) || sign_changes(v) < 4) {
+      if (!surface_.movable[static_cast<std::size_t>(v)] || sign_changes(v) < 4) {
         continue;
       }
       bool is_near = false;
-      for_each_side(v, [&](int side) {
+      for (const int side : rings_.around(v)) {
         const int other = rings_.to(side);
         is_near =
             is_near || (crosses(v, other) && !is_pushed(other) &&
                         (crossing(v, other) - point(v)).norm() < surface_.snap * (point(other) - point(v)).norm());
-      });
+      }
       if (is_near) {
         surface_.sides[static_cast<std::size_t>(v)] = 1;
         pushed_[static_cast<std::size_t>(v)] = true;
@@ -134,7 +124,7 @@ class Clipper {
     std::array<Vector3, 2> along;
     std::size_t creases = 0;
     bool on_crease = false;
-    for_each_side(v, [&](int side) {
+    for (const int side : rings_.around(v)) {
       if (is_crease(side)) {
         const int end = rings_.to(side);
         on_crease = on_crease || end == other;
@@ -143,7 +133,7 @@ class Clipper {
         }
         ++creases;
       }
-    });
+    }
     return creases == 0 || (creases == 2 && on_crease && along[0].dot(along[1]) < -kStraight);
   }
 
@@ -152,14 +142,14 @@ class Clipper {
     int changes = 0;
     int first = 0;
     int last = 0;
-    for_each_side(v, [&](int side) {
+    for (const int side : rings_.around(v)) {
       const int here = side_of(rings_.to(side));
       if (here != 0) {
         first = first == 0 ? here : first;
         changes += last != 0 && here != last ? 1 : 0;
         last = here;
       }
-    });
+    }
     return changes + (first != last ? 1 : 0);
   }
 
@@ -167,7 +157,9 @@ class Clipper {
   /// follow each other, and no edge of two kept faces would lie in the surface.
   bool cut_stays_simple(int v) const {
     std::vector<int> around;
-    for_each_side(v, [&](int side) { around.push_back(side_of(rings_.to(side))); });
+    for (const int side : rings_.around(v)) {
+      around.push_back(side_of(rings_.to(side)));
+    }
     for (std::size_t i = 0; i < around.size(); ++i) {
       const int before = around[(i + around.size() - 1) % around.size()];
       const int after = around[(i + 1) % around.size()];
@@ -180,11 +172,11 @@ class Clipper {
 
   bool keeps_faces(int v, const Vector3& at) const {
     bool keeps = true;
-    for_each_side(v, [&](int side) {
+    for (const int side : rings_.around(v)) {
       const int to_b = rings_.to(side);
       const int to_c = rings_.from(EditMesh::previous(side));
       if (side_of(to_b) >= 0 && side_of(to_c) >= 0) {
-        return;  // nothing of the face would be left
+        continue;  // nothing of the face would be left
       }
       const Vector3& b = point(to_b);
       const Vector3& c = point(to_c);
@@ -192,7 +184,7 @@ class Clipper {
       const double before = smallest_angle(point(v), b, c);
       keeps = keeps && normal.dot(mesh_.normals().col(side / 3)) > kTurned * normal.norm() &&
               smallest_angle(at, b, c) > std::min(kThin, 0.7 * before);
-    });
+    }
     return keeps;
   }
 
