@@ -327,13 +327,11 @@ void expect_consistent(const EditMesh& mesh) {
   for (int v = 0; v < mesh.vertex_count(); ++v) {
     if (mesh.vertex_alive(v)) {
       ASSERT_EQ(mesh.valence(v), valence[static_cast<std::size_t>(v)]);
-      ASSERT_EQ(mesh.from(mesh.first_around(v)), v);
       int count = 0;
-      int side = mesh.first_around(v);
-      do {
-        ++count;
-        side = mesh.next_around(side);
-      } while (side != mesh.first_around(v) && count <= mesh.valence(v));
+      for (const int side : mesh.around(v)) {
+        ASSERT_EQ(mesh.from(side), v);
+        ASSERT_LE(++count, mesh.valence(v));
+      }
       ASSERT_EQ(count, mesh.valence(v)) << "the faces about a vertex form one fan";
     } else {
       ASSERT_EQ(valence[static_cast<std::size_t>(v)], 0);

@@ -1,11 +1,8 @@
 #pragma once
 
-#include <array>
 #include <functional>
-#include <vector>
 
-#include "sim/mesh/cut/constrained_delaunay.h"
-#include "sim/mesh/triangle_mesh.h"
+#include "sim/mesh/cut/clip_mesh.h"
 
 namespace touchfield {
 
@@ -14,59 +11,25 @@ namespace touchfield {
 struct CapChart {
   std::function<Eigen::Vector2d(const Vector3&)> to_plane;  // of a point of space by the nearest point of the surface
   std::function<Vector3(const Eigen::Vector2d&)> to_space;
-  double radius;  // [m], of the sphere; 0 of a plane
+
+  /// The nearest point of the surface.
+  Vector3 onto(const Vector3& x) const { return to_space(to_plane(x)); }
 };
 
-/// Meshes the regions of a plane or sphere that lie to the left of closed loops. A region may have any number of loops
-/// for its rim.
-class CapMesh {
- public:
-  /// points   3 x V, those of the loops on the surface
-  /// loops    as numbers of points, each oriented so that a region lies to its left
-  /// throws   InputError if loops cross or touch along an edge, or do not bound regions consistently
-  CapMesh(const std::vector<Vector3>& points, const std::vector<std::vector<int>>& loops, CapChart chart);
+/// Closes an open surface whose rims lie on the chart's, by faces between the rims' points, appended to its triangles. A
+/// cap may have any number of rims.
+///
+/// throws   InputError if the rims cross or touch each other, or do not bound an inside
+void add_caps(ClippedSurface& surface, const CapChart& chart);
 
-  /// The region to the left of a loop; regions are numbered from 0.
-  int region_of(std::size_t loop) const { return region_of_loop_[loop]; }
-  int region_count() const { return region_count_; }
-
-  /// Adds points to regions so that their faces have edges of the wanted length, from the lengths of the rim's edges
-  /// gradually to those asked for, and no small angles but those that the rim forces.
-  ///
-  /// regions   whether each is wanted
-  /// edge      wanted length at a point [m], > 0
-  void refine(const std::vector<bool>& regions, const std::function<double(const Vector3&)>& edge);
-
-  /// Appends the faces of the wanted regions to `triangles` and the points that were added to them to `points`.
-  void append(const std::vector<bool>& regions, std::vector<Vector3>& points,
-              std::vector<std::array<int, 3>>& triangles) const;
-
- private:
-  struct RimEdge {
-    int from;  // points of the surface
-    int to;
-    std::size_t loop;
-  };
-  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-  void number_regions();
-  void measure_rim();
-  bool insert(const Eigen::Vector2d& p, int start, const std::function<double(const Vector3&)>& edge);
-  void line_rim(const std::vector<bool>& regions, const std::function<double(const Vector3&)>& edge);
-  bool split_large_faces(const std::vector<bool>& regions, const std::function<double(const Vector3&)>& edge);
-  void smooth();
-  int surface_point(int side, int count) const;
-
-  CapChart chart_;
-  ConstrainedDelaunay mesh_;
-  std::vector<Vector3> places_;               // of the triangulation's points
-  std::vector<double> wanted_;                // edge length at each
-  std::vector<std::vector<int>> on_surface_;  // the loops' points there
-  std::vector<RimEdge> rim_;                  // by run
-  std::vector<int> region_;                   // of each face, -1 outside
-  std::vector<int> region_of_loop_;
-  int region_count_ = 0;
-  int first_added_ = 0;
-};
+/// Gives caps nearly equilateral faces, by points of the chart's surface: their edges are as long as those of the rims
+/// there and from there grow to those asked for. Rims stay.
+///
+/// surface      closed
+/// skin_faces   the number of its first faces, that are no caps
+/// edge         wanted length at a point [m], > 0
+/// throws       InputError if an edge does not have two faces that run opposite ways
+void refine_caps(ClippedSurface& surface, Eigen::Index skin_faces, const CapChart& chart,
+                 const std::function<double(const Vector3&)>& edge);
 
 }  // namespace touchfield

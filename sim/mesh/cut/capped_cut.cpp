@@ -1,7 +1,6 @@
 #include "sim/mesh/cut/capped_cut.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include <fmt/format.h>
@@ -10,19 +9,10 @@
 #include "sim/mesh/cut/thin_faces.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
-#include "sim/mesh/repair/fill_holes.h"
 
 namespace touchfield {
 
 namespace {
-
-Triangles as_matrix(const std::vector<std::array<int, 3>>& faces) {
-  Triangles triangles(3, static_cast<Eigen::Index>(faces.size()));
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    triangles.col(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
-  }
-  return triangles;
-}
 
 /// The skin's faces come first; those of its points that share a face with the rim may change.
 TriangleMesh without_thin_faces(const TriangleMesh& mesh, Eigen::Index skin_faces, const CutPlace& place) {
@@ -71,18 +61,6 @@ void require_no_intersection(const TriangleMesh& mesh, const CutPlace& place) {
 }
 
 }  // namespace
-
-TriangleMesh as_mesh(const ClippedSurface& surface) {
-  Points points(3, static_cast<Eigen::Index>(surface.points.size()));
-  for (std::size_t v = 0; v < surface.points.size(); ++v) {
-    points.col(static_cast<Eigen::Index>(v)) = surface.points[v];
-  }
-  return {std::move(points), as_matrix(surface.triangles)};
-}
-
-std::vector<std::vector<int>> loops_of(const ClippedSurface& surface) {
-  return boundary_loops(as_matrix(surface.triangles), static_cast<int>(surface.points.size()));
-}
 
 TriangleMesh first_sound_cut(const std::vector<CutCare>& cares, const CutPlace& place,
                              const std::function<CappedCut(const CutCare&)>& cut) {

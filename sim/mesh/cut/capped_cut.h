@@ -30,9 +30,6 @@ struct CutPlace {
   std::function<double(const Vector3&)> tolerance;  // as of CappedSurface
 };
 
-TriangleMesh as_mesh(const ClippedSurface& surface);
-std::vector<std::vector<int>> loops_of(const ClippedSurface& surface);
-
 /// The first of several cuts, each with less care for shapes, that is closed and does not cut itself near the cut.
 ///
 /// throws   InputError of the last one if there is none

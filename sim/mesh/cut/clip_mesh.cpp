@@ -9,7 +9,8 @@
 #include <Eigen/Geometry>
 
 #include "sim/mesh/cut/thin_faces.h"
-#include "sim/mesh/edges.h"
+#include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/repair/fill_holes.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
@@ -21,51 +22,10 @@ constexpr double kStraight = 0.866;                      // cosine by which a cr
 constexpr double kTurned = 0.8;                          // by which a face may turn when a vertex moves
 constexpr double kThin = 25.0 * std::numbers::pi / 180;  // a smaller angle is not made much smaller still
 
-/// Faces round each vertex in counter-clockwise order of a closed manifold, as sides 3 f + c that leave it.
-class Rings {
- public:
-  Rings(const Triangles& triangles, const EdgeTable& edges, Eigen::Index vertices)
-      : first_(static_cast<std::size_t>(vertices), -1), twin_(static_cast<std::size_t>(triangles.size()), -1) {
-    std::vector<Eigen::Index> seen(static_cast<std::size_t>(edges.ends.cols()), -1);
-    for (Eigen::Index side = 0; side < triangles.size(); ++side) {
-      first_[static_cast<std::size_t>(triangles(side % 3, side / 3))] = side;
-      Eigen::Index& other = seen[static_cast<std::size_t>(edges.of_face(side % 3, side / 3))];
-      if (other < 0) {
-        other = side;
-      } else {
-        twin_[static_cast<std::size_t>(side)] = other;
-        twin_[static_cast<std::size_t>(other)] = side;
-      }
-    }
-  }
-
-  Eigen::Index twin(Eigen::Index side) const { return twin_[static_cast<std::size_t>(side)]; }
-
-  template <class Visit>
-  void for_each_side(int vertex, const Visit& visit) const {
-    const Eigen::Index first = first_[static_cast<std::size_t>(vertex)];
-    if (first < 0) {
-      return;
-    }
-    Eigen::Index side = first;
-    do {
-      visit(side);
-      side = twin(side % 3 == 0 ? side + 2 : side - 1);
-    } while (side != first);
-  }
-
- private:
-  std::vector<Eigen::Index> first_;
-  std::vector<Eigen::Index> twin_;
-};
-
 class Clipper {
  public:
   Clipper(const TriangleMesh& mesh, CuttingSurface surface)
-      : mesh_(mesh),
-        surface_(std::move(surface)),
-        edges_(edge_table(mesh.triangles())),
-        rings_(mesh.triangles(), edges_, mesh.vertex_count()) {
+      : mesh_(mesh), surface_(std::move(surface)), rings_(mesh.triangles(), mesh.vertex_count()) {
     points_.reserve(static_cast<std::size_t>(mesh.vertex_count()));
     for (const auto& vertex : mesh.vertices().colwise()) {
       points_.emplace_back(vertex);
@@ -94,8 +54,7 @@ class Clipper {
 
   int side_of(int v) const { return surface_.sides[static_cast<std::size_t>(v)]; }
   const Vector3& point(int v) const { return points_[static_cast<std::size_t>(v)]; }
-  int corner(Eigen::Index side) const { return mesh_.triangles()(side % 3, side / 3); }
-  static Eigen::Index next(Eigen::Index side) { return side % 3 == 2 ? side - 2 : side + 1; }
+
   bool crosses(int a, int b) const { return side_of(a) * side_of(b) < 0; }
 
   bool is_pushed(int v) const { return pushed_[static_cast<std::size_t>(v)]; }
@@ -115,12 +74,12 @@ class Clipper {
         continue;
       }
       bool is_near = false;
-      rings_.for_each_side(v, [&](Eigen::Index side) {
-        const int other = corner(next(side));
+      for (const int side : rings_.around(v)) {
+        const int other = rings_.to(side);
         is_near =
             is_near || (crosses(v, other) && !is_pushed(other) &&
                         (crossing(v, other) - point(v)).norm() < surface_.snap * (point(other) - point(v)).norm());
-      });
+      }
       if (is_near) {
         surface_.sides[static_cast<std::size_t>(v)] = 1;
         pushed_[static_cast<std::size_t>(v)] = true;
@@ -131,15 +90,12 @@ class Clipper {
   /// Moves vertices onto the surface, those first that move least.
   void snap() {
     std::vector<Snap> snaps;
-    for (const auto& ends : edges_.ends.colwise()) {
-      if (!crosses(ends(0), ends(1))) {
-        continue;
-      }
-      const Vector3 at = crossing(ends(0), ends(1));
-      const double length = (point(ends(0)) - point(ends(1))).norm();
-      for (const auto& [v, other] : {std::pair{ends(0), ends(1)}, {ends(1), ends(0)}}) {
-        const double share = (at - point(v)).norm() / length;
-        if (share < surface_.snap && surface_.movable[static_cast<std::size_t>(v)] && !is_pushed(v)) {
+    for (int side = 0; side < rings_.side_count(); ++side) {
+      const int v = rings_.from(side);
+      const int other = rings_.to(side);
+      if (crosses(v, other) && surface_.movable[static_cast<std::size_t>(v)] && !is_pushed(v)) {
+        const double share = (crossing(v, other) - point(v)).norm() / (point(other) - point(v)).norm();
+        if (share < surface_.snap) {
           snaps.push_back({share, v, other});
         }
       }
@@ -159,8 +115,8 @@ class Clipper {
     }
   }
 
-  bool is_crease(Eigen::Index side) const {
-    return mesh_.normals().col(side / 3).dot(mesh_.normals().col(rings_.twin(side) / 3)) < kCrease;
+  bool is_crease(int side) const {
+    return mesh_.normals().col(side / 3).dot(mesh_.normals().col(rings_.opposite(side) / 3)) < kCrease;
   }
 
   /// A vertex on a crease may move along it, one where creases end or meet at an angle hardly anywhere.
@@ -168,16 +124,16 @@ class Clipper {
     std::array<Vector3, 2> along;
     std::size_t creases = 0;
     bool on_crease = false;
-    rings_.for_each_side(v, [&](Eigen::Index side) {
+    for (const int side : rings_.around(v)) {
       if (is_crease(side)) {
-        const int end = corner(next(side));
+        const int end = rings_.to(side);
         on_crease = on_crease || end == other;
         if (creases < 2) {
           along[creases] = (mesh_.vertices().col(end) - mesh_.vertices().col(v)).normalized();
         }
         ++creases;
       }
-    });
+    }
     return creases == 0 || (creases == 2 && on_crease && along[0].dot(along[1]) < -kStraight);
   }
 
@@ -186,14 +142,14 @@ class Clipper {
     int changes = 0;
     int first = 0;
     int last = 0;
-    rings_.for_each_side(v, [&](Eigen::Index side) {
-      const int here = side_of(corner(next(side)));
+    for (const int side : rings_.around(v)) {
+      const int here = side_of(rings_.to(side));
       if (here != 0) {
         first = first == 0 ? here : first;
         changes += last != 0 && here != last ? 1 : 0;
         last = here;
       }
-    });
+    }
     return changes + (first != last ? 1 : 0);
   }
 
@@ -201,7 +157,9 @@ class Clipper {
   /// follow each other, and no edge of two kept faces would lie in the surface.
   bool cut_stays_simple(int v) const {
     std::vector<int> around;
-    rings_.for_each_side(v, [&](Eigen::Index side) { around.push_back(side_of(corner(next(side)))); });
+    for (const int side : rings_.around(v)) {
+      around.push_back(side_of(rings_.to(side)));
+    }
     for (std::size_t i = 0; i < around.size(); ++i) {
       const int before = around[(i + around.size() - 1) % around.size()];
       const int after = around[(i + 1) % around.size()];
@@ -214,11 +172,11 @@ class Clipper {
 
   bool keeps_faces(int v, const Vector3& at) const {
     bool keeps = true;
-    rings_.for_each_side(v, [&](Eigen::Index side) {
-      const int to_b = corner(next(side));
-      const int to_c = corner(next(next(side)));
+    for (const int side : rings_.around(v)) {
+      const int to_b = rings_.to(side);
+      const int to_c = rings_.from(EditMesh::previous(side));
       if (side_of(to_b) >= 0 && side_of(to_c) >= 0) {
-        return;  // nothing of the face would be left
+        continue;  // nothing of the face would be left
       }
       const Vector3& b = point(to_b);
       const Vector3& c = point(to_c);
@@ -226,33 +184,33 @@ class Clipper {
       const double before = smallest_angle(point(v), b, c);
       keeps = keeps && normal.dot(mesh_.normals().col(side / 3)) > kTurned * normal.norm() &&
               smallest_angle(at, b, c) > std::min(kThin, 0.7 * before);
-    });
+    }
     return keeps;
   }
 
   /// The vertex on an edge that crosses the surface, made when first asked for.
-  int vertex_on(Eigen::Index side) {
-    int& number = on_edge_[static_cast<std::size_t>(edges_.of_face(side % 3, side / 3))];
+  int vertex_on(int side) {
+    int& number = on_edge_[static_cast<std::size_t>(std::min(side, rings_.opposite(side)))];
     if (number < 0) {
       number = static_cast<int>(points_.size());
-      points_.push_back(crossing(corner(side), corner(next(side))));
+      points_.push_back(crossing(rings_.from(side), rings_.to(side)));
     }
     return number;
   }
 
   void cut_faces() {
-    on_edge_.assign(static_cast<std::size_t>(edges_.ends.cols()), -1);
-    for (Eigen::Index f = 0; f < mesh_.face_count(); ++f) {
+    on_edge_.assign(static_cast<std::size_t>(rings_.side_count()), -1);
+    for (int first = 0; first < rings_.side_count(); first += 3) {
       std::array<int, 4> part{};
       std::size_t count = 0;
       bool kept = false;
-      for (Eigen::Index side = 3 * f; side < 3 * f + 3; ++side) {
-        const int v = corner(side);
+      for (int side = first; side < first + 3; ++side) {
+        const int v = rings_.from(side);
         kept = kept || side_of(v) < 0;
         if (side_of(v) <= 0) {
           part[count++] = v;
         }
-        if (crosses(v, corner(next(side)))) {
+        if (crosses(v, rings_.to(side))) {
           part[count++] = vertex_on(side);
         }
       }
@@ -279,38 +237,18 @@ class Clipper {
 
   /// A vertex whose faces form several fans becomes one for each.
   void separate_fans() {
-    struct Wing {  // a corner of a face, by its vertex and one of the two vertices beside it
-      int vertex;
-      int beside;
-      Eigen::Index corner;
-    };
-    std::vector<Wing> wings;
-    for (std::size_t f = 0; f < triangles_.size(); ++f) {
-      for (std::size_t c = 0; c < 3; ++c) {
-        const auto number = static_cast<Eigen::Index>(3 * f + c);
-        wings.push_back({triangles_[f][c], triangles_[f][(c + 1) % 3], number});
-        wings.push_back({triangles_[f][c], triangles_[f][(c + 2) % 3], number});
-      }
-    }
-    std::sort(wings.begin(), wings.end(), [](const Wing& s, const Wing& t) {
-      return std::tie(s.vertex, s.beside, s.corner) < std::tie(t.vertex, t.beside, t.corner);
-    });
-    DisjointSets fans(static_cast<Eigen::Index>(3 * triangles_.size()));
-    for (std::size_t i = 1; i < wings.size(); ++i) {
-      if (wings[i].vertex == wings[i - 1].vertex && wings[i].beside == wings[i - 1].beside) {
-        fans.join(wings[i].corner, wings[i - 1].corner);
-      }
-    }
-    constexpr auto kNone = static_cast<std::size_t>(-1);
-    std::vector<std::size_t> fan(points_.size(), kNone);  // the first one of each vertex
-    std::vector<int> copy(3 * triangles_.size(), -1);     // the vertex of each further one
+    const Triangles faces = as_matrix(triangles_);
+    DisjointSets sets = fans(faces, sorted_sides(faces));
+    constexpr Eigen::Index kNone = -1;
+    std::vector<Eigen::Index> fan(points_.size(), kNone);  // the first one of each vertex
+    std::vector<int> copy(3 * triangles_.size(), -1);      // the vertex of each further one
     for (std::size_t i = 0; i < copy.size(); ++i) {
       int& v = triangles_[i / 3][i % 3];
-      const auto own = static_cast<std::size_t>(fans.root(static_cast<Eigen::Index>(i)));
-      std::size_t& first = fan[static_cast<std::size_t>(v)];
+      const Eigen::Index own = sets.root(static_cast<Eigen::Index>(i));
+      Eigen::Index& first = fan[static_cast<std::size_t>(v)];
       first = first == kNone ? own : first;
       if (own != first) {
-        int& number = copy[own];
+        int& number = copy[static_cast<std::size_t>(own)];
         if (number < 0) {
           number = static_cast<int>(points_.size());
           points_.push_back(Vector3(point(v)));
@@ -322,11 +260,10 @@ class Clipper {
 
   const TriangleMesh& mesh_;
   CuttingSurface surface_;
-  EdgeTable edges_;
-  Rings rings_;
+  EditMesh rings_;
   std::vector<Vector3> points_;
   std::vector<std::array<int, 3>> triangles_;
-  std::vector<int> on_edge_;
+  std::vector<int> on_edge_;  // by the lower side of the edge
   std::vector<bool> pushed_;  // vertices that the cut keeps away from
 };
 
@@ -334,6 +271,34 @@ class Clipper {
 
 ClippedSurface clipped(const TriangleMesh& mesh, CuttingSurface surface) {
   return Clipper(mesh, std::move(surface)).clip();
+}
+
+Triangles as_matrix(const std::vector<std::array<int, 3>>& faces) {
+  Triangles triangles(3, static_cast<Eigen::Index>(faces.size()));
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    triangles.col(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
+  }
+  return triangles;
+}
+
+std::vector<std::array<int, 3>> as_triples(const Triangles& faces) {
+  std::vector<std::array<int, 3>> triples;
+  for (const auto& face : faces.colwise()) {
+    triples.push_back({face(0), face(1), face(2)});
+  }
+  return triples;
+}
+
+TriangleMesh as_mesh(const ClippedSurface& surface) {
+  Points points(3, static_cast<Eigen::Index>(surface.points.size()));
+  for (std::size_t v = 0; v < surface.points.size(); ++v) {
+    points.col(static_cast<Eigen::Index>(v)) = surface.points[v];
+  }
+  return {std::move(points), as_matrix(surface.triangles)};
+}
+
+std::vector<std::vector<int>> loops_of(const ClippedSurface& surface) {
+  return boundary_loops(as_matrix(surface.triangles), static_cast<int>(surface.points.size()));
 }
 
 void drop_unused_points(ClippedSurface& surface) {

@@ -36,7 +36,15 @@ struct ClippedSurface {
 /// necessary. Faces that lie in the surface are left out.
 ///
 /// returns   a surface in which every vertex has one fan of faces and none is unused
+/// throws    InputError if the mesh is not closed and oriented
 ClippedSurface clipped(const TriangleMesh& mesh, CuttingSurface surface);
+
+Triangles as_matrix(const std::vector<std::array<int, 3>>& faces);
+std::vector<std::array<int, 3>> as_triples(const Triangles& faces);
+TriangleMesh as_mesh(const ClippedSurface& surface);
+
+/// The rims of an open surface, as boundary_loops.
+std::vector<std::vector<int>> loops_of(const ClippedSurface& surface);
 
 /// Leaves out the points that no face names; the others keep their order.
 void drop_unused_points(ClippedSurface& surface);

@@ -31,7 +31,7 @@ CapChart chart_of(const Plane& plane) {
   const Vector3 v = plane.up.cross(u);
   const Vector3 origin = plane.point;
   return {[=](const Vector3& x) { return Eigen::Vector2d((x - origin).dot(u), (x - origin).dot(v)); },
-          [=](const Eigen::Vector2d& p) -> Vector3 { return origin + p.x() * u + p.y() * v; }, 0.0};
+          [=](const Eigen::Vector2d& p) -> Vector3 { return origin + p.x() * u + p.y() * v; }};
 }
 
 std::vector<int> sides_of(const TriangleMesh& mesh, const Plane& plane) {
@@ -69,10 +69,9 @@ CrossedEdges crossed_edges(const TriangleMesh& mesh, const std::vector<int>& sid
 CappedCut cut(const TriangleMesh& mesh, const Plane& plane, const std::vector<int>& sides, double edge,
               const CutCare& care) {
   const CapChart chart = chart_of(plane);
-  const auto onto_plane = [&](const Vector3& x) { return chart.to_space(chart.to_plane(x)); };
   const auto crossing = [&](const Vector3& kept, const Vector3& beyond) {
     const double below = plane.height(kept);
-    return onto_plane(kept + below / (below - plane.height(beyond)) * (beyond - kept));
+    return chart.onto(kept + below / (below - plane.height(beyond)) * (beyond - kept));
   };
   CappedCut part{clipped(mesh, {.sides = sides,
                                 .crossing = crossing,
@@ -82,20 +81,14 @@ CappedCut cut(const TriangleMesh& mesh, const Plane& plane, const std::vector<in
                                 .parts_necks = false}),
                  0};
   part.skin_faces = static_cast<Eigen::Index>(part.surface.triangles.size());
-  const std::vector<std::vector<int>> loops = loops_of(part.surface);
-  if (loops.empty()) {
-    return part;
-  }
-  for (const std::vector<int>& loop : loops) {
+  for (const std::vector<int>& loop : loops_of(part.surface)) {
     for (const int v : loop) {
       Vector3& x = part.surface.points[static_cast<std::size_t>(v)];
-      x = onto_plane(x);
+      x = chart.onto(x);
     }
   }
-  CapMesh caps(part.surface.points, loops, chart);
-  const std::vector<bool> all(static_cast<std::size_t>(caps.region_count()), true);
-  caps.refine(all, [&](const Vector3& /*x*/) { return edge; });
-  caps.append(all, part.surface.points, part.surface.triangles);
+  add_caps(part.surface, chart);
+  refine_caps(part.surface, part.skin_faces, chart, [&](const Vector3& /*x*/) { return edge; });
   return part;
 }
 

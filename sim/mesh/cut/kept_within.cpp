@@ -2,7 +2,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -38,8 +37,7 @@ CapChart sphere_chart(const Vector3& centre, double radius, const Vector3& middl
             const double share = p.squaredNorm() / (4 * radius * radius);
             const Vector3 flat = (p.x() * u + p.y() * v) / radius;
             return centre + radius / (1 + share) * (flat + (1 - share) * middle);
-          },
-          radius};
+          }};
 }
 
 /// Faces near the sphere halved until their edges are no longer than twice the wanted length, so that the cut can
@@ -181,58 +179,36 @@ Vector3 outward_direction(const TriangleMesh& body, const ClippedSurface& skin, 
                                radius * 1e3, place_in_mm(centre)));
 }
 
-/// Which vertices of the skin belong to the piece of the body that holds the skin next to the centre: parts of the skin
-/// that one cap closes bound one piece.
-std::vector<bool> nearest_piece(const ClippedSurface& skin, const Loops& loops, const std::vector<int>& cap_of_loop,
-                                const Vector3& centre) {
-  DisjointSets parts(static_cast<Eigen::Index>(skin.points.size()));
-  for (const auto& [a, b, c] : skin.triangles) {
-    parts.join(a, b);
-    parts.join(a, c);
+/// Leaves out all but the piece that holds the skin next to the centre. Returns how many of its faces are skin.
+Eigen::Index keep_nearest_piece(ClippedSurface& capped, std::size_t skin_faces, const Vector3& centre) {
+  DisjointSets pieces(static_cast<Eigen::Index>(capped.points.size()));
+  for (const auto& [a, b, c] : capped.triangles) {
+    pieces.join(a, b);
+    pieces.join(a, c);
   }
-  std::vector<int> on_rim(loops.size(), -1);  // a vertex of each cap; there are no more caps than loops
-  for (std::size_t l = 0; l < loops.size(); ++l) {
-    int& v = on_rim[static_cast<std::size_t>(cap_of_loop[l])];
-    v = v < 0 ? loops[l][0] : v;
-    parts.join(v, loops[l][0]);
-  }
+  ClippedSurface skin = capped;
+  skin.triangles.resize(skin_faces);
   const auto nearest = static_cast<std::size_t>(FaceTree(as_mesh(skin)).nearest(centre).face);
-  const Eigen::Index seed = parts.root(skin.triangles[nearest][0]);
-  std::vector<bool> belongs(skin.points.size());
-  for (std::size_t v = 0; v < belongs.size(); ++v) {
-    belongs[v] = parts.root(static_cast<Eigen::Index>(v)) == seed;
-  }
-  return belongs;
+  const Eigen::Index kept = pieces.root(capped.triangles[nearest][0]);
+  const auto is_kept = [&](const std::array<int, 3>& face) { return pieces.root(face[0]) == kept; };
+  const auto count = std::count_if(skin.triangles.begin(), skin.triangles.end(), is_kept);
+  std::erase_if(capped.triangles, [&](const std::array<int, 3>& face) { return !is_kept(face); });
+  drop_unused_points(capped);
+  return static_cast<Eigen::Index>(count);
 }
 
-/// Leaves of the skin within the ball the piece next to the centre, and closes it by the parts of the sphere in the
-/// body, whose faces come last. Returns how many of the faces are skin.
-Eigen::Index close_by_caps(ClippedSurface& skin, const TriangleMesh& body, const Vector3& centre, double radius,
-                           const EdgeSizing& sizing) {
+/// Closes the skin within the ball by the parts of the sphere in the body, and leaves of that the piece next to the
+/// centre.
+CappedCut capped(ClippedSurface skin, const TriangleMesh& body, const Vector3& centre, double radius,
+                 const EdgeSizing& sizing) {
+  const std::size_t skin_faces = skin.triangles.size();
   const Loops loops = loops_of(skin);
-  std::vector<int> cap_of_loop(loops.size());
-  std::optional<CapMesh> caps;
-  if (!loops.empty()) {
-    const Vector3 outward = outward_direction(body, skin, loops, centre, radius);
-    caps.emplace(skin.points, loops, sphere_chart(centre, radius, -outward));
-    for (std::size_t l = 0; l < loops.size(); ++l) {
-      cap_of_loop[l] = caps->region_of(l);
-    }
-  }
-  const std::vector<bool> belongs = nearest_piece(skin, loops, cap_of_loop, centre);
-  const auto is_of_piece = [&](int v) { return static_cast<bool>(belongs[static_cast<std::size_t>(v)]); };
-  std::erase_if(skin.triangles, [&](const std::array<int, 3>& face) { return !is_of_piece(face[0]); });
-  const auto skin_faces = static_cast<Eigen::Index>(skin.triangles.size());
-  if (caps) {
-    std::vector<bool> wanted(loops.size(), false);
-    for (std::size_t l = 0; l < loops.size(); ++l) {
-      wanted[static_cast<std::size_t>(cap_of_loop[l])] = is_of_piece(loops[l][0]);
-    }
-    caps->refine(wanted, [&](const Vector3& x) { return sizing.at(x); });
-    caps->append(wanted, skin.points, skin.triangles);
-  }
-  drop_unused_points(skin);
-  return skin_faces;
+  const Vector3 outward = loops.empty() ? Vector3::UnitZ() : outward_direction(body, skin, loops, centre, radius);
+  const CapChart chart = sphere_chart(centre, radius, -outward);
+  add_caps(skin, chart);
+  const Eigen::Index kept = keep_nearest_piece(skin, skin_faces, centre);
+  refine_caps(skin, kept, chart, [&](const Vector3& x) { return sizing.at(x); });
+  return {std::move(skin), kept};
 }
 
 }  // namespace
@@ -271,15 +247,13 @@ TriangleMesh kept_within(const TriangleMesh& mesh, const Vector3& point, double 
                        may_change, [&](const Vector3& x) { return kTolerance * sizing.at(x); }};
   return first_sound_cut({{0.35, 0.15, true}, {0.35, 0.15, false}, {0.02, 0.02, false}}, place,
                          [&](const CutCare& care) {
-                           CappedCut part{clipped(fine, {.sides = sides,
-                                                         .crossing = crossing,
-                                                         .snap = care.snap,
-                                                         .snap_off_crease = care.snap_off_crease,
-                                                         .movable = movable,
-                                                         .parts_necks = true}),
-                                          0};
-                           part.skin_faces = close_by_caps(part.surface, mesh, point, radius, sizing);
-                           return part;
+                           return capped(clipped(fine, {.sides = sides,
+                                                        .crossing = crossing,
+                                                        .snap = care.snap,
+                                                        .snap_off_crease = care.snap_off_crease,
+                                                        .movable = movable,
+                                                        .parts_necks = true}),
+                                         mesh, point, radius, sizing);
                          });
 }
 

@@ -80,24 +80,14 @@ class Mender {
 
   double length(int side) const { return (point(mesh_.from(side)) - point(mesh_.to(side))).norm(); }
 
-  template <class Visit>
-  void for_each_side(int vertex, const Visit& visit) const {
-    const int first = mesh_.first_around(vertex);
-    int side = first;
-    do {
-      visit(side);
-      side = mesh_.next_around(side);
-    } while (side != first);
-  }
-
   /// The mean normal of the faces round a vertex that are caps or are not.
   Vector3 normal_about(int v, bool of_cap) const {
     Vector3 sum = Vector3::Zero();
-    for_each_side(v, [&](int around) {
+    for (const int around : mesh_.around(v)) {
       if (cap(around) == of_cap && has_normal(around)) {
         sum += normal(around);
       }
-    });
+    }
     return sum.normalized();
   }
 
@@ -183,7 +173,7 @@ class Mender {
     const double longest_before = longest_at(v);
     const double least_cosine = length(side) < kShort * longest_before ? kTurnedOnShortWay : kTurned;
     result.allowed = true;
-    for_each_side(v, [&](int around) {
+    for (const int around : mesh_.around(v)) {
       const int to_b = mesh_.to(around);
       const int to_c = mesh_.from(EditMesh::previous(around));
       result.before = std::min(result.before, angle(around));
@@ -195,7 +185,7 @@ class Mender {
                          (point(to_b) - x).norm() < kLonger * longest_before;
         result.after = std::min(result.after, smallest_angle(x, point(to_b), point(to_c)));
       }
-    });
+    }
     return result;
   }
 
@@ -233,7 +223,9 @@ class Mender {
 
   double longest_at(int v) const {
     double longest = 0;
-    for_each_side(v, [&](int around) { longest = std::max(longest, length(around)); });
+    for (const int around : mesh_.around(v)) {
+      longest = std::max(longest, length(around));
+    }
     return longest;
   }
 
@@ -252,7 +244,7 @@ class Mender {
     std::array<Vector3, 2> along;
     std::size_t creases = 0;
     std::size_t rims = 0;
-    for_each_side(v, [&](int around) {
+    for (const int around : mesh_.around(v)) {
       if (is_crease(around)) {
         if (creases < 2) {
           along[creases] = (point(mesh_.to(around)) - point(v)).normalized();
@@ -260,7 +252,7 @@ class Mender {
         ++creases;
         rims += is_rim(around) ? 1 : 0;
       }
-    });
+    }
     if (rims > 0 && !is_rim(side)) {
       return false;
     }

@@ -62,14 +62,11 @@ int EditMesh::add_face(int a, int b, int c) {
 }
 
 int EditMesh::side_between(int a, int b) const {
-  const int first = first_around(a);
-  int side = first;
-  do {
+  for (const int side : around(a)) {
     if (to(side) == b) {
       return side;
     }
-    side = next_around(side);
-  } while (side != first);
+  }
   return -1;
 }
 
@@ -120,15 +117,12 @@ bool EditMesh::can_collapse(int side) const {
   if (c == d || valence(c) <= 3 || valence(d) <= 3) {
     return false;
   }
-  const int first = first_around(a);
-  int around = first;
-  do {
-    const int neighbour = to(around);
+  for (const int leaving : around(a)) {
+    const int neighbour = to(leaving);
     if (neighbour != b && neighbour != c && neighbour != d && adjacent(neighbour, b)) {
       return false;
     }
-    around = next_around(around);
-  } while (around != first);
+  }
   return true;
 }
 
@@ -138,13 +132,11 @@ void EditMesh::collapse(int side) {
   const int b = to(side);
   const int c = from(previous(side));
   const int d = from(previous(other));
-  const int first = first_around(a);
-  int around = first;
-  do {
-    const int following = next_around(around);
-    from_[at(around)] = b;
-    around = following;
-  } while (around != first);
+  for (int side_of_a = side; from(side_of_a) == a;) {
+    const int following = next_around(side_of_a);
+    from_[at(side_of_a)] = b;
+    side_of_a = following;
+  }
 
   const int b_to_c = opposite(previous(side));  // left a
   const int c_to_b = opposite(next(side));

@@ -36,9 +36,31 @@ class EditMesh {
   /// The side that runs from a to b, -1 if they are no neighbours.
   int side_between(int a, int b) const;
 
-  /// A side that leaves the vertex, and the next one round it.
-  int first_around(int vertex) const { return outgoing_[at(vertex)]; }
-  int next_around(int side) const { return opposite(previous(side)); }
+  /// The sides that leave one vertex, in clockwise order; none if the vertex is gone.
+  class Around {
+   public:
+    struct Iterator {
+      const EditMesh& mesh;
+      int first;
+      int side;  // -1 at the end
+
+      int operator*() const { return side; }
+      bool operator!=(const Iterator& other) const { return side != other.side; }
+      Iterator& operator++() {
+        const int next = mesh.next_around(side);
+        side = next == first ? -1 : next;
+        return *this;
+      }
+    };
+    Around(const EditMesh& mesh, int first) : mesh_(mesh), first_(first) {}
+    Iterator begin() const { return {mesh_, first_, first_}; }
+    Iterator end() const { return {mesh_, first_, -1}; }
+
+   private:
+    const EditMesh& mesh_;
+    int first_;
+  };
+  Around around(int vertex) const { return {*this, outgoing_[at(vertex)]}; }
 
   /// Puts a new vertex on the side's edge; returns its number. The side keeps its start.
   int split(int side);
@@ -56,6 +78,7 @@ class EditMesh {
 
  private:
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+  int next_around(int side) const { return opposite(previous(side)); }
   bool adjacent(int a, int b) const { return side_between(a, b) >= 0; }
   void join(int side, int other);
   int add_face(int a, int b, int c);

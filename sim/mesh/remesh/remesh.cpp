@@ -249,9 +249,7 @@ class Remesher {
   /// Whether vertex v may move into its neighbour `merged`: no edge gets too long, no face turns over.
   bool can_move(int v, int merged) const {
     const Vector3& x = point(merged);
-    const int first = mesh_.first_around(v);
-    int side = first;
-    do {
+    for (const int side : mesh_.around(v)) {
       const int b = mesh_.to(side);
       const int c = mesh_.from(EditMesh::previous(side));
       if ((point(b) - x).norm() > kLongest * 0.5 * (wanted(v) + wanted(b)) && b != merged) {
@@ -264,8 +262,7 @@ class Remesher {
           return false;
         }
       }
-      side = mesh_.next_around(side);
-    } while (side != first);
+    }
     return true;
   }
 
@@ -382,9 +379,7 @@ class Remesher {
   /// Whether a well-shaped face that creases hold on would turn by more than can_move allows if vertex v moved to x.
   /// Held vertices do not give way when a neighbour is pulled across them.
   bool turns_a_held_face(int v, const Vector3& x) const {
-    const int first = mesh_.first_around(v);
-    int side = first;
-    do {
+    for (const int side : mesh_.around(v)) {
       const int b = mesh_.to(side);
       const int c = mesh_.from(EditMesh::previous(side));
       if (bound_to(b) != kFree || bound_to(c) != kFree) {
@@ -394,31 +389,24 @@ class Remesher {
           return true;
         }
       }
-      side = mesh_.next_around(side);
-    } while (side != first);
+    }
     return false;
   }
 
   Vector3 normal_at(int v) const {
     Vector3 normal = Vector3::Zero();
-    const int first = mesh_.first_around(v);
-    int side = first;
-    do {
+    for (const int side : mesh_.around(v)) {
       normal += twice_area(side);
-      side = mesh_.next_around(side);
-    } while (side != first);
+    }
     return normal.normalized();
   }
 
   /// The mean of a vertex's neighbours, brought back into its tangent plane.
   Vector3 smoothed(int v, const Vector3& normal) const {
     Vector3 mean = Vector3::Zero();
-    const int first = mesh_.first_around(v);
-    int side = first;
-    do {
+    for (const int side : mesh_.around(v)) {
       mean += point(mesh_.to(side));
-      side = mesh_.next_around(side);
-    } while (side != first);
+    }
     const Vector3 shift = mean / mesh_.valence(v) - point(v);
     return point(v) + shift - normal * normal.dot(shift);
   }
@@ -428,15 +416,12 @@ class Remesher {
     std::array<double, 2> length{};
     std::array<double, 2> room{};
     std::size_t count = 0;
-    const int first = mesh_.first_around(v);
-    int side = first;
-    do {
-      if (mesh_.label(side) == bound_to(v)) {
+    for (const int side : mesh_.around(v)) {
+      if (count < 2 && mesh_.label(side) == bound_to(v)) {
         length[count] = span(side).second;
         room[count++] = wanted(v) + wanted(mesh_.to(side));
       }
-      side = mesh_.next_around(side);
-    } while (side != first && count < 2);
+    }
     return (length[0] * room[1] + length[1] * room[0]) / (room[0] + room[1]);
   }
 

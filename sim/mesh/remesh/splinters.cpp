@@ -91,9 +91,7 @@ class SplinterRemover {
     if (!(moved_(a) + length(side) < std::min(thinnest_(a), thinnest_(b))) || !mesh_.can_collapse(side)) {
       return false;
     }
-    const int first = mesh_.first_around(a);
-    int around = first;
-    do {
+    for (const int around : mesh_.around(a)) {
       const int c = mesh_.to(around);
       const int d = mesh_.from(EditMesh::previous(around));
       if (c != b && d != b) {
@@ -103,8 +101,7 @@ class SplinterRemover {
           return false;
         }
       }
-      around = mesh_.next_around(around);
-    } while (around != first);
+    }
     return !closes_a_thin_part(a, b);
   }
 
@@ -120,14 +117,11 @@ class SplinterRemover {
 
   template <class Visit>
   void for_each_normal(int v, const Visit& visit) const {
-    const int first = mesh_.first_around(v);
-    int around = first;
-    do {
+    for (const int around : mesh_.around(v)) {
       if (const Shape face = shape(around); !face.splinter) {
         visit(face.normal);
       }
-      around = mesh_.next_around(around);
-    } while (around != first);
+    }
   }
 
   /// Whether the side is the longest of a splinter, and the other diagonal leaves thicker faces in the same plane.

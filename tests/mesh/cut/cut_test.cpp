@@ -231,6 +231,15 @@ TEST(CutByPlane, RefusesWhatLeavesNothingOrEverything) {
   EXPECT_THROW(cut_by_plane(mesh, {0, 0, std::nan("")}, {0, 0, 1}), InputError);
 }
 
+// Rims that cross, and rims that coincide in part, bound no inside.
+TEST(CutByPlane, RefusesToCutWhereTheBodyCutsItself) {
+  const TriangleMesh one = capsule(0.008, 0.06, 2.5e-3).mesh;
+  EXPECT_THROW(cut_by_plane(together(one, shifted(one, {0.01, 0, 0.0003})), {0, 0.001, 0}, {0, 1, 0}), InputError);
+  EXPECT_THROW(cut_by_plane(together(one, one), {0, 0.001, 0}, {0, 1, 0}), InputError);
+  const TriangleMesh cube = box({0.02, 0.02, 0.02}, 5e-3).mesh;
+  EXPECT_THROW(cut_by_plane(together(cube, shifted(cube, {0.02, 0.004, 0})), {0, 0, 0.0013}, {0, 0, 1}), InputError);
+}
+
 void expect_truncated(const TriangleMesh& mesh, const Vector3& point, double radius, double edge) {
   const TriangleMesh part = kept_within(mesh, point, radius, EdgeSizing(edge));
   expect_sound(part);

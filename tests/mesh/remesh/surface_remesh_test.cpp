@@ -135,8 +135,7 @@ TriangleMesh coarsened(const TriangleMesh& mesh, Eigen::Index faces) {
   const auto turn = [&](int side) {  // least cosine by which a face turns
     const int v = edit.from(side);
     double least = 1;
-    int around = edit.first_around(v);
-    do {
+    for (const int around : edit.around(v)) {
       const int b = edit.to(around);
       const int c = edit.from(EditMesh::previous(around));
       if (b != edit.to(side) && c != edit.to(side)) {
@@ -145,8 +144,7 @@ TriangleMesh coarsened(const TriangleMesh& mesh, Eigen::Index faces) {
         const double flat = after.norm() / (point(c) - point(b)).squaredNorm();
         least = std::min(least, flat < 0.02 ? -1.0 : before.dot(after) / (before.norm() * after.norm()));
       }
-      around = edit.next_around(around);
-    } while (around != edit.first_around(v));
+    }
     return least;
   };
   Eigen::Index left = mesh.face_count();
