@@ -22,6 +22,9 @@ target_include_directories(touchfield_flags INTERFACE ${PROJECT_SOURCE_DIR})
 # Eigen runs serially inside our own parallel regions; OpenBLAS does the large products.
 target_compile_definitions(touchfield_flags INTERFACE EIGEN_DONT_PARALLELIZE)
 
+# Of what takes no time when it runs, command lines and the reading of scenes: half of the time to compile it.
+set(TOUCHFIELD_SMALL_OPTIONS $<$<CONFIG:Release>:-O1>)
+
 # The headers that most files read, parsed once: a build takes about half as long. Sources still include what they use:
 # TOUCHFIELD_PRECOMPILED=OFF shows what is missing.
 function(touchfield_precompiled target kind)
@@ -33,21 +36,36 @@ if(TOUCHFIELD_PRECOMPILED)
   file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/generated/precompiled.cpp CONTENT "")
   set(headers <algorithm> <array> <cmath> <complex> <cstddef> <cstdint> <functional> <limits> <map> <memory> <optional>
               <stdexcept> <string> <string_view> <utility> <variant> <vector> <Eigen/Dense>)
-  foreach(kind library test)
+  foreach(kind library small test)
     add_library(touchfield_precompiled_${kind} OBJECT ${PROJECT_BINARY_DIR}/generated/precompiled.cpp)
     target_link_libraries(touchfield_precompiled_${kind} PRIVATE touchfield_flags Eigen3::Eigen OpenMP::OpenMP_CXX)
     target_precompile_headers(touchfield_precompiled_${kind} PRIVATE ${headers})
   endforeach()
+  target_compile_options(touchfield_precompiled_small PRIVATE ${TOUCHFIELD_SMALL_OPTIONS})  # as those who use it
 endif()
 
-# touchfield_layer(NAME SOURCES ... USES ... PRIVATE_USES ...): one folder, one library. A layer sees only the layers it
-# names, so an include against the architecture does not link.
+# touchfield_unity(TARGET FILE...): the sources of a target are compiled as one, but for the files that are named, which use
+# names of their own that another file uses too. TOUCHFIELD_UNITY=OFF compiles each by itself: for work on a few of them.
+function(touchfield_unity target)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${TOUCHFIELD_UNITY} UNITY_BUILD_BATCH_SIZE 0)
+  set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+endfunction()
+
+# touchfield_layer(NAME [SMALL] SOURCES ... [APART ...] USES ... PRIVATE_USES ...): one folder, one library. A layer sees only
+# the layers it names, so an include against the architecture does not link. SMALL: nothing in it takes time
+# when it runs. APART: sources that touchfield_unity compiles by themselves.
 function(touchfield_layer name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;USES;PRIVATE_USES" ${ARGN})
-  add_library(tf_${name} STATIC ${ARG_SOURCES})
+  cmake_parse_arguments(ARG "SMALL" "" "SOURCES;APART;USES;PRIVATE_USES" ${ARGN})
+  add_library(tf_${name} STATIC ${ARG_SOURCES} ${ARG_APART})
   target_link_libraries(tf_${name} PUBLIC touchfield_flags Eigen3::Eigen ${ARG_USES}
                                    PRIVATE OpenMP::OpenMP_CXX ${ARG_PRIVATE_USES})
-  touchfield_precompiled(tf_${name} library)
+  if(ARG_SMALL)
+    target_compile_options(tf_${name} PRIVATE ${TOUCHFIELD_SMALL_OPTIONS})
+    touchfield_precompiled(tf_${name} small)
+  else()
+    touchfield_precompiled(tf_${name} library)
+  endif()
+  touchfield_unity(tf_${name} ${ARG_APART})
 endfunction()
 
 # touchfield_levels(LAYER SOURCE OPTION...): compiles inner loops once for each instruction level, with TOUCHFIELD_LEVEL the

@@ -15,7 +15,7 @@
 #include "sim/batch/sweep_case.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/sweep_reader.h"
-#include "sim/solve/bodies.h"
+#include "sim/solve/meshed_body.h"
 #include "sim/solve/named_files.h"
 #include "sim/solve/warnings.h"
 

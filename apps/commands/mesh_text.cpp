@@ -4,6 +4,7 @@
 
 #include "apps/commands/run_json.h"
 #include "sim/acoustics/medium.h"
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
@@ -33,7 +34,7 @@ std::string skin_lines(const SkinReport& skin) {
       break;
     }
     text += fmt::format("  hole        {} edges, {:.2f} mm round, near {}\n", hole.edges, hole.length / kMillimetre,
-                        place_in_mm(hole.at));
+                        place_text(hole.at, 2));
   }
   text += fmt::format("  edges       {:.3g} to {:.3g} mm, mean {:.3g} mm; smallest angle {:.2g} degrees\n",
                       mesh.shortest_edge / kMillimetre, mesh.longest_edge / kMillimetre, skin.mean_edge / kMillimetre,

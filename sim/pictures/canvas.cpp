@@ -22,7 +22,6 @@ using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 using Texts = std::map<std::string, std::string>;
 
-constexpr Colour kInk = {25, 25, 25};
 constexpr const char* kFont = "DejaVu Sans";
 constexpr double kPoints = 0.5;  // of a PDF, a pixel
 

@@ -14,6 +14,8 @@ using Colour = std::array<std::uint8_t, 3>;  // red, green, blue
 Colour viridis(double fraction);
 
 /// Where there is no value.
+inline constexpr Colour kInk = {25, 25, 25};
+inline constexpr Colour kPaper = {255, 255, 255};
 inline constexpr Colour kNoValue = {150, 150, 150};
 
 }  // namespace touchfield

@@ -15,7 +15,6 @@ namespace touchfield {
 namespace {
 
 constexpr PixelBox kRoom = {120, 160, 920, 640};
-constexpr Colour kInk = {25, 25, 25};
 constexpr Colour kBody = {190, 190, 190};
 constexpr std::array<char, 3> kAxes = {'x', 'y', 'z'};
 

@@ -11,8 +11,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr Colour kInk = {25, 25, 25};
-constexpr Colour kPaper = {255, 255, 255};
 constexpr PixelBox kBar = {1085, 130, 26, 640};
 constexpr int kLeft = 30;  // [pixels]
 constexpr double kTextWidth = kPictureWidth - 2.0 * kLeft;

@@ -23,7 +23,6 @@ constexpr double kAzimuth = 25.0 * std::numbers::pi / 180.0;    // to the right 
 constexpr Colour kTransducer = {128, 138, 152};
 constexpr Colour kSkin = {232, 200, 178};
 constexpr Colour kTarget = {235, 30, 60};
-constexpr Colour kInk = {25, 25, 25};
 
 double least_distance(const Points& positions) {
   double least = HUGE_VAL;

@@ -10,7 +10,6 @@ namespace {
 
 constexpr int kSamples = 4;       // a pixel, along each side
 constexpr double kAmbient = 0.7;  // the share of a face's colour that shading leaves alone
-constexpr Colour kPaper = {255, 255, 255};
 
 Camera camera_of(const SkinView& view) {
   Camera camera;

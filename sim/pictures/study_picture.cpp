@@ -22,7 +22,6 @@ constexpr PixelBox kPlot = {110, 160, 760, 620};
 constexpr double kLegend = kPlot.x + kPlot.width + 40.0;        // its left side
 constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
 constexpr double kLegendLine = 34.0;                            // [pixels]
-constexpr Colour kInk = {25, 25, 25};
 constexpr Colour kDecadeLine = {205, 205, 205};
 constexpr Colour kTickLine = {234, 234, 234};
 constexpr int kTickSize = 16;        // of the labels at ticks [pixels]

@@ -25,7 +25,6 @@ constexpr PixelBox kPlot = {120, 160, 760, 600};
 constexpr double kLegend = kPlot.x + kPlot.width + 40.0;
 constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
 constexpr double kLegendLine = 34.0;
-constexpr Colour kInk = {25, 25, 25};
 constexpr Colour kTickLine = {225, 225, 225};
 constexpr int kTickSize = 16;
 constexpr int kMostTicks = 8;

@@ -1,158 +1,27 @@
 #include "sim/solve/bodies.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <optional>
-#include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "sim/body/shapes.h"
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/mesh/cut/cut.h"
-#include "sim/mesh/io/mesh_io.h"
-#include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
-#include "sim/mesh/remesh/surface_remesh.h"
-#include "sim/mesh/resurface/resurface.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/solve/meshed_body.h"
 
 namespace touchfield {
 
 namespace {
 
-constexpr double kKeptSkin = 0.9;                    // of keep_within: nearer to the centre no face is a cap's
-constexpr double kLostLandmark = 0.5 * kMillimetre;  // farther from what is kept of a body: the landmark went with it
-
-HandOptions hand_options(const HandShape& shape, double edge) {
-  return {shape.pose, shape.breadth, shape.length, shape.side, edge, shape.joints};
-}
-
-std::optional<UnitDoubt> doubt_of(const MeshShape& shape, double size) {
-  auto doubt = unit_doubt(size, shape.unit_given ? std::optional(shape.unit_name) : std::nullopt);
-  if (doubt) {
-    doubt->text = fmt::format("{}: {}", shape.file, doubt->text);
-  }
-  return doubt;
-}
-
-/// Refuses a file whose unit is not given and not certain; adds a warning on one that is doubtful.
-void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
-  const double size = surface_size(read_surface(shape.file));
-  const auto doubt = doubt_of(shape, size);
-  if (doubt && doubt->refuse) {
-    throw InputError(doubt->text);
-  }
-  require_body_size(size * shape.unit, shape.file);
-  if (doubt) {
-    warnings.push_back("mesh_unit: " + doubt->text);
-  }
-}
-
-/// A landmark goes to the nearest point of the new skin, unless the part of the file's surface that it names has gone.
-MeshedBody resurfaced_body(const MeshShape& shape) {
-  const double edge = *shape.resurface;
-  Resurfaced skin = resurfaced(read_surface(shape.file), shape.unit, edge, shape.file, "mesh.resurface_mm");
-  MeshedBody made{{std::move(skin.mesh), {}}, {}, {}};
-  for (const auto& [name, point] : shape.landmarks) {
-    made.body.landmarks.push_back(nearest_landmark(made.body.mesh, name, point));
-    const Vector3 named = position(skin.original, nearest_landmark(skin.original, name, point));
-    const Landmark nearest = nearest_landmark(made.body.mesh, name, named);
-    const double distance = (position(made.body.mesh, nearest) - named).norm();
-    if (distance > edge) {
-      throw InputError(
-          fmt::format("{}: landmark '{}' names the file's surface at {}, which is {:.2f} mm from the "
-                      "resurfaced skin, inside it or lost; it must be within mesh.resurface_mm = {:.4g} mm",
-                      shape.file, name, place_in_mm(named), distance / kMillimetre, edge / kMillimetre));
-    }
-  }
-  for (const std::string& step : skin.steps) {
-    made.notes.push_back(fmt::format("{}: {}", shape.file, step));
-  }
-  return made;
-}
-
-std::string file_state(const std::string& file) {
-  const auto written = std::filesystem::last_write_time(file);
-  return fmt::format(" {} {}", std::filesystem::file_size(file), written.time_since_epoch().count());
-}
-
-/// notes   set to what resurfacing did; may be null
-Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::string>* notes = nullptr) {
-  const auto& shape = std::get<MeshShape>(spec.shape);
-  if (shape.resurface) {
-    const auto make = [&] { return resurfaced_body(shape); };
-    MeshedBody made = kept != nullptr
-                          ? kept->get("resurfaced " + shape.file, shape_text(spec) + file_state(shape.file), make)
-                          : make();
-    if (notes != nullptr) {
-      *notes = std::move(made.notes);
-    }
-    return std::move(made.body);
-  }
-  const TriangleMesh mesh = read_mesh(shape.file, shape.unit);
-  require_closed_surface(mesh, shape.file);
-  Body body{mesh, {}};
-  for (const auto& [name, point] : shape.landmarks) {
-    body.landmarks.push_back(nearest_landmark(body.mesh, name, point));
-  }
-  return body;
-}
-
-/// A body in its own frame with faces of one size, or those of its file.
-Body plain_body(const BodySpec& spec, double edge, KeptBodies* kept) {
-  return std::visit(
-      [&](const auto& shape) -> Body {
-        using Shape = std::decay_t<decltype(shape)>;
-        if constexpr (std::is_same_v<Shape, HandShape>) {
-          return hand(hand_options(shape, edge));
-        } else if constexpr (std::is_same_v<Shape, SphereShape>) {
-          return sphere(shape.radius, edge);
-        } else if constexpr (std::is_same_v<Shape, CapsuleShape>) {
-          return capsule(shape.radius, shape.length, edge);
-        } else if constexpr (std::is_same_v<Shape, BoxShape>) {
-          return box(shape.size, edge);
-        } else {
-          return body_from_file(spec, kept);
-        }
-      },
-      spec.shape);
-}
-
-/// Landmarks of a mesh on another mesh of the same body, without those that lie off it.
-std::vector<Landmark> carried_over(const Body& from, const TriangleMesh& to) {
-  std::vector<Landmark> landmarks;
-  for (const Landmark& landmark : from.landmarks) {
-    const Vector3 at = position(from.mesh, landmark);
-    Landmark moved = nearest_landmark(to, landmark.name, at);
-    if ((position(to, moved) - at).norm() <= kLostLandmark + 0.3 * to.mean_edge()) {
-      landmarks.push_back(std::move(moved));
-    }
-  }
-  return landmarks;
-}
-
-Body meshed(const BodySpec& spec, const EdgeSpec* edge, const EdgeSizing* sizing, KeptBodies* kept) {
-  if (edge == nullptr) {
-    return plain_body(spec, 0.0, kept);  // the faces of its file
-  }
-  const bool from_file = std::holds_alternative<MeshShape>(spec.shape);
-  if (!edge->graded() && !from_file) {
-    return plain_body(spec, edge->far, kept);
-  }
-  if (const auto* shape = std::get_if<HandShape>(&spec.shape)) {
-    return hand(hand_options(*shape, edge->finest()), *sizing);
-  }
-  const Body base = plain_body(spec, edge->finest(), kept);
-  Body body{remeshed_surface(base.mesh, *sizing), {}};
-  body.landmarks = carried_over(base, body.mesh);
-  return body;
-}
+constexpr double kKeptSkin = 0.9;  // of keep_within: nearer to the centre no face is a cap's
 
 /// What is known of a body before it is meshed as it is asked for.
 class Locator {
@@ -320,7 +189,7 @@ void require_apart(const Scene& scene, const std::vector<Body>& bodies) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
       const Clearance clearance = least_clearance(bodies[i].mesh, bodies[j].mesh);
       const std::string pair = fmt::format("{} and {}", scene.bodies[i].name, scene.bodies[j].name);
-      const std::string at = place_in_mm(clearance.on_first);
+      const std::string at = place_text(clearance.on_first, 2);
       if (clearance.meeting != Meeting::kApart) {
         throw InputError(fmt::format("bodies: {} {} near {}; move one by its place.at_mm", pair,
                                      clearance.meeting == Meeting::kCut ? "cut each other" : "lie one in the other",
@@ -342,39 +211,6 @@ RigidMotion BodyPlan::own_frame(const Scene& scene, std::size_t body) const {
   const Placement& place = scene.bodies[body].place;
   const Eigen::Matrix3d back = extrinsic_rotation(place.angles).transpose();
   return {back, bodies[body].anchor - back * place.at};
-}
-
-std::vector<std::string> guess_units(Scene& scene) {
-  std::vector<std::string> warnings;
-  for (BodySpec& spec : scene.bodies) {
-    auto* shape = std::get_if<MeshShape>(&spec.shape);
-    if (shape == nullptr || shape->unit_given) {
-      continue;
-    }
-    const double size = surface_size(read_surface(shape->file));
-    const auto doubt = doubt_of(*shape, size);
-    if (!doubt) {
-      continue;
-    }
-    const UnitGuess guess = guess_unit(size);
-    if (guess.certainty == UnitCertainty::kNone) {
-      throw InputError(doubt->text);
-    }
-    for (auto& [name, point] : shape->landmarks) {
-      point *= guess.unit.metres / shape->unit;
-    }
-    shape->unit = guess.unit.metres;
-    shape->unit_name = guess.unit.name;
-    shape->unit_given = true;
-    warnings.push_back(fmt::format("mesh_unit: {}; taken as {} here, a run refuses it", doubt->text, guess.unit.name));
-  }
-  return warnings;
-}
-
-void require_body(const BodySpec& body) {
-  std::vector<std::string> warnings;  // which a run repeats
-  check_unit(std::get<MeshShape>(body.shape), warnings);
-  body_from_file(body, nullptr);
 }
 
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,

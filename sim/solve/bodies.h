@@ -42,18 +42,6 @@ struct PlacedBodies {
                                     // radius from them
 };
 
-/// Takes mesh files whose unit is not given, and not surely mm, as in the unit that their size makes likely: for
-/// looking at a scene that a run refuses. Landmarks keep their numbers in the file.
-///
-/// returns  a warning on each
-/// throws   InputError if no unit makes the file a body
-std::vector<std::string> guess_units(Scene& scene);
-
-/// body     of a mesh file
-/// throws   InputError if a mesh file is not the closed surface of a body and cannot be resurfaced to one, or its unit is
-///          not given and not surely mm
-void require_body(const BodySpec& body);
-
 /// Finds anchors and centres without meshing finely.
 ///
 /// near_array   the point of a surface, in the world's frame, that is nearest to the array

@@ -8,7 +8,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/solve/bodies.h"
+#include "sim/solve/meshed_body.h"
 #include "sim/solve/model.h"
 
 namespace touchfield {

@@ -19,7 +19,7 @@ class ScriptsRun(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
         for folder in ["scripts", "cmake", "sim", "solvers", "hardware", "apps", "tools", "build/release/apps"]:
             (self.root / folder).mkdir(parents=True)
-        for name in ["run", "setup", "packages.txt"]:
+        for name in ["run", "setup", "packages.txt", "packages-test.txt"]:
             shutil.copy(SOURCE / "scripts" / name, self.root / "scripts" / name)
         for name in ["CMakeLists.txt", "CMakePresets.json", "sim/source.cpp", "scene.yaml"]:
             (self.root / name).write_text("")
@@ -49,6 +49,12 @@ class ScriptsRun(unittest.TestCase):
         self.assertEqual(done.stdout, "the program: run scene.yaml\n")
         self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
         self.assertIn("libvtk9-dev", done.stderr)
+        self.assertFalse((self.root / "apt").exists(), "apt-get was asked to install")
+
+    def test_a_run_asks_for_no_package_of_the_tests(self):
+        self.script("tools/dpkg-query",
+                    'shift 2\nfor name; do [[ $name == libgtest-dev ]] || echo "installed $name"; done\nexit 1')
+        self.run_scene()  # which ends where the stand-in for cmake does
         self.assertFalse((self.root / "apt").exists(), "apt-get was asked to install")
 
     def test_they_are_installed_if_it_does_not_start(self):

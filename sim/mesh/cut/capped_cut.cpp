@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/mesh/cut/thin_faces.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
@@ -55,7 +56,7 @@ void require_no_intersection(const TriangleMesh& mesh, const CutPlace& place) {
   for (const auto& [one, other] : self_intersections(mesh)) {
     if (is_near(one) || is_near(other)) {
       throw InputError(fmt::format("mesh: {} leaves a surface that cuts itself near {}; change it a little", place.what,
-                                   place_in_mm(mesh.centroids().col(one))));
+                                   place_text(mesh.centroids().col(one), 2)));
     }
   }
 }

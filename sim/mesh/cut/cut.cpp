@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/mesh/cut/cap_mesh.h"
 #include "sim/mesh/cut/capped_cut.h"
 #include "sim/mesh/cut/clip_mesh.h"
@@ -100,7 +101,7 @@ TriangleMesh cut_by_plane(const TriangleMesh& mesh, const Vector3& point, const 
   }
   const Plane plane{point, normal.normalized()};
   const std::string what = fmt::format("the cut by the plane through {} with normal ({:.3g}, {:.3g}, {:.3g})",
-                                       place_in_mm(point), normal.x(), normal.y(), normal.z());
+                                       place_text(point, 2), normal.x(), normal.y(), normal.z());
   const std::vector<int> sides = sides_of(mesh, plane);
   const auto [least, most] = std::minmax_element(sides.begin(), sides.end());
   if (*least >= 0 || *most <= 0) {

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/mesh/cut/cap_mesh.h"
 #include "sim/mesh/cut/capped_cut.h"
 #include "sim/mesh/cut/clip_mesh.h"
@@ -176,7 +177,7 @@ Vector3 outward_direction(const TriangleMesh& body, const ClippedSurface& skin, 
     }
   }
   throw InputError(fmt::format("mesh: the ball of {:.1f} mm round {} lies in the body but for too small a part",
-                               radius * 1e3, place_in_mm(centre)));
+                               radius * 1e3, place_text(centre, 2)));
 }
 
 /// Leaves out all but the piece that holds the skin next to the centre. Returns how many of its faces are skin.
@@ -222,7 +223,7 @@ TriangleMesh kept_within(const TriangleMesh& mesh, const Vector3& point, double 
     throw InputError(
         fmt::format("keep_within_mm = {:.1f}: the nearest skin to {} is {:.1f} mm away, it must be within "
                     "half of the radius",
-                    radius * 1e3, place_in_mm(point), distance * 1e3));
+                    radius * 1e3, place_text(point, 2), distance * 1e3));
   }
   if ((mesh.vertices().colwise() - point).colwise().norm().maxCoeff() <= radius) {
     return mesh;
@@ -242,7 +243,7 @@ TriangleMesh kept_within(const TriangleMesh& mesh, const Vector3& point, double 
   const auto crossing = [&](const Vector3& kept, const Vector3& beyond) {
     return crossing_of_sphere(point, radius, kept, beyond);
   };
-  const CutPlace place{fmt::format("keep_within_mm = {:.1f} round {}", radius * 1e3, place_in_mm(point)),
+  const CutPlace place{fmt::format("keep_within_mm = {:.1f} round {}", radius * 1e3, place_text(point, 2)),
                        [&](const Vector3& x) { return std::abs((x - point).norm() - radius) <= 4 * sizing.at(x); },
                        may_change, [&](const Vector3& x) { return kTolerance * sizing.at(x); }};
   return first_sound_cut({{0.35, 0.15, true}, {0.35, 0.15, false}, {0.02, 0.02, false}}, place,

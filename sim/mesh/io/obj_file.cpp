@@ -12,23 +12,6 @@ namespace touchfield {
 
 namespace {
 
-Vector3 parse_vertex(TextCursor& cursor, std::string_view line) {
-  Vector3 vertex;
-  for (double& coordinate : vertex) {
-    const std::string_view word = take_word(line);
-    if (word.empty()) {
-      cursor.fail("a vertex must have three coordinates");
-    }
-    if (!to_number(word, coordinate)) {
-      cursor.fail(fmt::format("a coordinate is '{}', which is not a number", word.substr(0, 40)));
-    }
-    if (!std::isfinite(coordinate)) {
-      cursor.fail(fmt::format("a coordinate is {}, it must be a finite number", coordinate));
-    }
-  }
-  return vertex;
-}
-
 /// Corners are "v", "v/vt", "v//vn" or "v/vt/vn"; v counts from 1, or backwards from the last vertex if negative.
 std::vector<std::int64_t> parse_face(TextCursor& cursor, std::string_view line, std::size_t vertices) {
   std::vector<std::int64_t> corners;
@@ -55,7 +38,7 @@ FileSurface parse_obj(const std::string& content, const std::string& name) {
   for (std::string_view line; cursor.next_line(line);) {
     const std::string_view keyword = take_word(line);
     if (keyword == "v") {
-      surface.points.push_back(parse_vertex(cursor, line));
+      surface.points.push_back(take_point(cursor, line));
     } else if (keyword == "f") {
       polygons.push_back(parse_face(cursor, line, surface.points.size()));
     }

@@ -65,20 +65,6 @@ std::int64_t parse_count(TextCursor& cursor, std::string_view& line, const char*
   return count;
 }
 
-Vector3 parse_vertex(TextCursor& cursor, std::string_view line) {
-  Vector3 vertex;
-  for (double& coordinate : vertex) {
-    const std::string_view word = take_word(line);
-    if (word.empty()) {
-      cursor.fail("a vertex must have three coordinates");
-    }
-    if (!to_number(word, coordinate) || !std::isfinite(coordinate)) {
-      cursor.fail(fmt::format("a coordinate is '{}', it must be a finite number", word.substr(0, 40)));
-    }
-  }
-  return vertex;
-}
-
 /// "n v1 ... vn", then perhaps a colour.
 std::vector<std::int64_t> parse_face(TextCursor& cursor, std::string_view line) {
   const std::int64_t count = parse_count(cursor, line, "corners of a face");
@@ -111,7 +97,7 @@ FileSurface parse_off(const std::string& content, const std::string& name) {
   require_few(vertices, faces, name);
   FileSurface surface;
   for (std::int64_t i = 0; i < vertices; ++i) {
-    surface.points.push_back(parse_vertex(cursor, required_statement(cursor, "vertices", i, vertices)));
+    surface.points.push_back(take_point(cursor, required_statement(cursor, "vertices", i, vertices)));
   }
   std::vector<std::vector<std::int64_t>> polygons;
   for (std::int64_t i = 0; i < faces; ++i) {

@@ -75,4 +75,21 @@ void TextCursor::fail(const std::string& message) const {
   throw InputError(fmt::format("{}:{}: {}", name_, line, message));
 }
 
+Vector3 take_point(TextCursor& cursor, std::string_view line) {
+  Vector3 vertex;
+  for (double& coordinate : vertex) {
+    const std::string_view word = take_word(line);
+    if (word.empty()) {
+      cursor.fail("a vertex must have three coordinates");
+    }
+    if (!to_number(word, coordinate)) {
+      cursor.fail(fmt::format("a coordinate is '{}', which is not a number", word.substr(0, 40)));
+    }
+    if (!std::isfinite(coordinate)) {
+      cursor.fail(fmt::format("a coordinate is {}, it must be a finite number", coordinate));
+    }
+  }
+  return vertex;
+}
+
 }  // namespace touchfield

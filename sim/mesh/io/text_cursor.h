@@ -4,6 +4,8 @@
 #include <string>
 #include <string_view>
 
+#include "sim/core/types.h"
+
 namespace touchfield {
 
 /// Goes through a text word by word; its errors name file, line and what was found.
@@ -37,5 +39,9 @@ std::string_view take_word(std::string_view& line);
 /// Whether a word is a number as a whole; it may be infinite or NaN.
 bool to_number(std::string_view word, double& value);
 bool to_integer(std::string_view word, std::int64_t& value);
+
+/// The three finite coordinates that a line begins with.
+/// throws   InputError by the cursor
+Vector3 take_point(TextCursor& cursor, std::string_view line);
 
 }  // namespace touchfield

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/pieces.h"
@@ -28,20 +29,20 @@ class FaultCount {
   void add_edge(const Points& points, const Side& side) {
     if (count_++ == 0) {
       const Vector3 middle = 0.5 * (points.col(side.low) + points.col(side.high));
-      first_ = fmt::format("between vertices {} and {} near {}", side.low, side.high, place_in_mm(middle));
+      first_ = fmt::format("between vertices {} and {} near {}", side.low, side.high, place_text(middle, 2));
     }
   }
 
   void add_vertex(const Points& points, Index vertex) {
     if (count_++ == 0) {
-      first_ = fmt::format("vertex {} at {}", vertex, place_in_mm(points.col(vertex)));
+      first_ = fmt::format("vertex {} at {}", vertex, place_text(points.col(vertex), 2));
     }
   }
 
   void add_face(const Points& points, const Triangles& triangles, Index face) {
     if (count_++ == 0) {
       const Vector3 centroid = points(Eigen::all, triangles.col(face)).rowwise().mean();
-      first_ = fmt::format("with face {} at {}", face, place_in_mm(centroid));
+      first_ = fmt::format("with face {} at {}", face, place_text(centroid, 2));
     }
   }
 
@@ -172,11 +173,6 @@ void measure_shape(const Points& points, const Triangles& triangles, MeshReport&
 }
 
 }  // namespace
-
-std::string place_in_mm(const Vector3& point) {
-  return fmt::format("({:.2f}, {:.2f}, {:.2f}) mm", point.x() / kMillimetre, point.y() / kMillimetre,
-                     point.z() / kMillimetre);
-}
 
 std::string counted(Eigen::Index count, const char* one, const char* many) {
   return fmt::format("{} {}", count, count == 1 ? one : many);

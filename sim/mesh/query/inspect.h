@@ -52,9 +52,6 @@ MeshReport inspect(const Points& points, const Triangles& triangles);
 /// throws   InputError listing every fault with its count and the place of the first
 void require_closed_surface(const TriangleMesh& mesh, const std::string& name);
 
-/// "(x, y, z) mm" of a point [m], as reports name places.
-std::string place_in_mm(const Vector3& point);
-
 /// "1 face", "2 faces".
 std::string counted(Eigen::Index count, const char* one, const char* many);
 

@@ -40,13 +40,13 @@ double uniform(std::uint64_t number, std::uint64_t purpose) {
 using Cell = Eigen::Array<Index, 3, 1>;
 
 /// Cells from `first` up to `last`, the last excluded along each axis.
-struct Box {
+struct CellBox {
   Cell first;
   Cell last;
 };
 
 template <class Visit>
-void for_each_cell(const Box& box, const Visit& visit) {
+void for_each_cell(const CellBox& box, const Visit& visit) {
   for (Index k = box.first(2); k < box.last(2); ++k) {
     for (Index j = box.first(1); j < box.last(1); ++j) {
       for (Index i = box.first(0); i < box.last(0); ++i) {
@@ -96,7 +96,7 @@ class Darts {
 /// the skin are one question, the others are asked in eight parts.
 void mark_inside(const FaceTree& tree, const Darts& darts, double clearance, const Cell& first, Index side,
                  std::vector<char>& hit) {
-  const Box cells{first, (first + side).min(darts.cells())};
+  const CellBox cells{first, (first + side).min(darts.cells())};
   if ((cells.last <= cells.first).any()) {
     return;
   }

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/inspect.h"
@@ -26,8 +27,6 @@ namespace {
 
 using Index = Eigen::Index;
 using Loop = std::vector<int>;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 std::uint64_t edge_key(int a, int b) {
   const auto [low, high] = std::minmax(a, b);
@@ -118,7 +117,7 @@ class FacesRound {
 
 std::string hole_text(const Points& points, const Loop& loop) {
   return fmt::format("{} edges, {:.2f} mm round, near {}", loop.size(), length(points, loop) / kMillimetre,
-                     place_in_mm(middle(points, loop)));
+                     place_text(middle(points, loop), 2));
 }
 
 // Faces this thin do not survive the digits of a single-precision file: on a 10 mm edge 20 nm high.
@@ -287,7 +286,7 @@ void remove_slivers(RawSurface& surface, StepLog& log) {
   surface.triangles = mesh.compact(old_numbers);
   surface.points = surface.points(Eigen::all, old_numbers).eval();
   log.push_back(fmt::format("removed {} with next to no area, the first at {}", counted(removed, "face", "faces"),
-                            place_in_mm(first)));
+                            place_text(first, 2)));
 }
 
 void turn_outwards(RawSurface& surface, StepLog& log) {
@@ -316,7 +315,7 @@ void turn_outwards(RawSurface& surface, StepLog& log) {
     area += inner[p] ? pieces.list[p].area : 0.0;
   }
   const Piece& first = pieces.list[at(std::find(inner.begin(), inner.end(), true) - inner.begin())];
-  const std::string first_place = place_in_mm(surface.points.col(surface.triangles(0, first.face)));
+  const std::string first_place = place_text(surface.points.col(surface.triangles(0, first.face)), 2);
   Triangles kept(3, surface.triangles.cols());
   Index count = 0;
   for (Index f = 0; f < surface.triangles.cols(); ++f) {
@@ -348,7 +347,7 @@ void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
         log.push_back(
             fmt::format("cut out the surroundings of {} {} of faces that cut each other ({}) and filled the "
                         "holes, the first at {}",
-                        pairs, pairs == 1 ? "pair" : "pairs", area_text(area), place_in_mm(first)));
+                        pairs, pairs == 1 ? "pair" : "pairs", area_text(area), place_text(first, 2)));
         log.insert(log.end(), dropped.begin(), dropped.end());
         surface = std::move(trial);
       }

@@ -13,6 +13,8 @@ struct RawSurface {
   Triangles triangles;
 };
 
+inline std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
+
 /// The steps of a repair. Each changes the surface and adds a line that says what it did, or does neither.
 using StepLog = std::vector<std::string>;
 

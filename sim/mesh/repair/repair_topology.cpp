@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/inspect.h"
@@ -17,8 +18,6 @@ namespace touchfield {
 namespace {
 
 using Index = Eigen::Index;
-
-std::size_t at(Index i) { return static_cast<std::size_t>(i); }
 
 Triangles picked(const Triangles& triangles, const std::vector<bool>& keep) {
   Triangles kept(3, triangles.cols());
@@ -95,7 +94,7 @@ bool drop_flaps_once(RawSurface& surface, std::vector<bool>& copied, double shar
   }
   log.push_back(fmt::format("dropped flaps of {} ({}) that hung on edges of three faces or more, the first at {}",
                             counted(dropped.faces, "face", "faces"), area_text(dropped.area),
-                            place_in_mm(centroid(surface, dropped.face))));
+                            place_text(centroid(surface, dropped.face), 2)));
   std::vector<bool> keep(at(surface.triangles.cols()));
   std::vector<bool> copied_kept;
   for (std::size_t f = 0; f < keep.size(); ++f) {
@@ -164,7 +163,7 @@ void drop_stray_pieces(RawSurface& surface, double share, StepLog& log) {
   surface.triangles = picked(surface.triangles, keep);
   log.push_back(fmt::format("dropped {} ({}, {}), the first at {}", counted(dropped, "stray piece", "stray pieces"),
                             counted(before - surface.triangles.cols(), "face", "faces"), area_text(area),
-                            place_in_mm(first)));
+                            place_text(first, 2)));
 }
 
 void make_consistent(RawSurface& surface, StepLog& log) {
@@ -275,7 +274,7 @@ void split_pinched_vertices(RawSurface& surface, StepLog& log) {
     }
   }
   log.push_back(fmt::format("split {} in which parts touched, the first at {}",
-                            counted(points_pinched, "point", "points"), place_in_mm(first)));
+                            counted(points_pinched, "point", "points"), place_text(first, 2)));
 }
 
 void drop_unused_points(RawSurface& surface) {

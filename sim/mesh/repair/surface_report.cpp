@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/place_text.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/repair/weld.h"
@@ -25,7 +26,7 @@ void find_crossings(const TriangleMesh& mesh, SkinReport& report) {
                                       pairs.size() == SkinReport::kMostCrossings ? " pairs or more"
                                       : pairs.size() == 1                        ? " pair"
                                                                                  : " pairs",
-                                      place_in_mm(0.5 * (mesh.centroids().col(one) + mesh.centroids().col(other)))));
+                                      place_text(0.5 * (mesh.centroids().col(one) + mesh.centroids().col(other)), 2)));
 }
 
 }  // namespace
@@ -50,7 +51,7 @@ SkinReport inspect_skin(const Points& points, const Triangles& triangles) {
   if (report.flat_faces > 0) {
     report.faults.push_back(fmt::format("{} {} without area, the first at {}", report.flat_faces,
                                         report.flat_faces == 1 ? "face" : "faces",
-                                        place_in_mm(points.col(triangles(0, first_flat)))));
+                                        place_text(points.col(triangles(0, first_flat)), 2)));
   }
   report.mesh = inspect(points, triangles);
   report.faults.insert(report.faults.end(), report.mesh.faults.begin(), report.mesh.faults.end());

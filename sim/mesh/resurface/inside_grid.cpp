@@ -10,7 +10,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kHalf = 0.5;
 constexpr double kMargin = 2.0;  // spacings about the surface
 // Off the planes that files like to put faces in, other along each axis.
 constexpr std::array<double, 3> kOffset = {0.3819, 0.4142, 0.2679};
@@ -128,8 +127,8 @@ std::vector<std::size_t> InsideGrid::sample(std::vector<std::size_t> nodes) {
 #pragma omp parallel for schedule(dynamic, 256)
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const double w = tree_.winding_number(point(nodes[i]));
-    const signed char known = std::abs(w - kHalf) < kSoft ? kSampledSoft : kSampled;
-    sides_[nodes[i]] = w > kHalf ? static_cast<signed char>(-known) : known;
+    const signed char known = std::abs(w - kInsideAbove) < kSoft ? kSampledSoft : kSampled;
+    sides_[nodes[i]] = w > kInsideAbove ? static_cast<signed char>(-known) : known;
   }
   return nodes;
 }
@@ -287,18 +286,18 @@ double InsideGrid::crossing(std::size_t node, int axis) const {
   for (auto face = first; face != last; ++face) {
     const double before = face->at - kNear;
     const double behind = face->at + kNear;
-    if (before > low && (winding_along(node, axis, before) > kHalf) != begins_inside) {
+    if (before > low && (winding_along(node, axis, before) > kInsideAbove) != begins_inside) {
       high = before;
       break;
     }
-    if (behind < high && (winding_along(node, axis, behind) > kHalf) != begins_inside) {
+    if (behind < high && (winding_along(node, axis, behind) > kInsideAbove) != begins_inside) {
       return face->at;
     }
     low = std::max(low, behind);
   }
   while (high - low > kClose) {
     const double middle = 0.5 * (low + high);
-    ((winding_along(node, axis, middle) > kHalf) == begins_inside ? low : high) = middle;
+    ((winding_along(node, axis, middle) > kInsideAbove) == begins_inside ? low : high) = middle;
   }
   return 0.5 * (low + high);
 }

@@ -11,6 +11,9 @@
 
 namespace touchfield {
 
+/// A point is inside where the winding number is above this.
+inline constexpr double kInsideAbove = 0.5;
+
 /// Nodes of the grid that InsideGrid takes about a surface: its box and two spacings on every side.
 ///
 /// box       its sides [m]

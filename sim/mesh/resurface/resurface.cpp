@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
@@ -28,7 +29,6 @@ using Index = Eigen::Index;
 constexpr double kGrid = 0.5;     // spacing over edge
 constexpr double kOutside = 0.3;  // winding numbers before an outer face, at most
 constexpr double kInside = 0.7;   // and behind it, at least
-constexpr double kHalf = 0.5;     // of a winding number
 constexpr double kStray = 0.01;   // pieces below this share of the largest one's area may be lost
 
 /// What messages name.
@@ -132,9 +132,10 @@ TriangleMesh meshed(const TriangleMesh& surface, const Asked& asked, StepLog& st
   cut_out_crossings(raw, kStray, steps);
   mesh = TriangleMesh(std::move(raw.points), std::move(raw.triangles));
   if (const auto pairs = self_intersections(mesh); !pairs.empty()) {
-    throw NumericalError(fmt::format(
-        "{}: the skin that comes of it cuts itself: {} of faces, the first near {}; try another length", asked.value(),
-        counted(static_cast<Index>(pairs.size()), "pair", "pairs"), place_in_mm(mesh.centroids().col(pairs[0].first))));
+    throw NumericalError(
+        fmt::format("{}: the skin that comes of it cuts itself: {} of faces, the first near {}; try another length",
+                    asked.value(), counted(static_cast<Index>(pairs.size()), "pair", "pairs"),
+                    place_text(mesh.centroids().col(pairs[0].first), 2)));
   }
   return mesh;
 }
@@ -158,7 +159,7 @@ void require_pieces(const TriangleMesh& soup, const FaceTree& skin, const Asked&
     const std::size_t p = piece_of(f);
     if (!found[p] && asked_of[p]++ < kMostAsked) {
       const Vector3 x = soup.centroids().col(f);
-      found[p] = skin.winding_number(x) > kHalf || skin.nearest(x).distance < kNear * asked.edge;
+      found[p] = skin.winding_number(x) > kInsideAbove || skin.nearest(x).distance < kNear * asked.edge;
     }
   }
   double largest = 0;
@@ -194,7 +195,7 @@ void require_pieces(const TriangleMesh& soup, const FaceTree& skin, const Asked&
 
 std::string distance_text(const SurfaceDistance& distance) {
   return fmt::format("95 % within {:.2g} mm, all within {:.2g} mm (farthest at {})", distance.most_of_it / kMillimetre,
-                     distance.farthest / kMillimetre, place_in_mm(distance.at));
+                     distance.farthest / kMillimetre, place_text(distance.at, 2));
 }
 
 /// Measures the skin against its original.
@@ -214,7 +215,7 @@ void compare(Resurfaced& result, const FaceTree& skin, const Asked& asked) {
         fmt::format("{} is too long: parts thinner or gaps narrower than it are lost; of the surface's "
                     "outer faces 95 % must be within an edge of the skin and are within {:.3g} mm, the "
                     "farthest at {}",
-                    asked.value(), result.to_skin.most_of_it / kMillimetre, place_in_mm(result.to_skin.at)));
+                    asked.value(), result.to_skin.most_of_it / kMillimetre, place_text(result.to_skin.at, 2)));
   }
   result.steps.push_back(fmt::format("from the outer faces ({:.1f} % of the surface) to the skin: {}",
                                      100.0 * result.to_skin.counted, distance_text(result.to_skin)));

@@ -10,7 +10,7 @@ namespace {
 
 using Index = Eigen::Index;
 
-struct Asked {
+struct Sample {
   Vector3 x;
   Index face;
   double distance;  // negative if it does not count
@@ -36,7 +36,7 @@ double point_count(const TriangleMesh& mesh, double spacing) {
 }
 
 /// The centroids of the n^2 equal parts of a face.
-void add_points(const TriangleMesh& mesh, Index f, int n, std::vector<Asked>& points) {
+void add_points(const TriangleMesh& mesh, Index f, int n, std::vector<Sample>& points) {
   const Vector3 a = mesh.corner(f, 0);
   const Vector3 ab = (mesh.corner(f, 1) - a) / n;
   const Vector3 ac = (mesh.corner(f, 2) - a) / n;
@@ -59,7 +59,7 @@ SurfaceDistance surface_distance(const TriangleMesh& from, const FaceTree& to, d
   while (point_count(from, spacing) > std::max(kMostPoints, static_cast<double>(from.face_count()))) {
     spacing *= 2.0;
   }
-  std::vector<Asked> points;
+  std::vector<Sample> points;
   std::vector<double> weight(static_cast<std::size_t>(from.face_count()));
   for (Index f = 0; f < from.face_count(); ++f) {
     const double n = std::max(parts(from, f, spacing), 1.0);
@@ -68,21 +68,21 @@ SurfaceDistance surface_distance(const TriangleMesh& from, const FaceTree& to, d
   }
 #pragma omp parallel for schedule(dynamic, 256)
   for (std::size_t i = 0; i < points.size(); ++i) {
-    Asked& point = points[i];
+    Sample& point = points[i];
     point.distance = counts(point.x, from.normals().col(point.face)) ? to.nearest(point.x).distance : -1.0;
   }
-  std::erase_if(points, [](const Asked& point) { return point.distance < 0; });
-  std::sort(points.begin(), points.end(), [](const Asked& a, const Asked& b) { return a.distance < b.distance; });
-  const auto area_of = [&](const Asked& point) { return weight[static_cast<std::size_t>(point.face)]; };
+  std::erase_if(points, [](const Sample& point) { return point.distance < 0; });
+  std::sort(points.begin(), points.end(), [](const Sample& a, const Sample& b) { return a.distance < b.distance; });
+  const auto area_of = [&](const Sample& point) { return weight[static_cast<std::size_t>(point.face)]; };
   double area = 0;
-  for (const Asked& point : points) {
+  for (const Sample& point : points) {
     area += area_of(point);
   }
   SurfaceDistance result;
   result.counted = area / from.total_area();
   constexpr double kMost = 0.95;
   double below = 0;
-  for (const Asked& point : points) {
+  for (const Sample& point : points) {
     below += area_of(point);
     result.most_of_it = point.distance;
     if (below >= kMost * area) {

@@ -1,0 +1,182 @@
+#include "sim/solve/meshed_body.h"
+
+#include <filesystem>
+#include <type_traits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/body/shapes.h"
+#include "sim/core/errors.h"
+#include "sim/core/place_text.h"
+#include "sim/core/units.h"
+#include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/unit_guess.h"
+#include "sim/mesh/query/inspect.h"
+#include "sim/mesh/remesh/surface_remesh.h"
+#include "sim/mesh/resurface/resurface.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kLostLandmark = 0.5 * kMillimetre;  // farther from what is kept of a body: the landmark went with it
+
+std::optional<UnitDoubt> doubt_of(const MeshShape& shape, double size) {
+  auto doubt = unit_doubt(size, shape.unit_given ? std::optional(shape.unit_name) : std::nullopt);
+  if (doubt) {
+    doubt->text = fmt::format("{}: {}", shape.file, doubt->text);
+  }
+  return doubt;
+}
+
+/// A landmark goes to the nearest point of the new skin, unless the part of the file's surface that it names has gone.
+MeshedBody resurfaced_body(const MeshShape& shape) {
+  const double edge = *shape.resurface;
+  Resurfaced skin = resurfaced(read_surface(shape.file), shape.unit, edge, shape.file, "mesh.resurface_mm");
+  MeshedBody made{{std::move(skin.mesh), {}}, {}, {}};
+  for (const auto& [name, point] : shape.landmarks) {
+    made.body.landmarks.push_back(nearest_landmark(made.body.mesh, name, point));
+    const Vector3 named = position(skin.original, nearest_landmark(skin.original, name, point));
+    const Landmark nearest = nearest_landmark(made.body.mesh, name, named);
+    const double distance = (position(made.body.mesh, nearest) - named).norm();
+    if (distance > edge) {
+      throw InputError(
+          fmt::format("{}: landmark '{}' names the file's surface at {}, which is {:.2f} mm from the "
+                      "resurfaced skin, inside it or lost; it must be within mesh.resurface_mm = {:.4g} mm",
+                      shape.file, name, place_text(named, 2), distance / kMillimetre, edge / kMillimetre));
+    }
+  }
+  for (const std::string& step : skin.steps) {
+    made.notes.push_back(fmt::format("{}: {}", shape.file, step));
+  }
+  return made;
+}
+
+}  // namespace
+
+HandOptions hand_options(const HandShape& shape, double edge) {
+  return {shape.pose, shape.breadth, shape.length, shape.side, edge, shape.joints};
+}
+
+void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
+  const double size = surface_size(read_surface(shape.file));
+  const auto doubt = doubt_of(shape, size);
+  if (doubt && doubt->refuse) {
+    throw InputError(doubt->text);
+  }
+  require_body_size(size * shape.unit, shape.file);
+  if (doubt) {
+    warnings.push_back("mesh_unit: " + doubt->text);
+  }
+}
+
+Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::string>* notes) {
+  const auto& shape = std::get<MeshShape>(spec.shape);
+  if (shape.resurface) {
+    const auto make = [&] { return resurfaced_body(shape); };
+    MeshedBody made = kept != nullptr
+                          ? kept->get("resurfaced " + shape.file, shape_text(spec) + file_state(shape.file), make)
+                          : make();
+    if (notes != nullptr) {
+      *notes = std::move(made.notes);
+    }
+    return std::move(made.body);
+  }
+  const TriangleMesh mesh = read_mesh(shape.file, shape.unit);
+  require_closed_surface(mesh, shape.file);
+  Body body{mesh, {}};
+  for (const auto& [name, point] : shape.landmarks) {
+    body.landmarks.push_back(nearest_landmark(body.mesh, name, point));
+  }
+  return body;
+}
+
+Body plain_body(const BodySpec& spec, double edge, KeptBodies* kept) {
+  return std::visit(
+      [&](const auto& shape) -> Body {
+        using Shape = std::decay_t<decltype(shape)>;
+        if constexpr (std::is_same_v<Shape, HandShape>) {
+          return hand(hand_options(shape, edge));
+        } else if constexpr (std::is_same_v<Shape, SphereShape>) {
+          return sphere(shape.radius, edge);
+        } else if constexpr (std::is_same_v<Shape, CapsuleShape>) {
+          return capsule(shape.radius, shape.length, edge);
+        } else if constexpr (std::is_same_v<Shape, BoxShape>) {
+          return box(shape.size, edge);
+        } else {
+          return body_from_file(spec, kept);
+        }
+      },
+      spec.shape);
+}
+
+std::vector<Landmark> carried_over(const Body& from, const TriangleMesh& to) {
+  std::vector<Landmark> landmarks;
+  for (const Landmark& landmark : from.landmarks) {
+    const Vector3 at = position(from.mesh, landmark);
+    Landmark moved = nearest_landmark(to, landmark.name, at);
+    if ((position(to, moved) - at).norm() <= kLostLandmark + 0.3 * to.mean_edge()) {
+      landmarks.push_back(std::move(moved));
+    }
+  }
+  return landmarks;
+}
+
+std::string file_state(const std::string& file) {
+  const auto written = std::filesystem::last_write_time(file);
+  return fmt::format(" {} {}", std::filesystem::file_size(file), written.time_since_epoch().count());
+}
+
+Body meshed(const BodySpec& spec, const EdgeSpec* edge, const EdgeSizing* sizing, KeptBodies* kept) {
+  if (edge == nullptr) {
+    return plain_body(spec, 0.0, kept);  // the faces of its file
+  }
+  const bool from_file = std::holds_alternative<MeshShape>(spec.shape);
+  if (!edge->graded() && !from_file) {
+    return plain_body(spec, edge->far, kept);
+  }
+  if (const auto* shape = std::get_if<HandShape>(&spec.shape)) {
+    return hand(hand_options(*shape, edge->finest()), *sizing);
+  }
+  const Body base = plain_body(spec, edge->finest(), kept);
+  Body body{remeshed_surface(base.mesh, *sizing), {}};
+  body.landmarks = carried_over(base, body.mesh);
+  return body;
+}
+
+std::vector<std::string> guess_units(Scene& scene) {
+  std::vector<std::string> warnings;
+  for (BodySpec& spec : scene.bodies) {
+    auto* shape = std::get_if<MeshShape>(&spec.shape);
+    if (shape == nullptr || shape->unit_given) {
+      continue;
+    }
+    const double size = surface_size(read_surface(shape->file));
+    const auto doubt = doubt_of(*shape, size);
+    if (!doubt) {
+      continue;
+    }
+    const UnitGuess guess = guess_unit(size);
+    if (guess.certainty == UnitCertainty::kNone) {
+      throw InputError(doubt->text);
+    }
+    for (auto& [name, point] : shape->landmarks) {
+      point *= guess.unit.metres / shape->unit;
+    }
+    shape->unit = guess.unit.metres;
+    shape->unit_name = guess.unit.name;
+    shape->unit_given = true;
+    warnings.push_back(fmt::format("mesh_unit: {}; taken as {} here, a run refuses it", doubt->text, guess.unit.name));
+  }
+  return warnings;
+}
+
+void require_body(const BodySpec& body) {
+  std::vector<std::string> warnings;  // which a run repeats
+  check_unit(std::get<MeshShape>(body.shape), warnings);
+  body_from_file(body, nullptr);
+}
+
+}  // namespace touchfield
