@@ -236,7 +236,7 @@ class SweepTest(CommandTest):
         damages = [
             ("run.h5: No such file or directory", lambda: (case / "run.h5").unlink()),
             ("metrics.csv: No such file or directory", lambda: (case / "metrics.csv").unlink()),
-            ("case.json cannot be read", lambda: (case / "case.json").unlink()),
+            ("case.json: no such file", lambda: (case / "case.json").unlink()),
             ("run.h5: has ", lambda: changed("run.h5", lambda content: content[:1000])),
             ("run.h5: its checksum is not what it was", lambda: changed("run.h5", flipped)),
             ("case.json: not the record of a case", lambda: changed("case.json", lambda content: content[:50])),
