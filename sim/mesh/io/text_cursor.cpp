@@ -86,7 +86,7 @@ Vector3 take_point(TextCursor& cursor, std::string_view line) {
       cursor.fail(fmt::format("a coordinate is '{}', which is not a number", word.substr(0, 40)));
     }
     if (!std::isfinite(coordinate)) {
-      cursor.fail(fmt::format("a coordinate is '{}', it must be a finite number", word.substr(0, 40)));
+      cursor.fail(fmt::format("a coordinate is {}, it must be a finite number", coordinate));
     }
   }
   return vertex;

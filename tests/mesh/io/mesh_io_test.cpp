@@ -407,7 +407,7 @@ TEST_F(MeshIo, RefusesBrokenOff) {
   expect_refused("n.off", with(good, "4 4 6", "4 400 6"), "ends after 4 of its 400 faces");
   expect_refused("n.off", with(good, "4 4 6", "4 3 6"), "goes on after its 4 vertices and 3 faces");
   expect_refused("n.off", with(good, "4 4 6", "3 4 6"), "");
-  expect_refused("n.off", with(good, "1 0 0", "1 nan 0"), "n.off:4: a coordinate is 'nan'");
+  expect_refused("n.off", with(good, "1 0 0", "1 nan 0"), "n.off:4: a coordinate is nan");
   expect_refused("n.off", with(good, "1 0 0", "1 0"), "three coordinates");
   expect_refused("n.off", with(good, "3 0 3 2", "3 0 3"), "announces 3 corners, but has 2");
   expect_refused("n.off", with(good, "3 0 3 2", "3 0 4 2"), "face 2 names vertex 4, but there are 4");
