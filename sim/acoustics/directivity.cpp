@@ -7,14 +7,12 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/units.h"
 
 namespace touchfield {
 
 namespace {
 
 constexpr int kNodes = 10;
-constexpr double kStep = 10.0 * kDegree;
 // At 0, 10, ... 90 degrees. Source: the AUTD3 library's directivity of the T4010A1.
 constexpr std::array<double, kNodes> kT4010a1 = {1.0,         1.0,         1.0,         0.891250938, 0.707945784,
                                                  0.501187234, 0.354813389, 0.251188643, 0.199526231, 0.177827941};
@@ -41,10 +39,10 @@ Directivity::Directivity(Kind kind, double ka) : kind_(kind), ka_(ka) {
   if (kind_ != Kind::kT4010a1) {
     return;
   }
-  const auto m = natural_spline_curvatures(kT4010a1, kStep);
+  const auto m = natural_spline_curvatures(kT4010a1, kInterval);
   for (int i = 0; i < kIntervals; ++i) {
-    const double slope = (kT4010a1[i + 1] - kT4010a1[i]) / kStep - kStep * (2.0 * m[i] + m[i + 1]) / 6.0;
-    spline_[i] = {kT4010a1[i], slope, 0.5 * m[i], (m[i + 1] - m[i]) / (6.0 * kStep)};
+    const double slope = (kT4010a1[i + 1] - kT4010a1[i]) / kInterval - kInterval * (2.0 * m[i] + m[i + 1]) / 6.0;
+    spline_[i] = {kT4010a1[i], slope, 0.5 * m[i], (m[i + 1] - m[i]) / (6.0 * kInterval)};
   }
 }
 
@@ -78,8 +76,8 @@ DirectivityValue Directivity::at(double theta) const {
     case Kind::kT4010a1: {
       const bool mirrored = theta > 0.5 * std::numbers::pi;
       const double angle = mirrored ? std::numbers::pi - theta : theta;
-      const int i = std::clamp(static_cast<int>(angle / kStep), 0, kIntervals - 1);
-      const double t = angle - i * kStep;
+      const int i = std::clamp(static_cast<int>(angle / kInterval), 0, kIntervals - 1);
+      const double t = angle - i * kInterval;
       const auto& c = spline_[static_cast<std::size_t>(i)];
       const double slope = c[1] + t * (2.0 * c[2] + t * 3.0 * c[3]);
       return {c[0] + t * (c[1] + t * (c[2] + t * c[3])), mirrored ? -slope : slope};

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "sim/core/units.h"
+
 namespace touchfield {
 
 /// Directivity and its slope at one angle.
@@ -33,13 +35,18 @@ class Directivity {
   /// theta in 0..pi.
   DirectivityValue at(double theta) const;
 
+  static constexpr int kIntervals = 9;  // of t4010a1, each kInterval wide
+  static constexpr double kInterval = 10.0 * kDegree;
+  /// Its pieces, kIntervals x {c0, c1, c2, c3} of c0 + c1 t + c2 t^2 + c3 t^3, t in rad from the interval's begin; null
+  /// for the other kinds.
+  const double* spline() const { return kind_ == Kind::kT4010a1 ? spline_.front().data() : nullptr; }
+
  private:
   explicit Directivity(Kind kind, double ka = 0.0);
 
-  static constexpr int kIntervals = 9;
   Kind kind_;
-  double ka_;                                               // k b of a piston
-  std::array<std::array<double, 4>, kIntervals> spline_{};  // per interval: c0 + c1 t + c2 t^2 + c3 t^3, t in rad
+  double ka_;  // k b of a piston
+  std::array<std::array<double, 4>, kIntervals> spline_{};
 };
 
 }  // namespace touchfield

@@ -5,7 +5,7 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/core/errors.h"
+#include "sim/acoustics/source_loops.h"
 #include "solvers/linear/block_product.h"
 
 namespace touchfield {
@@ -49,33 +49,79 @@ Complex channel_derivative(const TransducerArray& array, const Wave& wave, Eigen
   return (array.amplitudes(n) / r) * phase_factor(wave.wavenumber(), r) * (radial_slope + d.slope * theta_slope);
 }
 
-/// sum over channels n of channel(n, j) q_n at every point j: values of a panel of points meet all drives in one
-/// product.
-template <typename Channel>
-Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, const Eigen::MatrixXcd& drive,
-                        const Channel& channel) {
-  constexpr Eigen::Index kPanel = 32;  // points: the values of 1,500 channels stay in the second cache
-  Eigen::MatrixXcd sums = Eigen::MatrixXcd::Zero(points.cols(), drive.cols());
-  if (drive.size() == 0) {
-    return sums;
+constexpr Eigen::Index kPanel = 32;    // points: the values of 1,500 channels stay in the second cache
+constexpr double kLargestPhase = 1e5;  // of source_values
+
+/// The pressures of all channels at a point, by source_values where that knows the array, else one by one.
+class ChannelPressures {
+ public:
+  ChannelPressures(const TransducerArray& array, const Wave& wave, const Points& points) : array_(array), wave_(wave) {
+    const bool known = array.kind != TransducerArray::Kind::kPlaneWave &&
+                       array.directivity.kind() != Directivity::Kind::kPiston && wave.wavenumber().imag() == 0.0;
+    if (!known || array.size() == 0 || points.cols() == 0) {
+      return;
+    }
+    const double reach = points.colwise().norm().maxCoeff() + array.positions.colwise().norm().maxCoeff();
+    fast_ = wave.k() * reach < kLargestPhase;
+    places_ = array.positions.transpose();
+    axes_ = array.axes.transpose();
+    amplitudes_ = array.amplitudes;
   }
+
+  /// values   N
+  void at(const Vector3& x, Complex* values) const {
+    if (!fast_) {
+      for (Eigen::Index n = 0; n < array_.size(); ++n) {
+        values[n] = channel_pressure(array_, wave_, n, x);
+      }
+      return;
+    }
+    const SourceWave shared{wave_.k(), array_.directivity.spline(), Directivity::kIntervals, Directivity::kInterval};
+    const SourceArrays sources{places_.col(0).data(), places_.col(1).data(), places_.col(2).data(), axes_.col(0).data(),
+                               axes_.col(1).data(),   axes_.col(2).data(),   amplitudes_.data()};
+    source_values(shared, x.data(), sources, static_cast<int>(array_.size()), reinterpret_cast<double*>(values));
+  }
+
+ private:
+  const TransducerArray& array_;
+  const Wave& wave_;
+  bool fast_ = false;
+  Eigen::MatrixX3d places_;
+  Eigen::MatrixX3d axes_;
+  Eigen::VectorXd amplitudes_;
+};
+
+/// Calls take(begin, values), values N x count, on panels of points, each filled by fill(j, column).
+template <typename Fill, typename Take>
+void for_panels(const TransducerArray& array, const Points& points, const Fill& fill, const Take& take) {
   const Eigen::Index panels = (points.cols() + kPanel - 1) / kPanel;
 #pragma omp parallel
   {
     Eigen::MatrixXcd values(array.size(), kPanel);
-    Eigen::MatrixXcd products(kPanel, drive.cols());
 #pragma omp for schedule(static)
     for (Eigen::Index panel = 0; panel < panels; ++panel) {
       const Eigen::Index begin = panel * kPanel;
       const Eigen::Index count = std::min(kPanel, points.cols() - begin);
       for (Eigen::Index j = 0; j < count; ++j) {
-        for (Eigen::Index n = 0; n < array.size(); ++n) {
-          values(n, j) = channel(n, begin + j);
-        }
+        fill(begin + j, values.col(j).data());
       }
+      take(begin, count, values);
+    }
+  }
+}
+
+/// sum over channels n of the value n at point j times q_n, at every point j: values of a panel of points meet all
+/// drives in one product.
+template <typename Fill>
+Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, const Eigen::MatrixXcd& drive,
+                        const Fill& fill) {
+  Eigen::MatrixXcd sums = Eigen::MatrixXcd::Zero(points.cols(), drive.cols());
+  if (drive.size() > 0) {
+    for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
+      Eigen::MatrixXcd products(kPanel, drive.cols());
       transposed_product(values, array.size(), count, drive.data(), drive.rows(), drive.cols(), products);
       sums.middleRows(begin, count) = products.topRows(count);
-    }
+    });
   }
   return sums;
 }
@@ -84,12 +130,12 @@ Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, cons
 
 Eigen::MatrixXcd incident_matrix(const TransducerArray& array, const Wave& wave, const Points& points) {
   Eigen::MatrixXcd g(points.cols(), array.size());
-#pragma omp parallel for schedule(static)
-  for (Eigen::Index n = 0; n < array.size(); ++n) {
-    for (Eigen::Index j = 0; j < points.cols(); ++j) {
-      g(j, n) = channel_pressure(array, wave, n, points.col(j));
-    }
-  }
+  const ChannelPressures pressures(array, wave, points);
+  for_panels(
+      array, points, [&](Eigen::Index j, Complex* values) { pressures.at(points.col(j), values); },
+      [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
+        g.middleRows(begin, count) = values.leftCols(count).transpose();
+      });
   return g;
 }
 
@@ -107,14 +153,16 @@ Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const 
 
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
                                    const Eigen::MatrixXcd& drive) {
-  return summed(array, points, drive,
-                [&](Eigen::Index n, Eigen::Index j) { return channel_pressure(array, wave, n, points.col(j)); });
+  const ChannelPressures pressures(array, wave, points);
+  return summed(array, points, drive, [&](Eigen::Index j, Complex* values) { pressures.at(points.col(j), values); });
 }
 
 Eigen::MatrixXcd incident_derivative(const TransducerArray& array, const Wave& wave, const Points& points,
                                      const Points& directions, const Eigen::MatrixXcd& drive) {
-  return summed(array, points, drive, [&](Eigen::Index n, Eigen::Index j) {
-    return channel_derivative(array, wave, n, points.col(j), directions.col(j));
+  return summed(array, points, drive, [&](Eigen::Index j, Complex* values) {
+    for (Eigen::Index n = 0; n < array.size(); ++n) {
+      values[n] = channel_derivative(array, wave, n, points.col(j), directions.col(j));
+    }
   });
 }
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/bem/sincos.h"
+#include "sim/core/sincos.h"
 #include "sim/core/types.h"
 
 namespace touchfield {

@@ -1,4 +1,4 @@
-#include "sim/bem/sincos.h"
+#include "sim/core/sincos.h"
 
 #include <cmath>
 #include <random>

@@ -1,0 +1,33 @@
+#pragma once
+
+namespace touchfield {
+
+/// Transducers as a structure of arrays, `count` of each.
+struct SourceArrays {
+  const double* x;  // places [m]
+  const double* y;
+  const double* z;
+  const double* axis_x;  // unit vectors
+  const double* axis_y;
+  const double* axis_z;
+  const double* amplitude;  // [Pa m]
+};
+
+/// What all transducers share.
+struct SourceWave {
+  double k;  // [rad/m]
+  const double*
+      spline;  // directivity over the angle: intervals x 4 coefficients of powers of t [rad]; null: 1 everywhere
+  int intervals;
+  double step;  // [rad], width of an interval; past intervals * step = pi/2 the directivity is mirrored
+};
+
+/// Pressures of transducers at unit drive at a point, without absorption, for the processor at hand:
+///
+///   values[2n] + i values[2n + 1] = amplitude_n d(theta_n) exp(i k r_n) / r_n
+///
+/// accuracy   1e-14 of the largest amplitude / r, while k r < 1e5; within 1e-7 rad of an axis d itself is known to no
+///            more than 1e-8, since the angle comes from its cosine
+void source_values(const SourceWave& wave, const double* point, const SourceArrays& sources, int count, double* values);
+
+}  // namespace touchfield

@@ -1,0 +1,120 @@
+#include "sim/acoustics/source_loops.h"
+
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sim/acoustics/directivity.h"
+#include "sim/acoustics/incident_field.h"
+#include "sim/acoustics/source_loops_table.h"
+#include "sim/acoustics/transducer_array.h"
+#include "solvers/linear/instruction_level.h"
+
+namespace touchfield {
+namespace {
+
+constexpr double kWavenumber = 732.0;  // [rad/m]
+
+/// Random transducers and what they make of a point, by the definition.
+struct Scene {
+  std::vector<double> x, y, z, axis_x, axis_y, axis_z, amplitude;
+  std::vector<std::complex<double>> expected;
+  Vector3 point;
+
+  Scene(int count, const Directivity& directivity, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    point = 0.1 * Vector3(uniform(random), uniform(random), uniform(random));
+    for (int n = 0; n < count; ++n) {
+      const Vector3 place = 0.3 * Vector3(uniform(random), uniform(random), uniform(random));
+      Vector3 axis = Vector3(uniform(random), uniform(random), uniform(random)).normalized();
+      if (n == 0) axis = (point - place).normalized();
+      if (n == 1) axis = (place - point).normalized();
+      if (n == 2) axis = (point - place).unitOrthogonal();
+      const Vector3 offset = point - place;
+      const double r = offset.norm();
+      const double d = directivity.at(std::atan2(axis.cross(offset).norm(), axis.dot(offset))).value;
+      x.push_back(place.x());
+      y.push_back(place.y());
+      z.push_back(place.z());
+      axis_x.push_back(axis.x());
+      axis_y.push_back(axis.y());
+      axis_z.push_back(axis.z());
+      amplitude.push_back(1.0 + uniform(random) * 0.5);
+      expected.push_back(std::polar(amplitude.back() * d / r, kWavenumber * r));
+    }
+  }
+
+  SourceArrays arrays() const {
+    return {x.data(), y.data(), z.data(), axis_x.data(), axis_y.data(), axis_z.data(), amplitude.data()};
+  }
+};
+
+// Counts that fill no, one and several registers, and a rest.
+constexpr int kCounts[] = {1, 3, 8, 17, 249};
+
+TEST(SourceValues, AgreeWithTheDefinitionInEveryLevel) {
+  for (const Directivity& directivity : {Directivity::omni(), Directivity::t4010a1()}) {
+    const SourceWave wave{kWavenumber, directivity.spline(), Directivity::kIntervals, Directivity::kInterval};
+    for (const InstructionLevel level : processor_levels()) {
+      for (const int count : kCounts) {
+        const Scene scene(count, directivity, static_cast<unsigned>(count));
+        std::vector<std::complex<double>> values(static_cast<std::size_t>(count));
+        source_loop(level)(wave, scene.point.data(), scene.arrays(), count, reinterpret_cast<double*>(values.data()));
+        for (std::size_t n = 0; n < values.size(); ++n) {
+          // The first two are on the axis, where the cosine holds the angle to 2e-8 only; k r is some 400.
+          const double tolerance = n < 2 ? 2e-8 : 1e-12;
+          EXPECT_LT(std::abs(values[n] - scene.expected[n]), tolerance * std::abs(scene.expected[n]))
+              << to_string(level) << ", " << n << " of " << count;
+        }
+      }
+    }
+  }
+}
+
+TEST(SourceValues, FollowTheDirectivityThroughAllAngles) {
+  const Directivity directivity = Directivity::t4010a1();
+  const SourceWave wave{kWavenumber, directivity.spline(), Directivity::kIntervals, Directivity::kInterval};
+  const double zero = 0.0;
+  const double one = 1.0;
+  for (const InstructionLevel level : processor_levels()) {
+    for (int i = 1; i < 3600; ++i) {
+      const double theta = std::numbers::pi * i / 3600;
+      const Vector3 point(std::sin(theta), 0.0, std::cos(theta));
+      std::complex<double> value;
+      source_loop(level)(wave, point.data(), {&zero, &zero, &zero, &zero, &zero, &one, &one}, 1,
+                         reinterpret_cast<double*>(&value));
+      // A rounding of the cosine is one of 1 / sin(theta) as much of the angle.
+      EXPECT_NEAR(std::abs(value), directivity.at(theta).value, 1e-15 + 1e-15 / std::sin(theta)) << theta;
+    }
+  }
+}
+
+TEST(SourceValues, AreWhatIncidentPressureSums) {
+  const Directivity directivity = Directivity::t4010a1();
+  const TransducerArray array = make_array(grid_layout(7, 5, 0.01), directivity, 0.5, kAutd3SourceStrength);
+  const Wave wave(air(kRoomTemperature), 40e3);
+  Points points(3, 70);  // more than two panels
+  for (Eigen::Index j = 0; j < points.cols(); ++j) {
+    points.col(j) << 0.001 * static_cast<double>(j), -0.02, 0.1 + 0.002 * static_cast<double>(j);
+  }
+  const Eigen::MatrixXcd drive = Eigen::MatrixXcd::Random(array.size(), 3);
+  const Eigen::MatrixXcd g = incident_matrix(array, wave, points);
+  EXPECT_LT((incident_pressure(array, wave, points, drive) - g * drive).norm(), 1e-13 * (g * drive).norm());
+  for (Eigen::Index j = 0; j < points.cols(); ++j) {
+    for (Eigen::Index n = 0; n < array.size(); ++n) {
+      const Vector3 offset = points.col(j) - array.positions.col(n);
+      const double theta = std::acos(offset.z() / offset.norm());
+      const Complex expected =
+          std::polar(array.amplitudes(n) * directivity.at(theta).value / offset.norm(), wave.k() * offset.norm());
+      EXPECT_LT(std::abs(g(j, n) - expected), 1e-12 * std::abs(expected));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace touchfield
