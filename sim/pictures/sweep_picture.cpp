@@ -46,7 +46,8 @@ struct Axis {
   double length;  // [pixels]
 
   Axis(double least, double most, double start_pixel, double pixels) : start(start_pixel), length(pixels) {
-    if (!(most > least)) {
+    // What differs by rounding alone is one value, or the ticks would be finer than numbers are.
+    if (!(most - least > 1e-9 * std::max(std::abs(least), std::abs(most)))) {
       const double room = std::max(std::abs(least), 1.0) * 0.1;
       least -= room;
       most += room;

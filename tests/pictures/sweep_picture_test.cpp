@@ -1,5 +1,7 @@
 #include "sim/pictures/sweep_picture.h"
 
+#include <cmath>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -66,6 +68,24 @@ TEST(SweepPicture, OneParameterGivesALineAMethod) {
   EXPECT_LT(pixels_of(picture, marker_colour(2)), 5);
   ASSERT_TRUE(draw_sweep(directory.file("sweep.pdf"), sweep, "relative_error", PictureFormat::kPdf));
   EXPECT_THAT(read_bytes(directory.file("sweep.pdf")), StartsWith("%PDF-"));
+}
+
+TEST(SweepPicture, ValuesThatDifferByRoundingAreDrawn) {
+  const TemporaryDirectory directory;
+  for (const double least : {0x1.73fad0088b45dp-1, 0.5, 0.7}) {
+    std::vector<SweepRecord> line;
+    std::vector<SweepRecord> map;
+    for (int i = 0; i < 4; ++i) {
+      const double error = i == 0 ? std::nextafter(least, 1.0) : least;
+      line.push_back(record(i + 1, {{"z", std::to_string(i)}}, error));
+      map.push_back(record(i + 1, {{"x", std::to_string(i / 2)}, {"y", std::to_string(i % 2)}}, error));
+      line.back().methods.pop_back();
+      map.back().methods.pop_back();
+    }
+    EXPECT_TRUE(draw_sweep(directory.file("line.png"), summary_of({"z"}, line), "relative_error", PictureFormat::kPng));
+    EXPECT_TRUE(
+        draw_sweep(directory.file("map.png"), summary_of({"x", "y"}, map), "relative_error", PictureFormat::kPng));
+  }
 }
 
 TEST(SweepPicture, TwoParametersGiveAMapAMethod) {
