@@ -28,7 +28,7 @@ Eigen::VectorXd incident_half_gradient(const IncidentProblem& problem, const Eig
 Eigen::MatrixXd incident_normal_matrix(const IncidentProblem& problem, const Eigen::VectorXd& x);
 
 struct LevenbergMarquardtOptions {
-  int iterations = kUsualIterations;                // steps tried, accepted or not; >= 1
+  int iterations = kUsualIterations;  // steps tried, accepted or not; >= 1
   double initial_damping = 1e-3;      // tau: mu_0 = tau max diag(J^T J); > 0
   double gradient_tolerance = 1e-10;  // converged if max |J^T f| <= this times the cost; >= 0
   double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0

@@ -6,7 +6,7 @@
 namespace touchfield {
 
 struct SurfaceOptions {
-  int iterations = kUsualIterations;                // steps tried, accepted or not; >= 1
+  int iterations = kUsualIterations;  // steps tried, accepted or not; >= 1
   bool free_amplitudes = false;       // bounded 0..1 beside the phases; else all 1
   double initial_damping = 0.01;      // tau: mu_0 = tau max diag(J J^T); > 0
   double gradient_tolerance = 1e-10;  // converged if max |J^T f| <= this times the cost; >= 0
