@@ -34,6 +34,4 @@ target_link_libraries(touchfield_cairo INTERFACE ${TOUCHFIELD_CAIRO} Freetype::F
 target_include_directories(touchfield_cairo SYSTEM INTERFACE ${TOUCHFIELD_CAIRO_INCLUDE})
 
 find_package(VTK 9.1 REQUIRED COMPONENTS
-  CommonCore CommonDataModel CommonExecutionModel CommonColor
-  FiltersCore FiltersGeneral FiltersSources
-  IOCore IOXML IOGeometry IOPLY IOImage)
+  CommonCore CommonDataModel CommonExecutionModel FiltersCore FiltersGeneral IOXML IOImage)
