@@ -183,7 +183,7 @@ std::string picture_font() {
     return "";
   }
   std::string family;
-  if (const FT_Face face = cairo_ft_scaled_font_lock_face(font)) {
+  if (auto* const face = cairo_ft_scaled_font_lock_face(font)) {
     family = face->family_name != nullptr ? face->family_name : "a font without a name";
     cairo_ft_scaled_font_unlock_face(font);
   }

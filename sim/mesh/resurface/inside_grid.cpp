@@ -40,8 +40,7 @@ NodeGrid grid_about(const TriangleMesh& surface, double spacing) {
 
 double node_count(const Vector3& box, double spacing) { return ((box / spacing).array() + 2.0 * kMargin + 2.0).prod(); }
 
-InsideGrid::InsideGrid(const TriangleMesh& soup, double spacing)
-    : tree_(soup), grid_(grid_about(soup, spacing)), stride_{} {
+InsideGrid::InsideGrid(const TriangleMesh& soup, double spacing) : tree_(soup), grid_(grid_about(soup, spacing)) {
   stride_ = {1, static_cast<std::size_t>(grid_.count[0]),
              static_cast<std::size_t>(grid_.count[0]) * static_cast<std::size_t>(grid_.count[1])};
   sides_.assign(grid_.size(), kFilledIn);
@@ -95,8 +94,10 @@ void InsideGrid::find_crossings(const TriangleMesh& soup) {
       const auto cross = [&](int a, int b, double x, double y) {
         return (corners(u, a) - x) * (corners(v, b) - y) - (corners(v, a) - y) * (corners(u, b) - x);
       };
-      for (double x = lower(u); x <= upper(u); ++x) {
-        for (double y = lower(v); y <= upper(v); ++y) {
+      for (auto i = static_cast<Eigen::Index>(lower(u)); i <= static_cast<Eigen::Index>(upper(u)); ++i) {
+        for (auto j = static_cast<Eigen::Index>(lower(v)); j <= static_cast<Eigen::Index>(upper(v)); ++j) {
+          const auto x = static_cast<double>(i);
+          const auto y = static_cast<double>(j);
           const Vector3 weights(cross(1, 2, x, y), cross(2, 0, x, y), cross(0, 1, x, y));
           const double sum = weights.sum();
           if (sum == 0 || (weights.array() * sum < 0).any()) {
@@ -125,10 +126,10 @@ std::vector<std::size_t> InsideGrid::sample(std::vector<std::size_t> nodes) {
   nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   std::erase_if(nodes, [&](std::size_t node) { return is_sampled(sides_[node]); });
 #pragma omp parallel for schedule(dynamic, 256)
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const double w = tree_.winding_number(point(nodes[i]));
+  for (const std::size_t node : nodes) {
+    const double w = tree_.winding_number(point(node));
     const signed char known = std::abs(w - kInsideAbove) < kSoft ? kSampledSoft : kSampled;
-    sides_[nodes[i]] = w > kInsideAbove ? static_cast<signed char>(-known) : known;
+    sides_[node] = w > kInsideAbove ? static_cast<signed char>(-known) : known;
   }
   return nodes;
 }

@@ -69,7 +69,7 @@ class InsideGrid {
 
   FaceTree tree_;
   NodeGrid grid_;
-  std::array<std::size_t, 3> stride_;
+  std::array<std::size_t, 3> stride_{};
   std::vector<Crossing> crossings_;  // in order
   std::vector<signed char> sides_;   // of the nodes: negative inside
   std::size_t dropped_ = 0;

@@ -67,8 +67,7 @@ SurfaceDistance surface_distance(const TriangleMesh& from, const FaceTree& to, d
     weight[static_cast<std::size_t>(f)] = from.areas()(f) / (n * n);
   }
 #pragma omp parallel for schedule(dynamic, 256)
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    Sample& point = points[i];
+  for (Sample& point : points) {
     point.distance = counts(point.x, from.normals().col(point.face)) ? to.nearest(point.x).distance : -1.0;
   }
   std::erase_if(points, [](const Sample& point) { return point.distance < 0; });
