@@ -5,6 +5,7 @@
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 // Faces are as small as the radius: 150,000 of them, meshed in a second or two.
@@ -72,7 +73,9 @@ Codec<CapsuleShape> capsule_codec() {
       .required("length_mm", &CapsuleShape::length, number(kMillimetres, between(0, *kBodySize.high)), "60",
                 "Length of the cylinder between the half spheres [mm], at most 10,000 radii.")
       .check([](const Input& in, CapsuleShape& capsule, bool good) {
-        if (!good || capsule.length <= kLongestCapsule * capsule.radius) return good;
+        if (!good || capsule.length <= kLongestCapsule * capsule.radius) {
+          return good;
+        }
         in.at(*in.node().find("length_mm")).must_be(fmt::format("at most {:.0f} times radius_mm", kLongestCapsule));
         return false;
       })
@@ -92,7 +95,9 @@ Codec<Vector3> landmark_codec(const std::string& unit) {
 Codec<MeshShape> mesh_codec() {
   const auto named = absolute_file();
   std::vector<std::string> units;
-  for (const auto& unit : kFileUnits) units.emplace_back(unit.name);
+  for (const auto& unit : kFileUnits) {
+    units.emplace_back(unit.name);
+  }
   const auto unit = word(units);
   const TypeInfo landmarks{.kind = TypeInfo::Kind::kTable, .of = {landmark_codec("mm").type}};
   return Map<MeshShape>()
@@ -112,7 +117,9 @@ Codec<MeshShape> mesh_codec() {
                    "doubt of it.",
            .fallback = "mm"},
           [unit](const Input& in, MeshShape& mesh) {
-            if (!unit.read(in, mesh.unit_name)) return false;
+            if (!unit.read(in, mesh.unit_name)) {
+              return false;
+            }
             mesh.unit = file_unit(mesh.unit_name).metres;
             mesh.unit_given = true;
             return true;
@@ -150,15 +157,21 @@ Codec<Placement> place_codec() {
 }
 
 bool check_body(const Input& in, const BodySpec& body, bool good) {
-  if (!good) return true;
+  if (!good) {
+    return true;
+  }
   const std::vector<std::string> landmarks = landmark_names(body);
   if (!body.place.landmark.empty()) {
     const Input place = in.at(*in.node().find("place"));
     good = check_landmark(place.at(*place.node().find("landmark")), landmarks, body.place.landmark);
   }
   const Entry* edge = in.node().find("edge_mm");
-  if (!edge) return good;
-  if (std::holds_alternative<HandShape>(body.shape)) good = check_hand_edges(in.at(*edge)) && good;
+  if (!edge) {
+    return good;
+  }
+  if (std::holds_alternative<HandShape>(body.shape)) {
+    good = check_hand_edges(in.at(*edge)) && good;
+  }
   return check_near(in.at(*edge), landmarks) && good;
 }
 

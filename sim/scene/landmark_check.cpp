@@ -11,6 +11,7 @@
 #include "sim/scene/suggest.h"
 
 namespace touchfield::schema {
+
 namespace {
 
 bool is_one(const std::vector<std::string>& names, const std::string& name) {
@@ -19,7 +20,9 @@ bool is_one(const std::vector<std::string>& names, const std::string& name) {
 
 /// "one of top, bottom; did you mean top?", as it follows "must be".
 std::string rule(const std::vector<std::string>& names, const std::string& name) {
-  if (names.empty()) return "a landmark of the body, which has none";
+  if (names.empty()) {
+    return "a landmark of the body, which has none";
+  }
   const std::string nearest = nearest_word(names, name);
   return fmt::format("one of {}{}", fmt::join(names, ", "),
                      nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest));
@@ -28,36 +31,50 @@ std::string rule(const std::vector<std::string>& names, const std::string& name)
 }  // namespace
 
 std::vector<std::string> landmark_names(const BodySpec& body) {
-  if (std::holds_alternative<HandShape>(body.shape)) return hand_landmark_names();
+  if (std::holds_alternative<HandShape>(body.shape)) {
+    return hand_landmark_names();
+  }
   const auto* mesh = std::get_if<MeshShape>(&body.shape);
-  if (!mesh) return shape_landmark_names();
+  if (!mesh) {
+    return shape_landmark_names();
+  }
   std::vector<std::string> names;
   names.reserve(mesh->landmarks.size());
-  for (const auto& [name, position] : mesh->landmarks) names.push_back(name);
+  for (const auto& [name, position] : mesh->landmarks) {
+    names.push_back(name);
+  }
   return names;
 }
 
 std::vector<std::string> landmark_names(const std::vector<BodySpec>& bodies) {
   std::set<std::string> all;
   for (const BodySpec& body : bodies) {
-    for (std::string& name : landmark_names(body)) all.insert(std::move(name));
+    for (std::string& name : landmark_names(body)) {
+      all.insert(std::move(name));
+    }
   }
   return {all.begin(), all.end()};
 }
 
 bool check_landmark(const Input& at, const std::vector<std::string>& names, const std::string& name) {
-  if (is_one(names, name)) return true;
+  if (is_one(names, name)) {
+    return true;
+  }
   at.must_be(rule(names, name));
   return false;
 }
 
 bool check_near(const Input& edges, const std::vector<std::string>& names) {
   const Entry* near = edges.node().find("near");
-  if (!near) return true;
+  if (!near) {
+    return true;
+  }
   const Input table = edges.at(*near);
   bool good = true;
   for (const Entry& entry : near->value.entries) {
-    if (entry.value.removed || is_one(names, entry.key)) continue;
+    if (entry.value.removed || is_one(names, entry.key)) {
+      continue;
+    }
     edges.reading().add(entry.place, fmt::format("{}: must be {}", table.path_of(entry.key), rule(names, entry.key)));
     good = false;
   }
