@@ -1,12 +1,12 @@
 #include "sim/mesh/io/text_cursor.h"
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 
 namespace touchfield {
 
@@ -19,9 +19,9 @@ bool convert(std::string_view word, Number& value) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') {
     word.remove_prefix(1);
   }
-  const char* end = word.data() + word.size();
-  const auto [stop, error] = std::from_chars(word.data(), end, value);
-  return error == std::errc() && stop == end && !word.empty();
+  const auto number = number_of<Number>(word);
+  value = number.value_or(value);
+  return number.has_value();
 }
 
 }  // namespace
