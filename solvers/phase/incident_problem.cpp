@@ -17,6 +17,19 @@ namespace {
 
 using Complex = std::complex<double>;
 
+template <typename Real>
+using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
+
+/// product = Q z
+void gram_product(const Eigen::MatrixXcd& gram, const Eigen::VectorXcd& z, Eigen::VectorXcd& product) {
+  product.resize(z.size());
+  const Complex one = 1.0;
+  const Complex zero = 0.0;
+  const int size = static_cast<int>(z.size());
+  cblas_zgemv(CblasColMajor, CblasNoTrans, size, size, &one, gram.data(), std::max(size, 1), z.data(), 1, &zero,
+              product.data(), 1);
+}
+
 /// The angles x with z = exp(i x), Q z and the cost.
 struct AnglePoint {
   Eigen::VectorXd x;
@@ -26,15 +39,10 @@ struct AnglePoint {
 
   void evaluate(const Eigen::MatrixXcd& gram) {
     z.resize(x.size());
-    gram_z.resize(x.size());
     for (Eigen::Index i = 0; i < x.size(); ++i) {
       z(i) = std::polar(1.0, x(i));
     }
-    const Complex one = 1.0;
-    const Complex zero = 0.0;
-    const int size = static_cast<int>(x.size());
-    cblas_zgemv(CblasColMajor, CblasNoTrans, size, size, &one, gram.data(), std::max(size, 1), z.data(), 1, &zero,
-                gram_z.data(), 1);
+    gram_product(gram, z, gram_z);
     cost = z.dot(gram_z).real();
   }
 
@@ -49,19 +57,85 @@ AnglePoint point_at(const IncidentProblem& problem, const Eigen::VectorXd& x) {
   return point;
 }
 
-/// normal = Re(diag(conj z) Q diag(z)), its lower triangle.
-void fill_normal_matrix(const Eigen::MatrixXcd& gram, const Eigen::VectorXcd& z, Eigen::MatrixXd& normal) {
+/// normal = Re(diag(conj z) Q diag(z)) + mu I, its lower triangle.
+template <typename Real>
+void fill_normal_matrix(const Eigen::MatrixXcd& gram, const Eigen::VectorXcd& z, double mu, Matrix<Real>& normal) {
   const Eigen::Index size = z.size();
+  normal.resize(size, size);
 #pragma omp parallel for schedule(static, 16)
   for (Eigen::Index j = 0; j < size; ++j) {
     const Complex* column = gram.data() + j * size;
-    double* to = normal.data() + j * size;
+    Real* to = normal.data() + j * size;
     for (Eigen::Index i = j; i < size; ++i) {
       const Complex turned = column[i] * z(j);
-      to[i] = z(i).real() * turned.real() + z(i).imag() * turned.imag();
+      to[i] = static_cast<Real>(z(i).real() * turned.real() + z(i).imag() * turned.imag());
     }
+    to[j] += static_cast<Real>(mu);
   }
 }
+
+/// Steps h with (J^T J + mu I) h = -J^T f: factorised in single precision and refined by products in double, in double
+/// from the damping on at which that fails.
+class NormalStep {
+ public:
+  /// returns   false where the matrix is not positive definite
+  bool solve(const IncidentProblem& problem, const AnglePoint& point, const Eigen::VectorXd& gradient, double mu,
+             Eigen::VectorXd& h) {
+    if (mu > too_small_) {
+      fill_normal_matrix(problem.gram, point.z, mu, single_);
+      if (cholesky_factorise(size_of(single_), single_.data()) && refine(problem, point, gradient, mu, h)) {
+        return true;
+      }
+      too_small_ = mu;
+    }
+    fill_normal_matrix(problem.gram, point.z, mu, double_);
+    if (!cholesky_factorise(size_of(double_), double_.data())) {
+      return false;
+    }
+    h = -gradient;
+    cholesky_solve(size_of(double_), double_.data(), h.data());
+    return true;
+  }
+
+ private:
+  static constexpr double kAccuracy = 1e-9;  // of a refined step, relative to itself
+  static constexpr double kSlowest = 0.2;    // a correction that leaves more of the residual is not worth its product
+  static constexpr int kCorrections = 20;    // at that rate these leave 1e-14 of it
+
+  static int size_of(const auto& matrix) { return static_cast<int>(matrix.rows()); }
+
+  bool refine(const IncidentProblem& problem, const AnglePoint& point, const Eigen::VectorXd& gradient, double mu,
+              Eigen::VectorXd& h) {
+    h.setZero(gradient.size());
+    remainder_ = -gradient;
+    double before = gradient.norm();
+    for (int correction = 0; correction < kCorrections; ++correction) {
+      right_ = (remainder_ / before).cast<float>();  // normalised, so that single precision holds any unit
+      cholesky_solve(size_of(single_), single_.data(), right_.data());
+      h += before * right_.cast<double>();
+      turned_ = point.z.array() * h.array();
+      gram_product(problem.gram, turned_, product_);
+      remainder_ = -gradient - mu * h - (point.z.conjugate().array() * product_.array()).real().matrix();
+      const double after = remainder_.norm();
+      if (after <= kAccuracy * mu * h.norm()) {  // mu is no more than the least eigenvalue
+        return true;
+      }
+      if (!(after <= kSlowest * before)) {
+        return false;
+      }
+      before = after;
+    }
+    return false;
+  }
+
+  double too_small_ = 0.0;  // the largest damping at which single precision failed
+  Matrix<float> single_;
+  Matrix<double> double_;
+  Eigen::VectorXf right_;
+  Eigen::VectorXd remainder_;
+  Eigen::VectorXcd turned_;
+  Eigen::VectorXcd product_;
+};
 
 void require_valid(const IncidentProblem& problem, const Eigen::VectorXd& start,
                    const LevenbergMarquardtOptions& options) {
@@ -90,8 +164,8 @@ Eigen::VectorXd incident_half_gradient(const IncidentProblem& problem, const Eig
 }
 
 Eigen::MatrixXd incident_normal_matrix(const IncidentProblem& problem, const Eigen::VectorXd& x) {
-  Eigen::MatrixXd normal(x.size(), x.size());
-  fill_normal_matrix(problem.gram, point_at(problem, x).z, normal);
+  Eigen::MatrixXd normal;
+  fill_normal_matrix(problem.gram, point_at(problem, x).z, 0.0, normal);
   return normal.selfadjointView<Eigen::Lower>();
 }
 
@@ -103,7 +177,7 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
   AnglePoint candidate = point;
   Eigen::VectorXd gradient = point.half_gradient();
   Eigen::VectorXd step(size);
-  Eigen::MatrixXd normal(size, size);
+  NormalStep normal;
   const auto is_flat = [&] {
     return gradient.cwiseAbs().maxCoeff() <= options.gradient_tolerance * std::abs(point.cost);
   };
@@ -115,12 +189,8 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
   MadsenDamping damping(size > 0 ? options.initial_damping * problem.gram.diagonal().real().maxCoeff() : 0.0);
   while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
     ++solution.iterations;
-    fill_normal_matrix(problem.gram, point.z, normal);
-    normal.diagonal().array() += damping.value();
     bool accepted = false;
-    if (cholesky_factorise(static_cast<int>(size), normal.data())) {
-      step = -gradient;
-      cholesky_solve(static_cast<int>(size), normal.data(), step.data());
+    if (normal.solve(problem, point, gradient, damping.value(), step)) {
       candidate.x = point.x + step;
       candidate.evaluate(problem.gram);
       const double predicted = step.dot(damping.value() * step - gradient);

@@ -73,10 +73,10 @@ TEST(IncidentProblem, GradientEqualsCentralDifferences) {
 }
 
 /// Levenberg-Marquardt written from Madsen, Nielsen and Tingleff's algorithm 3.16 on the M-row residual.
-std::vector<double> reference_costs(const Eigen::MatrixXcd& c, Eigen::VectorXd x, int iterations) {
+std::vector<double> reference_costs(const Eigen::MatrixXcd& c, Eigen::VectorXd x, int iterations, double tau = 1e-3) {
   std::vector<double> costs = {direct_residual(c, x).squaredNorm()};
   Eigen::MatrixXd j = direct_jacobian(c, x);
-  double mu = 1e-3 * (j.transpose() * j).diagonal().maxCoeff();
+  double mu = tau * (j.transpose() * j).diagonal().maxCoeff();
   double nu = 2.0;
   for (int i = 0; i < iterations; ++i) {
     const Eigen::VectorXd g = j.transpose() * direct_residual(c, x);
@@ -109,6 +109,37 @@ TEST(IncidentProblem, IteratesAsTheRowByRowFormDoes) {
   for (std::size_t i = 0; i < expected.size(); ++i) {
     // Rounding grows along the path, by less than ten an iteration here.
     EXPECT_NEAR(solution.cost_history[i], expected[i], 1e-9 * expected[0]) << "iteration " << i;
+  }
+}
+
+// Normal matrices of rank 24 in 60 unknowns, so that their condition number is about that of the damping's inverse: the first
+// steps are beyond what single precision can factorise or refine. Rounding of the step itself grows alike.
+TEST(IncidentProblem, StepsOfAlmostSingularMatricesAreAsTheRowByRowFormsToo) {
+  const SmallCase small = small_case(12, 20, 40, 5);
+  for (const double tau : {1e-5, 1e-7, 1e-9}) {
+    LevenbergMarquardtOptions options;
+    options.iterations = 4;
+    options.initial_damping = tau;
+    const PhaseSolution solution = solve_incident(small.problem, small.x, options);
+    const std::vector<double> expected = reference_costs(small.c, small.x, 4, tau);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_NEAR(solution.cost_history.at(i), expected[i], 1e-14 / tau * expected[0])
+          << "tau " << tau << ", step " << i;
+    }
+  }
+}
+
+// A Gram matrix far beyond what single precision can hold, either way.
+TEST(IncidentProblem, TheUnitOfPressureChangesNoPhase) {
+  const SmallCase small = small_case(50, 5, 9, 80);
+  LevenbergMarquardtOptions options;
+  options.iterations = 10;
+  const PhaseSolution plain = solve_incident(small.problem, small.x, options);
+  for (const double unit : {1e-45, 1e42}) {
+    const PhaseSolution scaled = solve_incident({unit * small.problem.gram, 5}, small.x, options);
+    for (Eigen::Index n = 0; n < 9; ++n) {
+      EXPECT_NEAR(std::remainder(plain.phases(n) - scaled.phases(n), 2.0 * std::numbers::pi), 0.0, 1e-7);
+    }
   }
 }
 
