@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 
 #include "sim/assess/cost.h"
+#include "sim/assess/expected_steps.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/solve/alarm.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/speed.h"
 #include "sim/solve/transfer.h"
@@ -22,8 +24,9 @@ constexpr double kComplex = 16.0;  // bytes
 // Operations of a product A^H A, of a Cholesky factorisation, times their sizes.
 constexpr double kGramFlops = 4.0;
 constexpr double kCholeskyFlops = 1.0 / 3.0;
-constexpr double kSolvedBlocks = 6.5;     // b, p, what refines and polishes them: numbers a face and right-hand side
-constexpr double kKernelSeconds = 25e-9;  // one kernel on one core outside the solver: sine, cosine, directivity
+constexpr double kSolvedBlocks = 6.5;  // b, p, what refines and polishes them: numbers a face and right-hand side
+constexpr double kKernelCost = 10;  // of a kernel outside the solver, in double, over one pair of a product in single
+constexpr double kScaleTrials = 9;  // of pressure_pa: best
 
 /// Whether a method needs what every channel makes of the skin, by the scene's own scheme.
 bool spans_channels(const Scene& scene) { return largest_block(scene.solve, scene.solve.scheme, 2) > 1; }
@@ -33,6 +36,20 @@ bool drives_channels(const Scene& scene) {
   return scene.solve.certificate || std::ranges::any_of(scene.solve.methods, [](const MethodSpec& method) {
            return method.kind->model != MethodModel::kGiven;
          });
+}
+
+/// Right-hand sides solved one after another: the pressures that the methods make, the way from the target's centre, trials
+/// of the best pressure.
+double single_solves(const Scene& scene) {
+  const std::vector<MethodSpec>& methods = scene.solve.methods;
+  double solves = static_cast<double>(methods.size());
+  const bool best = scene.target && !scene.target->pressure;
+  if (best) {
+    solves += methods.front().kind->iterates ? kScaleTrials : 1.0;
+  }
+  const bool centre =
+      std::ranges::any_of(methods, [](const MethodSpec& method) { return method.kind->model == MethodModel::kCentre; });
+  return solves + (centre || (best && methods.front().kind->iterates) ? 1.0 : 0.0);
 }
 
 int surface_iterations(const Scene& scene) {
@@ -106,7 +123,7 @@ CheckReport check_model(const Model& model, int sharing) {
     }
   }
   if (scene.target && !scene.target->pressure) {
-    iterations += 9.0 * scene.solve.methods.front().iterations;  // trials of the pressure's scale
+    iterations += kScaleTrials * scene.solve.methods.front().iterations;
   }
   double points = 0;
   for (const FieldGrid& grid : model.fields) {
@@ -117,13 +134,16 @@ CheckReport check_model(const Model& model, int sharing) {
   report.available_mib = available_memory() / kMebibyte;
   report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
                                   sharing * largest_block(scene.solve, scheme, model.array.size(), sharing > 1));
-  const auto solves = static_cast<double>(scene.solve.methods.size());
   const double product = product_seconds(model.body.mesh, model.wave);
-  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, product);
+  const double kernel = kKernelCost * product / (m * m);
   // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
   // while it is compressed twice over.
   const double drives =
       spans_channels(scene) ? expected_drives(model.body.mesh, model.array, model.wave.wavelength()) : 0;
+  // GMRES solves the drives too, LU's solves are counted below.
+  const double solves = single_solves(scene) + (report.decision.options.kind == SolverKind::kLu ? 0.0 : drives);
+  const double steps = expected_steps(model, scheme);
+  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product);
   const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
   const double kept =
@@ -131,7 +151,11 @@ CheckReport check_model(const Model& model, int sharing) {
   const double compressing = drives > 0 ? 2.0 * m * n + 2.0 * m * drives : 0.0;
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
-  report.seconds = own.seconds + kKernelSeconds * ((fields + 1.0) * m * n + points * (m + n));
+  report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + points * (m + n));
+  const double alarm = alarm_seconds(!traits(scene.solve.methods.front().scheme).burton_miller, product);
+  if (wants_alarm(scene.solve.solver.alarm, alarm, own.seconds)) {
+    report.seconds += alarm;
+  }
   report.note = own.note;
   const auto flops = [&] {
     const Speed& speed = measured_speed();
@@ -142,9 +166,9 @@ CheckReport check_model(const Model& model, int sharing) {
     report.seconds += (kGramFlops * m * n * n + kCholeskyFlops * iterations * std::pow(k + n, 3)) / flops();
   }
   if (drives > 0) {  // products with the field of every channel, LU's solves, steps of surface
-    const double steps = static_cast<double>(surface_iterations(scene));
+    const double tried = static_cast<double>(surface_iterations(scene));
     report.seconds += (4.0 * kGramFlops * m * n * drives + kGramFlops * unknowns * unknowns * drives +
-                       std::pow(k + 2.0 * drives, 2) * n * steps) /
+                       std::pow(k + 2.0 * drives, 2) * n * tried) /
                       flops();
   }
   const double judged = judge_faces(model);
@@ -152,9 +176,10 @@ CheckReport check_model(const Model& model, int sharing) {
     const SolverDecision judge =
         choose_solver({}, scene.judge.scheme, static_cast<Eigen::Index>(judged), available_memory());
     const double scale = std::pow(judged / m, 2);
-    const ModelCost cost = scattering_cost(judge, scene.judge.scheme, judged, judged, 1.0, scale * product);
-    bytes += cost.bytes + kComplex * judged * 4.0 * solves * 30.0;
-    report.seconds += cost.seconds * (1.0 + 0.3 * (solves - 1.0)) + 2.0 * kKernelSeconds * judged * n;
+    const ModelCost cost = scattering_cost(judge, scene.judge.scheme, judged, judged, 1.0, steps, scale * product);
+    const auto methods = static_cast<double>(scene.solve.methods.size());
+    bytes += cost.bytes + kComplex * judged * 4.0 * methods * 30.0;
+    report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * judged * n;
   }
   report.judge_faces = static_cast<Eigen::Index>(judged);
   report.memory_mib = bytes / kMebibyte + 100.0;

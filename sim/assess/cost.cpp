@@ -14,16 +14,13 @@ constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corre
 constexpr double kNearBytes = 30;       // a pair, while they are gathered
 constexpr double kNearCost = 1500;      // of a near pair, in double, over one pair of a product in single precision
 constexpr double kMillerCost = 1.3;     // of a product with W over one with D alone
-constexpr double kMillerSteps = 25;     // GMRES on a hand
-constexpr double kPlainSteps = 200;
 
 }  // namespace
 
 double near_memory(double faces) { return kNearBytes * kNearPairs * faces; }
 
-/// product   seconds of a product with D in single precision on this mesh
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
-                          double product) {
+                          double steps, double product) {
   ModelCost cost;
   const SolverOptions& options = decision.options;
   cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
@@ -42,7 +39,6 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
     cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
     cost.note = measured.note;
   } else {
-    const double steps = miller ? kMillerSteps : kPlainSteps;
     const double step = options.precision == Precision::kSingle ? product * (miller ? kMillerCost : 1.0) : in_double;
     cost.seconds += solves * (steps * step + in_double);
   }

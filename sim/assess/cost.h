@@ -20,9 +20,10 @@ double near_memory(double faces);
 
 /// faces, unknowns   of the system; they differ for chief
 /// solves            right-hand sides, solved one after another
+/// steps             of GMRES for each, where it solves (expected_steps.h)
 /// product           seconds of a product with D in single precision on this mesh (product_seconds)
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
-                          double product);
+                          double steps, double product);
 
 /// Points inside the body that a CHIEF system will have, about: one a cube of the spacing in its volume.
 double chief_points(const Model& model);

@@ -10,6 +10,7 @@
 
 #include "sim/assess/accuracy.h"
 #include "sim/assess/cost.h"
+#include "sim/assess/expected_steps.h"
 #include "sim/assess/peak_memory.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
@@ -119,7 +120,7 @@ std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& 
   const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
   const ModelCost cost =
       scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()),
-                      product_seconds(model.body.mesh, model.wave));
+                      expected_steps(model, scheme), product_seconds(model.body.mesh, model.wave));
   if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
     return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
   }

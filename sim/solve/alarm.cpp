@@ -20,6 +20,13 @@ constexpr double kShare = 0.5;         // of the run's own solving
 
 }  // namespace
 
+double alarm_seconds(bool plain, double product) { return (plain ? 15.0 : kMaxSteps) * product; }
+
+bool wants_alarm(AlarmChoice choice, double seconds, double spent) {
+  return choice == AlarmChoice::kAlways ||
+         (choice == AlarmChoice::kAuto && seconds <= std::max(kFreeSeconds, kShare * spent));
+}
+
 double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const Eigen::VectorXcd& drive,
                         const Eigen::VectorXcd& own, double spent, std::vector<SolveRecord>& records,
                         Progress& progress) {
@@ -31,8 +38,8 @@ double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec
   if (spec.alarm == AlarmChoice::kNever) {
     return nothing;
   }
-  const double expected = (plain ? 15.0 : 40.0) * product_seconds(mesh, wave);
-  if (spec.alarm == AlarmChoice::kAuto && expected > std::max(kFreeSeconds, kShare * spent)) {
+  const double expected = alarm_seconds(plain, product_seconds(mesh, wave));
+  if (!wants_alarm(spec.alarm, expected, spent)) {
     progress.note(fmt::format("  alarm: left out, {} would take about {:.1f} s more (solve.alarm: always asks for it)",
                               to_string(other), expected));
     return nothing;

@@ -4,6 +4,16 @@
 
 namespace touchfield {
 
+/// Seconds that fictitious_alarm would take: 15 products of burton_miller, or the 60 steps of paper_corrected, which hardly ever
+/// reaches its tolerance on a hand.
+///
+/// plain     whether the run's own scheme is a plain one
+/// product   seconds of a product on its mesh (speed.h)
+double alarm_seconds(bool plain, double product);
+
+/// Whether the alarm is computed, in a run that has spent so many seconds on solving.
+bool wants_alarm(AlarmChoice choice, double seconds, double spent);
+
 /// The alarm for fictitious frequencies: how far the pressures of a plain and of a Burton-Miller scheme are apart for
 /// one drive,
 ///
