@@ -1,12 +1,6 @@
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenMP REQUIRED COMPONENTS CXX)
-find_package(yaml-cpp 0.7 REQUIRED)
 find_package(fmt REQUIRED)
-find_package(spdlog REQUIRED)
-find_package(nlohmann_json REQUIRED)
-find_package(CLI11 REQUIRED)
-find_package(EXPAT REQUIRED)
-find_package(ZLIB REQUIRED)
 
 find_library(TOUCHFIELD_LBFGS lbfgs REQUIRED)
 find_path(TOUCHFIELD_LBFGS_INCLUDE lbfgs.h REQUIRED)
@@ -21,6 +15,17 @@ endif()
 add_library(touchfield_openblas INTERFACE)
 target_link_libraries(touchfield_openblas INTERFACE ${TOUCHFIELD_OPENBLAS})
 target_include_directories(touchfield_openblas SYSTEM INTERFACE ${TOUCHFIELD_OPENBLAS_INCLUDE})
+
+if(TOUCHFIELD_KERNEL)
+  return()
+endif()
+
+find_package(yaml-cpp 0.7 REQUIRED)
+find_package(spdlog REQUIRED)
+find_package(nlohmann_json REQUIRED)
+find_package(CLI11 REQUIRED)
+find_package(EXPAT REQUIRED)
+find_package(ZLIB REQUIRED)
 
 # The serial HDF5: VTK's packages also bring the MPI one.
 set(HDF5_PREFER_PARALLEL OFF)

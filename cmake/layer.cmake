@@ -7,6 +7,9 @@ target_compile_options(touchfield_flags INTERFACE
                        $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized> $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
                        $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds> $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overflow>
                        $<$<CXX_COMPILER_ID:GNU>:-Wno-stringop-overread> $<$<CXX_COMPILER_ID:GNU>:-Wno-use-after-free>)
+# The compiler collects its garbage once it holds 1 GiB: a seventh of the time that the sources of a folder take as one.
+target_compile_options(touchfield_flags INTERFACE
+                       "$<$<CXX_COMPILER_ID:GNU>:SHELL:--param ggc-min-heapsize=1048576>")
 # Complex products without the Annex G test for infinities: the scalar kernels are several times faster, and no kernel
 # here multiplies by an infinity. errno is never read after a math call.
 target_compile_options(touchfield_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:-fcx-limited-range> -fno-math-errno)

@@ -19,7 +19,7 @@ class ScriptsRun(unittest.TestCase):
         self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
         for folder in ["scripts", "cmake", "sim", "solvers", "hardware", "apps", "tools", "build/release/apps"]:
             (self.root / folder).mkdir(parents=True)
-        for name in ["run", "setup", "packages.txt", "packages-test.txt"]:
+        for name in ["run", "setup", "packages-kernel.txt", "packages.txt", "packages-test.txt"]:
             shutil.copy(SOURCE / "scripts" / name, self.root / "scripts" / name)
         for name in ["CMakeLists.txt", "CMakePresets.json", "sim/source.cpp", "scene.yaml"]:
             (self.root / name).write_text("")
