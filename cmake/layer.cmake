@@ -24,6 +24,12 @@ endif()
 target_include_directories(touchfield_flags INTERFACE ${PROJECT_SOURCE_DIR})
 # Eigen runs serially inside our own parallel regions; OpenBLAS does the large products.
 target_compile_definitions(touchfield_flags INTERFACE EIGEN_DONT_PARALLELIZE)
+# Eigen's alignment, and by it how it allocates and what its small matrices measure, follows -march: held to the plain
+# architecture's, so that users of the library may compile for their processor (cmake/library.cmake hands it on).
+set(TOUCHFIELD_EIGEN_ALIGNMENT EIGEN_MAX_ALIGN_BYTES=16)
+target_compile_definitions(touchfield_flags INTERFACE ${TOUCHFIELD_EIGEN_ALIGNMENT})
+# Layers go into a shared library too: no function of ours is meant to be replaced from outside, so all may be inlined.
+target_compile_options(touchfield_flags INTERFACE -fno-semantic-interposition)
 
 # Of what takes no time when it runs, command lines and the reading of scenes: half of the time to compile it.
 set(TOUCHFIELD_SMALL_OPTIONS $<$<CONFIG:Release>:-O1>)
@@ -45,6 +51,7 @@ if(TOUCHFIELD_PRECOMPILED)
     target_precompile_headers(touchfield_precompiled_${kind} PRIVATE ${headers})
   endforeach()
   target_compile_options(touchfield_precompiled_small PRIVATE ${TOUCHFIELD_SMALL_OPTIONS})  # as those who use it
+  set_target_properties(touchfield_precompiled_library touchfield_precompiled_small PROPERTIES POSITION_INDEPENDENT_CODE ON)
 endif()
 
 # touchfield_unity(TARGET FILE...): the sources of a target are compiled as one, but for the files that are named, which use
@@ -60,8 +67,11 @@ endfunction()
 function(touchfield_layer name)
   cmake_parse_arguments(ARG "SMALL" "" "SOURCES;APART;USES;PRIVATE_USES" ${ARGN})
   add_library(tf_${name} STATIC ${ARG_SOURCES} ${ARG_APART})
+  set_property(GLOBAL APPEND PROPERTY TOUCHFIELD_LAYERS tf_${name})
+  set_property(GLOBAL APPEND PROPERTY TOUCHFIELD_OBJECTS $<TARGET_OBJECTS:tf_${name}>)
   target_link_libraries(tf_${name} PUBLIC touchfield_flags Eigen3::Eigen ${ARG_USES}
                                    PRIVATE OpenMP::OpenMP_CXX ${ARG_PRIVATE_USES})
+  set_target_properties(tf_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
   if(ARG_SMALL)
     target_compile_options(tf_${name} PRIVATE ${TOUCHFIELD_SMALL_OPTIONS})
     touchfield_precompiled(tf_${name} small)
@@ -85,6 +95,7 @@ function(touchfield_levels layer source)
   foreach(level ${TOUCHFIELD_LEVELS})
     set(target tf_${name}_${level})
     add_library(${target} OBJECT ${source})
+    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_link_libraries(${target} PRIVATE touchfield_flags Eigen3::Eigen OpenMP::OpenMP_CXX)
     target_compile_definitions(${target} PRIVATE TOUCHFIELD_LEVEL=${level})
     target_compile_options(${target} PRIVATE -O3 ${ARGN})
@@ -97,5 +108,6 @@ function(touchfield_levels layer source)
       target_compile_options(${target} PRIVATE -mtune=icelake-server -mprefer-vector-width=512)
     endif()
     target_sources(tf_${layer} PRIVATE $<TARGET_OBJECTS:${target}>)
+    set_property(GLOBAL APPEND PROPERTY TOUCHFIELD_OBJECTS $<TARGET_OBJECTS:${target}>)
   endforeach()
 endfunction()

@@ -54,10 +54,14 @@ class SweepRunner {
  public:
   using OnCase = std::function<void(const SweepRecord&, const SweepProgress&)>;
 
-  /// scenes      one for every case of the plan
-  /// directory   of the plan; outlives the runner
+  /// plan, scenes   one for every case of the plan; both outlive the runner
+  /// directory      of the plan; outlives the runner
   SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes, const SweepIdentity& identity,
               SweepDirectory& directory, SweepOptions options);
+  SweepRunner(const SweepPlan&&, const std::vector<Scene>&, const SweepIdentity&, SweepDirectory&,
+              SweepOptions) = delete;
+  SweepRunner(const SweepPlan&, const std::vector<Scene>&&, const SweepIdentity&, SweepDirectory&,
+              SweepOptions) = delete;
   SweepRunner(const SweepRunner&) = delete;
   SweepRunner& operator=(const SweepRunner&) = delete;
   ~SweepRunner();

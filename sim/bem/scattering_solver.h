@@ -68,6 +68,7 @@ class ScatteringSolver {
 /// system   outlives the solver
 /// throws   NumericalError if B is singular or holds a value that is not finite
 std::unique_ptr<ScatteringSolver> make_solver(const ScatteringSystem& system, const SolverOptions& options);
+std::unique_ptr<ScatteringSolver> make_solver(const ScatteringSystem&&, const SolverOptions&) = delete;
 
 /// Memory that a solver holds beside its system, for S right-hand sides at once [bytes].
 double solver_memory(Eigen::Index unknowns, const SolverOptions& options, Eigen::Index right_hand_sides);

@@ -49,13 +49,16 @@ class Reading {
 /// A value on its way into the scene: what was written, how it is called, and where to complain.
 class Input {
  public:
+  /// node, reading   outlive this
   Input(const Node& node, std::string path, Reading& reading);
+  Input(const Node&&, std::string, Reading&) = delete;
 
   const Node& node() const { return *node_; }
   const std::string& path() const { return path_; }
   Reading& reading() const { return *reading_; }
 
   Input at(const Entry& entry) const { return {entry.value, path_of(entry.key), *reading_}; }
+  Input at(const Entry&&) const = delete;
   Input at(std::size_t item) const;
   /// How a key of this map is called.
   std::string path_of(const std::string& key) const;

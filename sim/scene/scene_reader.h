@@ -13,7 +13,7 @@ namespace touchfield {
 /// returns     the scene, paths in it resolved against the scene file's folder
 /// throws      InputError whose message lists every problem, one a line, as `file:line:column: path: what, rule`
 ///             (a problem in an override: `--set key.path: ...`)
-Scene read_scene(const std::string& path, const std::vector<std::string>& overrides);
+Scene read_scene(const std::string& path, const std::vector<std::string>& overrides = {});
 
 /// The same for a scene's text, as a run or a sweep keeps it.
 ///

@@ -18,8 +18,13 @@ class JudgeComparison {
  public:
   /// splits   how often the faces of `mesh` were split in four, 0 if not at all; none: a mesh of the judge's own
   /// skin     M: 1 where faces count; empty: everywhere
+  /// Both meshes outlive this.
   JudgeComparison(const TriangleMesh& mesh, const TriangleMesh& judge, std::optional<int> splits,
                   std::vector<unsigned char> skin = {});
+  JudgeComparison(const TriangleMesh&&, const TriangleMesh&, std::optional<int>,
+                  std::vector<unsigned char> = {}) = delete;
+  JudgeComparison(const TriangleMesh&, const TriangleMesh&&, std::optional<int>,
+                  std::vector<unsigned char> = {}) = delete;
 
   /// own      M x S [Pa];  judged   Mj x S [Pa]
   /// returns  S differences

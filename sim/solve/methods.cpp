@@ -10,6 +10,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/field/pressure_metrics.h"
+#include "sim/solve/model.h"
 #include "sim/solve/previous_phases.h"
 #include "sim/target/gram.h"
 #include "solvers/linear/hermitian_product.h"
@@ -103,9 +104,9 @@ double golden_section(const std::function<double(double)>& f, double low, double
 
 }  // namespace
 
-MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, const std::optional<Target>& target,
-                           const SolveSpec& spec)
-    : scattering_(scattering), channels_(channels), target_(target), spec_(spec) {}
+MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target,
+                           SolveSpec spec)
+    : scattering_(scattering), channels_(channels), target_(std::move(target)), spec_(std::move(spec)) {}
 
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress) {
   switch (method.kind->model) {
@@ -118,6 +119,7 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
       // Phase conjugation: every channel arrives at the central face in phase.
       return direct_solution(-central_row().transpose().cwiseArg());
     case MethodModel::kGiven: {
+      require_fitting_phases(method, channels_);
       if (method.phases.size() == 1) {
         return direct_solution(Eigen::VectorXd::Constant(channels_, method.phases.front()));
       }

@@ -14,14 +14,15 @@ namespace touchfield {
 /// Gram matrix, columns of B, the transfer matrix) is computed once, when the first one needs it.
 class MethodSolver {
  public:
-  /// target   absent for scenes without one; methods other than `fixed` need one. All arguments outlive the solver.
-  MethodSolver(SkinScattering& scattering, Eigen::Index channels, const std::optional<Target>& target,
-               const SolveSpec& spec);
+  /// scattering   outlives the solver
+  /// target       absent for scenes without one; methods other than `fixed` need one
+  MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target, SolveSpec spec);
 
   SkinScattering& scattering() const { return scattering_; }
 
   /// The drives a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
-  /// throws   NumericalError if a matrix of the problem is not finite; InputError on a previous run that does not fit
+  /// throws   NumericalError if a matrix of the problem is not finite; InputError on given phases or a previous run that
+  ///          do not fit
   PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
 
   /// The problem of method surface, for wanted amplitudes p'.
@@ -45,8 +46,8 @@ class MethodSolver {
 
   SkinScattering& scattering_;
   Eigen::Index channels_;
-  const std::optional<Target>& target_;
-  const SolveSpec& spec_;
+  std::optional<Target> target_;
+  SolveSpec spec_;
   // Empty until needed:
   std::optional<Transfer> transfer_;
   Eigen::MatrixXcd gram_free_;       // of the incident pressures

@@ -18,6 +18,8 @@ class SkinModel {
   /// right_hand_sides   of the largest block that will be asked for: what the solver is chosen by
   SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
             Eigen::Index right_hand_sides = 1);
+  SkinModel(const SkinModel&) = delete;  // the solver refers to the system
+  SkinModel& operator=(const SkinModel&) = delete;
 
   const ScatteringSystem& system() const { return system_; }
   const SolverDecision& decision() const { return decision_; }

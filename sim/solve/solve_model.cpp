@@ -4,6 +4,7 @@
 #include <memory>
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
@@ -240,6 +241,14 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   run.complete = true;
   run.provenance.end = utc_now();
   return run;
+}
+
+Run solve_model(const Model& model) {
+  SolveOptions options;
+  options.threads = omp_get_max_threads();
+  const auto nobody = [](const Run&) {};
+  Progress silent;
+  return solve_model(model, options, nobody, silent);
 }
 
 }  // namespace touchfield

@@ -25,5 +25,7 @@ struct SolveOptions {
 ///            misses its tolerance is a warning of the run
 Run solve_model(const Model& model, const SolveOptions& options, const std::function<void(const Run&)>& finished,
                 Progress& progress);
+/// The same in silence, on all threads of OpenMP.
+Run solve_model(const Model& model);
 
 }  // namespace touchfield

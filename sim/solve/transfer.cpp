@@ -7,6 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/errors.h"
+#include "sim/solve/judge.h"
+#include "solvers/linear/complex_product.h"
 #include "solvers/linear/low_rank.h"
 
 namespace touchfield {
@@ -15,6 +18,12 @@ namespace {
 
 constexpr double kDriveTolerance = 1e-4;  // on b: the scheme's own error is some fifty times as large
 constexpr double kQuietTolerance = 1e-4;  // on pressures: an eigenvalue is their square
+
+/// Drives that span what all channels do to the body, r of them: b^H compressed. b itself, as large as the field of every
+/// channel, is gone before the solver takes its memory.
+LowRank spanning_drives(SkinScattering& scattering) {
+  return compressed(scattering.system().right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
+}
 
 }  // namespace
 
@@ -52,10 +61,8 @@ double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, d
 }
 
 Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight) {
-  const ScatteringSystem& system = scattering.system();
-  const Eigen::VectorXd& areas = system.mesh().areas();
-  // b itself, as large as the field of every channel, is gone before the solver takes its memory.
-  LowRank drives = compressed(system.right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
+  const Eigen::VectorXd& areas = scattering.system().mesh().areas();
+  const LowRank drives = spanning_drives(scattering);
   Transfer transfer;
   if (!(quiet_weight > 0) && target.size() < drives.rank()) {
     transfer.by_reciprocity = true;
@@ -71,6 +78,25 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
   const Eigen::MatrixXcd pressures = scattering.spanned_pressure(drives, "transfer");
   transfer.reduction = reduced_skin_problem(pressures, drives.basis, areas, target, quiet_weight, kQuietTolerance);
   return transfer;
+}
+
+Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
+                                 Scheme scheme, const SolverSpec& spec) {
+  std::vector<SolveRecord> records;
+  Progress silent;
+  const auto block = static_cast<Eigen::Index>(std::ceil(expected_drives(mesh, array, wave.wavelength())));
+  SkinScattering scattering(mesh, wave, scheme, spec, array, records, silent, block);
+  const LowRank drives = spanning_drives(scattering);
+  Eigen::MatrixXcd h;
+  multiply_by_adjoint(scattering.spanned_pressure(drives, "transfer"), drives.basis, h);
+  require_finite("transfer matrix", h);
+  for (const SolveRecord& record : records) {
+    if (!record.converged) {
+      throw NumericalError(fmt::format("transfer matrix: a residual of {:.1e} is left, above the tolerance of {:.1e}",
+                                       record.residual, spec.tolerance));
+    }
+  }
+  return h;
 }
 
 std::string describe_transfer(const Transfer& transfer, Eigen::Index channels) {

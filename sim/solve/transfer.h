@@ -36,6 +36,16 @@ double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, d
 /// accuracy       V leaves out 1e-5 of b, the quiet rows eigenvalues below 1e-8 of the largest
 Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight);
 
+/// H of a mesh, p = H q, M x N [Pa]: the pressure of every channel at full drive on every face, in the forward way.
+/// Rows of some faces alone take less: SkinScattering::transfer_rows.
+///
+/// mesh       closed, normals outwards
+/// memory     about four times that of H while it is made
+/// accuracy   that of the scheme and the solver's tolerance; V leaves out 1e-4 of b
+/// throws     NumericalError if a solve misses its tolerance or a pressure is not finite
+Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
+                                 Scheme scheme = kDefaultScheme, const SolverSpec& spec = {});
+
 /// One line: the way, solves, ranks and what was left out.
 std::string describe_transfer(const Transfer& transfer, Eigen::Index channels);
 

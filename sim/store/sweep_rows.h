@@ -15,7 +15,9 @@ struct SweepRow {
   const SweepRecord::Method* method;  // null: no method of the case has finished
 };
 
+/// The rows point into the summary.
 std::vector<SweepRow> sweep_rows(const SweepSummary& summary);
+std::vector<SweepRow> sweep_rows(const SweepSummary&&) = delete;
 
 /// The value that a case gives a path; nothing if it leaves it alone.
 std::optional<std::string> input_of(const SweepRecord& record, const std::string& path);

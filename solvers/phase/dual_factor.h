@@ -24,6 +24,7 @@ class DualFactor {
  public:
   /// relaxation   outlives this
   explicit DualFactor(const LowRankRelaxation& relaxation) : relaxation_(relaxation) {}
+  explicit DualFactor(const LowRankRelaxation&&) = delete;
 
   /// Fixes the weights s by g (K, > 0).
   void weigh(const Eigen::VectorXd& g);

@@ -21,6 +21,7 @@ class SkinJacobian {
  public:
   /// problem   outlives this object
   explicit SkinJacobian(const SkinProblem& problem);
+  explicit SkinJacobian(const SkinProblem&&) = delete;
 
   /// Moves the point. The channels in `radial` stay.
   ///

@@ -105,12 +105,19 @@ class Docs(CommandTest):
             self.check_script(words)
         elif program == "sbatch":
             self.check_script(rest[next(i for i, word in enumerate(rest) if not word.startswith("-")):])
+        elif program == "cmake" and "--preset" not in rest:  # as library_test.py calls it
+            for option, folder in zip(rest, rest[1:]):
+                if option == "-S":
+                    self.assertTrue((SOURCE / folder / "CMakeLists.txt").is_file(), f"no project in {folder}")
+        elif program == "g++":
+            self.assertTrue((SOURCE / next(word for word in rest if word.endswith(".cpp"))).is_file())
         elif program == "cmake":
             presets = json.loads((SOURCE / "CMakePresets.json").read_text())
             kind = "buildPresets" if "--build" in rest else "configurePresets"
             self.assertIn(rest[rest.index("--preset") + 1], [preset["name"] for preset in presets[kind]])
-        elif program.startswith("build/bench/bench/"):
-            self.assertIn(program.rpartition("/")[2], (SOURCE / "bench/CMakeLists.txt").read_text())
+        elif program.startswith(("build/bench/bench/", "build/examples/")):
+            folder, _, name = program.removeprefix("build/bench/").removeprefix("build/").partition("/")
+            self.assertIn(name, (SOURCE / folder / "CMakeLists.txt").read_text())
         else:
             self.fail("a command that this test does not know; output is a block of `text`")
 

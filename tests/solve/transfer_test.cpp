@@ -4,9 +4,11 @@
 
 #include "sim/bem/scattering_system.h"
 #include "sim/body/shapes.h"
+#include "sim/core/errors.h"
 #include "sim/core/rotation.h"
 #include "sim/solve/kept_models.h"
 #include "solvers/linear/low_rank.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield {
 namespace {
@@ -51,6 +53,29 @@ TEST(ExpectedDrives, IsAtMostTheChannelsAndOneOfAPlaneWave) {
   const TriangleMesh mesh = sphere(10e-3, 3e-3).mesh;
   EXPECT_LE(expected_drives(mesh, grid_array(2, 0.02), wave.wavelength()), 4.0);
   EXPECT_EQ(expected_drives(mesh, plane_wave(Vector3::UnitZ(), 1.0), wave.wavelength()), 1.0);
+}
+
+TEST(TransferMatrix, TimesDrivesIsTheirPressure) {
+  const Wave wave = audible_wave();
+  const TransducerArray array = grid_array(6, 0.08);
+  const TriangleMesh mesh = sphere(6e-3, 3e-3).mesh;
+  const Eigen::MatrixXcd h = transfer_matrix(mesh, wave, array, Scheme::kBurtonMillerPolished, {.tolerance = 1e-6});
+  ASSERT_EQ(h.rows(), mesh.face_count());
+  ASSERT_EQ(h.cols(), array.size());
+  std::vector<SolveRecord> records;
+  Progress silent;
+  SkinScattering scattering(mesh, wave, Scheme::kBurtonMillerPolished, {.tolerance = 1e-6}, array, records, silent);
+  const Eigen::MatrixXcd drives = random_start(array.size(), 3);
+  const Eigen::MatrixXcd p = scattering.pressure(drives, "test");
+  EXPECT_LT((h * drives - p).norm(), 2e-4 * p.norm());
+  const Eigen::MatrixXcd rows = scattering.transfer_rows({0, 7}, "test");
+  EXPECT_LT((h({0, 7}, Eigen::all) - rows).norm(), 1e-3 * rows.norm());
+}
+
+TEST(TransferMatrix, IsNoneWhereASolveMissesItsTolerance) {
+  const SolverSpec hasty{.solver = SolverChoice::kMatrixFree, .tolerance = 1e-10, .max_steps = 1};
+  EXPECT_THROW(transfer_matrix(sphere(6e-3, 3e-3).mesh, audible_wave(), grid_array(4, 0.08), kDefaultScheme, hasty),
+               NumericalError);
 }
 
 // What a sweep rests on: the same drives press alike wherever body and array stand together.

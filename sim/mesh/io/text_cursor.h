@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "sim/core/types.h"
 
@@ -11,8 +12,10 @@ namespace touchfield {
 /// Goes through a text word by word; its errors name file, line and what was found.
 class TextCursor {
  public:
-  TextCursor(const std::string& text, const std::string& name, std::size_t start = 0)
-      : text_(text), name_(name), at_(start) {}
+  /// text   outlives this
+  TextCursor(const std::string& text, std::string name, std::size_t start = 0)
+      : text_(text), name_(std::move(name)), at_(start) {}
+  TextCursor(const std::string&&, std::string, std::size_t = 0) = delete;
 
   /// The next line without its end; false at the end of the text.
   bool next_line(std::string_view& line);
@@ -28,7 +31,7 @@ class TextCursor {
 
  private:
   const std::string& text_;
-  const std::string& name_;
+  std::string name_;
   std::size_t at_;
   std::size_t last_ = 0;  // where the last word or line began
 };

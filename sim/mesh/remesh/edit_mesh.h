@@ -53,6 +53,7 @@ class EditMesh {
       }
     };
     Around(const EditMesh& mesh, int first) : mesh_(mesh), first_(first) {}
+    Around(const EditMesh&&, int) = delete;
     Iterator begin() const { return {mesh_, first_, first_}; }
     Iterator end() const { return {mesh_, first_, -1}; }
 
@@ -60,7 +61,8 @@ class EditMesh {
     const EditMesh& mesh_;
     int first_;
   };
-  Around around(int vertex) const { return {*this, outgoing_[at(vertex)]}; }
+  Around around(int vertex) const& { return {*this, outgoing_[at(vertex)]}; }
+  Around around(int vertex) const&& = delete;
 
   /// Puts a new vertex on the side's edge; returns its number. The side keeps its start.
   int split(int side);

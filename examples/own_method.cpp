@@ -1,0 +1,74 @@
+// A phase method of one's own beside the built-in ones: the transfer matrix H of a scene's skin goes into a few lines of
+// Eigen, and the phases that come out are solved for, judged and tabled as those of every other method of the scene.
+//
+//   own_method scenes/quick.yaml
+#include <cstdio>
+#include <exception>
+
+#include <Eigen/Core>
+
+#include <touchfield/sim/field/pressure_metrics.h>
+#include <touchfield/sim/scene/scene_reader.h>
+#include <touchfield/sim/solve/solve_model.h>
+#include <touchfield/sim/solve/transfer.h>
+#include <touchfield/sim/store/run_file.h>
+#include <touchfield/solvers/linear/blas_core.h>
+
+namespace {
+
+/// Drives of amplitude 1 that lower sum_j A_j (|h_j q| - a p'_j)^2 over the whole skin, a the scale that fits best: steps
+/// down the gradient, each as long as the linear model asks for and then put back to |q_n| = 1.
+Eigen::VectorXcd own_drives(const Eigen::MatrixXcd& h, const Eigen::ArrayXd& wanted, const Eigen::ArrayXd& areas) {
+  const Eigen::MatrixXcd back = h.adjoint() * areas.matrix().asDiagonal();
+  Eigen::VectorXcd q = back * wanted.matrix();
+  q.array() /= q.array().abs();
+  for (int i = 0; i < 200; ++i) {
+    const Eigen::ArrayXcd u = (h * q).array();
+    const double a = (areas * wanted * u.abs()).sum() / (areas * wanted.square()).sum();
+    const Eigen::VectorXcd descent = back * (u / u.abs() * (a * wanted - u.abs())).matrix();
+    q += descent.squaredNorm() / (areas * (h * descent).array().abs2()).sum() * descent;
+    q.array() /= q.array().abs();
+  }
+  return q;
+}
+
+void compare(const char* path) {
+  const touchfield::Scene scene = touchfield::read_scene(path);
+  touchfield::Model model = touchfield::build_model(scene);
+  const touchfield::TriangleMesh& skin = model.body.mesh;
+  const touchfield::Target target = touchfield::build_target(model);
+
+  const Eigen::MatrixXcd h = touchfield::transfer_matrix(skin, model.wave, model.array, scene.solve.scheme);
+  Eigen::ArrayXd wanted = Eigen::ArrayXd::Zero(h.rows());
+  wanted(target.faces) = target.amplitudes;
+  const Eigen::VectorXcd q = own_drives(h, wanted, skin.areas());
+  const touchfield::Metrics direct = touchfield::metrics_of(skin, model.wave, model.boxes, target, h * q);
+  std::printf("%td faces, %td channels; own, by H: relative_error %.6f\n", h.rows(), h.cols(), direct.relative_error);
+
+  touchfield::MethodSpec own;
+  own.kind = &touchfield::phase_method("fixed");
+  own.name = "own";
+  for (const std::complex<double>& drive : q) {
+    own.phases.push_back(std::arg(drive));
+  }
+  model.scene.solve.methods.push_back(own);
+  const touchfield::Run run = touchfield::solve_model(model);
+  std::fputs(touchfield::methods_table(run).c_str(), stdout);
+  std::printf("own, by the run: relative_error %.6f\n", run.methods.back().metrics.relative_error);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  touchfield::restart_with_better_blas_core(argv);  // where OpenBLAS does not know the processor
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: own_method SCENE\n");
+    return 2;
+  }
+  try {
+    compare(argv[1]);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "own_method: %s\n", error.what());
+    return 1;
+  }
+}
