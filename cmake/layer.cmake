@@ -24,9 +24,10 @@ endif()
 target_include_directories(touchfield_flags INTERFACE ${PROJECT_SOURCE_DIR})
 # Eigen runs serially inside our own parallel regions; OpenBLAS does the large products.
 target_compile_definitions(touchfield_flags INTERFACE EIGEN_DONT_PARALLELIZE)
-# Eigen's alignment, and by it how it allocates and what its small matrices measure, follows -march: held to the plain
-# architecture's, so that users of the library may compile for their processor (cmake/library.cmake hands it on).
-set(TOUCHFIELD_EIGEN_ALIGNMENT EIGEN_MAX_ALIGN_BYTES=16)
+# How Eigen allocates, what it takes to be aligned and how small matrices lie in objects follow -march. Held to what suits
+# all, so that users of the library may compile for their processor (cmake/library.cmake hands it on): memory is aligned
+# as AVX-512 wants it, members as the plain architecture does.
+set(TOUCHFIELD_EIGEN_ALIGNMENT EIGEN_MAX_ALIGN_BYTES=64 EIGEN_MAX_STATIC_ALIGN_BYTES=16)
 target_compile_definitions(touchfield_flags INTERFACE ${TOUCHFIELD_EIGEN_ALIGNMENT})
 # Layers go into a shared library too: no function of ours is meant to be replaced from outside, so all may be inlined.
 target_compile_options(touchfield_flags INTERFACE -fno-semantic-interposition)

@@ -36,5 +36,7 @@ install(FILES ${PROJECT_BINARY_DIR}/generated/touchfieldConfig.cmake
               ${PROJECT_BINARY_DIR}/generated/touchfieldConfigVersion.cmake DESTINATION ${package})
 
 file(RELATIVE_PATH TOUCHFIELD_PREFIX ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+list(TRANSFORM TOUCHFIELD_EIGEN_ALIGNMENT PREPEND -D OUTPUT_VARIABLE TOUCHFIELD_DEFINITIONS)
+list(JOIN TOUCHFIELD_DEFINITIONS " " TOUCHFIELD_DEFINITIONS)
 configure_file(cmake/touchfield.pc.in ${PROJECT_BINARY_DIR}/generated/touchfield.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/generated/touchfield.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

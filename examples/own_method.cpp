@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <exception>
 
-#include <Eigen/Core>
+#include <Eigen/Cholesky>
 
 #include <touchfield/sim/field/pressure_metrics.h>
 #include <touchfield/sim/scene/scene_reader.h>
@@ -16,24 +16,26 @@
 
 namespace {
 
-/// Drives of amplitude 1 that lower sum_j A_j (|h_j q| - a p'_j)^2 over the whole skin, a the scale that fits best: steps
-/// down the gradient, each as long as the linear model asks for and then put back to |q_n| = 1.
+/// Drives q of amplitude 1 that lower sum_j A_j (|u_j| - p'_j)^2, u = H q, over the whole skin: Gauss-Newton steps of the
+/// phases with a constant damping.
 Eigen::VectorXcd own_drives(const Eigen::MatrixXcd& h, const Eigen::ArrayXd& wanted, const Eigen::ArrayXd& areas) {
-  const Eigen::MatrixXcd back = h.adjoint() * areas.matrix().asDiagonal();
-  Eigen::VectorXcd q = back * wanted.matrix();
-  q.array() /= q.array().abs();
-  for (int i = 0; i < 200; ++i) {
-    const Eigen::ArrayXcd u = (h * q).array();
-    const double a = (areas * wanted * u.abs()).sum() / (areas * wanted.square()).sum();
-    const Eigen::VectorXcd descent = back * (u / u.abs() * (a * wanted - u.abs())).matrix();
-    q += descent.squaredNorm() / (areas * (h * descent).array().abs2()).sum() * descent;
-    q.array() /= q.array().abs();
+  const std::complex<double> i(0, 1);
+  Eigen::ArrayXcd q = (h.adjoint() * (areas * wanted).matrix()).array();  // the field sent back from the target
+  q /= q.abs();
+  for (int step = 0; step < 30; ++step) {
+    const Eigen::ArrayXcd u = (h * q.matrix()).array();
+    const Eigen::VectorXd misfit = areas.sqrt() * (u.abs() - wanted);
+    const Eigen::VectorXcd rows = areas.sqrt() * u.conjugate() / u.abs();
+    const Eigen::MatrixXd jacobian = (rows.asDiagonal() * h * (i * q).matrix().asDiagonal()).real();
+    Eigen::MatrixXd normal = jacobian.transpose() * jacobian;
+    normal.diagonal().array() += 0.01 * normal.diagonal().maxCoeff();
+    q *= (-i * normal.llt().solve(jacobian.transpose() * misfit).array()).exp();
   }
   return q;
 }
 
 void compare(const char* path) {
-  const touchfield::Scene scene = touchfield::read_scene(path);
+  const touchfield::Scene scene = touchfield::read_scene(path, {"target.pressure_pa=500"});  // a level to work for
   touchfield::Model model = touchfield::build_model(scene);
   const touchfield::TriangleMesh& skin = model.body.mesh;
   const touchfield::Target target = touchfield::build_target(model);

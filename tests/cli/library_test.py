@@ -44,7 +44,7 @@ class Library(unittest.TestCase):
         files = [*self.library.rglob("*.cmake"), *self.library.rglob("*.pc")]
         self.assertEqual(len(files), 5, files)  # package, version, targets in two files, pkg-config
         for file in files:
-            for word in [str(SOURCE), str(BUILD), str(WORK), "-W", "-f", "PARALLELIZE", "VTK", "hdf5", "fmt"]:
+            for word in [str(SOURCE), str(BUILD), str(WORK), " -W", " -f", "PARALLELIZE", "VTK", "hdf5", "fmt"]:
                 self.assertNotIn(word, file.read_text(), file)
         linked = run("readelf", "-d", self.library / "libtouchfield.so")
         self.assertNotIn(str(BUILD), linked)

@@ -14,11 +14,7 @@ using support::small_model;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-touchfield::Run solved(const Model& model) {
-  Progress progress;
-  return solve_model(
-      model, {}, [](const touchfield::Run&) {}, progress);
-}
+touchfield::Run solved(const Model& model) { return solve_model(model); }
 
 TEST(SolveModel, ShowsTheRunAfterEachMethod) {
   std::vector<std::string> shown;
@@ -58,6 +54,16 @@ TEST(SolveModel, ScatteringIsWhatTheMethodsDifferIn) {
   EXPECT_LT(run.methods[0].metrics.relative_error, run.methods[1].metrics.relative_error);
   EXPECT_GT(run.methods[2].metrics.mean_inside_pa,
             run.methods[0].metrics.mean_inside_pa);  // a focus is as loud as can be
+}
+
+// As a program does that brings phases of its own.
+TEST(SolveModel, PhasesThatAreGivenToTheModelMustFitTheChannels) {
+  Model model = small_model({"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"});
+  MethodSpec& given = model.scene.solve.methods.front();
+  given.phases.assign(static_cast<std::size_t>(model.array.size()), 0.0);
+  EXPECT_EQ(solved(model).methods.front().solution.phases.size(), model.array.size());
+  given.phases.pop_back();
+  EXPECT_THROW(solved(model), InputError);
 }
 
 TEST(SolveModel, WithoutATargetThereAreFixedPhasesAndNoErrorOfThem) {
