@@ -93,7 +93,7 @@ class Library(unittest.TestCase):
     def check_own_method(self, said):
         by_h, by_run = numbers(r"relative_error ([\d.]+)", said)
         self.assertAlmostEqual(by_h, by_run, delta=2e-3, msg=said)
-        self.assertLess(by_run, 0.6, said)
+        self.assertLess(by_run, 0.45, said)  # free field alone: 0.54
         for name in ["paper", "unscattered", "focus", "own"]:
             self.assertRegex(said, rf"(?m)^\s*{name} ")
 
