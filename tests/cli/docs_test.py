@@ -99,6 +99,8 @@ class Docs(CommandTest):
         while re.match(r"[A-Z_]+=", words[0]):
             words = words[1:]
         program, rest = words[0], words[1:]
+        if program == "export":
+            return
         if program == "touchfield":
             self.check_touchfield(rest)
         elif re.match(r"(\./)?scripts/", program):
