@@ -29,13 +29,13 @@ constexpr double kKernelCost = 10;  // of a kernel outside the solver, in double
 constexpr double kScaleTrials = 9;  // of pressure_pa: best
 
 /// Whether a method needs what every channel makes of the skin, by the scene's own scheme.
-bool spans_channels(const Scene& scene) { return largest_block(scene.solve, scene.solve.scheme, 2) > 1; }
+bool spans_channels(const Scene& scene) { return largest_block(scene, scene.solve.scheme, 2) > 1; }
 
 /// Whether a method asks for the field of every channel.
 bool drives_channels(const Scene& scene) {
-  return scene.solve.certificate || std::ranges::any_of(scene.solve.methods, [](const MethodSpec& method) {
-           return method.kind->model != MethodModel::kGiven;
-         });
+  return scene.solve.certificate || scene.write.transfer ||
+         std::ranges::any_of(scene.solve.methods,
+                             [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
 }
 
 /// Right-hand sides solved one after another: the pressures that the methods make, the way from the target's centre, trials
@@ -133,7 +133,7 @@ CheckReport check_model(const Model& model, int sharing) {
   const double unknowns = m + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   report.available_mib = available_memory() / kMebibyte;
   report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
-                                  sharing * largest_block(scene.solve, scheme, model.array.size(), sharing > 1));
+                                  sharing * largest_block(scene, scheme, model.array.size(), sharing > 1));
   const double product = product_seconds(model.body.mesh, model.wave);
   const double kernel = kKernelCost * product / (m * m);
   // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or

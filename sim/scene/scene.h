@@ -214,6 +214,7 @@ struct WriteSpec {
   bool vtp = true;
   bool vti = true;
   bool png = true;
+  bool transfer = false;  // the transfer matrix, in run.h5: never without h5
 };
 
 /// A scene as read and checked, in SI units, every default filled in.

@@ -118,8 +118,11 @@ Codec<TargetSpec> target_codec() {
 }
 
 Codec<WriteSpec> write_codec() {
-  const std::vector<std::pair<std::string, bool WriteSpec::*>> kinds = {
-      {"h5", &WriteSpec::h5}, {"vtp", &WriteSpec::vtp}, {"vti", &WriteSpec::vti}, {"png", &WriteSpec::png}};
+  const std::vector<std::pair<std::string, bool WriteSpec::*>> kinds = {{"h5", &WriteSpec::h5},
+                                                                        {"vtp", &WriteSpec::vtp},
+                                                                        {"vti", &WriteSpec::vti},
+                                                                        {"png", &WriteSpec::png},
+                                                                        {"transfer", &WriteSpec::transfer}};
   std::vector<std::string> words;
   words.reserve(kinds.size());
   for (const auto& [text, member] : kinds) {
@@ -135,6 +138,7 @@ Codec<WriteSpec> write_codec() {
         for (const auto& [text, member] : kinds) {
           write.*member = std::find(given.begin(), given.end(), text) != given.end();
         }
+        write.h5 = write.h5 || write.transfer;
         return std::optional(write);
       },
       [kinds](const WriteSpec& write) {
@@ -156,19 +160,23 @@ std::string method_of(const Node& item) {
   return item.kind == Node::Kind::kMap && item.entries.size() == 1 ? item.entries.front().key : "";
 }
 
-// Every method but `fixed` works towards a target.
-bool check_targets(const Input& in) {
-  const Entry* solve = in.node().find("solve");
-  const Entry* methods = solve ? solve->value.find("methods") : nullptr;
-  if (!methods || in.node().find("target")) {
-    return true;
-  }
-  for (const auto& entry : in.node().entries) {  // a misspelt target has its own message
-    if (edit_distance(entry.key, "target") <= 2) {
+// Every method but `fixed` works towards a target, and the transfer matrix is that of its faces.
+bool check_targets(const Input& in, const Scene& scene) {
+  for (const auto& entry : in.node().entries) {  // a misspelt one has its own message
+    if (!entry.value.removed && edit_distance(entry.key, "target") <= 2) {
       return true;
     }
   }
   bool good = true;
+  if (scene.write.transfer) {
+    in.at(*in.node().find("write")).problem("transfer needs a target, the scene must have one");
+    good = false;
+  }
+  const Entry* solve = in.node().find("solve");
+  const Entry* methods = solve ? solve->value.find("methods") : nullptr;
+  if (!methods) {
+    return good;
+  }
   const Input list = in.at(*solve).at(*methods);
   for (std::size_t i = 0; i < methods->value.items.size(); ++i) {
     const std::string method = method_of(methods->value.items[i]);
@@ -241,9 +249,10 @@ Codec<Scene> make_scene_codec() {
            "nothing.")
       .key("field", &Scene::fields, fields_codec(), "Planes and boxes of points in the air to compute the pressure at.")
       .key("write", &Scene::write, write_codec(),
-           "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png).")
+           "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png); with transfer "
+           "the results hold the transfer matrix too.")
       .check([](const Input& in, Scene& scene, bool /*good*/) {
-        const bool good_targets = check_targets(in);
+        const bool good_targets = check_targets(in, scene);
         return check_judge(in, scene) && good_targets;
       })
       .codec();

@@ -177,15 +177,29 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
 }
 
 const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress) {
-  if (!transfer_) {
-    const bool quiet = spec_.certificate || std::ranges::any_of(spec_.methods, [](const MethodSpec& method) {
-                         return method.kind->minds_quiet;
-                       });
-    transfer_ = make_transfer(scattering_, *target_, quiet ? spec_.quiet_weight : 0.0);
+  const bool quiet = spec_.certificate || std::ranges::any_of(spec_.methods, [](const MethodSpec& method) {
+                       return method.kind->minds_quiet;
+                     });
+  return transfer(amplitudes, quiet ? spec_.quiet_weight : 0.0, progress).reduction.problem;
+}
+
+const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress) {
+  if (!transfer_ || transfer_->quiet_weight < quiet_weight) {
+    transfer_ = make_transfer(scattering_, *target_, quiet_weight);
     progress.note(describe_transfer(*transfer_, channels_));
   }
   transfer_->reduction.problem.amplitudes = amplitudes;
-  return transfer_->reduction.problem;
+  return *transfer_;
+}
+
+RunTransfer MethodSolver::run_transfer(const Eigen::VectorXd& amplitudes, Progress& progress) {
+  const Transfer& made = transfer(amplitudes, spec_.quiet_weight, progress);
+  return {to_string(scattering_.system().scheme()),
+          made.reduction.problem,
+          scattering_.unit_field().pressure(target_->faces, Eigen::all),
+          made.quiet_weight,
+          made.channels_left_out,
+          made.reduction.left_out};
 }
 
 PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,

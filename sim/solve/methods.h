@@ -25,8 +25,12 @@ class MethodSolver {
   ///          do not fit
   PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
 
-  /// The problem of method surface, for wanted amplitudes p'.
+  /// The problem of the methods on the skin, for wanted amplitudes p': with its quiet rows if one of them or the
+  /// certificate minds them.
   const SkinProblem& skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress);
+
+  /// The transfer matrix with its quiet rows, as run.h5 keeps it.
+  RunTransfer run_transfer(const Eigen::VectorXd& amplitudes, Progress& progress);
 
   /// The factor on the target's amplitudes for a scene that asks for the best pressure: the one at which `method`
   /// reaches the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each
@@ -42,6 +46,7 @@ class MethodSolver {
   PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes);
+  const Transfer& transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress);
   const Eigen::RowVectorXcd& central_row();
 
   SkinScattering& scattering_;

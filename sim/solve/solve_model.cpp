@@ -2,6 +2,7 @@
 
 #include <map>
 #include <memory>
+#include <set>
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -49,7 +50,7 @@ Run begin_run(const Model& model, const SolveOptions& options) {
   const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene);
   const std::string judge = judged_by_itself ? "same" : "none";
   Run run{scene.name, text, model.body.mesh, model.array, std::nullopt,          judge, std::nullopt, {}, {},
-          {},         {},   kNotComputed,    {},          std::move(provenance), false, {},           {}};
+          {},         {},   kNotComputed,    {},          std::move(provenance), false, {},           {}, {}};
   if (!scene.bodies.front().name.empty()) {
     for (const BodySpec& body : scene.bodies) {
       run.bodies.push_back(body.name);
@@ -99,7 +100,7 @@ class Models {
     auto made = timed(progress_, run_.seconds, "set_up_" + name,
                       fmt::format("set up scheme {} on {} faces", name, run_.mesh.face_count()), [&] {
                         return make_scattering("solve " + name, run_.mesh, scheme, solve().solver,
-                                               largest_block(solve(), scheme, model_.array.size(),
+                                               largest_block(model_.scene, scheme, model_.array.size(),
                                                              options_.models != nullptr && options_.models->shared()),
                                                model_, options_.models, run_.solves, progress_);
                       });
@@ -135,6 +136,22 @@ void certify_methods(Scheme scheme, Models& models, Run& run, Progress& progress
     method.metrics.cost_skin = reached;
     method.metrics.cost_bound = certificate.bound;
     method.metrics.optimality_gap = optimality_gap(problem, certificate, reached);
+  }
+}
+
+/// Keeps what the methods on the skin worked on, by each of their schemes, and by the scene's own in any case.
+void keep_transfers(const SolveSpec& solve, Models& models, Run& run, Progress& progress) {
+  std::set<Scheme> schemes = {solve.scheme};
+  for (const MethodSpec& method : solve.methods) {
+    if (method.kind->model == MethodModel::kSkin) {
+      schemes.insert(method.scheme);
+    }
+  }
+  for (const Scheme scheme : schemes) {
+    MethodSolver& solver = models.of(scheme);
+    const std::string name = to_string(scheme);
+    run.transfers.push_back(timed(progress, run.seconds, "transfer_" + name, "transfer matrix of " + name,
+                                  [&] { return solver.run_transfer(run.target->amplitudes, progress); }));
   }
 }
 
@@ -228,6 +245,9 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   raise_alarm(spec, models, run, progress);
   if (judged_elsewhere(model.scene)) {
     judge_elsewhere(model, options, run, progress);
+  }
+  if (model.scene.write.transfer) {
+    keep_transfers(spec, models, run, progress);
   }
   if (spec.certificate && run.target) {
     certify_methods(spec.scheme, models, run, progress);

@@ -73,12 +73,13 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   return decision;
 }
 
-Eigen::Index largest_block(const SolveSpec& solve, Scheme scheme, Eigen::Index channels, bool shared) {
+Eigen::Index largest_block(const Scene& scene, Scheme scheme, Eigen::Index channels, bool shared) {
+  const SolveSpec& solve = scene.solve;
   constexpr Eigen::Index kUsualRank = 400;  // of 1,500 channels seen from a hand
   const bool transfer = std::any_of(solve.methods.begin(), solve.methods.end(), [&](const MethodSpec& method) {
     return method.kind->model == MethodModel::kSkin && method.scheme == scheme;
   });
-  if (transfer || (solve.certificate && scheme == solve.scheme)) {
+  if (transfer || ((solve.certificate || scene.write.transfer) && scheme == solve.scheme)) {
     return std::min(channels, kUsualRank);
   }
   return shared ? 2 * static_cast<Eigen::Index>(solve.methods.size()) : 1;

@@ -26,10 +26,10 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
                              Eigen::Index right_hand_sides = 1);
 
 /// The largest block of right-hand sides that a scheme's model will be asked for: about as many as there are drives
-/// that span all channels where a method needs what every channel does, else 1.
+/// that span all channels where a method or the file that is written needs what every channel does, else 1.
 ///
 /// shared   with other scenes: then all that a scene solves for, two right-hand sides a method, counts
-Eigen::Index largest_block(const SolveSpec& solve, Scheme scheme, Eigen::Index channels, bool shared = false);
+Eigen::Index largest_block(const Scene& scene, Scheme scheme, Eigen::Index channels, bool shared = false);
 
 /// How a solve's precision is called: single, single refined, double.
 std::string precision_name(const SolverOptions& options);

@@ -64,6 +64,7 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
   const LowRank drives = spanning_drives(scattering);
   Transfer transfer;
+  transfer.quiet_weight = quiet_weight;
   if (!(quiet_weight > 0) && target.size() < drives.rank()) {
     transfer.by_reciprocity = true;
     transfer.solves = target.size();

@@ -10,6 +10,7 @@ namespace touchfield {
 /// What the channels make of the skin, reduced for the phase methods, and how it was had.
 struct Transfer {
   SkinReduction reduction;
+  double quiet_weight = 0;       // w_Z
   bool by_reciprocity = false;   // K rows by transposed solves; else r drives that span all channels, forwards
   Eigen::Index solves = 0;       // right-hand sides that were solved for
   double channels_left_out = 0;  // share, by norm, of b of all channels that the drives leave out

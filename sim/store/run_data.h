@@ -11,6 +11,7 @@
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/target/target.h"
 #include "solvers/phase/phase_solution.h"
+#include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
 
@@ -72,6 +73,16 @@ struct JudgeModel {
   std::optional<Target> target;  // on this mesh
 };
 
+/// What the channels make of the skin by one scheme: what method surface works on.
+struct RunTransfer {
+  std::string scheme;
+  SkinProblem problem;           // rows of H at the target's faces, R of the others; amplitudes are the target's
+  Eigen::MatrixXcd incident;     // K x N, the target's rows without scattering [Pa]
+  double quiet_weight = 0;       // w_Z of R
+  double channels_left_out = 0;  // share, by norm, of what all channels do to the body that H leaves out
+  double quiet_left_out = 0;     // of what they do to the quiet skin that R leaves out
+};
+
 /// Everything a run computed; grows as the run goes on.
 struct Run {
   std::string name;
@@ -89,8 +100,9 @@ struct Run {
   std::vector<std::string> warnings;
   Provenance provenance;
   bool complete = false;
-  std::vector<std::string> bodies;  // names of the bodies; empty if there is one without a name
-  std::vector<int> owner;           // M: number of the body a face is of; empty with `bodies`
+  std::vector<std::string> bodies;     // names of the bodies; empty if there is one without a name
+  std::vector<int> owner;              // M: number of the body a face is of; empty with `bodies`
+  std::vector<RunTransfer> transfers;  // one a scheme, where the scene asks for them
 };
 
 }  // namespace touchfield

@@ -192,6 +192,34 @@ FieldResult read_field(const Content& group, const std::string& name) {
   return field;
 }
 
+Eigen::MatrixXcd read_matrix(const Content& group, const std::string& name, std::uint64_t columns) {
+  const Shape shape = group.shape(name);
+  if (shape.size() != 2 || shape[1] != columns) {
+    fail(group, fmt::format("{} must be [n, {}]", name, columns));
+  }
+  Eigen::MatrixXcd by_rows(static_cast<Eigen::Index>(columns), static_cast<Eigen::Index>(shape[0]));
+  group.read(name, shape, by_rows.data());
+  return by_rows.transpose();
+}
+
+/// Needs the run's array and target.
+RunTransfer read_transfer(const Content& group, const std::string& scheme, const Run& run) {
+  if (!run.target) {
+    fail(group, "the run must have a target");
+  }
+  const auto channels = static_cast<std::uint64_t>(run.array.size());
+  RunTransfer transfer;
+  transfer.scheme = scheme;
+  transfer.problem = {read_matrix(group, "target", channels), run.target->amplitudes,
+                      read_vector<Eigen::VectorXd>(group, "weight", length(group, "weight")),
+                      read_matrix(group, "quiet", channels)};
+  transfer.incident = read_matrix(group, "incident", channels);
+  transfer.quiet_weight = group.number_attribute("quiet_weight");
+  transfer.channels_left_out = group.number_attribute("channels_left_out");
+  transfer.quiet_left_out = group.number_attribute("quiet_left_out");
+  return transfer;
+}
+
 bool same_bits(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) {
   return a.size() == b.size() &&
          std::memcmp(a.data(), b.data(), sizeof(Complex) * static_cast<std::size_t>(a.size())) == 0;
@@ -308,7 +336,8 @@ Run read_run(const Content& root) {
           .provenance = {},
           .complete = root.integer_attribute("complete") != 0,
           .bodies = {},
-          .owner = {}};
+          .owner = {},
+          .transfers = {}};
   read_bodies(root.open("mesh"), run);
   if (root.has("target")) {
     run.target = read_target(root.open("target"), run.mesh);
@@ -321,6 +350,12 @@ Run read_run(const Content& root) {
   }
   if (root.has("judge")) {
     read_judge(root.open("judge"), run);
+  }
+  if (root.has("transfer")) {
+    const Content transfers = root.open("transfer");
+    for (const std::string& scheme : transfers.names()) {
+      run.transfers.push_back(read_transfer(transfers.open(scheme), scheme, run));
+    }
   }
   if (root.has("solves")) {
     run.solves = read_solves(root.open("solves"));

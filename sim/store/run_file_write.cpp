@@ -110,6 +110,29 @@ void write_judge(const Group& root, const Run& run) {
   }
 }
 
+/// A matrix as [rows, columns].
+void write_matrix(const Group& group, const std::string& name, const Eigen::MatrixXcd& matrix,
+                  const std::string& unit) {
+  const Eigen::MatrixXcd by_rows = matrix.transpose();
+  group.write(name, by_rows.data(), {count(matrix.rows()), count(matrix.cols())}, unit);
+}
+
+/// The attributes say how to multiply.
+void write_transfer(const Group& group, const RunTransfer& transfer) {
+  group.set_attribute("pressure",
+                      "p[face] = target @ q, without scattering incident @ q; q = amplitude * exp(i phase)");
+  group.set_attribute("cost", "sum(weight * (abs(target @ q) - wanted)**2) + sum(abs(quiet @ q)**2)");
+  group.set_attribute("quiet_weight", transfer.quiet_weight);
+  group.set_attribute("channels_left_out", transfer.channels_left_out);
+  group.set_attribute("quiet_left_out", transfer.quiet_left_out);
+  group.link("face", "/target/face");
+  group.link("wanted", "/target/amplitude");
+  write_vector(group, "weight", transfer.problem.weights, "m2");
+  write_matrix(group, "target", transfer.problem.target, "Pa");
+  write_matrix(group, "quiet", transfer.problem.quiet, "Pa m");
+  write_matrix(group, "incident", transfer.incident, "Pa");
+}
+
 void write_solves(const Group& group, const std::vector<SolveRecord>& solves) {
   for_each_solve_column([&]<class Value>(const char* name, Value SolveRecord::*member, const char* unit) {
     if constexpr (std::is_same_v<Value, std::string>) {
@@ -168,6 +191,12 @@ void write_run(const Group& root, const Run& run) {
   }
   if (run.judge != "none") {
     write_judge(root, run);
+  }
+  if (!run.transfers.empty()) {
+    const Group transfers = root.create("transfer");
+    for (const RunTransfer& transfer : run.transfers) {
+      write_transfer(transfers.create(transfer.scheme), transfer);
+    }
   }
   if (!run.solves.empty()) {
     write_solves(root.create("solves"), run.solves);

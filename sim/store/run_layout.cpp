@@ -76,6 +76,23 @@ void check_target(const std::string& what, const Target& target, Eigen::Index fa
   }
 }
 
+void check_transfers(const Run& run) {
+  const Eigen::Index faces = run.target ? run.target->size() : 0;
+  std::set<std::string> schemes;
+  for (const RunTransfer& transfer : run.transfers) {
+    require_name("transfer", transfer.scheme, schemes);
+    const std::string what = "transfer " + transfer.scheme;
+    const SkinProblem& problem = transfer.problem;
+    require_size(what + ": weights", problem.weights.size(), faces);
+    require_size(what + ": amplitudes", problem.amplitudes.size(), faces);
+    for (const auto& [name, matrix] : {std::pair{"target", &problem.target}, {"incident", &transfer.incident}}) {
+      require_size(fmt::format("{}: a column of {}", what, name), matrix->rows(), faces);
+      require_size(fmt::format("{}: a row of {}", what, name), matrix->cols(), run.array.size());
+    }
+    require_size(what + ": a row of quiet", problem.quiet.cols(), run.array.size());
+  }
+}
+
 void check_judge(const Run& run) {
   if (run.judge != "none" && run.judge != "same" && !has_judge_model(run.judge)) {
     throw InputError(fmt::format("judge '{}' must be one of none, same, edge, split", run.judge));
@@ -178,6 +195,7 @@ void check_run(const Run& run) {
     check_target("target", *run.target, run.mesh.face_count());
   }
   check_bodies(run);
+  check_transfers(run);
   require_stages("run", run.seconds);
   std::set<std::string> methods;
   for (const MethodResult& method : run.methods) {

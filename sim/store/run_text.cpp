@@ -126,6 +126,11 @@ std::string describe_run(const Run& run) {
                      : "target    none\n";
   text += judge_line(run);
   text += fields_text(run);
+  for (const RunTransfer& transfer : run.transfers) {
+    text += fmt::format(
+        "transfer  {}: {} and {} of {}\n", transfer.scheme, counted(transfer.problem.target_count(), "target row"),
+        counted(transfer.problem.quiet.rows(), "quiet row"), counted(transfer.problem.channel_count(), "channel"));
+  }
   for (const SolveRecord& solve : run.solves) {
     text += solve_line(solve);
   }

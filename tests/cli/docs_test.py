@@ -3,7 +3,7 @@
 A fenced block says what it is: `yaml` is a whole scene or sweep as it might stand in scenes/, `python` runs beside a run,
 `usage` is the synopsis of commands, `text` is an output or a layout and is not looked at. One without a word is `sh`: a
 command a line, with file names that stand for the reader's own. Another word, an indented command and a line that is no
-known kind of command fail. In the running text, commands and names of files in backticks are held to the same.
+known kind of command fail. `cpp` stands in a test of C++, word for word. In the running text, commands and names of files in backticks are held to the same.
 """
 
 import json
@@ -41,7 +41,7 @@ class Docs(CommandTest):
             fences = re.findall(r"^ *```.*$", text, re.MULTILINE)
             self.assertEqual(len(fences), 2 * len(BLOCK.findall(text)), f"{page.name}: a fence that is not at a line's begin")
             for kind, body in BLOCK.findall(text):
-                self.assertIn(kind, ["", "sh", "yaml", "python", "usage", "text"], f"{page.name}: {body}")
+                self.assertIn(kind, ["", "sh", "yaml", "python", "cpp", "usage", "text"], f"{page.name}: {body}")
             indented = re.search(rf"^ {{4,}}{COMMAND}.*", BLOCK.sub("", text), re.MULTILINE)
             self.assertIsNone(indented, f"{page.name}: a command outside a fenced block: {indented}")
 
@@ -57,7 +57,8 @@ class Docs(CommandTest):
                 self.run_ok("check", scene, *([] if scene.parent.name == "sweeps" else ["--resolved"]))
 
     def test_python(self):
-        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "results/runs/width_5mm-0001", "--quiet")
+        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "results/runs/width_5mm-0001", "--quiet", "--set",
+                    "write=[transfer]")
         run = (self.folder / "results/runs/width_5mm-0001/run.h5").read_bytes()
         self.assertTrue(run[-26:].startswith(b"touchfield-crc32 "))
         for page, body in each("python"):
@@ -68,6 +69,12 @@ class Docs(CommandTest):
                 self.assertEqual(done.returncode, 0, done.stderr)
                 if "crc32" in body:
                     self.run_ok("info", "run.h5")
+
+    def test_cpp(self):
+        tests = [" ".join(path.read_text().split()) for path in SOURCE.glob("tests/**/*_test.cpp")]
+        for page, body in each("cpp"):
+            with self.subTest(page=page, body=body):
+                self.assertTrue(any(" ".join(body.split()) in test for test in tests))
 
     # Commands
 

@@ -8,6 +8,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using testing::kSmallScene;
 using testing::problems_of;
 using testing::scene_from;
@@ -73,6 +74,13 @@ TEST(SceneOverrides, AnAlternativeBesideAnotherIsRefused) {
 TEST(SceneOverrides, TakingAwayWhatIsRequiredIsRefused) {
   EXPECT_THAT(problems_with({"body.edge_mm=null"}),
               ElementsAre(HasSubstr("scene.yaml:3:7: body.edge_mm: missing, must be given with sphere")));
+}
+
+TEST(SceneOverrides, ATargetTakenAwayIsMissedByTheMethodsThatNeedIt) {
+  const std::vector<std::string> target = {"solve.methods=[focus]", "target={box: {at: top, size_mm: [4, 4, 4]}}"};
+  EXPECT_THAT(problems_with(target), IsEmpty());
+  EXPECT_THAT(problems_with({target[0], target[1], "target=null"}),
+              ElementsAre(HasSubstr("solve.methods[0]: focus needs a target")));
 }
 
 TEST(SceneOverrides, ProblemsNameTheOverride) {

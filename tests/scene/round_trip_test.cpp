@@ -117,6 +117,7 @@ void expect_same(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.write.vtp, b.write.vtp);
   EXPECT_EQ(a.write.vti, b.write.vti);
   EXPECT_EQ(a.write.png, b.write.png);
+  EXPECT_EQ(a.write.transfer, b.write.transfer);
 }
 
 void expect_round_trip(const Scene& scene) {
@@ -192,6 +193,7 @@ const std::vector<Variant> kVariants = {
     {"sensing", {"sensing={noise_mm_rms: 0.55, correlation_mm: 7.7, offset_mm: [0.1, -0.2, 0.3], seed: 77}"}},
     {"judge_with_split_faces", {"judge={split: 2}"}},
     {"write", {"write=[png, h5]"}},
+    {"write_transfer", {"write=[transfer]", "target={box: {at: top, size_mm: [4, 4, 4]}}"}},
     {"large_and_small", {"array.at_mm=[1e9, -1e-30, 123456789.01234567]", "array.source_pa_m=1e-9"}},
 };
 

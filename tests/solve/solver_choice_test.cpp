@@ -55,15 +55,17 @@ TEST(SolverChoice, TheSceneIsObeyed) {
 }
 
 TEST(LargestBlock, MethodsThatNeedEveryChannelCountInTheirOwnScheme) {
-  const SolveSpec plain = support::small_scene().solve;
-  EXPECT_EQ(largest_block(plain, plain.scheme, 64), 1);
-  EXPECT_EQ(largest_block(plain, plain.scheme, 64, true), 6);  // two a method
-  const SolveSpec surface = support::small_scene({"solve.methods=[surface, {paper: {scheme: paper}}]"}).solve;
-  EXPECT_EQ(largest_block(surface, surface.scheme, 64), 64);
-  EXPECT_EQ(largest_block(surface, surface.scheme, 1496), 400);
+  const Scene plain = support::small_scene();
+  EXPECT_EQ(largest_block(plain, plain.solve.scheme, 64), 1);
+  EXPECT_EQ(largest_block(plain, plain.solve.scheme, 64, true), 6);  // two a method
+  const Scene surface = support::small_scene({"solve.methods=[surface, {paper: {scheme: paper}}]"});
+  EXPECT_EQ(largest_block(surface, surface.solve.scheme, 64), 64);
+  EXPECT_EQ(largest_block(surface, surface.solve.scheme, 1496), 400);
   EXPECT_EQ(largest_block(surface, Scheme::kPaper, 1496), 1);
-  const SolveSpec certified = support::small_scene({"solve.certificate=true"}).solve;
-  EXPECT_EQ(largest_block(certified, certified.scheme, 64), 64);
+  const Scene certified = support::small_scene({"solve.certificate=true"});
+  EXPECT_EQ(largest_block(certified, certified.solve.scheme, 64), 64);
+  const Scene written = support::small_scene({"write=[transfer]"});
+  EXPECT_EQ(largest_block(written, written.solve.scheme, 64), 64);
 }
 
 TEST(AvailableMemory, IsThatOfAComputer) { EXPECT_GT(available_memory(), 1e6); }

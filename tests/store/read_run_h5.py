@@ -78,6 +78,15 @@ def check(run):
     assert "cost" not in other and other.attrs["status"] == "direct"
     assert np.isnan(other["pressure"][2].real) and np.isposinf(other["pressure"][2].imag)
 
+    transfer = run["transfer/burton_miller"]
+    assert transfer["face"] == run["target/face"] and transfer["wanted"] == run["target/amplitude"]
+    np.testing.assert_allclose(transfer["weight"][:], area[run["target/face"][:]])
+    for name, (rows, seed, unit) in {"target": (3, 0.5, "Pa"), "quiet": (2, 1.5, "Pa m"), "incident": (3, 2.5, "Pa")}.items():
+        check_same(transfer[name][:], made_up(rows * 6, seed).reshape(6, rows).T)
+        assert transfer[name].attrs["unit"] == unit
+    assert transfer.attrs["quiet_weight"] == 0.25 and transfer.attrs["channels_left_out"] == 1e-5 / 3
+    assert transfer.attrs["quiet_left_out"] == 1e-6 / 7
+
     solves = run["solves"]
     assert list(solves["stage"].asstr()) == ["pressure", "judge"]
     assert list(solves["scheme"].asstr()) == ["burton_miller_polished", "chief"]

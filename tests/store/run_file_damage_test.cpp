@@ -259,6 +259,37 @@ TEST(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {
   EXPECT_THAT(message(solves(7, 1, 2)), HasSubstr("stage has 2 texts, must have 1"));
 }
 
+TEST(DamagedRunFile, ATransferMatrixThatMakesNoSenseIsAnError) {
+  const TemporaryDirectory directory;
+  const std::array<double, 2> numbers = {1, 1};
+  const std::array<Complex, 2> rows = {1, 1};
+  const std::array<std::int64_t, 1> face = {0};
+  const auto forge = [&](bool with_target, const hdf5::Shape& shape) {
+    return message_of<InputError>([&] {
+      read_forged(directory.file("run.h5"), 2, [&](const hdf5::Group& root) {
+        if (with_target) {
+          const hdf5::Group target = root.create("target");
+          target.write("face", face.data(), {1}, "1");
+          target.write("amplitude", numbers.data(), {1}, "Pa");
+          target.write("box", face.data(), {1}, "1");
+        }
+        const hdf5::Group transfer = root.create("transfer").create("paper");
+        for (const char* name : {"quiet_weight", "channels_left_out", "quiet_left_out"}) {
+          transfer.set_attribute(name, 0.0);
+        }
+        transfer.write("weight", numbers.data(), {1}, "m2");
+        transfer.write("target", rows.data(), shape, "Pa");
+        transfer.write("quiet", rows.data(), {2, 1}, "Pa m");
+        transfer.write("incident", rows.data(), {1, 1}, "Pa");
+      });
+    });
+  };
+  EXPECT_THAT(forge(false, {1, 1}), AllOf(HasSubstr("/transfer/paper"), HasSubstr("must have a target")));
+  EXPECT_THAT(forge(true, {1, 2}), AllOf(HasSubstr("/transfer/paper"), HasSubstr("target must be [n, 1]")));
+  EXPECT_THAT(forge(true, {1}), HasSubstr("target must be [n, 1]"));
+  EXPECT_THAT(forge(true, {2, 1}), HasSubstr("a column of target has 2 values, must have 1"));
+}
+
 TEST(Hdf5File, ASizeThatTheFileDoesNotHoldIsRefused) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("x.h5");

@@ -115,6 +115,18 @@ void expect_same(const SolveRecord& a, const SolveRecord& b) {
   expect_same_bits(a.seconds, b.seconds);
 }
 
+void expect_same(const RunTransfer& a, const RunTransfer& b) {
+  EXPECT_EQ(a.scheme, b.scheme);
+  EXPECT_EQ(a.problem.target, b.problem.target);
+  EXPECT_EQ(a.problem.amplitudes, b.problem.amplitudes);
+  EXPECT_EQ(a.problem.weights, b.problem.weights);
+  EXPECT_EQ(a.problem.quiet, b.problem.quiet);
+  EXPECT_EQ(a.incident, b.incident);
+  expect_same_bits(a.quiet_weight, b.quiet_weight);
+  expect_same_bits(a.channels_left_out, b.channels_left_out);
+  expect_same_bits(a.quiet_left_out, b.quiet_left_out);
+}
+
 void expect_same(const Run& a, const Run& b) {
   EXPECT_EQ(a.name, b.name);
   EXPECT_EQ(a.scene, b.scene);
@@ -143,6 +155,10 @@ void expect_same(const Run& a, const Run& b) {
   for (std::size_t i = 0; i < a.solves.size(); ++i) {
     expect_same(a.solves[i], b.solves[i]);
   }
+  ASSERT_EQ(a.transfers.size(), b.transfers.size());
+  for (std::size_t i = 0; i < a.transfers.size(); ++i) {
+    expect_same(a.transfers[i], b.transfers[i]);
+  }
   ASSERT_EQ(a.methods.size(), b.methods.size());
   for (std::size_t i = 0; i < a.methods.size(); ++i) {
     expect_same(a.methods[i], b.methods[i]);
@@ -169,9 +185,20 @@ TEST(RunFile, ARunOfNothingButAMeshAndAnArray) {
   write_run_file(path, run);
   expect_same(run, read_run_file(path));
   const hdf5::Content content = hdf5::read_content(path);
-  for (const char* absent : {"target", "methods", "judge", "solves", "field", "seconds", "warnings"}) {
+  for (const char* absent : {"target", "methods", "judge", "transfer", "solves", "field", "seconds", "warnings"}) {
     EXPECT_FALSE(content.has(absent)) << absent;
   }
+}
+
+TEST(RunFile, ATransferMatrixWithoutQuietRows) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("run.h5");
+  RunData run = full_run();
+  run.transfers.push_back(run.transfers[0]);
+  run.transfers[0].problem.quiet.resize(0, run.array.size());
+  run.transfers[1].scheme = "chief";
+  write_run_file(path, run);
+  expect_same(run, read_run_file(path));
 }
 
 TEST(RunFile, APlaneWaveAndAMethodWithoutPressure) {
@@ -280,6 +307,14 @@ TEST(RunFile, PartsThatDoNotFitAreRefusedBeforeAnythingIsWritten) {
               }),
               HasSubstr("judge's pressure"));
   EXPECT_THAT(refused([](RunData& run) { run.array.device.conservativeResize(2); }), HasSubstr("device"));
+  EXPECT_THAT(refused([](RunData& run) { run.transfers.push_back(run.transfers[0]); }), HasSubstr("twice"));
+  EXPECT_THAT(refused([](RunData& run) { run.transfers[0].problem.weights.conservativeResize(2); }),
+              AllOf(HasSubstr("transfer burton_miller"), HasSubstr("weights")));
+  EXPECT_THAT(refused([](RunData& run) { run.transfers[0].incident.conservativeResize(2, 6); }),
+              AllOf(HasSubstr("a column of incident"), HasSubstr("must have 3")));
+  EXPECT_THAT(refused([](RunData& run) { run.transfers[0].problem.quiet.conservativeResize(2, 5); }),
+              AllOf(HasSubstr("a row of quiet"), HasSubstr("must have 6")));
+  EXPECT_THAT(refused([](RunData& run) { run.target.reset(); }), HasSubstr("transfer burton_miller"));
   EXPECT_EQ(directory.entries(), 0U);
 }
 

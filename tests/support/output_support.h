@@ -111,6 +111,10 @@ inline MethodResult made_up_method(const std::string& name, const Run& run, doub
   return result;
 }
 
+inline Eigen::MatrixXcd made_up_matrix(Eigen::Index rows, Eigen::Index columns, double seed) {
+  return made_up_pressure(rows * columns, seed).reshaped(rows, columns);
+}
+
 /// A mesh and an array and nothing else: what every run has.
 inline Run bare_run(const TriangleMesh& mesh) {
   return {.name = "bare",
@@ -129,7 +133,8 @@ inline Run bare_run(const TriangleMesh& mesh) {
           .provenance = {},
           .complete = false,
           .bodies = {},
-          .owner = {}};
+          .owner = {},
+          .transfers = {}};
 }
 
 /// A run with something in every place: a target, a judge with its own mesh, two methods, a plane and a cube.
@@ -174,6 +179,16 @@ inline Run full_run() {
                  .residual = kNotComputed,
                  .converged = false,
                  .seconds = 1.0 / 3.0}};
+  const Eigen::Index channels = run.array.size();
+  run.transfers = {{.scheme = "burton_miller",
+                    .problem = {.target = made_up_matrix(3, channels, 0.5),
+                                .amplitudes = run.target->amplitudes,
+                                .weights = run.mesh.areas()(run.target->faces),
+                                .quiet = made_up_matrix(2, channels, 1.5)},
+                    .incident = made_up_matrix(3, channels, 2.5),
+                    .quiet_weight = 0.25,
+                    .channels_left_out = 1e-5 / 3,
+                    .quiet_left_out = 1e-6 / 7}};
   run.alarm = 0.0125;
   for (const auto& [name, count] : {std::pair{"side", std::array{5, 1, 4}}, std::pair{"cube", std::array{3, 4, 2}}}) {
     FieldResult field;

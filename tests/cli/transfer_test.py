@@ -1,0 +1,79 @@
+"""The transfer matrix in run.h5, read as a user would: pressures, surface's cost, what is kept and compared."""
+
+import json
+import unittest
+
+import numpy
+
+from support import SOURCE, CommandTest, open_run
+
+QUICK = SOURCE / "scenes/quick.yaml"
+
+
+def drives(method):
+    return method["amplitude"][:] * numpy.exp(1j * method["phase"][:])
+
+
+class Matrix:
+    """What /transfer of a run holds, which must be of one scheme."""
+
+    def __init__(self, run):
+        group, = run["transfer"].values()
+        for name in ("face", "wanted", "weight", "target", "quiet", "incident"):
+            setattr(self, name, group[name][:])
+        self.attributes = dict(group.attrs)
+
+    def cost(self, q):
+        return (numpy.sum(self.weight * (numpy.abs(self.target @ q) - self.wanted) ** 2)
+                + numpy.sum(numpy.abs(self.quiet @ q) ** 2))
+
+    def best_level(self, q):
+        heard = numpy.abs(self.target @ q)
+        energy = numpy.sum(self.weight * heard ** 2) + numpy.sum(numpy.abs(self.quiet @ q) ** 2)
+        return min(numpy.sum(self.weight * self.wanted * heard) / energy, 1 / numpy.max(numpy.abs(q)))
+
+
+class Transfer(CommandTest):
+    def test_pressures_and_costs_of_the_quick_scene(self):
+        self.run_ok("run", QUICK, "-o", "out", "--quiet", "--set", "write=[transfer]", "--set", "field=null", "--set",
+                    "solve.methods=[surface, paper, unscattered, focus]", "--set", "solve.certificate=true")
+        with open_run(self.folder / "out") as run:
+            matrix = Matrix(run)
+            self.assertEqual(matrix.target.shape, (run["target/face"].size, 256))
+            self.assertEqual(matrix.quiet.shape[1], 256)
+            numpy.testing.assert_array_equal(matrix.weight, run["mesh/area"][:][matrix.face])
+            for name, method in run["methods"].items():
+                q = drives(method)
+                solved = method["pressure"][:][matrix.face]
+                self.assertLess(numpy.linalg.norm(matrix.target @ q - solved), 1e-3 * numpy.linalg.norm(solved), name)
+                scored = matrix.cost(matrix.best_level(q) * q)
+                self.assertAlmostEqual(scored / method.attrs["cost_skin"], 1, delta=1e-10)
+            surface = run["methods/surface"]
+            self.assertAlmostEqual(matrix.cost(drives(surface)) / surface["cost"][-1], 1, delta=1e-10)
+            self.assertAlmostEqual(matrix.cost(numpy.ones(256)) / surface["cost"][0], 1, delta=1e-10)
+            # The rest of the skin, as far as `quiet` tells: its energy.
+            quiet = numpy.ones(run["mesh/area"].size, bool)
+            quiet[matrix.face] = False
+            energy = numpy.sum((run["mesh/area"][:] * numpy.abs(surface["pressure"][:]) ** 2)[quiet])
+            self.assertAlmostEqual(numpy.sum(numpy.abs(matrix.quiet @ drives(surface)) ** 2) / energy, 1, delta=1e-3)
+        self.assertIn(f"transfer  burton_miller_polished: {len(matrix.face)} target rows", self.run_ok("info", "out").stdout)
+
+    def test_it_is_kept_by_a_repetition_and_of_no_weight_in_a_comparison(self):
+        self.run_ok("run", QUICK, "-o", "with", "--quiet", "--set", "write=[transfer]", "--set", "field=null", "--set",
+                    "solve.solver=lu")  # which the matrix has a say in choosing
+        self.run_ok("run", "--from", "with", "-o", "again", "--quiet")
+        with open_run(self.folder / "with") as run, open_run(self.folder / "again") as again:
+            a, b = Matrix(run), Matrix(again)
+            self.assertGreater(len(a.quiet), 10)  # no method of this scene minds the quiet skin
+            self.assertLess(numpy.linalg.norm(a.target - b.target), 1e-5 * numpy.linalg.norm(a.target))
+        self.run_ok("run", "--from", "with", "-o", "without", "--quiet", "--set", "write=[h5]")
+        with open_run(self.folder / "without") as run:
+            self.assertNotIn("transfer", run)
+        for other in ["again", "without"]:
+            found = json.loads(self.run_ok("compare", "with", other, "--json").stdout)
+            self.assertEqual(list(found["scene"]), [] if other == "again" else ["write[1]"])
+            self.assertIn(found["verdict"], ["identical", "same_to_rounding"])
+
+
+if __name__ == "__main__":
+    unittest.main()
