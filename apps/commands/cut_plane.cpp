@@ -1,8 +1,9 @@
 #include "apps/commands/cut_plane.h"
 
-#include <array>
 #include <cmath>
+#include <ranges>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -46,15 +47,12 @@ CutPlane parse_cut_plane(const std::string& text) {
   if (text.find('=') != std::string::npos) {
     return parse_axis_plane(text);
   }
-  std::array<double, 6> numbers{};
-  std::string_view rest = text;
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const std::size_t comma = rest.find(',');
-    if ((comma == std::string_view::npos) != (i + 1 == numbers.size())) {
-      refuse(text);
-    }
-    numbers[i] = parse_number(rest.substr(0, comma), text);
-    rest = comma == std::string_view::npos ? std::string_view() : rest.substr(comma + 1);
+  std::vector<double> numbers;
+  for (const auto word : std::views::split(std::string_view(text), ',')) {
+    numbers.push_back(parse_number({word.begin(), word.end()}, text));
+  }
+  if (numbers.size() != 6) {
+    refuse(text);
   }
   const CutPlane plane{{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};
   if (plane.normal.isZero(0)) {

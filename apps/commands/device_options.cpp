@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "apps/commands/command_line.h"
-#include "apps/commands/link_processes.h"
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
 #include "sim/core/whole_file.h"

@@ -24,6 +24,9 @@ void add_emission(CLI::App* command, DeviceOptions& options);
 /// The plan that the options make: the device with its samples read, the request, and the watchdog that this program is.
 EmissionPlan plan_of(const DeviceOptions& options);
 
+/// How this program is started as the watchdog of a link's guard.
+std::vector<std::string> watchdog_command();
+
 /// Prints the report, unless --quiet, as a person reads it, after `heading`, or as --json; says on standard error by what
 /// signal an emission was stopped.
 /// returns  the exit code

@@ -1,7 +1,6 @@
-#include "apps/commands/link_processes.h"
-
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/device_options.h"
 #include "hardware/guard/guard_process.h"
 #include "hardware/guard/guard_start.h"
 #include "hardware/guard/watchdog_process.h"

@@ -86,35 +86,24 @@ nlohmann::ordered_json distance_json(const std::optional<SurfaceDistance>& dista
           {"farthest_mm", distance->farthest / kMillimetre}};
 }
 
-const char* certainty_name(UnitCertainty certainty) {
+/// How sure a guess is: a word, and as a report says it.
+std::pair<const char*, const char*> certainty_words(UnitCertainty certainty) {
   switch (certainty) {
     case UnitCertainty::kSure:
-      return "sure";
+      return {"sure", "surely"};
     case UnitCertainty::kLikely:
-      return "likely";
+      return {"likely", "likely if it is a hand, but another unit makes it a smaller or larger body"};
     case UnitCertainty::kUnclear:
-      return "unclear";
+      return {"unclear", "but no unit makes it as large as a hand"};
     case UnitCertainty::kNone:
       break;
   }
-  return "none";
+  return {"none", "but no unit makes it a hand, a finger or an arm"};
 }
 
 }  // namespace
 
-const char* certainty_text(UnitCertainty certainty) {
-  switch (certainty) {
-    case UnitCertainty::kSure:
-      return "surely";
-    case UnitCertainty::kLikely:
-      return "likely if it is a hand, but another unit makes it a smaller or larger body";
-    case UnitCertainty::kUnclear:
-      return "but no unit makes it as large as a hand";
-    case UnitCertainty::kNone:
-      break;
-  }
-  return "but no unit makes it a hand, a finger or an arm";
-}
+const char* certainty_text(UnitCertainty certainty) { return certainty_words(certainty).second; }
 
 std::string describe_mesh(const MeshText& text) {
   const SurfaceReport& report = text.report;
@@ -154,7 +143,7 @@ nlohmann::ordered_json mesh_json(const MeshText& text) {
       {"unit_stated", text.unit_stated},
       {"unit_guess",
        {{"unit", text.guess.unit.name},
-        {"certainty", certainty_name(text.guess.certainty)},
+        {"certainty", certainty_words(text.guess.certainty).first},
         {"reason", text.guess.reason}}},
       {"size", text.size},
       {"points", report.points},

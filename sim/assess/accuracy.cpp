@@ -63,10 +63,6 @@ ErrorSummary summarise(const Eigen::VectorXd& areas, const Eigen::MatrixXcd& fou
   return {errors.maxCoeff(), std::sqrt(errors.squaredNorm() / static_cast<double>(errors.size()))};
 }
 
-SolverDecision decide(const SolveSpec& solve, Eigen::Index unknowns) {
-  return choose_solver(solve.solver, solve.scheme, unknowns, available_memory());
-}
-
 Eigen::VectorXcd focused_pressure(const Model& model, const TriangleMesh& mesh, Progress& progress) {
   std::vector<SolveRecord> records;
   const SolveSpec& solve = model.scene.solve;
@@ -80,7 +76,8 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
   report.split_target = kNothing;
   const TriangleMesh& mesh = model.body.mesh;
   const Eigen::Index faces = 4 * mesh.face_count();
-  const SolverDecision decision = decide(model.scene.solve, faces);
+  const SolveSpec& solve = model.scene.solve;
+  const SolverDecision decision = choose_solver(solve.solver, solve.scheme, faces, available_memory());
   const double product = 16.0 * product_seconds(mesh, model.wave);
   const double lu = 8.0 / 3.0 * std::pow(static_cast<double>(faces), 3) / 3e10;  // a slow machine's rate
   const double seconds = decision.options.kind == SolverKind::kLu ? lu : 60.0 * product;

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -11,7 +9,7 @@ struct SensingNoise {
   double rms = 0;                    // of the displacement over the skin [m], 0 to 3e-3
   double correlation = 5e-3;         // length L over which it decorrelates [m], 1e-3 to 0.1
   Vector3 offset = Vector3::Zero();  // of the whole body [m]
-  std::uint64_t seed = 1;
+  unsigned seed = 1;
 };
 
 /// A perturbed skin, and how much of the noise it carries.

@@ -38,21 +38,12 @@ Codec<Autd3Array> autd3_codec() {
                         .key("rotate_deg", &Placement::angles, vector3(kDegrees, {}),
                              "Rotation about transducer 0: about x, then y, then z [deg].")
                         .codec();
-  const auto units = list_of(unit, 1, 1000);
-  const auto layout = tuple_of<int, 2>(integer(between(1, 100)));
   return Map<Autd3Array>()
-      .add(
-          {.name = "layout", .type = layout.type, .help = "Units edge to edge along x and y.", .fallback = "[3, 2]"},
-          [layout](const Input& in, Autd3Array& array) { return layout.read(in, array.layout.emplace()); },
-          [layout](const Autd3Array& array) {
-            return array.layout ? std::optional<Node>(layout.write(*array.layout)) : std::nullopt;
-          })
-      .add(
-          {.name = "units", .type = units.type, .help = "Or each unit's own place."},
-          [units](const Input& in, Autd3Array& array) { return units.read(in, array.units); },
-          [units](const Autd3Array& array) {
-            return array.layout ? std::nullopt : std::optional<Node>(units.write(array.units));
-          })
+      .maybe("layout", &Autd3Array::layout, tuple_of<int, 2>(integer(between(1, 100))), "",
+             "Units edge to edge along x and y.")
+      .defaults_to("[3, 2]")
+      .maybe("units", &Autd3Array::units, list_of(unit, 1, 1000), "", "Or each unit's own place.")
+      .written_if([](const Autd3Array& array) { return !array.layout; })
       .key("pitch_mm", &Autd3Array::pitch, number(kMillimetres, kPitch),
            "Distance between neighbours [mm]; boards of 2016 to 2019 had 10.18.")
       .at_most_one({"layout", "units"})
@@ -65,12 +56,7 @@ Codec<Autd3Array> autd3_codec() {
       .codec();
 }
 
-struct PositionsForm {
-  Points points = Points(3, 0);
-  std::optional<Points> axes;
-};
-
-std::optional<PositionsArray> to_positions(const Input& in, const PositionsForm& form) {
+std::optional<PositionsArray> to_positions(const Input& in, const PositionsFile& form) {
   const auto count = form.points.cols();
   PositionsArray array{.points = form.points, .axes = Vector3::UnitZ().replicate(1, count)};
   if (!form.axes) {
@@ -94,46 +80,25 @@ std::optional<PositionsArray> to_positions(const Input& in, const PositionsForm&
 }
 
 Codec<PositionsArray> positions_codec() {
-  const auto coordinates = points(kMillimetres, {});
-  const auto directions = points(kPlain, {});
-  const auto named = file();
-  const auto form =
-      Map<PositionsForm>()
-          .add(
-              {.name = "points_mm",
-               .type = coordinates.type,
-               .help = "Where the transducers are [mm].",
-               .example = "[[-5, 0, 0], [5, 0, 0]]"},
-              [coordinates](const Input& in, PositionsForm& f) { return coordinates.read(in, f.points); },
-              [coordinates](const PositionsForm& f) { return std::optional<Node>(coordinates.write(f.points)); })
-          .maybe("axes", &PositionsForm::axes, directions, "[[0, 0, 1], [0, 0, 1]]",
+  const auto from_file = kept_as<PositionsFile, std::string>(file(), read_positions, nullptr);
+  return kept_as<PositionsArray, PositionsFile>(
+      Map<PositionsFile>()
+          .maybe("points_mm", &PositionsFile::points, points(kMillimetres, {}), "[[-5, 0, 0], [5, 0, 0]]",
+                 "Where the transducers are [mm].")
+          .maybe("axes", &PositionsFile::axes, points(kPlain, {}), "[[0, 0, 1], [0, 0, 1]]",
                  "Directions the transducers emit along, one each, of any length; +z if left out.")
           .allowed_with({"points_mm"})
-          .add(
-              {.name = "file",
-               .type = named.type,
-               .help = "A file of lines x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,ax,ay,az; # starts a comment, the first line "
-                       "may be a header.",
-               .example = "array.csv"},
-              [named](const Input& in, PositionsForm& f) {
-                std::string path;
-                if (!named.read(in, path)) {
-                  return false;
-                }
-                auto read = read_positions(in, path);
-                if (!read) {
-                  return false;
-                }
-                f.points = std::move(read->points);
-                f.axes = std::move(read->axes);
-                return true;
-              },
-              [](const PositionsForm&) { return std::optional<Node>(); })
+          .add({.name = "file",
+                .type = from_file.type,
+                .help = "A file of lines x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,ax,ay,az; # starts a comment, the first line "
+                        "may be a header.",
+                .example = "array.csv"},
+               from_file.read, [](const PositionsFile&) { return std::nullopt; })
           .exactly_one({"points_mm", "file"})
-          .codec();
-  return kept_as<PositionsArray, PositionsForm>(form, to_positions, [](const PositionsArray& array) {
-    return PositionsForm{array.points, array.axes};
-  });
+          .codec(),
+      to_positions, [](const PositionsArray& array) {
+        return PositionsFile{array.points, array.axes};
+      });
 }
 
 Codec<PlaneWaveArray> plane_wave_codec() {
@@ -158,13 +123,13 @@ Codec<PlaneWaveArray> plane_wave_codec() {
 Codec<ArraySpec> array_codec() {
   using Kind = Directivity::Kind;
   return Map<ArraySpec>()
-      .alternative("grid", &ArraySpec::layout, grid_codec(), "A flat rectangle of transducers, its middle on at_mm.")
-      .alternative("autd3", &ArraySpec::layout, autd3_codec(), "AUTD3 units of 249 transducers each.")
-      .alternative("sonicsurface", &ArraySpec::layout, Map<SonicsurfaceArray>().codec(),
-                   "The open-hardware board of 16 x 16 transducers at 10.5 mm, its middle on at_mm.", "{}")
-      .alternative("positions", &ArraySpec::layout, positions_codec(), "Transducers anywhere.")
-      .alternative("plane_wave", &ArraySpec::layout, plane_wave_codec(),
-                   "One channel, a plane wave; its phase is 0 at the origin.")
+      .maybe("grid", &ArraySpec::layout, grid_codec(), "", "A flat rectangle of transducers, its middle on at_mm.")
+      .maybe("autd3", &ArraySpec::layout, autd3_codec(), "", "AUTD3 units of 249 transducers each.")
+      .maybe("sonicsurface", &ArraySpec::layout, Map<SonicsurfaceArray>().codec(), "{}",
+             "The open-hardware board of 16 x 16 transducers at 10.5 mm, its middle on at_mm.")
+      .maybe("positions", &ArraySpec::layout, positions_codec(), "", "Transducers anywhere.")
+      .maybe("plane_wave", &ArraySpec::layout, plane_wave_codec(), "",
+             "One channel, a plane wave; its phase is 0 at the origin.")
       .key("at_mm", &ArraySpec::at, vector3(kMillimetres, {}), "Where the array's own origin is in the world [mm].")
       .key("rotate_deg", &ArraySpec::angles, vector3(kDegrees, {}),
            "Rotation about the array's own origin: about x, then y, then z [deg].")

@@ -88,28 +88,19 @@ Codec<BoxShape> box_codec() {
       .codec();
 }
 
-Codec<Vector3> landmark_codec(const std::string& unit) {
-  return vector3(Unit::power_of_ten(file_unit(unit).power), {});
+Codec<std::map<std::string, Vector3>> landmarks_codec(const std::string& unit) {
+  return table_of(vector3(Unit::power_of_ten(file_unit(unit).power), {}));
 }
 
 Codec<MeshShape> mesh_codec() {
-  const auto named = absolute_file();
   std::vector<std::string> units;
   for (const auto& unit : kFileUnits) {
     units.emplace_back(unit.name);
   }
   const auto unit = word(units);
-  const TypeInfo landmarks{.kind = TypeInfo::Kind::kTable, .of = {landmark_codec("mm").type}};
   return Map<MeshShape>()
-      .add(
-          {.name = "file",
-           .type = named.type,
-           .help =
-               "STL, OBJ, PLY, VTP or OFF file of a closed surface; a relative name counts from the scene's folder.",
-           .required = true,
-           .example = "my_hand.stl"},
-          [named](const Input& in, MeshShape& mesh) { return named.read(in, mesh.file); },
-          [named](const MeshShape& mesh) { return std::optional<Node>(named.write(mesh.file)); })
+      .required("file", &MeshShape::file, absolute_file(), "my_hand.stl",
+                "STL, OBJ, PLY, VTP or OFF file of a closed surface; a relative name counts from the scene's folder.")
       .add(
           {.name = "unit",
            .type = unit.type,
@@ -131,16 +122,12 @@ Codec<MeshShape> mesh_codec() {
           "parts that cross or overlap [mm]. Else the file's surface must be closed and not cut itself.")
       .add(
           {.name = "landmarks",
-           .type = landmarks,
+           .type = landmarks_codec("mm").type,
            .help = "Named points near the skin, in the file's frame and unit.",
            .example = "{index_pad: [0, 0, 0]}",
            .fallback = "{}"},
-          [](const Input& in, MeshShape& mesh) {
-            return read_table(in, landmark_codec(mesh.unit_name), mesh.landmarks);
-          },
-          [](const MeshShape& mesh) {
-            return std::optional<Node>(table_node(landmark_codec(mesh.unit_name), mesh.landmarks));
-          })
+          [](const Input& in, MeshShape& mesh) { return landmarks_codec(mesh.unit_name).read(in, mesh.landmarks); },
+          [](const MeshShape& mesh) { return std::optional(landmarks_codec(mesh.unit_name).write(mesh.landmarks)); })
       .codec();
 }
 
@@ -177,16 +164,16 @@ bool check_body(const Input& in, const BodySpec& body, bool good) {
 
 Map<BodySpec> body_map() {
   Map<BodySpec> map;
-  map.alternative("hand", &BodySpec::shape, hand_codec(),
-                  "The built-in hand. Its own frame: origin at the wrist, x to the thumb's side of a right hand, y to "
-                  "the fingertips, z out of the back of the hand. Landmarks: thumb_pad, index_pad, middle_pad, "
-                  "ring_pad, little_pad, thumb_tip to little_tip, palm_centre, back_centre, wrist.")
-      .alternative("sphere", &BodySpec::shape, sphere_codec(),
-                   "A sphere about its origin. Landmarks: top, bottom, x_plus, x_minus, y_plus, y_minus.")
-      .alternative("capsule", &BodySpec::shape, capsule_codec(),
-                   "A cylinder along y between two half spheres, a simple finger. Landmarks as of a sphere.")
-      .alternative("box", &BodySpec::shape, box_codec(), "A box about its origin. Landmarks as of a sphere.")
-      .alternative("mesh", &BodySpec::shape, mesh_codec(), "A surface from a file.")
+  map.maybe("hand", &BodySpec::shape, hand_codec(), "",
+            "The built-in hand. Its own frame: origin at the wrist, x to the thumb's side of a right hand, y to "
+            "the fingertips, z out of the back of the hand. Landmarks: thumb_pad, index_pad, middle_pad, "
+            "ring_pad, little_pad, thumb_tip to little_tip, palm_centre, back_centre, wrist.")
+      .maybe("sphere", &BodySpec::shape, sphere_codec(), "",
+             "A sphere about its origin. Landmarks: top, bottom, x_plus, x_minus, y_plus, y_minus.")
+      .maybe("capsule", &BodySpec::shape, capsule_codec(), "",
+             "A cylinder along y between two half spheres, a simple finger. Landmarks as of a sphere.")
+      .maybe("box", &BodySpec::shape, box_codec(), "", "A box about its origin. Landmarks as of a sphere.")
+      .maybe("mesh", &BodySpec::shape, mesh_codec(), "", "A surface from a file.")
       .key("place", &BodySpec::place, place_codec(), "Where the body is.")
       .maybe("edge_mm", &BodySpec::edge, edge_codec(), "2.8",
              fmt::format("Wanted edge length of the mesh [mm]: one for all of it, or shorter ones near some places; of "

@@ -12,14 +12,8 @@ Codec<EdgeSpec> graded_codec() {
   return Map<Edges>()
       .required("far", &Edges::far, length, "3", "Edge length where nothing else asks for shorter ones [mm].")
       .maybe("near_target", &Edges::near_target, length, "1.2", "Near the centre of every target box [mm].")
-      .add(
-          {.name = "near",
-           .type = {.kind = TypeInfo::Kind::kTable, .of = {length.type}},
-           .help = "Near landmarks of this body [mm].",
-           .example = "{thumb_pad: 1.2}",
-           .fallback = "{}"},
-          [length](const Input& in, Edges& edges) { return read_table(in, length, edges.near); },
-          [length](const Edges& edges) { return std::optional<Node>(table_node(length, edges.near)); })
+      .key("near", &Edges::near, table_of(length), "Near landmarks of this body [mm].")
+      .shown_as("{thumb_pad: 1.2}")
       .key("within_mm", &Edges::within, number(kMillimetres, {.low = 0.0, .high = {}}),
            "How far from these places is near [mm].")
       .key("growth", &Edges::growth, number(kPlain, between(0.02, 0.6)),
@@ -37,18 +31,15 @@ Codec<EdgeSpec> graded_codec() {
 }  // namespace
 
 Codec<EdgeSpec> edge_codec() {
-  const auto uniform = number(kMillimetres, above(0));
-  const auto graded = graded_codec();
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {uniform.type, graded.type}};
-  return {type,
-          [=](const Input& in, EdgeSpec& edges) {
-            edges = {};
-            if (in.node().kind == Node::Kind::kMap) {
-              return graded.read(in, edges);
-            }
-            return uniform.read(in, edges.far);
-          },
-          [=](const EdgeSpec& edges) { return edges.graded() ? graded.write(edges) : uniform.write(edges.far); }};
+  const auto uniform = kept_as<EdgeSpec, double>(
+      number(kMillimetres, above(0)),
+      [](const Input&, double edge) {
+        EdgeSpec edges;
+        edges.far = edge;
+        return std::optional(edges);
+      },
+      [](const EdgeSpec& edges) { return edges.far; });
+  return plain_or_map<EdgeSpec>(uniform, graded_codec(), [](const EdgeSpec& edges) { return !edges.graded(); });
 }
 
 bool check_hand_edges(const Input& edges) {

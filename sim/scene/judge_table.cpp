@@ -56,27 +56,17 @@ Codec<JudgeSpec> own_model_codec() {
 }  // namespace
 
 Codec<JudgeSpec> judge_codec() {
-  const auto bare = choice<JudgeSpec::Kind>({{"same", JudgeSpec::Kind::kSame}, {"none", JudgeSpec::Kind::kNone}});
-  const auto own_model = own_model_codec();
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {bare.type, own_model.type}};
-  return {type,
-          [=](const Input& in, JudgeSpec& judge) {
-            if (in.node().kind == Node::Kind::kMap) {
-              return own_model.read(in, judge);
-            }
-            const auto& words = bare.type.words;
-            const bool known = in.node().kind == Node::Kind::kScalar &&
-                               std::find(words.begin(), words.end(), in.node().text) != words.end();
-            if (known) {
-              return bare.read(in, judge.kind);
-            }
-            in.must_be(phrase(type));
-            return false;
-          },
-          [=](const JudgeSpec& judge) {
-            const bool own = judge.kind == JudgeSpec::Kind::kEdge || judge.kind == JudgeSpec::Kind::kSplit;
-            return own ? own_model.write(judge) : bare.write(judge.kind);
-          }};
+  const auto bare = kept_as<JudgeSpec, JudgeSpec::Kind>(
+      choice<JudgeSpec::Kind>({{"same", JudgeSpec::Kind::kSame}, {"none", JudgeSpec::Kind::kNone}}),
+      [](const Input&, JudgeSpec::Kind kind) {
+        JudgeSpec judge;
+        judge.kind = kind;
+        return std::optional(judge);
+      },
+      [](const JudgeSpec& judge) { return judge.kind; });
+  return plain_or_map<JudgeSpec>(bare, own_model_codec(), [](const JudgeSpec& judge) {
+    return judge.kind == JudgeSpec::Kind::kSame || judge.kind == JudgeSpec::Kind::kNone;
+  });
 }
 
 bool check_judge(const Input& in, const Scene& scene) {

@@ -14,10 +14,6 @@ namespace touchfield::schema {
 
 namespace {
 
-bool is_one(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 /// "one of top, bottom; did you mean top?", as it follows "must be".
 std::string rule(const std::vector<std::string>& names, const std::string& name) {
   if (names.empty()) {
@@ -57,7 +53,7 @@ std::vector<std::string> landmark_names(const std::vector<BodySpec>& bodies) {
 }
 
 bool check_landmark(const Input& at, const std::vector<std::string>& names, const std::string& name) {
-  if (is_one(names, name)) {
+  if (contains(names, name)) {
     return true;
   }
   at.must_be(rule(names, name));
@@ -72,7 +68,7 @@ bool check_near(const Input& edges, const std::vector<std::string>& names) {
   const Input table = edges.at(*near);
   bool good = true;
   for (const Entry& entry : near->value.entries) {
-    if (entry.value.removed || is_one(names, entry.key)) {
+    if (entry.value.removed || contains(names, entry.key)) {
       continue;
     }
     edges.reading().add(entry.place, fmt::format("{}: must be {}", table.path_of(entry.key), rule(names, entry.key)));

@@ -1,6 +1,8 @@
 #include "sim/scene/number_files.h"
 
+#include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -31,8 +33,6 @@ void for_each_line(std::string_view text, const Visit& visit) {
   }
 }
 
-bool is_blank(std::string_view text) { return text.find_first_not_of(" \t") == std::string_view::npos; }
-
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t");
   if (first == std::string_view::npos) {
@@ -44,32 +44,22 @@ std::string_view trimmed(std::string_view text) {
 // Parts between single commas.
 std::vector<std::string_view> cells(std::string_view line) {
   std::vector<std::string_view> parts;
-  for (;;) {
-    const auto comma = line.find(',');
-    parts.push_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) {
-      return parts;
-    }
-    line.remove_prefix(comma + 1);
+  for (const auto part : std::views::split(line, ',')) {
+    parts.push_back(trimmed({part.begin(), part.end()}));
   }
+  return parts;
 }
 
 // Parts between commas and white space of any length.
 std::vector<std::string_view> words(std::string_view line) {
+  constexpr const char* kBetween = ", \t";
   std::vector<std::string_view> parts;
-  for (;;) {
-    const auto first = line.find_first_not_of(", \t");
-    if (first == std::string_view::npos) {
-      return parts;
-    }
-    line.remove_prefix(first);
-    const auto end = line.find_first_of(", \t");
-    parts.push_back(line.substr(0, end));
-    if (end == std::string_view::npos) {
-      return parts;
-    }
-    line.remove_prefix(end);
+  for (auto first = line.find_first_not_of(kBetween); first != std::string_view::npos;) {
+    const auto end = std::min(line.find_first_of(kBetween, first), line.size());
+    parts.push_back(line.substr(first, end - first));
+    first = line.find_first_not_of(kBetween, end);
   }
+  return parts;
 }
 
 /// Reports what is wrong with a file; stops after a few lines, since the rest is usually wrong in the same way.
@@ -127,12 +117,7 @@ std::optional<std::string> load(const Input& in, const std::string& path) {
 }
 
 bool looks_like_header(const std::vector<std::string_view>& parts) {
-  for (const auto part : parts) {
-    if (part.empty() || parse_decimal(part)) {
-      return false;
-    }
-  }
-  return true;
+  return std::ranges::none_of(parts, [](std::string_view part) { return part.empty() || parse_decimal(part); });
 }
 
 }  // namespace
@@ -174,7 +159,7 @@ std::optional<PositionsFile> read_positions(const Input& in, const std::string& 
   std::size_t columns = 0;
   bool first = true;
   for_each_line(*text, [&](int number, std::string_view line) {
-    if (is_blank(line) || report.full()) {
+    if (trimmed(line).empty() || report.full()) {
       return;
     }
     const auto parts = cells(line);

@@ -26,38 +26,19 @@ Codec<MediumSpec> medium_codec() {
 
 Codec<TargetBoxSpec> target_box_codec() {
   using Box = TargetBoxSpec;
-  const auto coordinate = vector3(kMillimetres, {});
-  const auto write_if = [coordinate](bool given, const Vector3& value) {
-    return given ? std::optional<Node>(coordinate.write(value)) : std::nullopt;
-  };
-  const auto landmark = text(1);
+  const auto on_landmark = [](const Box& box) { return !box.at.empty(); };
   return Map<Box>()
-      .add(
-          {.name = "at",
-           .type = landmark.type,
-           .help = "The landmark of the placed body that the box is centred on; nearest_array: the point of the skin "
-                   "that is "
-                   "nearest to the array. Of several bodies body.landmark, or landmark if only one has it.",
-           .example = "index_pad"},
-          [landmark](const Input& in, Box& box) { return landmark.read(in, box.at); },
-          [landmark](const Box& box) {
-            return box.at.empty() ? std::nullopt : std::optional<Node>(landmark.write(box.at));
-          })
-      .add(
-          {.name = "offset_mm",
-           .type = coordinate.type,
-           .help = "From the landmark to the centre of the box, along the world's axes [mm].",
-           .fallback = "[0, 0, 0]"},
-          [coordinate](const Input& in, Box& box) { return coordinate.read(in, box.offset); },
-          [write_if](const Box& box) { return write_if(!box.at.empty(), box.offset); })
+      .maybe("at", &Box::at, text(1), "index_pad",
+             "The landmark of the placed body that the box is centred on; nearest_array: the point of the skin that is "
+             "nearest to the array. Of several bodies body.landmark, or landmark if only one has it.")
+      .written_if(on_landmark)
+      .key("offset_mm", &Box::offset, vector3(kMillimetres, {}),
+           "From the landmark to the centre of the box, along the world's axes [mm].")
+      .written_if(on_landmark)
       .allowed_with({"at"})
-      .add(
-          {.name = "centre_mm",
-           .type = coordinate.type,
-           .help = "Centre of the box in the world's frame [mm].",
-           .example = "[0, 0, 200]"},
-          [coordinate](const Input& in, Box& box) { return coordinate.read(in, box.centre); },
-          [write_if](const Box& box) { return write_if(box.at.empty(), box.centre); })
+      .maybe("centre_mm", &Box::centre, vector3(kMillimetres, {}), "[0, 0, 200]",
+             "Centre of the box in the world's frame [mm].")
+      .written_if(std::not_fn(on_landmark))
       .required("size_mm", &Box::size, vector3(kMillimetres, above(0)), "[8, 40, 6]",
                 "Side lengths of the box [mm]: its width, its length, its depth.")
       .key("rotate_deg", &Box::angles, vector3(kDegrees, {}),
@@ -66,53 +47,43 @@ Codec<TargetBoxSpec> target_box_codec() {
       .codec();
 }
 
-Codec<TargetSpec> target_codec() {
-  const auto box = target_box_codec();
-  const auto boxes = list_of(box, 1, kMostItems);
+/// A number, or `best` for none.
+Codec<std::optional<double>> pressure_codec() {
   const auto pressure = number(kPlain, above(0));
   const auto best = word({"best"});
-  const TypeInfo pressure_type{.kind = TypeInfo::Kind::kAny, .of = {pressure.type, best.type}};
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {pressure.type, best.type}};
+  return {type,
+          [=](const Input& in, std::optional<double>& value) {
+            value.reset();
+            const Node& node = in.node();
+            const bool scalar = node.kind == Node::Kind::kScalar;
+            if (scalar && node.text == "best") {
+              return true;
+            }
+            if (!scalar || node.quoted || !parse_decimal(node.text)) {
+              in.must_be(phrase(type));
+              return false;
+            }
+            return pressure.read(in, value.emplace());
+          },
+          [pressure](const std::optional<double>& value) { return value ? pressure.write(*value) : scalar("best"); }};
+}
+
+Codec<TargetSpec> target_codec() {
+  const auto one_box = [](const TargetSpec& target) { return target.boxes.size() == 1; };
+  const auto box = target_box_codec();
   return Map<TargetSpec>()
-      .add(
-          {.name = "box", .type = box.type, .help = "Faces of the skin whose centroid is in this box are pressed on."},
-          [box](const Input& in, TargetSpec& target) { return box.read(in, target.boxes.emplace_back()); },
-          [box](const TargetSpec& target) {
-            return target.boxes.size() == 1 ? std::optional<Node>(box.write(target.boxes.front())) : std::nullopt;
-          })
-      .add(
-          {.name = "boxes", .type = boxes.type, .help = "Several boxes; a face in two belongs to the first."},
-          [boxes](const Input& in, TargetSpec& target) { return boxes.read(in, target.boxes); },
-          [boxes](const TargetSpec& target) {
-            return target.boxes.size() == 1 ? std::nullopt : std::optional<Node>(boxes.write(target.boxes));
-          })
+      .maybe("box", &TargetSpec::boxes, box, "", "Faces of the skin whose centroid is in this box are pressed on.")
+      .maybe("boxes", &TargetSpec::boxes, list_of(box, 1, kMostItems), "",
+             "Several boxes; a face in two belongs to the first.")
+      .written_if(std::not_fn(one_box))
       .key("profile", &TargetSpec::profile,
            choice<TargetProfile>({{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
            "Wanted pressure on the faces: the same on each, or in proportion to the depth below the side of the box "
            "through which the skin enters.")
-      .add(
-          {.name = "pressure_pa",
-           .type = pressure_type,
-           .help = "Wanted pressure amplitude [Pa], the largest of a profile; best: as strong as the array can at "
-                   "the smallest error.",
-           .fallback = "best"},
-          [=](const Input& in, TargetSpec& target) {
-            if (in.node().kind != Node::Kind::kScalar) {
-              in.must_be(phrase(pressure_type));
-              return false;
-            }
-            target.pressure.reset();
-            if (in.node().text == "best") {
-              return true;
-            }
-            if (in.node().quoted || !parse_decimal(in.node().text)) {
-              in.must_be(phrase(pressure_type));
-              return false;
-            }
-            return pressure.read(in, target.pressure.emplace());
-          },
-          [pressure](const TargetSpec& target) {
-            return std::optional<Node>(target.pressure ? pressure.write(*target.pressure) : scalar("best"));
-          })
+      .key("pressure_pa", &TargetSpec::pressure, pressure_codec(),
+           "Wanted pressure amplitude [Pa], the largest of a profile; best: as strong as the array can at the smallest "
+           "error.")
       .exactly_one({"box", "boxes"})
       .codec();
 }
@@ -194,7 +165,6 @@ bool check_targets(const Input& in, const Scene& scene) {
 bool is_single(const Scene& scene) { return scene.bodies.size() == 1 && scene.bodies.front().name.empty(); }
 
 Codec<SensingNoise> sensing_codec() {
-  const auto seeded = seed();
   return Map<SensingNoise>()
       .key("noise_mm_rms", &SensingNoise::rms, number(kMillimetres, between(0, 3)),
            "Displacement along the normal of the skin, root mean square [mm].")
@@ -202,41 +172,21 @@ Codec<SensingNoise> sensing_codec() {
            "Length over which it loses its correlation [mm].")
       .key("offset_mm", &SensingNoise::offset, vector3(kMillimetres, between(-100, 100)),
            "Of the bodies as a whole [mm].")
-      .add(
-          {.name = "seed", .type = seeded.type, .help = "Of the noise.", .fallback = "1"},
-          [seeded](const Input& in, SensingNoise& noise) {
-            unsigned value = 0;
-            const bool good = seeded.read(in, value);
-            noise.seed = value;
-            return good;
-          },
-          [seeded](const SensingNoise& noise) {
-            return std::optional<Node>(seeded.write(static_cast<unsigned>(noise.seed)));
-          })
+      .key("seed", &SensingNoise::seed, seed(), "Of the noise.")
       .codec();
 }
 
 Codec<Scene> make_scene_codec() {
-  const auto body = body_codec();
-  const auto bodies = bodies_codec();
   return Map<Scene>()
       .required("name", &Scene::name, name(), "my_scene", "Names the run's folder.")
       .key("medium", &Scene::medium, medium_codec(), "The air.")
       .key("frequency_khz", &Scene::frequency, number(Unit::power_of_ten(3), between(1, 200)),
            "Frequency of the ultrasound [kHz].")
       .required("array", &Scene::array, array_codec(), "", "The transducers.")
-      .add(
-          {.name = "body", .type = body.type, .help = "What the sound is scattered by, a sound-hard skin."},
-          [body](const Input& in, Scene& scene) { return body.read(in, scene.bodies.emplace_back()); },
-          [body](const Scene& scene) {
-            return is_single(scene) ? std::optional<Node>(body.write(scene.bodies.front())) : std::nullopt;
-          })
-      .add(
-          {.name = "bodies", .type = bodies.type, .help = "Several bodies, each with a name; they must not touch."},
-          [bodies](const Input& in, Scene& scene) { return bodies.read(in, scene.bodies); },
-          [bodies](const Scene& scene) {
-            return is_single(scene) ? std::nullopt : std::optional<Node>(bodies.write(scene.bodies));
-          })
+      .maybe("body", &Scene::bodies, body_codec(), "", "What the sound is scattered by, a sound-hard skin.")
+      .written_if(is_single)
+      .maybe("bodies", &Scene::bodies, bodies_codec(), "", "Several bodies, each with a name; they must not touch.")
+      .written_if(std::not_fn(is_single))
       .exactly_one({"body", "bodies"})
       .maybe("sensing", &Scene::sensing, sensing_codec(), "{noise_mm_rms: 0.5}",
              "What the solver sees of the bodies, as a sensor would: displaced by smooth noise and moved. The judge "

@@ -154,8 +154,7 @@ bool check_group(const Input& in, const Group& group, const std::set<std::string
   std::vector<std::string> given;
   Place last = in.node().place;
   for (const auto& entry : in.node().entries) {
-    if (std::find(group.keys.begin(), group.keys.end(), entry.key) == group.keys.end() ||
-        in.node().find(entry.key) != &entry) {
+    if (!contains(group.keys, entry.key) || in.node().find(entry.key) != &entry) {
       continue;
     }
     given.push_back(entry.key);
@@ -182,11 +181,8 @@ bool check_group(const Input& in, const Group& group, const std::set<std::string
 // What the chosen key of the group asks of this one.
 bool check_beside(const Input& in, const KeyInfo& key, const std::string& chosen, bool misspelt) {
   const Entry* entry = in.node().find(key.name);
-  const auto lists = [&](const std::vector<std::string>& keys) {
-    return std::find(keys.begin(), keys.end(), chosen) != keys.end();
-  };
-  const bool fits = key.only_with.empty() || lists(key.only_with);
-  if (entry && !fits && !lists(key.also_with)) {
+  const bool fits = key.only_with.empty() || contains(key.only_with, chosen);
+  if (entry && !fits && !contains(key.also_with, chosen)) {
     in.reading().add(entry->place, fmt::format("{}: cannot be given with {}", in.path_of(key.name), chosen));
     return false;
   }
@@ -211,6 +207,10 @@ bool check_beside(const Input& in, const KeyInfo& key, const std::string& chosen
 }
 
 }  // namespace
+
+bool contains(const std::vector<std::string>& list, const std::string& item) {
+  return std::ranges::find(list, item) != list.end();
+}
 
 bool is_name(const std::string& text) {
   const auto allowed = [](char c) {
@@ -295,34 +295,26 @@ Codec<std::string> text(std::size_t fewest_bytes) {
 }
 
 Codec<std::string> file() {
-  auto base = tested_text({.kind = Kind::kFile, .fewest = 1},
-                          [](const std::string& value) { return !value.empty() && !has_control_character(value); });
-  return {base.type,
-          [base](const Input& in, std::string& out) {
-            std::string named;
-            if (!base.read(in, named)) {
-              return false;
-            }
-            out = in.reading().resolve(in.node().place, named);
-            return true;
-          },
-          base.write};
+  const auto named = tested_text({.kind = Kind::kFile, .fewest = 1}, [](const std::string& value) {
+    return !value.empty() && !has_control_character(value);
+  });
+  return kept_as<std::string, std::string>(
+      named,
+      [](const Input& in, const std::string& path) {
+        return std::optional(in.reading().resolve(in.node().place, path));
+      },
+      [](const std::string& path) { return path; });
 }
 
 Codec<std::string> absolute_file() {
-  const auto named = file();
-  return {named.type,
-          [named](const Input& in, std::string& out) {
-            std::string path;
-            if (!named.read(in, path)) {
-              return false;
-            }
-            std::error_code error;
-            const auto absolute = std::filesystem::absolute(path, error);
-            out = error ? path : absolute.lexically_normal().string();
-            return true;
-          },
-          named.write};
+  return kept_as<std::string, std::string>(
+      file(),
+      [](const Input&, const std::string& path) {
+        std::error_code error;
+        const auto absolute = std::filesystem::absolute(path, error);
+        return std::optional(error ? path : absolute.lexically_normal().string());
+      },
+      [](const std::string& path) { return path; });
 }
 
 Codec<std::string> word(std::vector<std::string> words) {
@@ -331,7 +323,7 @@ Codec<std::string> word(std::vector<std::string> words) {
           [type](const Input& in, std::string& out) {
             const auto& node = in.node();
             const bool is_text = node.kind == Node::Kind::kScalar;
-            if (is_text && std::find(type.words.begin(), type.words.end(), node.text) != type.words.end()) {
+            if (is_text && contains(type.words, node.text)) {
               out = node.text;
               return true;
             }

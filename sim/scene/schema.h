@@ -81,6 +81,8 @@ inline constexpr std::size_t kMostItems = 100;      // methods, target boxes, fi
 /// True for 1 to kLongestName letters, digits, _ and -.
 bool is_name(const std::string& text);
 
+bool contains(const std::vector<std::string>& list, const std::string& item);
+
 /// What a value of this type is, as it follows "must be": "a list of 3 numbers > 0".
 std::string phrase(const TypeInfo& type, bool with_range = true);
 
@@ -118,72 +120,82 @@ bool check_list(const Input& in, const TypeInfo& type);
 bool check_new_name(const Input& item, const std::string& name, const std::vector<std::string>& taken,
                     const std::string& advice);
 
-/// A map of free names, each once; reports what is wrong and returns false.
-template <class T>
-bool read_table(const Input& in, const Codec<T>& codec, std::map<std::string, T>& out) {
-  if (in.node().kind != Node::Kind::kMap) {
-    in.must_be(phrase({.kind = TypeInfo::Kind::kTable, .of = {codec.type}}, false));
-    return false;
-  }
-  bool good = true;
-  for (const auto& entry : in.node().entries) {
-    if (entry.value.removed) {
-      continue;
-    }
-    const auto report = [&](const std::string& text) {
-      in.reading().add(entry.place, in.path_of(entry.key) + ": " + text);
-      good = false;
-    };
-    T value{};
-    good = codec.read(in.at(entry), value) && good;
-    if (!is_name(entry.key)) {
-      report("a name that must be " + phrase(name().type));
-    }
-    if (!out.emplace(entry.key, std::move(value)).second) {
-      report("given twice");
-    }
-  }
-  return good;
+/// A value read as a Form, the shape it has in the file, and kept as a T.
+///
+/// to     the T of a Form; reports and returns nothing if there is none
+/// from   the Form that reads as this T
+template <class T, class Form>
+Codec<T> kept_as(Codec<Form> form, std::function<std::optional<T>(const Input&, const Form&)> to,
+                 std::function<Form(const T&)> from) {
+  return {form.type,
+          [form, to](const Input& in, T& out) {
+            Form read{};
+            if (!form.read(in, read)) {
+              return false;
+            }
+            auto value = to(in, read);
+            if (!value) {
+              return false;
+            }
+            out = std::move(*value);
+            return true;
+          },
+          [form, from](const T& value) { return form.write(from(value)); }};
 }
 
+/// A map of free names, each once, to values of one kind.
 template <class T>
-Node table_node(const Codec<T>& codec, const std::map<std::string, T>& values) {
-  std::vector<std::pair<std::string, Node>> entries;
-  for (const auto& [key, value] : values) {
-    entries.emplace_back(key, codec.write(value));
-  }
-  return map(std::move(entries));
+Codec<std::map<std::string, T>> table_of(const Codec<T>& value) {
+  const TypeInfo type{.kind = TypeInfo::Kind::kTable, .of = {value.type}};
+  return {type,
+          [type, value](const Input& in, std::map<std::string, T>& out) {
+            if (in.node().kind != Node::Kind::kMap) {
+              in.must_be(phrase(type, false));
+              return false;
+            }
+            bool good = true;
+            for (const auto& entry : in.node().entries) {
+              if (entry.value.removed) {
+                continue;
+              }
+              const auto report = [&](const std::string& text) {
+                in.reading().add(entry.place, in.path_of(entry.key) + ": " + text);
+                good = false;
+              };
+              T read{};
+              good = value.read(in.at(entry), read) && good;
+              if (!is_name(entry.key)) {
+                report("a name that must be " + phrase(name().type));
+              }
+              if (!out.emplace(entry.key, std::move(read)).second) {
+                report("given twice");
+              }
+            }
+            return good;
+          },
+          [value](const std::map<std::string, T>& values) {
+            std::vector<std::pair<std::string, Node>> entries;
+            for (const auto& [key, item] : values) {
+              entries.emplace_back(key, value.write(item));
+            }
+            return map(std::move(entries));
+          }};
 }
 
+/// A word for each of some values.
 template <class E>
-Codec<E> choice(std::vector<std::pair<std::string, E>> values) {
+Codec<E> choice(const std::vector<std::pair<std::string, E>>& values) {
   std::vector<std::string> words;
-  words.reserve(values.size());
   for (const auto& [text, value] : values) {
     words.push_back(text);
   }
-  auto base = word(words);
-  return {base.type,
-          [base, values](const Input& in, E& out) {
-            std::string read;
-            if (!base.read(in, read)) {
-              return false;
-            }
-            for (const auto& [text, value] : values) {
-              if (text == read) {
-                out = value;
-              }
-            }
-            return true;
-          },
-          [values](const E& value) {
-            for (const auto& [text, known] : values) {
-              if (known == value) {
-                return scalar(text);
-              }
-            }
-            return Node{};
-          }};
+  using Value = std::pair<std::string, E>;
+  return kept_as<E, std::string>(
+      word(words),
+      [values](const Input&, const std::string& text) {
+        return std::optional(std::ranges::find(values, text, &Value::first)->second);
+      },
+      [values](const E& value) { return std::ranges::find(values, value, &Value::second)->first; });
 }
 
 /// What must differ between the items of a list.
@@ -238,40 +250,53 @@ Codec<std::vector<T>> list_of(Codec<T> item, std::size_t fewest, std::size_t mos
 
 template <class T, std::size_t n>
 Codec<std::array<T, n>> tuple_of(const Codec<T>& item) {
-  auto base = list_of(item, n, n);
-  return {base.type,
-          [base](const Input& in, std::array<T, n>& out) {
-            std::vector<T> values;
-            if (!base.read(in, values)) {
-              return false;
-            }
-            std::copy(values.begin(), values.end(), out.begin());
-            return true;
-          },
-          [base](const std::array<T, n>& value) { return base.write(std::vector<T>(value.begin(), value.end())); }};
+  using Tuple = std::array<T, n>;
+  return kept_as<Tuple, std::vector<T>>(
+      list_of(item, n, n),
+      [](const Input&, const std::vector<T>& values) {
+        Tuple tuple;
+        std::ranges::copy(values, tuple.begin());
+        return std::optional(tuple);
+      },
+      [](const Tuple& tuple) { return std::vector<T>(tuple.begin(), tuple.end()); });
 }
 
-/// A value read as a Form, the shape it has in the file, and kept as a T.
-///
-/// to     the T of a Form; reports and returns nothing if there is none
-/// from   the Form that reads as this T
-template <class T, class Form>
-Codec<T> kept_as(Codec<Form> form, std::function<std::optional<T>(const Input&, const Form&)> to,
-                 std::function<Form(const T&)> from) {
-  return {form.type,
-          [form, to](const Input& in, T& out) {
-            Form read{};
-            if (!form.read(in, read)) {
+/// A value that `plain` reads, or a map; of a word that `plain` does not know the message names both.
+template <class T>
+Codec<T> plain_or_map(const Codec<T>& plain, const Codec<T>& spelt_out, std::function<bool(const T&)> is_plain) {
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {plain.type, spelt_out.type}};
+  return {type,
+          [=](const Input& in, T& out) {
+            out = {};
+            if (in.node().kind == Node::Kind::kMap) {
+              return spelt_out.read(in, out);
+            }
+            const bool no_word = in.node().kind != Node::Kind::kScalar || !contains(plain.type.words, in.node().text);
+            if (plain.type.kind == TypeInfo::Kind::kWord && no_word) {
+              in.must_be(phrase(type));
               return false;
             }
-            auto value = to(in, read);
-            if (!value) {
-              return false;
-            }
-            out = std::move(*value);
-            return true;
+            return plain.read(in, out);
           },
-          [form, from](const T& value) { return form.write(from(value)); }};
+          [=](const T& value) { return (is_plain(value) ? plain : spelt_out).write(value); }};
+}
+
+/// The value that a member holds; null if it holds none.
+template <class T>
+const T* held(const T& member) {
+  return &member;
+}
+template <class T>
+const T* held(const std::optional<T>& member) {
+  return member ? &*member : nullptr;
+}
+template <class T, class... Others>
+const T* held(const std::variant<Others...>& member) {
+  return std::get_if<T>(&member);
+}
+template <class T>
+const T* held(const std::vector<T>& member) {
+  return member.size() == 1 ? member.data() : nullptr;
 }
 
 /// The table of a map that is kept as an S. The members' initial values in S are the defaults.
@@ -282,17 +307,15 @@ class Map {
   using Write = std::function<std::optional<Node>(const S&)>;
 
   /// An optional key; its default is the member's initial value.
-  template <class T>
-  Map& key(const std::string& name, T S::*member, const Codec<T>& codec, const std::string& help) {
-    const S defaults{};
-    return add(
-        {.name = name, .type = codec.type, .help = help, .fallback = flow_text(codec.write(defaults.*member))},
-        [member, codec](const Input& in, S& s) { return codec.read(in, s.*member); },
-        [member, codec](const S& s) { return std::optional<Node>(codec.write(s.*member)); });
+  template <class T, class Base>
+  Map& key(const std::string& name, T Base::*member, const Codec<T>& codec, const std::string& help) {
+    required(name, member, codec, "", help);
+    info_.keys.back().required = false;
+    return defaults_to(flow_text(codec.write(S{}.*member)));
   }
 
-  template <class T>
-  Map& required(const std::string& name, T S::*member, const Codec<T>& codec, const std::string& example,
+  template <class T, class Base>
+  Map& required(const std::string& name, T Base::*member, const Codec<T>& codec, const std::string& example,
                 const std::string& help) {
     return add(
         {.name = name, .type = codec.type, .help = help, .required = true, .example = example},
@@ -300,44 +323,27 @@ class Map {
         [member, codec](const S& s) { return std::optional<Node>(codec.write(s.*member)); });
   }
 
-  /// A key that may be absent and then has no value.
-  template <class T>
-  Map& maybe(const std::string& name, std::optional<T> S::*member, const Codec<T>& codec, const std::string& example,
+  /// A key that may be absent. The member holds the value or none: an optional, a variant or a list of one.
+  template <class T, class Holder, class Base>
+  Map& maybe(const std::string& name, Holder Base::*member, const Codec<T>& codec, const std::string& example,
              const std::string& help) {
     return add(
         {.name = name, .type = codec.type, .help = help, .example = example},
         [member, codec](const Input& in, S& s) {
           T value{};
           const bool good = codec.read(in, value);
-          s.*member = std::move(value);
+          s.*member = Holder{std::move(value)};
           return good;
         },
         [member, codec](const S& s) {
-          return (s.*member) ? std::optional<Node>(codec.write(*(s.*member))) : std::nullopt;
-        });
-  }
-
-  /// One of the keys that fill a variant.
-  template <class A, class... Others>
-  Map& alternative(const std::string& name, std::variant<Others...> S::*member, const Codec<A>& codec,
-                   const std::string& help, const std::string& example = "") {
-    return add(
-        {.name = name, .type = codec.type, .help = help, .example = example},
-        [member, codec](const Input& in, S& s) {
-          A value{};
-          const bool good = codec.read(in, value);
-          s.*member = std::move(value);
-          return good;
-        },
-        [member, codec](const S& s) {
-          const A* value = std::get_if<A>(&(s.*member));
+          const T* value = held<T>(s.*member);
           return value ? std::optional<Node>(codec.write(*value)) : std::nullopt;
         });
   }
 
   /// The keys of another table, kept in a part of S.
-  template <class Part>
-  Map& part(Part S::*member, const Map<Part>& table) {
+  template <class Part, class Base>
+  Map& part(Part Base::*member, const Map<Part>& table) {
     for (std::size_t i = 0; i < table.info_.keys.size(); ++i) {
       add(
           table.info_.keys[i], [member, read = table.reads_[i]](const Input& in, S& s) { return read(in, s.*member); },
@@ -353,6 +359,17 @@ class Map {
     return *this;
   }
 
+  /// The key added last is written of some values alone, of which it says everything.
+  Map& written_if(std::function<bool(const S&)> test) {
+    writes_.back() = [test = std::move(test), write = writes_.back()](const S& s) {
+      return test(s) ? write(s) : std::nullopt;
+    };
+    return *this;
+  }
+  Map& defaults_to(const std::string& fallback) {
+    info_.keys.back().fallback = fallback;
+    return *this;
+  }
   /// The key added last is allowed only beside one of these keys of the group.
   Map& allowed_with(std::vector<std::string> keys) {
     info_.keys.back().only_with = std::move(keys);

@@ -14,16 +14,12 @@ namespace touchfield {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using schema::contains;
 using schema::KeyInfo;
 using schema::MapInfo;
 using schema::Node;
 using schema::TypeInfo;
 using Kind = TypeInfo::Kind;
-using Lines = std::vector<std::string>;
-
-bool contains(const std::vector<std::string>& list, const std::string& item) {
-  return std::find(list.begin(), list.end(), item) != list.end();
-}
 
 // ---- JSON Schema
 
@@ -186,63 +182,43 @@ const MapInfo* map_within(const TypeInfo& type) {
   return nullptr;
 }
 
-Lines indented(const Lines& lines, const std::string& by) {
-  Lines result;
-  for (const auto& line : lines) {
-    result.push_back(by + line);
-  }
-  return result;
-}
+// Each of these adds lines that begin with `prefix`.
 
-void append(Lines& to, const Lines& lines) { to.insert(to.end(), lines.begin(), lines.end()); }
-
-Lines wrapped_comment(const std::string& text) {
+void add_comment(const std::string& text, const std::string& prefix, std::string& page) {
   constexpr std::size_t kWidth = 100;
-  Lines lines;
   std::istringstream words(text);
   std::string line = "#";
   for (std::string word; words >> word;) {
     if (line.size() + 1 + word.size() > kWidth) {
-      lines.push_back(line);
+      page += prefix + line + "\n";
       line = "#";
     }
     line += " " + word;
   }
-  lines.push_back(line);
-  return lines;
+  page += prefix + line + "\n";
 }
 
-Lines map_lines(const MapInfo& info);
+void add_map(const MapInfo& info, const std::string& prefix, std::string& page);
 
 // The key with the map that its value is or may hold spelt out.
-Lines expanded(const KeyInfo& key, const TypeInfo& type) {
-  const Lines inner = map_lines(*map_within(type));
-  if (inner.empty()) {
-    return {key.name + ": {}"};
-  }
-  Lines lines = {key.name + ":"};
-  if (type.kind == Kind::kList) {
-    lines.emplace_back("  -");
-    append(lines, indented(inner, "    "));
-  } else {
-    append(lines, indented(inner, "  "));
-  }
-  return lines;
+void add_expanded(const KeyInfo& key, const std::string& prefix, std::string& page) {
+  const MapInfo& inner = *map_within(key.type);
+  const bool list = key.type.kind == Kind::kList;
+  page += fmt::format("{}{}:{}\n", prefix, key.name, inner.keys.empty() ? " {}" : "");
+  page += list && !inner.keys.empty() ? prefix + "  -\n" : "";
+  add_map(inner, prefix + (list ? "    " : "  "), page);
 }
 
-Lines key_lines(const KeyInfo& key) {
-  const MapInfo* within = map_within(key.type);
-  const bool holds_maps =
-      key.type.kind == Kind::kMap || (key.type.kind == Kind::kList && key.type.of.front().kind == Kind::kMap);
-  if (holds_maps) {
-    return expanded(key, key.type);
+void add_key(const KeyInfo& key, const std::string& prefix, std::string& page) {
+  if (key.type.kind == Kind::kMap || (key.type.kind == Kind::kList && key.type.of.front().kind == Kind::kMap)) {
+    add_expanded(key, prefix, page);
+    return;
   }
-  Lines lines = {fmt::format("{}: {}", key.name, key.example.empty() ? key.fallback : key.example)};
-  if (within) {
-    lines.emplace_back("# or:");
-    append(lines, indented(expanded(key, key.type), "# "));
+  page += fmt::format("{}{}: {}\n", prefix, key.name, key.example.empty() ? key.fallback : key.example);
+  if (map_within(key.type)) {
+    page += prefix + "# or:\n";
+    add_expanded(key, prefix + "# ", page);
   }
-  return lines;
 }
 
 // Whether the template has the key in use; the first of a group is.
@@ -271,17 +247,16 @@ std::string explanation(const KeyInfo& key) {
   return both.empty() ? key.help : fmt::format("{} ({})", key.help, both);
 }
 
-Lines map_lines(const MapInfo& info) {
-  Lines lines;
+void add_map(const MapInfo& info, const std::string& prefix, std::string& page) {
   if (info.group) {
-    append(lines, wrapped_comment(fmt::format("{} one of {}.", info.group->required ? "Exactly" : "At most",
-                                              fmt::join(info.group->keys, ", "))));
+    add_comment(
+        fmt::format("{} one of {}.", info.group->required ? "Exactly" : "At most", fmt::join(info.group->keys, ", ")),
+        prefix, page);
   }
   for (const auto& key : info.keys) {
-    append(lines, wrapped_comment(explanation(key)));
-    append(lines, in_use(key, info) ? key_lines(key) : indented(key_lines(key), "# "));
+    add_comment(explanation(key), prefix, page);
+    add_key(key, in_use(key, info) ? prefix : prefix + "# ", page);
   }
-  return lines;
 }
 
 // ---- Markdown
@@ -402,9 +377,7 @@ std::string schema_json() {
 
 std::string template_scene() {
   std::string text = kTemplateHead;
-  for (const auto& line : map_lines(*schema::scene_codec().type.map)) {
-    text += line + "\n";
-  }
+  add_map(*schema::scene_codec().type.map, "", text);
   return text;
 }
 

@@ -22,66 +22,53 @@ struct StartForm {
   std::optional<std::string> method;
 };
 
-Codec<StartForm> start_form_codec() {
-  return Map<StartForm>()
-      .maybe("random", &StartForm::seed, seed(), "1", "Phases drawn at random from this seed.")
-      .maybe("restarts", &StartForm::restarts, integer(between(1, 1000)), "1",
-             "How many starts are tried, from this seed on; the solution of least cost is kept.")
-      .allowed_with({"random"})
-      .maybe("previous", &StartForm::file, absolute_file(), "before/run.h5", "The phases of a run, from its run.h5.")
-      .maybe("method", &StartForm::method, name(), "surface",
-             "Whose phases; if left out those of the method of the same name, or else of the run's first.")
-      .allowed_with({"previous"})
-      .exactly_one({"random", "previous"})
-      .codec();
+std::optional<StartSpec> to_start(const Input& /*in*/, const StartForm& form) {
+  return StartSpec{.kind = form.seed ? StartSpec::Kind::kRandom : StartSpec::Kind::kPrevious,
+                   .seed = form.seed.value_or(0),
+                   .restarts = form.restarts.value_or(1),
+                   .file = form.file.value_or(""),
+                   .method = form.method.value_or("")};
+}
+
+StartForm to_form(const StartSpec& start) {
+  StartForm form;
+  if (start.kind == StartSpec::Kind::kRandom) {
+    form.seed = start.seed;
+    form.restarts = start.restarts == 1 ? std::nullopt : std::optional(start.restarts);
+  } else {
+    form.file = start.file;
+    form.method = start.method.empty() ? std::nullopt : std::optional(start.method);
+  }
+  return form;
 }
 
 Codec<StartSpec> make_start_codec() {
   using Kind = StartSpec::Kind;
-  const auto named = choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}});
-  const auto detailed = start_form_codec();
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {named.type, detailed.type}};
-  return {type,
-          [=](const Input& in, StartSpec& start) {
-            start = {};
-            if (in.node().kind == Node::Kind::kMap) {
-              StartForm form;
-              if (!detailed.read(in, form)) {
-                return false;
-              }
-              start.kind = form.seed ? Kind::kRandom : Kind::kPrevious;
-              start.seed = form.seed.value_or(0);
-              start.restarts = form.restarts.value_or(1);
-              start.file = form.file.value_or("");
-              start.method = form.method.value_or("");
-              return true;
-            }
-            const auto& words = named.type.words;
-            if (in.node().kind != Node::Kind::kScalar ||
-                std::find(words.begin(), words.end(), in.node().text) == words.end()) {
-              in.must_be(phrase(type));
-              return false;
-            }
-            return named.read(in, start.kind);
-          },
-          [=](const StartSpec& start) {
-            StartForm form;
-            if (start.kind == Kind::kRandom) {
-              form.seed = start.seed;
-              if (start.restarts != 1) {
-                form.restarts = start.restarts;
-              }
-              return detailed.write(form);
-            }
-            if (start.kind == Kind::kPrevious) {
-              form.file = start.file;
-              if (!start.method.empty()) {
-                form.method = start.method;
-              }
-              return detailed.write(form);
-            }
-            return named.write(start.kind);
-          }};
+  const auto named = kept_as<StartSpec, Kind>(
+      choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}}),
+      [](const Input&, Kind kind) {
+        StartSpec start;
+        start.kind = kind;
+        return std::optional(start);
+      },
+      [](const StartSpec& start) { return start.kind; });
+  const auto detailed = kept_as<StartSpec, StartForm>(
+      Map<StartForm>()
+          .maybe("random", &StartForm::seed, seed(), "1", "Phases drawn at random from this seed.")
+          .maybe("restarts", &StartForm::restarts, integer(between(1, 1000)), "1",
+                 "How many starts are tried, from this seed on; the solution of least cost is kept.")
+          .allowed_with({"random"})
+          .maybe("previous", &StartForm::file, absolute_file(), "before/run.h5",
+                 "The phases of a run, from its run.h5.")
+          .maybe("method", &StartForm::method, name(), "surface",
+                 "Whose phases; if left out those of the method of the same name, or else of the run's first.")
+          .allowed_with({"previous"})
+          .exactly_one({"random", "previous"})
+          .codec(),
+      to_start, [](const StartSpec& start) { return to_form(start); });
+  return plain_or_map<StartSpec>(named, detailed, [](const StartSpec& start) {
+    return start.kind != Kind::kRandom && start.kind != Kind::kPrevious;
+  });
 }
 
 // One for all that start somewhere: the pages describe it once.
@@ -107,7 +94,7 @@ void add_fixed_phases(Map<MethodForm>& map) {
   const auto phase = number(kPlain, {});
   const auto phases = list_of(phase, 1, kMostListed);
   const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {phase.type, phases.type}};
-  const auto named = file();
+  const auto from_file = kept_as<std::vector<double>, std::string>(file(), read_phases, nullptr);
   map.add(
          {.name = "phases_rad",
           .type = type,
@@ -134,21 +121,11 @@ void add_fixed_phases(Map<MethodForm>& map) {
          })
       .add(
           {.name = "phases_file",
-           .type = named.type,
+           .type = from_file.type,
            .help = "A text file of the phases [rad], separated by commas or white space; # starts a comment.",
            .example = "phases.txt"},
-          [=](const Input& in, MethodForm& form) {
-            std::string path;
-            if (!named.read(in, path)) {
-              return false;
-            }
-            auto read = read_phases(in, path);
-            if (read) {
-              form.phases = std::move(*read);
-            }
-            return read.has_value();
-          },
-          [](const MethodForm&) { return std::optional<Node>(); })
+          [from_file](const Input& in, MethodForm& form) { return from_file.read(in, form.phases); },
+          [](const MethodForm&) { return std::nullopt; })
       .exactly_one({"phases_rad", "phases_file"});
 }
 
@@ -222,14 +199,9 @@ Codec<MethodForm> method_codec() {
           [=](const MethodForm& form) { return with_options.write(form); }};
 }
 
-struct SolveForm {
-  std::vector<MethodForm> methods;
-  Scheme scheme = SolveSpec{}.scheme;
-  int iterations = SolveSpec{}.iterations;
-  StartSpec start = SolveSpec{}.start;
-  double quiet_weight = SolveSpec{}.quiet_weight;
-  bool certificate = SolveSpec{}.certificate;
-  SolverSpec solver;
+/// `solve` as the file has it: its methods are completed once all of it is read.
+struct SolveForm : SolveSpec {
+  std::vector<MethodForm> forms;
 };
 
 Map<SolverSpec> solver_keys() {
@@ -278,14 +250,8 @@ bool check_start(const Input& in, const MethodSpec& method) {
 }
 
 std::optional<SolveSpec> to_solve(const Input& in, const SolveForm& form) {
-  SolveSpec solve{.methods = {},
-                  .scheme = form.scheme,
-                  .iterations = form.iterations,
-                  .start = form.start,
-                  .quiet_weight = form.quiet_weight,
-                  .certificate = form.certificate,
-                  .solver = form.solver};
-  for (const auto& method : form.methods) {
+  SolveSpec solve = form;
+  for (const auto& method : form.forms) {
     solve.methods.push_back({.kind = method.kind,
                              .name = name_of(method),
                              .scheme = method.scheme.value_or(form.scheme),
@@ -300,21 +266,15 @@ std::optional<SolveSpec> to_solve(const Input& in, const SolveForm& form) {
 }
 
 SolveForm to_form(const SolveSpec& solve) {
-  SolveForm form{.methods = {},
-                 .scheme = solve.scheme,
-                 .iterations = solve.iterations,
-                 .start = solve.start,
-                 .quiet_weight = solve.quiet_weight,
-                 .certificate = solve.certificate,
-                 .solver = solve.solver};
+  SolveForm form{solve, {}};
   for (const auto& method : solve.methods) {
-    form.methods.push_back({.kind = method.kind,
-                            .as = method.name,
-                            .scheme = method.scheme,
-                            .iterations = method.iterations,
-                            .start = method.start,
-                            .free_amplitudes = method.free_amplitudes,
-                            .phases = method.phases});
+    form.forms.push_back({.kind = method.kind,
+                          .as = method.name,
+                          .scheme = method.scheme,
+                          .iterations = method.iterations,
+                          .start = method.start,
+                          .free_amplitudes = method.free_amplitudes,
+                          .phases = method.phases});
   }
   return form;
 }
@@ -332,7 +292,7 @@ Codec<Scheme> scheme_codec() {
 Codec<SolveSpec> solve_codec() {
   return kept_as<SolveSpec, SolveForm>(
       Map<SolveForm>()
-          .required("methods", &SolveForm::methods,
+          .required("methods", &SolveForm::forms,
                     list_of<MethodForm>(method_codec(), 1, kMostItems,
                                         {.name = name_of, .advice = "; another name is given with as"}),
                     "[surface, paper, unscattered, focus]", "The methods to compare, each a name or {name: {options}}.")

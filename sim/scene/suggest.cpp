@@ -32,6 +32,25 @@ std::string folded(std::string_view key) {
   return result;
 }
 
+/// The word of least distance from a text, the first of several; empty if none is near.
+template <class Distance>
+std::string nearest(const std::vector<std::string>& words, std::string_view text, const Distance& distance) {
+  if (text.size() > kLongestTried) {
+    return {};
+  }
+  const std::string typed = folded(text);
+  std::string best;
+  std::size_t best_distance = TypeInfo::kNoLimit;
+  for (const auto& word : words) {
+    const std::size_t from_word = distance(word, typed);
+    if (from_word <= allowed_distance(word, typed) && from_word < best_distance) {
+      best = word;
+      best_distance = from_word;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -65,41 +84,22 @@ std::string_view without_unit(std::string_view key) {
 }
 
 std::string nearest_word(const std::vector<std::string>& words, std::string_view text) {
-  if (text.size() > kLongestTried) {
-    return {};
-  }
-  const std::string typed = folded(text);
-  std::string best;
-  std::size_t best_distance = TypeInfo::kNoLimit;
-  for (const auto& word : words) {
-    const std::size_t distance = edit_distance(word, typed);
-    if (distance <= allowed_distance(word, typed) && distance < best_distance) {
-      best = word;
-      best_distance = distance;
-    }
-  }
-  return best;
+  return nearest(words, text, edit_distance);
 }
 
 std::string nearest_key(const MapInfo& map, std::string_view unknown) {
-  if (unknown.size() > kLongestTried) {
-    return {};
-  }
-  const std::string key = folded(unknown);
-  std::string best;
-  std::size_t best_distance = TypeInfo::kNoLimit;
+  std::vector<std::string> names;
   for (const auto& known : map.keys) {
-    // A wrong unit is many letters away but the commonest slip.
-    const bool same_quantity = without_unit(known.name) == without_unit(key);
-    const std::size_t distance = same_quantity ? 0 : edit_distance(known.name, key);
-    if (distance <= allowed_distance(known.name, key) && distance < best_distance) {
-      best = known.name;
-      best_distance = distance;
-    }
+    names.push_back(known.name);
   }
-  if (!best.empty()) {
+  // A wrong unit is many letters away but the commonest slip.
+  const auto distance = [](std::string_view known, std::string_view typed) {
+    return without_unit(known) == without_unit(typed) ? 0 : edit_distance(known, typed);
+  };
+  if (std::string best = nearest(names, unknown, distance); !best.empty() || unknown.size() > kLongestTried) {
     return best;
   }
+  const std::string key = folded(unknown);
   for (const auto& known : map.keys) {
     if (!known.type.map) {
       continue;

@@ -269,14 +269,11 @@ void add_files(const Scene& scene, std::set<std::string>& files) {
 }  // namespace
 
 bool is_sweep_file(const std::string& path) {
+  const std::string text = read_whole_file(path, schema::kMostTextBytes);
   try {
-    const std::string text = read_whole_file(path, schema::kMostTextBytes);
-    if (schema::find_text_fault(text).column > 0) {
-      return false;
-    }
-    const Node root = schema::parse_yaml(text, 0);
-    return root.kind == Node::Kind::kMap && root.find("base") != nullptr;
-  } catch (const schema::SyntaxError&) {
+    Reading reading(path, {});
+    return schema::read_map(text, "a sweep", reading).find("base") != nullptr;
+  } catch (const InputError&) {
     return false;
   }
 }
