@@ -50,27 +50,6 @@ CLI::Option* add_millimetres(CLI::App* command, const std::string& name, std::op
       name, [&length](const double& mm) { length = mm * kMillimetre; }, what);
 }
 
-namespace {
-
-template <class Format>
-void add_picture_format(CLI::App* command, Format& format, const std::string& what) {
-  std::map<std::string, PictureFormat> names;
-  for (const PictureFormat known : {PictureFormat::kPng, PictureFormat::kPdf, PictureFormat::kSvg}) {
-    names[to_string(known)] = known;
-  }
-  command->add_option("--pictures", format, what)->transform(named(names));
-}
-
-}  // namespace
-
-void add_pictures(CLI::App* command, PictureFormat& format, const std::string& what) {
-  add_picture_format(command, format, what);
-}
-
-void add_pictures(CLI::App* command, std::optional<PictureFormat>& format, const std::string& what) {
-  add_picture_format(command, format, what);
-}
-
 int apply_threads(const CommonFlags& flags) {
   if (flags.threads > 0) {
     omp_set_num_threads(flags.threads);  // the OpenMP flavour of OpenBLAS follows

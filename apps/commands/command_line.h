@@ -44,10 +44,6 @@ CLI::Option* add_millimetres(CLI::App* command, const std::string& name, double&
 CLI::Option* add_millimetres(CLI::App* command, const std::string& name, std::optional<double>& length,
                              const std::string& what);
 
-/// --pictures, the format of what is drawn.
-void add_pictures(CLI::App* command, PictureFormat& format, const std::string& what);
-void add_pictures(CLI::App* command, std::optional<PictureFormat>& format, const std::string& what);
-
 /// A choice of an enumerator by its name; help and errors list the names, not the numbers behind them.
 template <typename Enum>
 CLI::Validator named(const std::map<std::string, Enum>& values) {
@@ -64,6 +60,16 @@ CLI::Validator named(const std::map<std::string, Enum>& values) {
             return std::string();
           },
           "{" + names + "}"};
+}
+
+/// --pictures, the format of what is drawn: a PictureFormat, or an optional one.
+template <typename Format>
+void add_pictures(CLI::App* command, Format& format, const std::string& what) {
+  std::map<std::string, PictureFormat> names;
+  for (const PictureFormat known : {PictureFormat::kPng, PictureFormat::kPdf, PictureFormat::kSvg}) {
+    names[to_string(known)] = known;
+  }
+  command->add_option("--pictures", format, what)->transform(named(names));
 }
 
 /// Sets the number of threads of our loops and of OpenBLAS; returns the number in use.

@@ -32,7 +32,6 @@ void ConsoleProgress::begin(std::string_view what) {
   shown_percent_ = -1;
   if (terminal_ && !quiet_) {
     say(fmt::format("\r\033[K  {} ...", stages_.back()));
-    std::fflush(stderr);
     bar_shown_ = true;
   }
 }
@@ -47,7 +46,6 @@ void ConsoleProgress::advance(double fraction) {
   const int full = percent * kWidth / 100;
   say(fmt::format("\r\033[K  {} [{}{}] {:3d} %", stages_.back(), std::string(static_cast<std::size_t>(full), '#'),
                   std::string(static_cast<std::size_t>(kWidth - full), '.'), percent));
-  std::fflush(stderr);
   bar_shown_ = true;
 }
 
@@ -77,7 +75,6 @@ void ConsoleProgress::note(std::string_view line) {
 void ConsoleProgress::clear_bar() {
   if (bar_shown_) {
     say("\r\033[K");
-    std::fflush(stderr);
     bar_shown_ = false;
   }
 }

@@ -82,13 +82,6 @@ void require_known_scale(const MeshCommand& command, const FileScale& scale) {
   }
 }
 
-void require_no_fault(const MeshCommand& command, const std::vector<std::string>& faults) {
-  if (!faults.empty()) {
-    throw InputError(fmt::format("{}: the mesh has faults, --repair or --resurface MM may mend them: {}", command.file,
-                                 fmt::join(faults, "; ")));
-  }
-}
-
 template <class Work>
 auto as_stage(Progress& progress, const char* what, const Work& work) {
   std::vector<std::pair<std::string, double>> unused;
@@ -99,8 +92,9 @@ auto as_stage(Progress& progress, const char* what, const Work& work) {
 TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, const FileScale& scale, Progress& progress,
                     MeshText& text) {
   std::vector<std::string>& steps = text.steps;
-  if (!command.repair && !command.resurface) {
-    require_no_fault(command, text.report.skin.faults);
+  if (const auto& faults = text.report.skin.faults; !command.repair && !command.resurface && !faults.empty()) {
+    throw InputError(fmt::format("{}: the mesh has faults, --repair or --resurface MM may mend them: {}", command.file,
+                                 fmt::join(faults, "; ")));
   }
   TriangleMesh mesh = [&] {
     if (command.resurface) {

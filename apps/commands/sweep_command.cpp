@@ -36,10 +36,8 @@ struct SweepCommand {
   std::string shard = "1/1";
   std::string metric = "relative_error";  // of the plot
   PictureFormat pictures = PictureFormat::kPng;
-  int jobs = 0;
-  double case_seconds = 0.0;  // 0: derived
   bool resume = false;
-  bool retry_failed = false;
+  SweepOptions options;
 };
 
 constexpr const char* kWorkerName = "sweep-worker";
@@ -129,7 +127,6 @@ class Reporter {
           record.models > 0 ? fmt::format(", {} of {} models used again", record.models_reused, record.models) : "",
           count));
     }
-    std::fflush(stderr);
   }
 
  private:
@@ -177,7 +174,7 @@ int collect(const SweepCommand& command, const CommonFlags& flags) {
 
 std::string output_directory(const SweepCommand& command, const SweepPlan& plan, Shard shard) {
   if (command.output.empty()) {
-    if (command.resume || command.retry_failed || shard.count > 1) {
+    if (command.resume || command.options.retry_failed || shard.count > 1) {
       throw InputError("--resume, --retry-failed and --shard need the sweep's directory: -o DIR");
     }
     return RunDirectory::next_free("results/runs", plan.name + "_sweep", {}).path();
@@ -230,14 +227,12 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   const std::vector<Scene> scenes = read_cases(plan);
   require_named_files(scenes);
   const SweepIdentity identity(plan, plan_hash(plan, scenes), shard);
-  SweepDirectory directory = SweepDirectory::open(output_directory(command, plan, shard), identity,
-                                                  command.resume || command.retry_failed || command.output.empty());
-  SweepOptions options;
+  SweepDirectory directory =
+      SweepDirectory::open(output_directory(command, plan, shard), identity,
+                           command.resume || command.options.retry_failed || command.output.empty());
+  SweepOptions options = command.options;
   options.worker = {"/proc/self/exe", kWorkerName};
   options.threads = threads;
-  options.jobs = command.jobs;
-  options.retry_failed = command.retry_failed;
-  options.case_seconds = command.case_seconds;
   options.command_line = invoked.command_line;
   SweepRunner runner(plan, scenes, identity, directory, options);
   for (const auto& [number, damage] : runner.damaged()) {
@@ -276,18 +271,19 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
   command->add_option("-o,--output", sweep->output,
                       "Output directory; default: results/runs/NAME_sweep-NNNN, the next free number");
   add_overrides(command, sweep->overrides);
-  command->add_option("--jobs", sweep->jobs, "Cases at a time; default: one for each body, at most one a thread")
+  command
+      ->add_option("--jobs", sweep->options.jobs, "Cases at a time; default: one for each body, at most one a thread")
       ->check(CLI::Range(1, 4096));
   command
       ->add_option(
-          "--case-seconds", sweep->case_seconds,
+          "--case-seconds", sweep->options.case_seconds,
           "Give up a case that takes longer; default: 600 and 20 times what it is expected to, or 10 times the "
           "longest so far")
       ->check(CLI::PositiveNumber);
   command->add_option("--shard", sweep->shard, "Compute part i of n only: i/n")->capture_default_str();
   command->add_flag("--resume", sweep->resume,
                     "Go on with the sweep in the output directory; begin it if there is none");
-  command->add_flag("--retry-failed", sweep->retry_failed, "Go on, and compute failed cases anew");
+  command->add_flag("--retry-failed", sweep->options.retry_failed, "Go on, and compute failed cases anew");
   command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
   add_pictures(command, sweep->pictures, "Format of the plot; default: png");
   command->add_option("--collect", sweep->collect, "Write the tables of a directory, its shards merged, instead")

@@ -31,14 +31,7 @@ Codec<EdgeSpec> graded_codec() {
 }  // namespace
 
 Codec<EdgeSpec> edge_codec() {
-  const auto uniform = kept_as<EdgeSpec, double>(
-      number(kMillimetres, above(0)),
-      [](const Input&, double edge) {
-        EdgeSpec edges;
-        edges.far = edge;
-        return std::optional(edges);
-      },
-      [](const EdgeSpec& edges) { return edges.far; });
+  const auto uniform = kept_in(&EdgeSpec::far, number(kMillimetres, above(0)));
   return plain_or_map<EdgeSpec>(uniform, graded_codec(), [](const EdgeSpec& edges) { return !edges.graded(); });
 }
 

@@ -8,62 +8,32 @@ namespace touchfield::schema {
 
 namespace {
 
-/// A model of the judge's own as the file has it.
-struct JudgeForm {
-  Scheme scheme = JudgeSpec{}.scheme;
-  std::optional<EdgeSpec> edge;
-  bool whole = JudgeSpec{}.whole;
-  std::optional<int> splits;
-};
-
-std::optional<JudgeSpec> to_judge(const Input& /*in*/, const JudgeForm& form) {
-  JudgeSpec judge;
-  judge.scheme = form.scheme;
-  judge.kind = form.edge ? JudgeSpec::Kind::kEdge : JudgeSpec::Kind::kSplit;
-  judge.edge = form.edge.value_or(judge.edge);
-  judge.whole = form.whole;
-  judge.splits = form.splits.value_or(judge.splits);
-  return judge;
-}
-
-JudgeForm to_form(const JudgeSpec& judge) {
-  JudgeForm form{.scheme = judge.scheme, .edge = {}, .whole = judge.whole, .splits = {}};
-  if (judge.kind == JudgeSpec::Kind::kEdge) {
-    form.edge = judge.edge;
-  } else {
-    form.splits = judge.splits;
-  }
-  return form;
-}
-
 Codec<JudgeSpec> own_model_codec() {
-  return kept_as<JudgeSpec, JudgeForm>(
-      Map<JudgeForm>()
-          .key("scheme", &JudgeForm::scheme, scheme_codec(), "How its boundary elements model the scattering.")
-          .maybe("edge_mm", &JudgeForm::edge, edge_codec(), "1.4",
-                 fmt::format("Edge length of a mesh of its own [mm], as a body's edge_mm; of a hand {}.",
-                             kHandEdge.text()))
-          .key("whole", &JudgeForm::whole, flag(),
-               "Whether the judge has the whole bodies where keep_within_mm leaves out parts of them. Only with "
-               "edge_mm.")
-          .maybe("split", &JudgeForm::splits, integer(between(1, 2)), "1",
-                 "Or the solving mesh with every face in four, as often as this says.")
-          .exactly_one({"edge_mm", "split"})
-          .codec(),
-      to_judge, [](const JudgeSpec& judge) { return to_form(judge); });
+  return Map<JudgeSpec>()
+      .key("scheme", &JudgeSpec::scheme, scheme_codec(), "How its boundary elements model the scattering.")
+      .maybe("edge_mm", &JudgeSpec::edge, edge_codec(), "1.4",
+             fmt::format("Edge length of a mesh of its own [mm], as a body's edge_mm; of a hand {}.", kHandEdge.text()))
+      .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kEdge; })
+      .key("whole", &JudgeSpec::whole, flag(),
+           "Whether the judge has the whole bodies where keep_within_mm leaves out parts of them. Only with edge_mm.")
+      .maybe("split", &JudgeSpec::splits, integer(between(1, 2)), "1",
+             "Or the solving mesh with every face in four, as often as this says.")
+      .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kSplit; })
+      .exactly_one({"edge_mm", "split"})
+      .check([](const Input& in, JudgeSpec& judge, bool good) {
+        if (good) {
+          judge.kind = in.node().find("edge_mm") ? JudgeSpec::Kind::kEdge : JudgeSpec::Kind::kSplit;
+        }
+        return good;
+      })
+      .codec();
 }
 
 }  // namespace
 
 Codec<JudgeSpec> judge_codec() {
-  const auto bare = kept_as<JudgeSpec, JudgeSpec::Kind>(
-      choice<JudgeSpec::Kind>({{"same", JudgeSpec::Kind::kSame}, {"none", JudgeSpec::Kind::kNone}}),
-      [](const Input&, JudgeSpec::Kind kind) {
-        JudgeSpec judge;
-        judge.kind = kind;
-        return std::optional(judge);
-      },
-      [](const JudgeSpec& judge) { return judge.kind; });
+  const auto bare = kept_in(
+      &JudgeSpec::kind, choice<JudgeSpec::Kind>({{"same", JudgeSpec::Kind::kSame}, {"none", JudgeSpec::Kind::kNone}}));
   return plain_or_map<JudgeSpec>(bare, own_model_codec(), [](const JudgeSpec& judge) {
     return judge.kind == JudgeSpec::Kind::kSame || judge.kind == JudgeSpec::Kind::kNone;
   });

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <set>
 
 #include <fmt/format.h>
@@ -116,6 +117,7 @@ Codec<std::string> tested_text(const TypeInfo& type, std::function<bool(const st
 bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& meant) {
   bool good = true;
   const auto& entries = in.node().entries;
+  const std::vector<std::string> names = info.names();
   for (std::size_t i = 0; i < entries.size(); ++i) {
     const auto& entry = entries[i];
     const auto report = [&](const std::string& text) {
@@ -127,9 +129,7 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
       report(fmt::format("given twice, first in line {}", first->place.line));
       continue;
     }
-    const bool known =
-        std::any_of(info.keys.begin(), info.keys.end(), [&](const KeyInfo& key) { return key.name == entry.key; });
-    if (known) {
+    if (contains(names, entry.key)) {
       continue;
     }
     const std::string nearest = nearest_key(info, entry.key);
@@ -139,10 +139,6 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
     } else if (info.keys.empty()) {
       report("unknown key, there is none here");
     } else {
-      std::vector<std::string> names;
-      for (const auto& key : info.keys) {
-        names.push_back(key.name);
-      }
       report(fmt::format("unknown key, known are {}", fmt::join(names, ", ")));
     }
   }
@@ -207,6 +203,12 @@ bool check_beside(const Input& in, const KeyInfo& key, const std::string& chosen
 }
 
 }  // namespace
+
+std::vector<std::string> MapInfo::names() const {
+  std::vector<std::string> names;
+  std::ranges::transform(keys, std::back_inserter(names), &KeyInfo::name);
+  return names;
+}
 
 bool contains(const std::vector<std::string>& list, const std::string& item) {
   return std::ranges::find(list, item) != list.end();

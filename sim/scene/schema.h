@@ -72,6 +72,8 @@ struct Group {
 struct MapInfo {
   std::vector<KeyInfo> keys{};
   std::optional<Group> group{};
+
+  std::vector<std::string> names() const;  // of the keys
 };
 
 inline constexpr std::size_t kLongestName = 100;    // a name becomes a folder
@@ -141,6 +143,13 @@ Codec<T> kept_as(Codec<Form> form, std::function<std::optional<T>(const Input&, 
             return true;
           },
           [form, from](const T& value) { return form.write(from(value)); }};
+}
+
+/// A value kept in a member of T.
+template <class T, class Part>
+Codec<T> kept_in(Part T::*member, const Codec<Part>& codec) {
+  return {codec.type, [=](const Input& in, T& out) { return codec.read(in, out.*member); },
+          [=](const T& value) { return codec.write(value.*member); }};
 }
 
 /// A map of free names, each once, to values of one kind.

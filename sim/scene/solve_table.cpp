@@ -14,61 +14,36 @@ namespace {
 
 Codec<int> iterations_codec() { return integer(between(1, 100000)); }
 
-/// A start with something to say beside its name, as the file has it.
-struct StartForm {
-  std::optional<unsigned> seed;
-  std::optional<int> restarts;
-  std::optional<std::string> file;
-  std::optional<std::string> method;
-};
-
-std::optional<StartSpec> to_start(const Input& /*in*/, const StartForm& form) {
-  return StartSpec{.kind = form.seed ? StartSpec::Kind::kRandom : StartSpec::Kind::kPrevious,
-                   .seed = form.seed.value_or(0),
-                   .restarts = form.restarts.value_or(1),
-                   .file = form.file.value_or(""),
-                   .method = form.method.value_or("")};
-}
-
-StartForm to_form(const StartSpec& start) {
-  StartForm form;
-  if (start.kind == StartSpec::Kind::kRandom) {
-    form.seed = start.seed;
-    form.restarts = start.restarts == 1 ? std::nullopt : std::optional(start.restarts);
-  } else {
-    form.file = start.file;
-    form.method = start.method.empty() ? std::nullopt : std::optional(start.method);
-  }
-  return form;
-}
-
 Codec<StartSpec> make_start_codec() {
   using Kind = StartSpec::Kind;
-  const auto named = kept_as<StartSpec, Kind>(
-      choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}}),
-      [](const Input&, Kind kind) {
-        StartSpec start;
-        start.kind = kind;
-        return std::optional(start);
-      },
-      [](const StartSpec& start) { return start.kind; });
-  const auto detailed = kept_as<StartSpec, StartForm>(
-      Map<StartForm>()
-          .maybe("random", &StartForm::seed, seed(), "1", "Phases drawn at random from this seed.")
-          .maybe("restarts", &StartForm::restarts, integer(between(1, 1000)), "1",
+  const auto is_random = [](const StartSpec& start) { return start.kind == Kind::kRandom; };
+  const auto is_previous = [](const StartSpec& start) { return start.kind == Kind::kPrevious; };
+  const auto named =
+      kept_in(&StartSpec::kind,
+              choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}}));
+  const auto detailed =
+      Map<StartSpec>()
+          .maybe("random", &StartSpec::seed, seed(), "1", "Phases drawn at random from this seed.")
+          .written_if(is_random)
+          .maybe("restarts", &StartSpec::restarts, integer(between(1, 1000)), "1",
                  "How many starts are tried, from this seed on; the solution of least cost is kept.")
+          .written_if([=](const StartSpec& start) { return is_random(start) && start.restarts != 1; })
           .allowed_with({"random"})
-          .maybe("previous", &StartForm::file, absolute_file(), "before/run.h5",
+          .maybe("previous", &StartSpec::file, absolute_file(), "before/run.h5",
                  "The phases of a run, from its run.h5.")
-          .maybe("method", &StartForm::method, name(), "surface",
+          .written_if(is_previous)
+          .maybe("method", &StartSpec::method, name(), "surface",
                  "Whose phases; if left out those of the method of the same name, or else of the run's first.")
+          .written_if([=](const StartSpec& start) { return is_previous(start) && !start.method.empty(); })
           .allowed_with({"previous"})
           .exactly_one({"random", "previous"})
-          .codec(),
-      to_start, [](const StartSpec& start) { return to_form(start); });
-  return plain_or_map<StartSpec>(named, detailed, [](const StartSpec& start) {
-    return start.kind != Kind::kRandom && start.kind != Kind::kPrevious;
-  });
+          .check([](const Input& in, StartSpec& start, bool good) {
+            start.kind = in.node().find("random") ? Kind::kRandom : Kind::kPrevious;
+            return good;
+          })
+          .codec();
+  return plain_or_map<StartSpec>(named, detailed,
+                                 [=](const StartSpec& start) { return !is_random(start) && !is_previous(start); });
 }
 
 // One for all that start somewhere: the pages describe it once.

@@ -88,15 +88,11 @@ std::string nearest_word(const std::vector<std::string>& words, std::string_view
 }
 
 std::string nearest_key(const MapInfo& map, std::string_view unknown) {
-  std::vector<std::string> names;
-  for (const auto& known : map.keys) {
-    names.push_back(known.name);
-  }
   // A wrong unit is many letters away but the commonest slip.
   const auto distance = [](std::string_view known, std::string_view typed) {
     return without_unit(known) == without_unit(typed) ? 0 : edit_distance(known, typed);
   };
-  if (std::string best = nearest(names, unknown, distance); !best.empty() || unknown.size() > kLongestTried) {
+  if (std::string best = nearest(map.names(), unknown, distance); !best.empty() || unknown.size() > kLongestTried) {
     return best;
   }
   const std::string key = folded(unknown);

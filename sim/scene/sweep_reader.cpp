@@ -210,12 +210,6 @@ class SweepFile {
   std::vector<std::pair<std::string, std::string>> claimed_;  // path, part
 };
 
-void fail_if_any(const Reading& reading) {
-  if (reading.failed()) {
-    throw InputError(reading.message());
-  }
-}
-
 /// Every case of each part combined with every case of the others, the last part fastest.
 std::vector<SweepCase> combined(const std::vector<Part>& parts) {
   std::vector<SweepCase> cases(1);
@@ -319,7 +313,9 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   if (parts.empty()) {
     reading.add(root.place, "nothing varies: a sweep needs grid, zip, cases or random");
   }
-  fail_if_any(reading);
+  if (reading.failed()) {
+    throw InputError(reading.message());
+  }
   for (const std::string& text : overrides) {
     const auto equals = text.find('=');
     if (equals == std::string::npos) {
