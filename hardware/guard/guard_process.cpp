@@ -28,8 +28,8 @@ constexpr double kForEver = std::numeric_limits<double>::infinity();
 class Guard {
  public:
   explicit Guard(int descriptor)
-      : program_(descriptor),
-        watchdog_(descriptor + 1),
+      : program_(Descriptor(descriptor)),
+        watchdog_(Descriptor(descriptor + 1)),
         program_vigil_(program_.maker(), steady_now()),
         watchdog_vigil_(watchdog_.maker(), steady_now()) {}
 
@@ -90,22 +90,23 @@ class Guard {
 
   // Reads a request and answers it.
   void serve() {
-    std::optional<GuardMessage> request = received(program_);
+    const std::optional<GuardMessage> request = received(program_);
     if (!request) {
       stop("the program that drove the array is gone");
       return;
     }
+    const auto refusal = [](GuardReply reply, const std::string& text) {
+      return GuardMessage{{"reply", reply}, {"with", text}};
+    };
     GuardMessage reply;
     try {
-      GuardMessage answer = answered(*request);
-      reply.put(GuardReply::kDone);
-      reply.append(answer);
+      reply = {{"reply", GuardReply::kDone}, {"with", answer(*request)}};
     } catch (const InputError& error) {
-      reply.put(GuardReply::kInputError).put(std::string(error.what()));
+      reply = refusal(GuardReply::kInputError, error.what());
     } catch (const DeviceError& error) {
-      reply.put(GuardReply::kDeviceError).put(fmt::format("{}{}", error.what(), after_loss()));
+      reply = refusal(GuardReply::kDeviceError, error.what() + after_loss());
     } catch (const std::exception& error) {
-      reply.put(GuardReply::kError).put(fmt::format("{}{}", error.what(), after_loss()));
+      reply = refusal(GuardReply::kError, error.what() + after_loss());
     }
     if (!program_.send(reply) && !ended_) {
       stop("the program that drove the array is gone");
@@ -113,31 +114,28 @@ class Guard {
     program_vigil_.heard(steady_now());
   }
 
-  GuardMessage answered(GuardMessage& request) {
-    GuardMessage answer;
-    const auto what = static_cast<GuardRequest>(request.take_number());
-    if (what == GuardRequest::kStart) {
-      limits_.level = request.take_real();
-      limits_.seconds = request.take_real();
-      const LinkSettings settings = request.take_settings();
-      watchdog_.send(GuardMessage().put(GuardNote::kDevice).put(settings));
-      link_ = make_link(settings);
-      answer.put(link_->describe()).put(link_->abilities()).put(link_->layout());
-      return answer;
+  GuardMessage answer(const GuardMessage& message) {
+    const auto request = message.at("request").get<GuardRequest>();
+    const GuardMessage& with = message.at("with");
+    if (request == GuardRequest::kStart) {
+      with.at("limits").get_to(limits_);
+      watchdog_.send({{"note", GuardNote::kDevice}, {"with", with.at("settings")}});
+      link_ = make_link(with.at("settings").get<LinkSettings>());
+      return {{"description", link_->describe()}, {"abilities", link_->abilities()}, {"layout", link_->layout()}};
     }
-    if (what == GuardRequest::kClose) {
+    if (request == GuardRequest::kClose) {
       ended_ = true;
       if (open_ && on_) {
         release();
       } else if (open_) {
         link_->close();
       }
-      return answer;
+      return nullptr;
     }
     if (!link_) {
       throw std::logic_error("link guard: a request before the start");
     }
-    if (what == GuardRequest::kOpen) {
+    if (request == GuardRequest::kOpen) {
       if (was_open_) throw DeviceError("link guard: nothing resumes by itself");
       was_open_ = true;
       try {
@@ -147,43 +145,35 @@ class Guard {
         throw;
       }
       open_ = true;
-      return answer;
+      return nullptr;
     }
     if (!open_) {
       throw DeviceError("link guard: the device is not open");
     }
-    serve_open(what, request, answer);
-    return answer;
+    return answer_open(request, with);
   }
 
   // What needs an open device.
-  void serve_open(GuardRequest what, GuardMessage& request, GuardMessage& answer) {
-    switch (what) {
+  GuardMessage answer_open(GuardRequest request, const GuardMessage& with) {
+    const auto value_or_null = [](const auto& value) { return value ? GuardMessage(*value) : GuardMessage(); };
+    switch (request) {
       case GuardRequest::kModulation:
-        link_->set_modulation(request.take_modulation());
-        return;
+        link_->set_modulation(with.get<Modulation>());
+        return nullptr;
       case GuardRequest::kSend:
-        send(request.take_frame());
-        return;
+        send(with.get<DriveFrame>());
+        return nullptr;
       case GuardRequest::kCheck:
         link_->check();
-        return;
-      case GuardRequest::kReadBack: {
-        const std::optional<DriveFrame> frame = link_->read_back();
-        answer.put(std::uint32_t{frame.has_value()});
-        if (frame) answer.put(*frame);
-        return;
-      }
-      case GuardRequest::kReadBackModulation: {
-        const std::optional<std::vector<std::uint8_t>> samples = link_->read_back_modulation();
-        answer.put(std::uint32_t{samples.has_value()});
-        if (samples) answer.put(*samples);
-        return;
-      }
+        return nullptr;
+      case GuardRequest::kReadBack:
+        return value_or_null(link_->read_back());
+      case GuardRequest::kReadBackModulation:
+        return value_or_null(link_->read_back_modulation());
       case GuardRequest::kQuiet:
         link_->quiet();
         note(false);
-        return;
+        return nullptr;
       default:
         throw std::logic_error("link guard: an unknown request");
     }
@@ -206,7 +196,7 @@ class Guard {
   // Whether the device may emit, told to the watchdog before that begins and after it has ended.
   void note(bool on) {
     on_ = on;
-    watchdog_.send(GuardMessage().put(on ? GuardNote::kOn : GuardNote::kOff));
+    watchdog_.send({{"note", on ? GuardNote::kOn : GuardNote::kOff}});
   }
 
   // Quiets and lets go, as far as the device still lets it. Returns how that went.
@@ -228,7 +218,7 @@ class Guard {
       std::fputs(fmt::format("touchfield: link guard: {}\n", text).c_str(), stderr);
     }
     ::kill(watchdog_.maker(), SIGCONT);  // it ends with its guard, also if it was stopped
-    program_.send(GuardMessage().put(GuardReply::kStopped).put("link guard: " + text));
+    program_.send({{"reply", GuardReply::kStopped}, {"with", "link guard: " + text}});
     ended_ = true;
   }
 

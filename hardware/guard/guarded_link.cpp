@@ -4,7 +4,6 @@
 #include <optional>
 #include <sys/wait.h>
 #include <thread>
-#include <unistd.h>
 #include <utility>
 
 #include "hardware/guard/guard_start.h"
@@ -16,13 +15,12 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kPatience = 2;       // for an answer [s]; the link itself gives up after kLinkPatience
 constexpr double kOpenPatience = 30;  // where a library is loaded or a network connected [s]
 
 // Waits for a child's end.
 // returns   its exit code; nothing if it does not end, or was ended by a signal
 std::optional<int> exit_code_of(pid_t child) {
-  const double end = steady_now() + kPatience;
+  const double end = steady_now() + kGuardPatience;
   int status = 0;
   pid_t ended = 0;
   while ((ended = ::waitpid(child, &status, WNOHANG)) == 0 && steady_now() < end) {
@@ -34,18 +32,16 @@ std::optional<int> exit_code_of(pid_t child) {
 }  // namespace
 
 GuardedLink::GuardedLink(const std::vector<std::string>& command, const LinkSettings& settings,
-                         const GuardLimits& limits)
-    : channel_(-1) {
-  const SocketPair ends;
-  channel_.adopt(ends.own);
-  watchdog_ = start_apart(command, {ends.others});
-  ::close(ends.others);
+                         const GuardLimits& limits) {
+  SocketPair ends;
+  channel_ = GuardChannel(std::move(ends.own));
+  watchdog_ = start_apart(command, {ends.others.number()});
+  ends.others.close();
   try {
-    GuardMessage answer = ask(
-        GuardMessage().put(GuardRequest::kStart).put(limits.level).put(limits.seconds).put(settings), kOpenPatience);
-    description_ = answer.take_text();
-    abilities_ = answer.take_abilities();
-    layout_ = answer.take_layout();
+    const GuardMessage about = ask(GuardRequest::kStart, {{"limits", limits}, {"settings", settings}}, kOpenPatience);
+    about.at("description").get_to(description_);
+    about.at("abilities").get_to(abilities_);
+    about.at("layout").get_to(layout_);
   } catch (...) {
     close();
     throw;
@@ -54,24 +50,22 @@ GuardedLink::GuardedLink(const std::vector<std::string>& command, const LinkSett
 
 GuardedLink::~GuardedLink() { close(); }
 
-void GuardedLink::open() { ask(GuardMessage().put(GuardRequest::kOpen), kOpenPatience); }
+void GuardedLink::open() { ask(GuardRequest::kOpen, nullptr, kOpenPatience); }
 
-void GuardedLink::set_modulation(const Modulation& modulation) {
-  ask(GuardMessage().put(GuardRequest::kModulation).put(modulation), kPatience);
-}
+void GuardedLink::set_modulation(const Modulation& modulation) { ask(GuardRequest::kModulation, modulation); }
 
-void GuardedLink::send(const DriveFrame& frame) { ask(GuardMessage().put(GuardRequest::kSend).put(frame), kPatience); }
+void GuardedLink::send(const DriveFrame& frame) { ask(GuardRequest::kSend, frame); }
 
 void GuardedLink::check() { ask(GuardRequest::kCheck); }
 
 std::optional<DriveFrame> GuardedLink::read_back() {
-  GuardMessage answer = ask(GuardRequest::kReadBack);
-  return answer.take_number() != 0 ? std::optional(answer.take_frame()) : std::nullopt;
+  const GuardMessage frame = ask(GuardRequest::kReadBack);
+  return frame.is_null() ? std::nullopt : std::optional(frame.get<DriveFrame>());
 }
 
 std::optional<std::vector<std::uint8_t>> GuardedLink::read_back_modulation() {
-  GuardMessage answer = ask(GuardRequest::kReadBackModulation);
-  return answer.take_number() != 0 ? std::optional(answer.take_data()) : std::nullopt;
+  const GuardMessage samples = ask(GuardRequest::kReadBackModulation);
+  return samples.is_null() ? std::nullopt : std::optional(samples.get<std::vector<std::uint8_t>>());
 }
 
 void GuardedLink::quiet() { ask(GuardRequest::kQuiet); }
@@ -95,11 +89,9 @@ std::string GuardedLink::last_word() {
   return code == 0 ? "; its watchdog has quieted the array" : kMayBeOn;
 }
 
-GuardMessage GuardedLink::ask(GuardRequest request) { return ask(GuardMessage().put(request), kPatience); }
-
-GuardMessage GuardedLink::ask(const GuardMessage& request, double patience) {
+GuardMessage GuardedLink::ask(GuardRequest request, const GuardMessage& with, double patience) {
   // A guard that stopped of its own accord has left the reason in the channel.
-  channel_.send(request);
+  channel_.send({{"request", request}, {"with", with}});
   std::optional<GuardMessage> answer;
   try {
     answer = channel_.receive(patience);
@@ -109,19 +101,19 @@ GuardMessage GuardedLink::ask(const GuardMessage& request, double patience) {
   if (!answer) {
     throw DeviceError("link guard: it is gone" + last_word());
   }
-  const auto reply = static_cast<GuardReply>(answer->take_number());
-  switch (reply) {
+  GuardMessage& said = answer->at("with");
+  switch (answer->at("reply").get<GuardReply>()) {
     case GuardReply::kDone:
-      return std::move(*answer);
+      return std::move(said);
     case GuardReply::kInputError:
-      throw InputError(answer->take_text());
+      throw InputError(said.get<std::string>());
     case GuardReply::kDeviceError:
     case GuardReply::kStopped:
-      throw DeviceError(answer->take_text());
+      throw DeviceError(said.get<std::string>());
     case GuardReply::kError:
       break;
   }
-  throw IoError(answer->take_text());
+  throw IoError(said.get<std::string>());
 }
 
 }  // namespace touchfield

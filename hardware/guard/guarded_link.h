@@ -10,6 +10,9 @@
 
 namespace touchfield {
 
+/// For an answer of a guard [s]; the link itself gives up after kLinkPatience.
+inline constexpr double kGuardPatience = 2;
+
 /// A link that lives in a process of its own, the guard, which owns the device and quiets it when this process, or it
 /// itself, is told to stop, or when this process is gone, stopped or silent. The guard has a watchdog, a process too.
 /// See run_guard and run_watchdog.
@@ -35,8 +38,7 @@ class GuardedLink final : public ArrayLink {
   void close() noexcept override;
 
  private:
-  GuardMessage ask(const GuardMessage& request, double patience);
-  GuardMessage ask(GuardRequest request);
+  GuardMessage ask(GuardRequest request, const GuardMessage& with = nullptr, double patience = kGuardPatience);
   /// How the watchdog of a guard that is gone has left the array.
   std::string last_word();
 

@@ -71,7 +71,7 @@ SweepSummary summary_of(const SweepIdentity& identity, int threads, const std::s
   SweepSummary summary;
   summary.name = identity.name;
   summary.text = identity.text;
-  summary.base = identity.base;
+  summary.base = identity.base_text;
   summary.hash = identity.hash;
   summary.parameters = identity.parameters;
   summary.provenance = provenance_now(threads, "", command_line, identity.hash);

@@ -48,7 +48,7 @@ std::string kind_text(const TransducerArray& array) {
 
 std::string directivity_text(const Directivity& directivity) {
   const std::string name = directivity_name(directivity.kind());
-  return directivity.kind() == Directivity::Kind::kPiston ? fmt::format("{}, ka = {:.6g}", name, piston_ka(directivity))
+  return directivity.kind() == Directivity::Kind::kPiston ? fmt::format("{}, ka = {:.6g}", name, directivity.ka())
                                                           : name;
 }
 

@@ -16,7 +16,7 @@
 #include "sim/store/checksum.h"
 #include "sim/store/hdf5_file.h"
 #include "sim/store/run_file.h"
-#include "sim/store/run_layout.h"
+#include "sim/store/run_archive.h"
 #include "sim/store/sweep_rows.h"
 #include "sim/store/text_table.h"
 
@@ -248,11 +248,7 @@ void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
     root.set_attribute("cases_done", static_cast<int>(summary.records.size()));
     root.write_text("sweep", summary.text);
     root.write_text("base", summary.base);
-    const hdf5::Group provenance = root.create("provenance");
-    for (const ProvenanceField& field : provenance_fields()) {
-      provenance.set_attribute(field.name, summary.provenance.*field.value);
-    }
-    provenance.set_attribute("threads", summary.provenance.threads);
+    provenance_parts(GroupWriter(root.create("provenance")), summary.provenance);
     const std::vector<SweepRow> rows = sweep_rows(summary);
     if (!rows.empty()) {
       const hdf5::Group inputs = root.create("inputs");

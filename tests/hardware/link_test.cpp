@@ -148,18 +148,19 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
   const LinkAbilities abilities{{32, 2}, 89, {4000, 123, {250, 125}}, true};
   const LinkSettings settings{"autd3:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), 7, true};
   const DriveFrame frame{{1, 2, 3}, {4, 5, 6}};
-  GuardMessage out;
-  out.put(GuardRequest::kSend).put(0.25).put(std::string("a text")).put(frame).put(abilities).put(settings);
   const std::vector<Modulation> modulations{StaticModulation{}, SineModulation{30, 0.5},
                                             SampledModulation{{7, 8}, 8000}};
-  for (const Modulation& modulation : modulations) out.put(modulation);
-
-  GuardMessage in(out.bytes());
-  EXPECT_EQ(static_cast<GuardRequest>(in.take_number()), GuardRequest::kSend);
-  EXPECT_EQ(in.take_real(), 0.25);
-  EXPECT_EQ(in.take_text(), "a text");
-  EXPECT_EQ(in.take_frame(), frame);
-  const LinkAbilities able = in.take_abilities();
+  const GuardMessage in = unpacked(packed({{"request", GuardRequest::kSend},
+                                           {"limits", GuardLimits{0.25, 3}},
+                                           {"frame", frame},
+                                           {"abilities", abilities},
+                                           {"settings", settings},
+                                           {"modulations", modulations}}));
+  EXPECT_EQ(in.at("request").get<GuardRequest>(), GuardRequest::kSend);
+  EXPECT_EQ(in.at("limits").get<GuardLimits>().level, 0.25);
+  EXPECT_EQ(in.at("limits").get<GuardLimits>().seconds, 3);
+  EXPECT_EQ(in.at("frame").get<DriveFrame>(), frame);
+  const auto able = in.at("abilities").get<LinkAbilities>();
   EXPECT_EQ(able.steps.phase_levels, 32);
   EXPECT_EQ(able.steps.intensity_levels, 2);
   EXPECT_EQ(able.most_frames_per_second, 89);
@@ -167,7 +168,7 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
   EXPECT_EQ(able.modulation.most_samples, 123U);
   EXPECT_THAT(able.modulation.own_frequencies, ElementsAre(250, 125));
   EXPECT_TRUE(able.reads_back);
-  const LinkSettings set = in.take_settings();
+  const auto set = in.at("settings").get<LinkSettings>();
   EXPECT_EQ(set.address, settings.address);
   EXPECT_EQ(set.library, settings.library);
   EXPECT_EQ(set.array.positions, settings.array.positions);
@@ -176,17 +177,23 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
   EXPECT_EQ(set.array.channel, settings.array.channel);
   EXPECT_EQ(set.frames, 7U);
   EXPECT_TRUE(set.replace);
-  for (const Modulation& modulation : modulations) EXPECT_EQ(in.take_modulation(), modulation);
-  EXPECT_THROW(in.take_number(), IoError);
+  EXPECT_EQ(in.at("modulations").get<std::vector<Modulation>>(), modulations);
+  EXPECT_TRUE(unpacked(packed(nullptr)).is_null());
+}
+
+TEST(GuardMessage, AnArrayWithoutTransducers) {
+  const ArrayLayout layout = unpacked(packed(ArrayLayout{})).get<ArrayLayout>();
+  EXPECT_EQ(layout.positions.cols(), 0);
+  EXPECT_EQ(layout.device.size(), 0);
 }
 
 // Cut anywhere, it is an error and not a read past the end.
 TEST(GuardMessage, CutShort) {
-  GuardMessage out;
-  out.put(LinkSettings{"dry-run", "", grid_layout(2, 2, 0.01), 1, false}).put(DriveFrame{{1}, {2}});
-  for (std::size_t length = 0; length < out.bytes().size(); ++length) {
-    GuardMessage in({out.bytes().begin(), out.bytes().begin() + static_cast<std::ptrdiff_t>(length)});
-    EXPECT_THROW((in.take_settings(), in.take_frame()), IoError) << length;
+  const std::vector<std::uint8_t> whole =
+      packed({{"settings", LinkSettings{"dry-run", "", grid_layout(2, 2, 0.01), 1, false}}});
+  for (std::size_t length = 1; length < whole.size(); ++length) {
+    const std::vector<std::uint8_t> cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
+    EXPECT_THROW(unpacked(cut), IoError) << length;
   }
 }
 
