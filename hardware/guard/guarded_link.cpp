@@ -6,8 +6,8 @@
 #include <thread>
 #include <utility>
 
+#include "hardware/guard/guard_process.h"
 #include "hardware/guard/guard_start.h"
-#include "hardware/guard/quieting.h"
 #include "hardware/guard/vigil.h"
 #include "sim/core/errors.h"
 

@@ -13,7 +13,6 @@
 #include "hardware/guard/guard_channel.h"
 #include "hardware/guard/guard_process.h"
 #include "hardware/guard/guard_start.h"
-#include "hardware/guard/quieting.h"
 #include "hardware/guard/vigil.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
 #include <iostream>
 #include <map>
 #include <new>
@@ -14,9 +15,7 @@
 
 #include "sim/assess/check.h"
 #include "sim/assess/peak_memory.h"
-#include "sim/batch/file_progress.h"
 #include "sim/batch/run_directory.h"
-#include "sim/batch/run_files.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
@@ -29,6 +28,25 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kExpected = "expected_seconds";
+
+/// Writes what a computation does into a log, a line a stage, each with the time and on the disk at once. A file that
+/// cannot be opened leaves the log empty: it is no part of the result.
+class FileProgress : public Progress {
+ public:
+  explicit FileProgress(const std::string& path) : log_(path) {}
+
+  void begin(std::string_view what) override { stages_.emplace_back(what); }
+  void end(double seconds) override {
+    note(fmt::format("  {}: {:.2f} s", stages_.back(), seconds));
+    stages_.pop_back();
+  }
+  void note(std::string_view line) override { log_ << utc_now() << ' ' << line << std::endl; }
+  void warn(std::string_view message) override { note(fmt::format("warning: {}", message)); }
+
+ private:
+  std::ofstream log_;
+  std::vector<std::string> stages_;  // begun and not ended, one within another
+};
 
 void take_results(const Run& run, SweepRecord& record) {
   record.faces = static_cast<int>(run.mesh.face_count());

@@ -10,7 +10,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/text_hash.h"
-#include "sim/solve/provenance.h"
+#include "sim/solve/solve_model.h"
 
 namespace touchfield {
 

@@ -1,5 +1,6 @@
 #include "sim/solve/solve_model.h"
 
+#include <algorithm>
 #include <map>
 #include <memory>
 
@@ -9,14 +10,14 @@
 #include "sim/core/version.h"
 #include "sim/field/evaluate.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/solve/alarm.h"
 #include "sim/solve/judge.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/methods.h"
-#include "sim/solve/provenance.h"
+#include "sim/solve/speed.h"
 #include "sim/solve/stages.h"
 #include "sim/solve/warnings.h"
 #include "solvers/linear/blas_core.h"
+#include "solvers/linear/instruction_level.h"
 #include "solvers/phase/certificate.h"
 
 namespace touchfield {
@@ -24,6 +25,10 @@ namespace touchfield {
 namespace {
 
 constexpr double kSmallestReciprocalCondition = 1e-8;
+constexpr double kAlarmTolerance = 1e-3;
+constexpr int kAlarmSteps = 60;
+constexpr double kFreeSeconds = 0.25;  // spent on the alarm whatever the run takes
+constexpr double kAlarmShare = 0.5;    // of the run's own solving
 
 std::string used_seeds(const Scene& scene) {
   std::string seeds = scene.sensing ? fmt::format("sensing={}", scene.sensing->seed) : "";
@@ -178,6 +183,51 @@ void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progre
   }
 }
 
+/// The alarm for fictitious frequencies: how far the pressures of a plain and of a Burton-Miller scheme are apart for
+/// one drive,
+///
+///   || p_plain - p_bm || / || p_bm ||, area-weighted.
+///
+/// The run's own solution is one of the two; the other, paper_corrected or burton_miller, is solved matrix-free to 1e-3
+/// in at most 60 steps. `auto` leaves it out where that would take longer than half of what the run has spent solving,
+/// but for half a second.
+///
+/// own       the pressures that `scattering` found for the drive, M [Pa]
+/// spent     seconds the run has spent on solving so far
+/// returns   NaN if it was left out
+double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const Eigen::VectorXcd& drive,
+                        const Eigen::VectorXcd& own, double spent, std::vector<SolveRecord>& records,
+                        Progress& progress) {
+  const TriangleMesh& mesh = scattering.system().mesh();
+  const Wave& wave = scattering.system().wave();
+  const bool plain = !traits(scattering.system().scheme()).burton_miller;
+  const Scheme other = plain ? Scheme::kBurtonMiller : Scheme::kPaperCorrected;
+  if (spec.alarm == AlarmChoice::kNever) {
+    return kNotComputed;
+  }
+  const double expected = (plain ? 15.0 : 40.0) * product_seconds(mesh, wave);
+  if (spec.alarm == AlarmChoice::kAuto && expected > std::max(kFreeSeconds, kAlarmShare * spent)) {
+    progress.note(fmt::format("  alarm: left out, {} would take about {:.1f} s more (solve.alarm: always asks for it)",
+                              to_string(other), expected));
+    return kNotComputed;
+  }
+  SolverSpec quick = spec;
+  quick.solver = SolverChoice::kMatrixFree;
+  quick.precision = PrecisionChoice::kSingle;
+  quick.refine = false;
+  quick.tolerance = kAlarmTolerance;
+  quick.max_steps = kAlarmSteps;
+  SkinScattering compared(mesh, wave, other, quick, scattering.array(), records, progress);
+  const Eigen::VectorXcd p = compared.pressure(drive, "alarm");
+  const Eigen::VectorXcd& reference = plain ? p : own;
+  const double alarm = relative_difference(mesh.areas(), plain ? own : p, reference);
+  const bool settled = records.back().residual <= 2.0 * kAlarmTolerance;
+  progress.note(fmt::format(
+      "  alarm: plain and Burton-Miller pressures differ by {:.2f} %{}", 100.0 * alarm,
+      settled ? "" : fmt::format(" ({} stopped at a residual of {:.1e})", to_string(other), records.back().residual)));
+  return alarm;
+}
+
 void raise_alarm(const SolveSpec& solve, Models& models, Run& run, Progress& progress) {
   const MethodSpec& first = solve.methods.front();
   double spent = 0.0;
@@ -201,6 +251,24 @@ FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& 
 }
 
 }  // namespace
+
+Provenance provenance_now(int threads, const std::string& seeds, const std::string& command_line,
+                          const std::string& scene_hash) {
+  const BuildInfo build = build_info();
+  return {.version = build.version,
+          .revision = build.revision,
+          .compiler = build.compiler,
+          .flags = build.flags,
+          .machine = machine_description(),
+          .blas_core = blas_core(),
+          .instruction_level = to_string(instruction_level()),
+          .threads = threads,
+          .seeds = seeds,
+          .command_line = command_line,
+          .start = utc_now(),
+          .end = "",
+          .scene_hash = scene_hash};
+}
 
 Run solve_model(const Model& model, const SolveOptions& options, const std::function<void(const Run&)>& finished,
                 Progress& progress) {

@@ -37,17 +37,15 @@ inline hdf5::Shape grid_shape(const FieldGrid& grid) {
           static_cast<std::uint64_t>(grid.count[0])};
 }
 
-class GroupWriter {
+class GroupWriter : public hdf5::Group {
  public:
   static constexpr bool kReads = false;
 
-  explicit GroupWriter(hdf5::Group group) : group_(std::move(group)) {}
-
-  const hdf5::Group& group() const { return group_; }
+  explicit GroupWriter(hdf5::Group group) : Group(std::move(group)) {}
 
   template <class Value>
   void attribute(const std::string& name, const Value& value) const {
-    group_.set_attribute(name, value);
+    set_attribute(name, value);
   }
   /// One that may be missing: of older files, or a list that is empty.
   template <class Value>
@@ -57,19 +55,19 @@ class GroupWriter {
         return;
       }
     }
-    group_.set_attribute(name, value);
+    set_attribute(name, value);
   }
   template <class Value>
   void choice(const std::string& name, const Value& value, const Choices<Value>& choices) const {
-    group_.set_attribute(name, std::ranges::find(choices, value, &Choices<Value>::value_type::second)->first);
+    set_attribute(name, std::ranges::find(choices, value, &Choices<Value>::value_type::second)->first);
   }
   /// How long stages took, an attribute each, and their order.
   void stages(const std::string& prefix, const StageSeconds& seconds) const {
     std::vector<std::string> names;
     for (const auto& [stage, value] : seconds) {
       names.push_back(stage);
-      if (!group_.has_attribute(prefix + stage)) {  // a metric of that name says the same: check_run
-        group_.set_attribute(prefix + stage, value);
+      if (!has_attribute(prefix + stage)) {  // a metric of that name says the same: check_run
+        set_attribute(prefix + stage, value);
       }
     }
     later_attribute("stages", names);
@@ -77,7 +75,7 @@ class GroupWriter {
 
   template <class List>
   void list(const std::string& name, const List& values, const char* unit) const {
-    group_.write(name, values.data(), {static_cast<std::uint64_t>(values.size())}, unit);
+    write(name, values.data(), {static_cast<std::uint64_t>(values.size())}, unit);
   }
   /// One that is left out where it is empty.
   template <class List>
@@ -89,19 +87,19 @@ class GroupWriter {
   /// 3 x n as [n, 3].
   template <class Columns>
   void columns(const std::string& name, const Columns& values, const char* unit) const {
-    group_.write(name, values.data(), {static_cast<std::uint64_t>(values.cols()), 3}, unit);
+    write(name, values.data(), {static_cast<std::uint64_t>(values.cols()), 3}, unit);
   }
   template <class Values>
   void on_grid(const std::string& name, const Values& values, const FieldGrid& grid, const char* unit) const {
-    group_.write(name, values.data(), grid_shape(grid), unit);
+    write(name, values.data(), grid_shape(grid), unit);
   }
   template <class Values>
   void three(const std::string& name, const Values& values, const char* unit) const {
-    group_.write(name, values.data(), {3}, unit);
+    write(name, values.data(), {3}, unit);
   }
   void optional_texts(const std::string& name, const std::vector<std::string>& texts) const {
     if (!texts.empty()) {
-      group_.write_texts(name, texts);
+      write_texts(name, texts);
     }
   }
   /// A member of every record as one dataset.
@@ -110,7 +108,7 @@ class GroupWriter {
     if constexpr (std::is_same_v<Value, std::string>) {
       std::vector<std::string> values;
       std::ranges::transform(records, std::back_inserter(values), member);
-      group_.write_texts(name, values);
+      write_texts(name, values);
     } else {
       std::vector<StoredNumber<Value>> values;
       std::ranges::transform(records, std::back_inserter(values), member);
@@ -122,46 +120,39 @@ class GroupWriter {
   template <class Fill>
   void part(const std::string& name, bool there, const Fill& fill) const {
     if (there) {
-      fill(GroupWriter(group_.create(name)));
+      fill(GroupWriter(create(name)));
     }
   }
   /// A group for every one of a list, called name_of(one).
   template <class List, class Name, class Fill>
   void parts(const List& list, const Name& name_of, const Fill& fill) const {
     for (const auto& one : list) {
-      fill(GroupWriter(group_.create(name_of(one))), one);
+      fill(GroupWriter(create(name_of(one))), one);
     }
   }
-
- private:
-  hdf5::Group group_;
 };
 
-class GroupReader {
+class GroupReader : public hdf5::Content {
  public:
   static constexpr bool kReads = true;
 
-  explicit GroupReader(hdf5::Content group) : group_(std::move(group)) {}
+  explicit GroupReader(hdf5::Content group) : Content(std::move(group)) {}
 
-  const hdf5::Content& group() const { return group_; }
+  [[noreturn]] void fail(std::string_view what) const { throw InputError(fmt::format("{}: {}", place(), what)); }
 
-  [[noreturn]] void fail(std::string_view what) const { throw InputError(fmt::format("{}: {}", group_.place(), what)); }
-
-  void attribute(const std::string& name, std::string& value) const { value = group_.text_attribute(name); }
-  void attribute(const std::string& name, double& value) const { value = group_.number_attribute(name); }
-  void attribute(const std::string& name, int& value) const { value = group_.integer_attribute(name); }
-  void attribute(const std::string& name, std::vector<std::string>& value) const {
-    value = group_.texts_attribute(name);
-  }
+  void attribute(const std::string& name, std::string& value) const { value = text_attribute(name); }
+  void attribute(const std::string& name, double& value) const { value = number_attribute(name); }
+  void attribute(const std::string& name, int& value) const { value = integer_attribute(name); }
+  void attribute(const std::string& name, std::vector<std::string>& value) const { value = texts_attribute(name); }
   template <class Value>
   void later_attribute(const std::string& name, Value& value) const {
-    if (group_.has_attribute(name)) {
+    if (has_attribute(name)) {
       attribute(name, value);
     }
   }
   template <class Value>
   void choice(const std::string& name, Value& value, const Choices<Value>& choices) const {
-    const std::string text = group_.text_attribute(name);
+    const std::string text = text_attribute(name);
     const auto found = std::ranges::find(choices, text, &Choices<Value>::value_type::first);
     if (found == choices.end()) {
       fail(fmt::format("unknown {} '{}'", name, text));
@@ -172,57 +163,56 @@ class GroupReader {
     std::vector<std::string> names;
     later_attribute("stages", names);
     for (const std::string& stage : names) {
-      seconds.emplace_back(stage, group_.number_attribute(prefix + stage));
+      seconds.emplace_back(stage, number_attribute(prefix + stage));
     }
   }
 
   template <class List>
   void list(const std::string& name, List& values, const char* /*unit*/) const {
-    const hdf5::Shape shape = group_.shape(name);
-    if (shape.size() != 1) {
+    const hdf5::Shape extent = shape(name);
+    if (extent.size() != 1) {
       fail(fmt::format("{} must be a list", name));
     }
-    values.resize(static_cast<Eigen::Index>(shape[0]));
-    group_.read(name, shape, values.data());
+    values.resize(static_cast<Eigen::Index>(extent[0]));
+    read(name, extent, values.data());
   }
   template <class List>
   void optional_list(const std::string& name, List& values, const char* unit) const {
-    if (group_.has(name)) {
+    if (has(name)) {
       list(name, values, unit);
     }
   }
   template <class Columns>
   void columns(const std::string& name, Columns& values, const char* /*unit*/) const {
-    const hdf5::Shape shape = group_.shape(name);
-    if (shape.size() != 2 || shape[1] != 3) {
+    const hdf5::Shape extent = shape(name);
+    if (extent.size() != 2 || extent[1] != 3) {
       fail(fmt::format("{} must be [n, 3]", name));
     }
-    values.resize(3, static_cast<Eigen::Index>(shape[0]));
-    group_.read(name, shape, values.data());
+    values.resize(3, static_cast<Eigen::Index>(extent[0]));
+    read(name, extent, values.data());
   }
   template <class Values>
   void on_grid(const std::string& name, Values& values, const FieldGrid& grid, const char* /*unit*/) const {
-    const hdf5::Shape shape = grid_shape(grid);
-    if (group_.shape(name) != shape) {
+    if (shape(name) != grid_shape(grid)) {
       fail(fmt::format("{} does not fit the grid of {} points", name, fmt::join(grid.count, " x ")));
     }
     values.resize(grid.size());
-    group_.read(name, shape, values.data());
+    read(name, grid_shape(grid), values.data());
   }
   template <class Values>
   void three(const std::string& name, Values& values, const char* /*unit*/) const {
-    group_.read(name, {3}, values.data());
+    read(name, {3}, values.data());
   }
   void optional_texts(const std::string& name, std::vector<std::string>& texts) const {
-    if (group_.has(name)) {
-      texts = group_.read_texts(name);
+    if (has(name)) {
+      texts = read_texts(name);
     }
   }
   template <class Record, class Value>
   void column(const char* name, std::vector<Record>& records, Value Record::*member, const char* /*unit*/) const {
     const std::size_t n = records.size();
     if constexpr (std::is_same_v<Value, std::string>) {
-      const std::vector<std::string> values = group_.read_texts(name);
+      const std::vector<std::string> values = read_texts(name);
       if (values.size() != n) {
         fail(fmt::format("{} has {} texts, must have {}", name, values.size(), n));
       }
@@ -231,7 +221,7 @@ class GroupReader {
       }
     } else {
       std::vector<StoredNumber<Value>> values(n);
-      group_.read(name, {n}, values.data());
+      read(name, {n}, values.data());
       for (std::size_t i = 0; i < n; ++i) {
         records[i].*member = static_cast<Value>(values[i]);
         if (!std::is_same_v<Value, double> && static_cast<StoredNumber<Value>>(records[i].*member) != values[i]) {
@@ -243,20 +233,17 @@ class GroupReader {
 
   template <class Fill>
   void part(const std::string& name, bool /*there*/, const Fill& fill) const {
-    if (group_.has(name)) {
-      fill(GroupReader(group_.open(name)));
+    if (has(name)) {
+      fill(GroupReader(open(name)));
     }
   }
   template <class List, class Name, class Fill>
   void parts(List& list, const Name& name_of, const Fill& fill) const {
-    for (const std::string& name : group_.names()) {
+    for (const std::string& name : names()) {
       name_of(list.emplace_back()) = name;
-      fill(GroupReader(group_.open(name)), list.back());
+      fill(GroupReader(open(name)), list.back());
     }
   }
-
- private:
-  hdf5::Content group_;
 };
 
 template <class Io, class TheProvenance>

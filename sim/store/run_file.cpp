@@ -120,12 +120,12 @@ void judge_parts(const GroupWriter& io, const Run& run) {
     io.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, run.judge_model->mesh); });
     optional_target(io, run.judge_model->target);
   } else {
-    io.group().link("mesh", "/mesh");
+    io.link("mesh", "/mesh");
     if (run.target) {
-      io.group().link("target", "/target");
+      io.link("target", "/target");
     }
   }
-  const hdf5::Group methods = io.group().create("methods");
+  const hdf5::Group methods = io.create("methods");
   for (const MethodResult& result : run.methods) {
     if (result.judge_pressure.size() != 0) {
       GroupWriter(methods.create(result.name)).list("pressure", result.judge_pressure, "Pa");
@@ -146,12 +146,12 @@ void judge_parts(const GroupReader& io, Run& run) {
   if (has_judge_model(run.judge)) {
     std::string scheme;
     io.attribute("scheme", scheme);
-    run.judge_model = JudgeModel{scheme, read_mesh(GroupReader(io.group().open("mesh"))), std::nullopt};
+    run.judge_model = JudgeModel{scheme, read_mesh(GroupReader(io.open("mesh"))), std::nullopt};
     optional_target(io, run.judge_model->target);
   } else if (run.judge != "same") {
     io.fail(fmt::format("unknown judge '{}'", run.judge));
   }
-  const hdf5::Content methods = io.group().open("methods");
+  const hdf5::Content methods = io.open("methods");
   for (MethodResult& result : run.methods) {
     if (methods.has(result.name)) {
       GroupReader(methods.open(result.name)).list("pressure", result.judge_pressure, "Pa");
@@ -191,7 +191,7 @@ void field_parts(const Io& io, Field& field) {
   io.on_grid("inside", field.inside, grid, "1");
   io.part("pressure", true, [&](const Io& pressures) {
     if constexpr (Io::kReads) {
-      for (const std::string& method : pressures.group().names()) {
+      for (const std::string& method : pressures.names()) {
         field.pressure.emplace_back(method, Eigen::VectorXcd());
       }
     }
@@ -235,7 +235,7 @@ void write_run(const GroupWriter& io, const Run& run) {
   io.attribute("name", run.name);
   io.attribute("complete", run.complete ? 1 : 0);
   io.attribute("alarm", run.alarm);
-  io.group().write_text("scene", run.scene);
+  io.write_text("scene", run.scene);
   io.part("mesh", true, [&](const GroupWriter& part) {
     mesh_parts(part, run.mesh);
     bodies_parts(part, run);
@@ -260,13 +260,13 @@ void require_format(const hdf5::Content& root, const std::string& path) {
 
 Run read_run(const GroupReader& io) {
   for (const char* group : {"mesh", "array"}) {
-    if (!io.group().has(group)) {
+    if (!io.has(group)) {
       io.fail(fmt::format("holds no group {}", group));
     }
   }
-  const GroupReader mesh(io.group().open("mesh"));
-  Run run{.name = io.group().text_attribute("name"),
-          .scene = io.group().read_text("scene"),
+  const GroupReader mesh(io.open("mesh"));
+  Run run{.name = io.text_attribute("name"),
+          .scene = io.read_text("scene"),
           .mesh = read_mesh(mesh),
           .array = {},
           .target = std::nullopt,
@@ -279,7 +279,7 @@ Run read_run(const GroupReader& io) {
           .alarm = kNotComputed,
           .warnings = {},
           .provenance = {},
-          .complete = io.group().integer_attribute("complete") != 0,
+          .complete = io.integer_attribute("complete") != 0,
           .bodies = {},
           .owner = {}};
   io.later_attribute("alarm", run.alarm);
@@ -335,7 +335,7 @@ Run read_run_file(const std::string& path) {
   require_hdf5(path);
   require_checksum(path);
   const GroupReader root(hdf5::read_content(path));
-  require_format(root.group(), path);
+  require_format(root, path);
   Run run = read_run(root);
   try {
     check_run(run);
