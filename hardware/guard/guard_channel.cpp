@@ -21,10 +21,11 @@ constexpr std::uint32_t kMostBytes = 1U << 24;  // of a message; an array of a h
 }  // namespace
 
 bool GuardChannel::send(const GuardMessage& message) {
-  std::vector<std::uint8_t> bytes = packed(message);
-  const auto size = static_cast<std::uint32_t>(bytes.size());
+  const auto size = static_cast<std::uint32_t>(1 + message.with.size());
   const auto* length = reinterpret_cast<const std::uint8_t*>(&size);
-  bytes.insert(bytes.begin(), length, length + sizeof size);
+  GuardBytes bytes(length, length + sizeof size);
+  bytes.push_back(message.what);
+  bytes.insert(bytes.end(), message.with.begin(), message.with.end());
   for (std::size_t at = 0; at < bytes.size();) {
     const ssize_t sent = ::send(descriptor(), bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
     if (sent < 0 && errno != EINTR) {
@@ -58,11 +59,12 @@ std::optional<GuardMessage> GuardChannel::receive(double patience) {
   if (size > kMostBytes) {
     throw IoError("link guard: a message that is none");
   }
-  std::vector<std::uint8_t> bytes(size);
-  if (!receive_bytes(bytes.data(), bytes.size(), until)) {
+  GuardMessage message(kSignOfLife, GuardBytes(std::max(1U, size) - 1));
+  if ((size > 0 && !receive_bytes(&message.what, 1, until)) ||
+      !receive_bytes(message.with.data(), message.with.size(), until)) {
     return std::nullopt;
   }
-  return unpacked(bytes);
+  return message;
 }
 
 bool GuardChannel::receive_bytes(std::uint8_t* data, std::size_t size, double until) {

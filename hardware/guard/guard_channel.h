@@ -8,6 +8,9 @@
 
 namespace touchfield {
 
+/// What a message says that says nothing.
+inline constexpr std::uint8_t kSignOfLife = 255;
+
 /// For the rest of a message that has begun [s].
 inline constexpr double kMessagePatience = 0.05;
 

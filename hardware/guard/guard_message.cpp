@@ -2,9 +2,13 @@
 
 #include <algorithm>
 
+#include <nlohmann/json.hpp>
+
 #include "sim/core/errors.h"
 
 namespace touchfield {
+
+using Json = nlohmann::json;
 
 namespace {
 
@@ -16,7 +20,7 @@ std::vector<typename Matrix::Scalar> numbers_of(const Matrix& matrix) {
 
 /// A list, or points one behind the other.
 template <class Matrix>
-void read_numbers(const GuardMessage& message, Matrix& matrix) {
+void read_numbers(const Json& message, Matrix& matrix) {
   constexpr int kRows = Matrix::RowsAtCompileTime == Eigen::Dynamic ? 1 : Matrix::RowsAtCompileTime;
   const auto numbers = message.get<std::vector<typename Matrix::Scalar>>();
   const auto count = static_cast<Eigen::Index>(numbers.size()) / kRows;
@@ -26,19 +30,15 @@ void read_numbers(const GuardMessage& message, Matrix& matrix) {
 
 }  // namespace
 
-std::vector<std::uint8_t> packed(const GuardMessage& message) {
-  return message.is_null() ? std::vector<std::uint8_t>() : GuardMessage::to_msgpack(message);
-}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardLimits, level, seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveFrame, phase, intensity)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveSteps, phase_levels, intensity_levels)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ModulationAbility, rate, most_samples, own_frequencies)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkAbilities, steps, most_frames_per_second, modulation, reads_back)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SineModulation, frequency, depth)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SampledModulation, samples, rate)
 
-GuardMessage unpacked(const std::vector<std::uint8_t>& bytes) {
-  GuardMessage message = bytes.empty() ? GuardMessage() : GuardMessage::from_msgpack(bytes, true, false);
-  if (message.is_discarded()) {
-    throw IoError("link guard: a message that is none");
-  }
-  return message;
-}
-
-void to_json(GuardMessage& message, const Modulation& modulation) {
+void to_json(Json& message, const Modulation& modulation) {
   if (const auto* sine = std::get_if<SineModulation>(&modulation)) {
     message = *sine;
   } else if (const auto* samples = std::get_if<SampledModulation>(&modulation)) {
@@ -46,7 +46,7 @@ void to_json(GuardMessage& message, const Modulation& modulation) {
   }
 }
 
-void from_json(const GuardMessage& message, Modulation& modulation) {
+void from_json(const Json& message, Modulation& modulation) {
   if (message.is_null()) {
     modulation = StaticModulation{};
   } else if (message.contains("depth")) {
@@ -56,18 +56,48 @@ void from_json(const GuardMessage& message, Modulation& modulation) {
   }
 }
 
-void to_json(GuardMessage& message, const ArrayLayout& layout) {
+void to_json(Json& message, const ArrayLayout& layout) {
   message = {{"positions", numbers_of(layout.positions)},
              {"axes", numbers_of(layout.axes)},
              {"device", numbers_of(layout.device)},
              {"channel", numbers_of(layout.channel)}};
 }
 
-void from_json(const GuardMessage& message, ArrayLayout& layout) {
+void from_json(const Json& message, ArrayLayout& layout) {
   read_numbers(message.at("positions"), layout.positions);
   read_numbers(message.at("axes"), layout.axes);
   read_numbers(message.at("device"), layout.device);
   read_numbers(message.at("channel"), layout.channel);
 }
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkSettings, address, library, array, frames, replace)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardStart, limits, settings)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardedDevice, description, abilities, layout)
+
+template <class Value>
+GuardBytes packed(const Value& value) {
+  return Json::to_msgpack(Json(value));
+}
+
+template <class Value>
+Value unpacked(const GuardBytes& bytes) {
+  try {
+    return Json::from_msgpack(bytes).get<Value>();
+  } catch (const Json::exception&) {
+    throw IoError("link guard: a message that is none");
+  }
+}
+
+#define TOUCHFIELD_GUARD_VALUE(Value)       \
+  template GuardBytes packed(const Value&); \
+  template Value unpacked(const GuardBytes&);
+TOUCHFIELD_GUARD_VALUE(std::string)
+TOUCHFIELD_GUARD_VALUE(GuardBytes)
+TOUCHFIELD_GUARD_VALUE(DriveFrame)
+TOUCHFIELD_GUARD_VALUE(Modulation)
+TOUCHFIELD_GUARD_VALUE(LinkSettings)
+TOUCHFIELD_GUARD_VALUE(GuardStart)
+TOUCHFIELD_GUARD_VALUE(GuardedDevice)
+#undef TOUCHFIELD_GUARD_VALUE
 
 }  // namespace touchfield

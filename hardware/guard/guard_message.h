@@ -1,30 +1,30 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <utility>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "hardware/array_link.h"
 #include "hardware/make_link.h"
 
 namespace touchfield {
 
-/// What a link's owner asks its guard for: {"request": this, "with": what it needs}. Every request is answered.
-enum class GuardRequest {
-  kStart,               // {"limits": GuardLimits, "settings": LinkSettings} -> {"description", "abilities", "layout"}
+/// What a link's owner asks its guard for, and what goes with it -> with the answer. Every request is answered.
+enum class GuardRequest : std::uint8_t {
+  kStart,               // GuardStart -> GuardedDevice
   kOpen,                //
   kModulation,          // Modulation
   kSend,                // DriveFrame
   kCheck,               //
-  kReadBack,            // -> DriveFrame, or null if there is none
-  kReadBackModulation,  // -> bytes, or null if there are none
+  kReadBack,            // -> DriveFrame, or nothing
+  kReadBackModulation,  // -> bytes, or nothing
   kQuiet,               //
   kClose,               // and end
 };
 
-/// The answer: {"reply": this, "with": what was asked for, or a text}.
-enum class GuardReply {
+/// The answer; with anything but kDone goes a text.
+enum class GuardReply : std::uint8_t {
   kDone,
   kInputError,
   kDeviceError,
@@ -32,11 +32,11 @@ enum class GuardReply {
   kStopped,  // the guard quieted the device of its own accord and ends; may come unasked
 };
 
-/// What a guard tells its watchdog: {"note": this, "with": LinkSettings of kDevice}.
-enum class GuardNote {
-  kDevice,
-  kOn,   // from now on the device may emit
-  kOff,  // it is quiet, or given up
+/// What a guard tells its watchdog.
+enum class GuardNote : std::uint8_t {
+  kDevice,  // LinkSettings
+  kOn,      // from now on the device may emit
+  kOff,     // it is quiet, or given up
 };
 
 /// What a guard lets through.
@@ -45,25 +45,34 @@ struct GuardLimits {
   double seconds = 10;  // of emission from the first frame on
 };
 
-/// What these processes, all of one program, say to each other; null is a sign of life.
-using GuardMessage = nlohmann::json;
+struct GuardStart {
+  GuardLimits limits;
+  LinkSettings settings;
+};
 
-/// A message as MessagePack; null has no bytes.
-std::vector<std::uint8_t> packed(const GuardMessage& message);
-/// throws   IoError on bytes that are no message
-GuardMessage unpacked(const std::vector<std::uint8_t>& bytes);
+struct GuardedDevice {
+  std::string description;
+  LinkAbilities abilities;
+  ArrayLayout layout;
+};
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardLimits, level, seconds)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveFrame, phase, intensity)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveSteps, phase_levels, intensity_levels)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ModulationAbility, rate, most_samples, own_frequencies)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkAbilities, steps, most_frames_per_second, modulation, reads_back)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SineModulation, frequency, depth)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SampledModulation, samples, rate)
-void to_json(GuardMessage& message, const Modulation& modulation);
-void from_json(const GuardMessage& message, Modulation& modulation);
-void to_json(GuardMessage& message, const ArrayLayout& layout);
-void from_json(const GuardMessage& message, ArrayLayout& layout);
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkSettings, address, library, array, frames, replace)
+using GuardBytes = std::vector<std::uint8_t>;
+
+/// What these processes, all of one program, say to each other.
+struct GuardMessage {
+  template <class What>
+  explicit GuardMessage(What message, GuardBytes bytes = {})
+      : what(static_cast<std::uint8_t>(message)), with(std::move(bytes)) {}
+
+  std::uint8_t what;  // a GuardRequest, GuardReply or GuardNote
+  GuardBytes with;    // packed
+};
+
+/// A value as it goes with a message: of the types named above, or a text.
+template <class Value>
+GuardBytes packed(const Value& value);
+/// throws   IoError on bytes that are no such value
+template <class Value>
+Value unpacked(const GuardBytes& bytes);
 
 }  // namespace touchfield

@@ -94,12 +94,10 @@ class Guard {
       stop("the program that drove the array is gone");
       return;
     }
-    const auto refusal = [](GuardReply reply, const std::string& text) {
-      return GuardMessage{{"reply", reply}, {"with", text}};
-    };
-    GuardMessage reply;
+    const auto refusal = [](GuardReply reply, const std::string& text) { return GuardMessage(reply, packed(text)); };
+    GuardMessage reply(GuardReply::kDone);
     try {
-      reply = {{"reply", GuardReply::kDone}, {"with", answer(*request)}};
+      reply.with = answer(static_cast<GuardRequest>(request->what), request->with);
     } catch (const InputError& error) {
       reply = refusal(GuardReply::kInputError, error.what());
     } catch (const DeviceError& error) {
@@ -113,14 +111,13 @@ class Guard {
     program_vigil_.heard(steady_now());
   }
 
-  GuardMessage answer(const GuardMessage& message) {
-    const auto request = message.at("request").get<GuardRequest>();
-    const GuardMessage& with = message.at("with");
+  GuardBytes answer(GuardRequest request, const GuardBytes& with) {
     if (request == GuardRequest::kStart) {
-      with.at("limits").get_to(limits_);
-      watchdog_.send({{"note", GuardNote::kDevice}, {"with", with.at("settings")}});
-      link_ = make_link(with.at("settings").get<LinkSettings>());
-      return {{"description", link_->describe()}, {"abilities", link_->abilities()}, {"layout", link_->layout()}};
+      const auto start = unpacked<GuardStart>(with);
+      limits_ = start.limits;
+      watchdog_.send(GuardMessage(GuardNote::kDevice, packed(start.settings)));
+      link_ = make_link(start.settings);
+      return packed(GuardedDevice{link_->describe(), link_->abilities(), link_->layout()});
     }
     if (request == GuardRequest::kClose) {
       ended_ = true;
@@ -129,7 +126,7 @@ class Guard {
       } else if (open_) {
         link_->close();
       }
-      return nullptr;
+      return {};
     }
     if (!link_) {
       throw std::logic_error("link guard: a request before the start");
@@ -144,7 +141,7 @@ class Guard {
         throw;
       }
       open_ = true;
-      return nullptr;
+      return {};
     }
     if (!open_) {
       throw DeviceError("link guard: the device is not open");
@@ -153,26 +150,26 @@ class Guard {
   }
 
   // What needs an open device.
-  GuardMessage answer_open(GuardRequest request, const GuardMessage& with) {
-    const auto value_or_null = [](const auto& value) { return value ? GuardMessage(*value) : GuardMessage(); };
+  GuardBytes answer_open(GuardRequest request, const GuardBytes& with) {
+    const auto if_any = [](const auto& value) { return value ? packed(*value) : GuardBytes(); };
     switch (request) {
       case GuardRequest::kModulation:
-        link_->set_modulation(with.get<Modulation>());
-        return nullptr;
+        link_->set_modulation(unpacked<Modulation>(with));
+        return {};
       case GuardRequest::kSend:
-        send(with.get<DriveFrame>());
-        return nullptr;
+        send(unpacked<DriveFrame>(with));
+        return {};
       case GuardRequest::kCheck:
         link_->check();
-        return nullptr;
+        return {};
       case GuardRequest::kReadBack:
-        return value_or_null(link_->read_back());
+        return if_any(link_->read_back());
       case GuardRequest::kReadBackModulation:
-        return value_or_null(link_->read_back_modulation());
+        return if_any(link_->read_back_modulation());
       case GuardRequest::kQuiet:
         link_->quiet();
         note(false);
-        return nullptr;
+        return {};
       default:
         throw std::logic_error("link guard: an unknown request");
     }
@@ -195,7 +192,7 @@ class Guard {
   // Whether the device may emit, told to the watchdog before that begins and after it has ended.
   void note(bool on) {
     on_ = on;
-    watchdog_.send({{"note", on ? GuardNote::kOn : GuardNote::kOff}});
+    watchdog_.send(GuardMessage(on ? GuardNote::kOn : GuardNote::kOff));
   }
 
   // Quiets and lets go, as far as the device still lets it. Returns how that went.
@@ -217,7 +214,7 @@ class Guard {
       std::fputs(fmt::format("touchfield: link guard: {}\n", text).c_str(), stderr);
     }
     ::kill(watchdog_.maker(), SIGCONT);  // it ends with its guard, also if it was stopped
-    program_.send({{"reply", GuardReply::kStopped}, {"with", "link guard: " + text}});
+    program_.send(GuardMessage(GuardReply::kStopped, packed("link guard: " + text)));
     ended_ = true;
   }
 

@@ -38,10 +38,8 @@ GuardedLink::GuardedLink(const std::vector<std::string>& command, const LinkSett
   watchdog_ = start_apart(command, {ends.others.number()});
   ends.others.close();
   try {
-    const GuardMessage about = ask(GuardRequest::kStart, {{"limits", limits}, {"settings", settings}}, kOpenPatience);
-    about.at("description").get_to(description_);
-    about.at("abilities").get_to(abilities_);
-    about.at("layout").get_to(layout_);
+    const GuardBytes about = ask(GuardRequest::kStart, packed(GuardStart{limits, settings}), kOpenPatience);
+    device_ = unpacked<GuardedDevice>(about);
   } catch (...) {
     close();
     throw;
@@ -50,22 +48,22 @@ GuardedLink::GuardedLink(const std::vector<std::string>& command, const LinkSett
 
 GuardedLink::~GuardedLink() { close(); }
 
-void GuardedLink::open() { ask(GuardRequest::kOpen, nullptr, kOpenPatience); }
+void GuardedLink::open() { ask(GuardRequest::kOpen, {}, kOpenPatience); }
 
-void GuardedLink::set_modulation(const Modulation& modulation) { ask(GuardRequest::kModulation, modulation); }
+void GuardedLink::set_modulation(const Modulation& modulation) { ask(GuardRequest::kModulation, packed(modulation)); }
 
-void GuardedLink::send(const DriveFrame& frame) { ask(GuardRequest::kSend, frame); }
+void GuardedLink::send(const DriveFrame& frame) { ask(GuardRequest::kSend, packed(frame)); }
 
 void GuardedLink::check() { ask(GuardRequest::kCheck); }
 
 std::optional<DriveFrame> GuardedLink::read_back() {
-  const GuardMessage frame = ask(GuardRequest::kReadBack);
-  return frame.is_null() ? std::nullopt : std::optional(frame.get<DriveFrame>());
+  const GuardBytes frame = ask(GuardRequest::kReadBack);
+  return frame.empty() ? std::nullopt : std::optional(unpacked<DriveFrame>(frame));
 }
 
 std::optional<std::vector<std::uint8_t>> GuardedLink::read_back_modulation() {
-  const GuardMessage samples = ask(GuardRequest::kReadBackModulation);
-  return samples.is_null() ? std::nullopt : std::optional(samples.get<std::vector<std::uint8_t>>());
+  const GuardBytes samples = ask(GuardRequest::kReadBackModulation);
+  return samples.empty() ? std::nullopt : std::optional(unpacked<GuardBytes>(samples));
 }
 
 void GuardedLink::quiet() { ask(GuardRequest::kQuiet); }
@@ -89,9 +87,9 @@ std::string GuardedLink::last_word() {
   return code == 0 ? "; its watchdog has quieted the array" : kMayBeOn;
 }
 
-GuardMessage GuardedLink::ask(GuardRequest request, const GuardMessage& with, double patience) {
+GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patience) {
   // A guard that stopped of its own accord has left the reason in the channel.
-  channel_.send({{"request", request}, {"with", with}});
+  channel_.send(GuardMessage(request, std::move(with)));
   std::optional<GuardMessage> answer;
   try {
     answer = channel_.receive(patience);
@@ -101,19 +99,18 @@ GuardMessage GuardedLink::ask(GuardRequest request, const GuardMessage& with, do
   if (!answer) {
     throw DeviceError("link guard: it is gone" + last_word());
   }
-  GuardMessage& said = answer->at("with");
-  switch (answer->at("reply").get<GuardReply>()) {
+  switch (static_cast<GuardReply>(answer->what)) {
     case GuardReply::kDone:
-      return std::move(said);
+      return std::move(answer->with);
     case GuardReply::kInputError:
-      throw InputError(said.get<std::string>());
+      throw InputError(unpacked<std::string>(answer->with));
     case GuardReply::kDeviceError:
     case GuardReply::kStopped:
-      throw DeviceError(said.get<std::string>());
+      throw DeviceError(unpacked<std::string>(answer->with));
     case GuardReply::kError:
       break;
   }
-  throw IoError(said.get<std::string>());
+  throw IoError(unpacked<std::string>(answer->with));
 }
 
 }  // namespace touchfield

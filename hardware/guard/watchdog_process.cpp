@@ -60,12 +60,12 @@ class Watchdog {
       return;
     }
     vigil_.heard(steady_now());
-    if (message->is_null()) {
+    if (message->what == kSignOfLife) {
       return;
     }
-    const auto note = message->at("note").get<GuardNote>();
+    const auto note = static_cast<GuardNote>(message->what);
     if (note == GuardNote::kDevice) {
-      message->at("with").get_to(device_);
+      device_ = unpacked<LinkSettings>(message->with);
     } else {
       on_ = note == GuardNote::kOn;
     }

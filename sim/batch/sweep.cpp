@@ -25,6 +25,15 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kTick{500};  // the limit of time is looked at so often
 
+/// What a case changes, as its record keeps it.
+std::vector<std::pair<std::string, std::string>> inputs_of(const SweepCase& item) {
+  std::vector<std::pair<std::string, std::string>> inputs;
+  for (const SceneChange& change : item.changes) {
+    inputs.emplace_back(change.path, change.value);
+  }
+  return inputs;
+}
+
 }  // namespace
 
 double case_limit(double expected, double longest) { return std::max(600.0 + 20.0 * expected, 10.0 * longest); }
@@ -129,9 +138,7 @@ bool SweepRunner::dispatch(Worker& worker) {
   job.number = item.number;
   job.scratch = directory_.scratch(item.number);
   job.scene = resolved_yaml(scenes_[place]);
-  for (const SceneChange& change : item.changes) {
-    job.inputs.emplace_back(change.path, change.value);
-  }
+  job.inputs = inputs_of(item);
   job.scenes = group->size;
   job.command_line = options_.command_line;
   job.threads = std::max(1, options_.threads / jobs_);
@@ -187,9 +194,7 @@ void SweepRunner::fail(Worker& worker, std::string reason, const OnCase& on_case
   const SweepCase& item = plan_.cases[*worker.place];
   SweepRecord record;
   record.number = item.number;
-  for (const SceneChange& change : item.changes) {
-    record.inputs.emplace_back(change.path, change.value);
-  }
+  record.inputs = inputs_of(item);
   record.status = "failed";
   record.reason = std::move(reason);
   record.seconds = std::chrono::duration<double>(Clock::now() - worker.start).count();

@@ -111,21 +111,13 @@ std::string sharing_key(const Scene& scene) {
 
 }  // namespace
 
-std::string to_json(const CaseJob& job) {
-  return Json{{"case", job.number},    {"scratch", job.scratch}, {"scene", job.scene},
-              {"inputs", job.inputs},  {"scenes", job.scenes},   {"command_line", job.command_line},
-              {"threads", job.threads}}
-      .dump();
-}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseJob, number, scratch, scene, inputs, scenes, command_line, threads)
+
+std::string to_json(const CaseJob& job) { return nlohmann::json(job).dump(); }
 
 CaseJob job_from_json(const std::string& text) {
   try {
-    const Json json = Json::parse(text);
-    return {
-        json.at("case").get<int>(),          json.at("scratch").get<std::string>(),
-        json.at("scene").get<std::string>(), json.at("inputs").get<std::vector<std::pair<std::string, std::string>>>(),
-        json.at("scenes").get<int>(),        json.at("command_line").get<std::string>(),
-        json.at("threads").get<int>()};
+    return nlohmann::json::parse(text).get<CaseJob>();
   } catch (const Json::exception& error) {
     throw IoError(fmt::format("a case's job cannot be read: {}", error.what()));
   }

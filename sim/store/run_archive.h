@@ -9,9 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include "sim/core/errors.h"
 #include "sim/store/hdf5_content.h"
 #include "sim/store/hdf5_file.h"
@@ -104,7 +101,8 @@ class GroupWriter : public hdf5::Group {
   }
   /// A member of every record as one dataset.
   template <class Record, class Value>
-  void column(const char* name, const std::vector<Record>& records, Value Record::*member, const char* unit) const {
+  void column(const std::string& name, const std::vector<Record>& records, Value Record::*member,
+              const char* unit) const {
     if constexpr (std::is_same_v<Value, std::string>) {
       std::vector<std::string> values;
       std::ranges::transform(records, std::back_inserter(values), member);
@@ -138,7 +136,7 @@ class GroupReader : public hdf5::Content {
 
   explicit GroupReader(hdf5::Content group) : Content(std::move(group)) {}
 
-  [[noreturn]] void fail(std::string_view what) const { throw InputError(fmt::format("{}: {}", place(), what)); }
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(place() + ": " + what); }
 
   void attribute(const std::string& name, std::string& value) const { value = text_attribute(name); }
   void attribute(const std::string& name, double& value) const { value = number_attribute(name); }
@@ -155,7 +153,7 @@ class GroupReader : public hdf5::Content {
     const std::string text = text_attribute(name);
     const auto found = std::ranges::find(choices, text, &Choices<Value>::value_type::first);
     if (found == choices.end()) {
-      fail(fmt::format("unknown {} '{}'", name, text));
+      fail("unknown " + name + " '" + text + "'");
     }
     value = found->second;
   }
@@ -171,7 +169,7 @@ class GroupReader : public hdf5::Content {
   void list(const std::string& name, List& values, const char* /*unit*/) const {
     const hdf5::Shape extent = shape(name);
     if (extent.size() != 1) {
-      fail(fmt::format("{} must be a list", name));
+      fail(name + " must be a list");
     }
     values.resize(static_cast<Eigen::Index>(extent[0]));
     read(name, extent, values.data());
@@ -186,7 +184,7 @@ class GroupReader : public hdf5::Content {
   void columns(const std::string& name, Columns& values, const char* /*unit*/) const {
     const hdf5::Shape extent = shape(name);
     if (extent.size() != 2 || extent[1] != 3) {
-      fail(fmt::format("{} must be [n, 3]", name));
+      fail(name + " must be [n, 3]");
     }
     values.resize(3, static_cast<Eigen::Index>(extent[0]));
     read(name, extent, values.data());
@@ -194,7 +192,7 @@ class GroupReader : public hdf5::Content {
   template <class Values>
   void on_grid(const std::string& name, Values& values, const FieldGrid& grid, const char* /*unit*/) const {
     if (shape(name) != grid_shape(grid)) {
-      fail(fmt::format("{} does not fit the grid of {} points", name, fmt::join(grid.count, " x ")));
+      fail(name + " does not fit the count of the grid");
     }
     values.resize(grid.size());
     read(name, grid_shape(grid), values.data());
@@ -209,12 +207,13 @@ class GroupReader : public hdf5::Content {
     }
   }
   template <class Record, class Value>
-  void column(const char* name, std::vector<Record>& records, Value Record::*member, const char* /*unit*/) const {
+  void column(const std::string& name, std::vector<Record>& records, Value Record::*member,
+              const char* /*unit*/) const {
     const std::size_t n = records.size();
     if constexpr (std::is_same_v<Value, std::string>) {
       const std::vector<std::string> values = read_texts(name);
       if (values.size() != n) {
-        fail(fmt::format("{} has {} texts, must have {}", name, values.size(), n));
+        fail(name + " has " + std::to_string(values.size()) + " texts, must have " + std::to_string(n));
       }
       for (std::size_t i = 0; i < n; ++i) {
         records[i].*member = values[i];
@@ -225,7 +224,7 @@ class GroupReader : public hdf5::Content {
       for (std::size_t i = 0; i < n; ++i) {
         records[i].*member = static_cast<Value>(values[i]);
         if (!std::is_same_v<Value, double> && static_cast<StoredNumber<Value>>(records[i].*member) != values[i]) {
-          fail(fmt::format("{}[{}] = {} is out of range", name, i, values[i]));
+          fail(name + "[" + std::to_string(i) + "] = " + std::to_string(values[i]) + " is out of range");
         }
       }
     }

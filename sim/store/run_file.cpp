@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
+#include <fmt/format.h>
+
 #include "sim/core/atomic_file.h"
 #include "sim/store/checksum.h"
 #include "sim/store/run_archive.h"

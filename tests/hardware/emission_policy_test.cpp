@@ -1,4 +1,4 @@
-#include "hardware/emission_policy.h"
+#include "hardware/emission.h"
 
 #include <cmath>
 #include <limits>
@@ -7,7 +7,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "hardware/emission.h"
 #include "sim/acoustics/directivity.h"
 #include "sim/core/errors.h"
 
