@@ -1,5 +1,3 @@
-#include "hardware/emission.h"
-
 #include <cmath>
 #include <limits>
 #include <string>
@@ -7,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "hardware/emission.h"
 #include "sim/acoustics/directivity.h"
 #include "sim/core/errors.h"
 
