@@ -13,13 +13,6 @@ Eigen::VectorXd phases_of(const DriveFrame& frame, const DriveSteps& steps) {
                                       [&](Eigen::Index n) { return step * frame.phase[static_cast<std::size_t>(n)]; });
 }
 
-Eigen::VectorXd amplitudes_of(const DriveFrame& frame, const DriveSteps& steps) {
-  const double full = steps.intensity_levels - 1;
-  return Eigen::VectorXd::NullaryExpr(static_cast<Eigen::Index>(frame.intensity.size()), [&](Eigen::Index n) {
-    return frame.intensity[static_cast<std::size_t>(n)] / full;
-  });
-}
-
 double level_of(const DriveFrame& frame, const DriveSteps& steps) {
   const auto loudest = std::max_element(frame.intensity.begin(), frame.intensity.end());
   return loudest == frame.intensity.end() ? 0 : *loudest / (steps.intensity_levels - 1.0);

@@ -28,9 +28,6 @@ DriveFrame quiet_frame(std::size_t n);
 /// Phases [rad] of a frame's steps, 0 <= phase < 2 pi.
 Eigen::VectorXd phases_of(const DriveFrame& frame, const DriveSteps& steps);
 
-/// Amplitudes of a frame's steps, 0..1.
-Eigen::VectorXd amplitudes_of(const DriveFrame& frame, const DriveSteps& steps);
-
 /// The largest amplitude in a frame, 0..1; 0 if it is quiet.
 double level_of(const DriveFrame& frame, const DriveSteps& steps);
 

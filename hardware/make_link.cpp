@@ -34,7 +34,7 @@ std::unique_ptr<ArrayLink> make_link(const LinkSettings& settings) {
       if (has_array) {
         options.units = autd3_placements(settings.array);
       }
-      return make_autd3_link(options);
+      return std::make_unique<Autd3Link>(options);
     }
   }
   throw std::logic_error("unknown link");

@@ -10,7 +10,6 @@
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/check.h"
-#include "sim/batch/run_files.h"
 #include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"

@@ -10,7 +10,7 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/study.h"
 #include "sim/batch/run_directory.h"
-#include "sim/batch/run_files.h"
+#include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/pictures/study_picture.h"

@@ -6,7 +6,6 @@
 #include <cstring>
 #include <poll.h>
 #include <sys/socket.h>
-#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -21,18 +20,14 @@ constexpr std::uint32_t kMostBytes = 1U << 24;  // of a message; an array of a h
 
 }  // namespace
 
-void GuardChannel::adopt(int descriptor) {
-  close();
-  descriptor_ = descriptor;
-}
-
 bool GuardChannel::send(const GuardMessage& message) {
-  const auto size = static_cast<std::uint32_t>(message.bytes().size());
+  const auto size = static_cast<std::uint32_t>(1 + message.with.size());
   const auto* length = reinterpret_cast<const std::uint8_t*>(&size);
-  std::vector<std::uint8_t> bytes(length, length + sizeof size);
-  bytes.insert(bytes.end(), message.bytes().begin(), message.bytes().end());
+  GuardBytes bytes(length, length + sizeof size);
+  bytes.push_back(message.what);
+  bytes.insert(bytes.end(), message.with.begin(), message.with.end());
   for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t sent = ::send(descriptor_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
+    const ssize_t sent = ::send(descriptor(), bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
     if (sent < 0 && errno != EINTR) {
       return false;
     }
@@ -44,7 +39,7 @@ bool GuardChannel::send(const GuardMessage& message) {
 pid_t GuardChannel::maker() const {
   ucred credentials{};
   socklen_t size = sizeof credentials;
-  if (::getsockopt(descriptor_, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) {
+  if (::getsockopt(descriptor(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) {
     throw IoError(fmt::format("link guard: whose channel it is cannot be told: {}", std::strerror(errno)));
   }
   return credentials.pid;
@@ -52,7 +47,7 @@ pid_t GuardChannel::maker() const {
 
 void GuardChannel::beat() {
   constexpr std::uint32_t kEmpty = 0;
-  ::send(descriptor_, &kEmpty, sizeof kEmpty, MSG_NOSIGNAL | MSG_DONTWAIT);
+  ::send(descriptor(), &kEmpty, sizeof kEmpty, MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
 std::optional<GuardMessage> GuardChannel::receive(double patience) {
@@ -64,16 +59,17 @@ std::optional<GuardMessage> GuardChannel::receive(double patience) {
   if (size > kMostBytes) {
     throw IoError("link guard: a message that is none");
   }
-  std::vector<std::uint8_t> bytes(size);
-  if (!receive_bytes(bytes.data(), bytes.size(), until)) {
+  GuardMessage message(kSignOfLife, GuardBytes(std::max(1U, size) - 1));
+  if ((size > 0 && !receive_bytes(&message.what, 1, until)) ||
+      !receive_bytes(message.with.data(), message.with.size(), until)) {
     return std::nullopt;
   }
-  return GuardMessage(std::move(bytes));
+  return message;
 }
 
 bool GuardChannel::receive_bytes(std::uint8_t* data, std::size_t size, double until) {
   while (size > 0) {
-    pollfd watched{descriptor_, POLLIN, 0};
+    pollfd watched{descriptor(), POLLIN, 0};
     const int ready = ::poll(&watched, 1, static_cast<int>(std::ceil(std::max(0.0, until - steady_now()) * 1e3)));
     if (ready < 0 && errno == EINTR) {
       continue;
@@ -81,7 +77,7 @@ bool GuardChannel::receive_bytes(std::uint8_t* data, std::size_t size, double un
     if (ready == 0) {
       throw IoError("link guard: no answer");
     }
-    const ssize_t got = ::recv(descriptor_, data, size, 0);
+    const ssize_t got = ::recv(descriptor(), data, size, 0);
     if (got < 0 && errno == EINTR) {
       continue;
     }
@@ -92,13 +88,6 @@ bool GuardChannel::receive_bytes(std::uint8_t* data, std::size_t size, double un
     size -= static_cast<std::size_t>(got);
   }
   return true;
-}
-
-void GuardChannel::close() {
-  if (descriptor_ >= 0) {
-    ::close(descriptor_);
-    descriptor_ = -1;
-  }
 }
 
 }  // namespace touchfield

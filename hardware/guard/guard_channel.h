@@ -4,8 +4,12 @@
 #include <sys/types.h>
 
 #include "hardware/guard/guard_message.h"
+#include "sim/core/child_process.h"
 
 namespace touchfield {
+
+/// What a message says that says nothing.
+inline constexpr std::uint8_t kSignOfLife = 255;
 
 /// For the rest of a message that has begun [s].
 inline constexpr double kMessagePatience = 0.05;
@@ -14,31 +18,26 @@ inline constexpr double kMessagePatience = 0.05;
 class GuardChannel {
  public:
   /// Takes over a descriptor.
-  explicit GuardChannel(int descriptor) : descriptor_(descriptor) {}
-  ~GuardChannel() { close(); }
-  GuardChannel(const GuardChannel&) = delete;
-  GuardChannel& operator=(const GuardChannel&) = delete;
+  explicit GuardChannel(Descriptor descriptor = Descriptor()) : descriptor_(std::move(descriptor)) {}
 
-  /// Takes over another descriptor.
-  void adopt(int descriptor);
-  int descriptor() const { return descriptor_; }
+  int descriptor() const { return descriptor_.number(); }
   /// The process that made the pair of sockets.
   /// throws   IoError if it is none
   pid_t maker() const;
   /// returns  false if the other end is gone
   bool send(const GuardMessage& message);
-  /// Sends an empty message, a sign of life, unless the other end has so many unread that it would have to wait.
+  /// Sends a sign of life, unless the other end has so many unread that it would have to wait.
   void beat();
   /// patience   for the whole message [s]
-  /// returns    nothing if the other end is gone; a message without bytes is a sign of life
+  /// returns    nothing if the other end is gone
   /// throws     IoError if the message does not come, or is none
   std::optional<GuardMessage> receive(double patience);
-  void close();
+  void close() { descriptor_.close(); }
 
  private:
   bool receive_bytes(std::uint8_t* data, std::size_t size, double until);
 
-  int descriptor_;
+  Descriptor descriptor_;
 };
 
 }  // namespace touchfield

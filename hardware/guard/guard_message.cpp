@@ -1,194 +1,103 @@
 #include "hardware/guard/guard_message.h"
 
-#include <cstring>
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
 
 namespace touchfield {
 
+using Json = nlohmann::json;
+
 namespace {
 
-enum class ModulationKind : std::uint32_t { kStatic, kSine, kSamples };
+/// The numbers of a matrix, column by column.
+template <class Matrix>
+std::vector<typename Matrix::Scalar> numbers_of(const Matrix& matrix) {
+  return {matrix.data(), matrix.data() + matrix.size()};
+}
 
-struct ModulationWriter {
-  GuardMessage& message;
-
-  void operator()(const StaticModulation&) const { message.put(static_cast<std::uint32_t>(ModulationKind::kStatic)); }
-  void operator()(const SineModulation& sine) const {
-    message.put(static_cast<std::uint32_t>(ModulationKind::kSine)).put(sine.frequency).put(sine.depth);
-  }
-  void operator()(const SampledModulation& samples) const {
-    message.put(static_cast<std::uint32_t>(ModulationKind::kSamples)).put(samples.samples).put(samples.rate);
-  }
-};
+/// A list, or points one behind the other.
+template <class Matrix>
+void read_numbers(const Json& message, Matrix& matrix) {
+  constexpr int kRows = Matrix::RowsAtCompileTime == Eigen::Dynamic ? 1 : Matrix::RowsAtCompileTime;
+  const auto numbers = message.get<std::vector<typename Matrix::Scalar>>();
+  const auto count = static_cast<Eigen::Index>(numbers.size()) / kRows;
+  matrix.resize(Matrix::RowsAtCompileTime == Eigen::Dynamic ? count : kRows, kRows == 1 ? 1 : count);
+  std::copy_n(numbers.begin(), matrix.size(), matrix.data());
+}
 
 }  // namespace
 
-void GuardMessage::put_raw(const void* data, std::size_t size) {
-  const auto* first = static_cast<const std::uint8_t*>(data);
-  bytes_.insert(bytes_.end(), first, first + size);
-}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardLimits, level, seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveFrame, phase, intensity)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveSteps, phase_levels, intensity_levels)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ModulationAbility, rate, most_samples, own_frequencies)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkAbilities, steps, most_frames_per_second, modulation, reads_back)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SineModulation, frequency, depth)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SampledModulation, samples, rate)
 
-void GuardMessage::take_raw(void* data, std::size_t size) {
-  if (size > bytes_.size() - at_) {
-    throw IoError("link guard: a message ends early");
+void to_json(Json& message, const Modulation& modulation) {
+  if (const auto* sine = std::get_if<SineModulation>(&modulation)) {
+    message = *sine;
+  } else if (const auto* samples = std::get_if<SampledModulation>(&modulation)) {
+    message = *samples;
   }
-  if (size > 0) {
-    std::memcpy(data, bytes_.data() + at_, size);
+}
+
+void from_json(const Json& message, Modulation& modulation) {
+  if (message.is_null()) {
+    modulation = StaticModulation{};
+  } else if (message.contains("depth")) {
+    modulation = message.get<SineModulation>();
+  } else {
+    modulation = message.get<SampledModulation>();
   }
-  at_ += size;
 }
 
-GuardMessage& GuardMessage::put(std::uint32_t value) {
-  put_raw(&value, sizeof value);
-  return *this;
+void to_json(Json& message, const ArrayLayout& layout) {
+  message = {{"positions", numbers_of(layout.positions)},
+             {"axes", numbers_of(layout.axes)},
+             {"device", numbers_of(layout.device)},
+             {"channel", numbers_of(layout.channel)}};
 }
 
-GuardMessage& GuardMessage::put(double value) {
-  put_raw(&value, sizeof value);
-  return *this;
+void from_json(const Json& message, ArrayLayout& layout) {
+  read_numbers(message.at("positions"), layout.positions);
+  read_numbers(message.at("axes"), layout.axes);
+  read_numbers(message.at("device"), layout.device);
+  read_numbers(message.at("channel"), layout.channel);
 }
 
-GuardMessage& GuardMessage::put(const std::string& text) {
-  put(static_cast<std::uint32_t>(text.size()));
-  put_raw(text.data(), text.size());
-  return *this;
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkSettings, address, library, array, frames, replace)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardStart, limits, settings)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardedDevice, description, abilities, layout)
+
+template <class Value>
+GuardBytes packed(const Value& value) {
+  return Json::to_msgpack(Json(value));
 }
 
-GuardMessage& GuardMessage::put(const std::vector<std::uint8_t>& data) {
-  put(static_cast<std::uint32_t>(data.size()));
-  put_raw(data.data(), data.size());
-  return *this;
-}
-
-GuardMessage& GuardMessage::put(const DriveFrame& frame) { return put(frame.phase).put(frame.intensity); }
-
-GuardMessage& GuardMessage::put(const Modulation& modulation) {
-  std::visit(ModulationWriter{*this}, modulation);
-  return *this;
-}
-
-GuardMessage& GuardMessage::put(const ArrayLayout& layout) {
-  put(static_cast<std::uint32_t>(layout.positions.cols()));
-  put_raw(layout.positions.data(), static_cast<std::size_t>(layout.positions.size()) * sizeof(double));
-  put_raw(layout.axes.data(), static_cast<std::size_t>(layout.axes.size()) * sizeof(double));
-  put_raw(layout.device.data(), static_cast<std::size_t>(layout.device.size()) * sizeof(int));
-  put_raw(layout.channel.data(), static_cast<std::size_t>(layout.channel.size()) * sizeof(int));
-  return *this;
-}
-
-GuardMessage& GuardMessage::put(const LinkAbilities& abilities) {
-  put(static_cast<std::uint32_t>(abilities.steps.phase_levels));
-  put(static_cast<std::uint32_t>(abilities.steps.intensity_levels));
-  put(abilities.most_frames_per_second);
-  put(abilities.modulation.rate);
-  put(static_cast<std::uint32_t>(abilities.modulation.most_samples));
-  put(static_cast<std::uint32_t>(abilities.modulation.own_frequencies.size()));
-  for (const double frequency : abilities.modulation.own_frequencies) {
-    put(frequency);
+template <class Value>
+Value unpacked(const GuardBytes& bytes) {
+  try {
+    return Json::from_msgpack(bytes).get<Value>();
+  } catch (const Json::exception&) {
+    throw IoError("link guard: a message that is none");
   }
-  return put(static_cast<std::uint32_t>(abilities.reads_back));
 }
 
-GuardMessage& GuardMessage::put(const LinkSettings& settings) {
-  return put(settings.address)
-      .put(settings.library)
-      .put(settings.array)
-      .put(static_cast<std::uint32_t>(settings.frames))
-      .put(static_cast<std::uint32_t>(settings.replace));
-}
-
-GuardMessage& GuardMessage::append(const GuardMessage& other) {
-  put_raw(other.bytes_.data(), other.bytes_.size());
-  return *this;
-}
-
-std::uint32_t GuardMessage::take_number() {
-  std::uint32_t value = 0;
-  take_raw(&value, sizeof value);
-  return value;
-}
-
-double GuardMessage::take_real() {
-  double value = 0;
-  take_raw(&value, sizeof value);
-  return value;
-}
-
-std::string GuardMessage::take_text() {
-  const std::vector<std::uint8_t> data = take_data();
-  return {data.begin(), data.end()};
-}
-
-std::vector<std::uint8_t> GuardMessage::take_data() {
-  const std::size_t size = take_number();
-  if (size > bytes_.size() - at_) {
-    throw IoError("link guard: a message ends early");
-  }
-  std::vector<std::uint8_t> data(size);
-  take_raw(data.data(), size);
-  return data;
-}
-
-DriveFrame GuardMessage::take_frame() {
-  DriveFrame frame;
-  frame.phase = take_data();
-  frame.intensity = take_data();
-  return frame;
-}
-
-Modulation GuardMessage::take_modulation() {
-  switch (static_cast<ModulationKind>(take_number())) {
-    case ModulationKind::kStatic:
-      return StaticModulation{};
-    case ModulationKind::kSine: {
-      const double frequency = take_real();
-      return SineModulation{frequency, take_real()};
-    }
-    case ModulationKind::kSamples: {
-      std::vector<std::uint8_t> samples = take_data();
-      return SampledModulation{std::move(samples), take_real()};
-    }
-  }
-  throw IoError("link guard: an unknown modulation");
-}
-
-ArrayLayout GuardMessage::take_layout() {
-  const auto n = static_cast<Eigen::Index>(take_number());
-  constexpr std::size_t kBytesEach = 6 * sizeof(double) + 2 * sizeof(int);
-  if (static_cast<std::size_t>(n) * kBytesEach > bytes_.size() - at_) {
-    throw IoError("link guard: a message ends early");
-  }
-  ArrayLayout layout{Points(3, n), Points(3, n), Eigen::VectorXi(n), Eigen::VectorXi(n)};
-  take_raw(layout.positions.data(), static_cast<std::size_t>(layout.positions.size()) * sizeof(double));
-  take_raw(layout.axes.data(), static_cast<std::size_t>(layout.axes.size()) * sizeof(double));
-  take_raw(layout.device.data(), static_cast<std::size_t>(n) * sizeof(int));
-  take_raw(layout.channel.data(), static_cast<std::size_t>(n) * sizeof(int));
-  return layout;
-}
-
-LinkAbilities GuardMessage::take_abilities() {
-  LinkAbilities abilities;
-  abilities.steps.phase_levels = static_cast<int>(take_number());
-  abilities.steps.intensity_levels = static_cast<int>(take_number());
-  abilities.most_frames_per_second = take_real();
-  abilities.modulation.rate = take_real();
-  abilities.modulation.most_samples = take_number();
-  for (std::uint32_t left = take_number(); left > 0; --left) {
-    abilities.modulation.own_frequencies.push_back(take_real());
-  }
-  abilities.reads_back = take_number() != 0;
-  return abilities;
-}
-
-LinkSettings GuardMessage::take_settings() {
-  LinkSettings settings;
-  settings.address = take_text();
-  settings.library = take_text();
-  settings.array = take_layout();
-  settings.frames = take_number();
-  settings.replace = take_number() != 0;
-  return settings;
-}
+#define TOUCHFIELD_GUARD_VALUE(Value)       \
+  template GuardBytes packed(const Value&); \
+  template Value unpacked(const GuardBytes&);
+TOUCHFIELD_GUARD_VALUE(std::string)
+TOUCHFIELD_GUARD_VALUE(GuardBytes)
+TOUCHFIELD_GUARD_VALUE(DriveFrame)
+TOUCHFIELD_GUARD_VALUE(Modulation)
+TOUCHFIELD_GUARD_VALUE(LinkSettings)
+TOUCHFIELD_GUARD_VALUE(GuardStart)
+TOUCHFIELD_GUARD_VALUE(GuardedDevice)
+#undef TOUCHFIELD_GUARD_VALUE
 
 }  // namespace touchfield

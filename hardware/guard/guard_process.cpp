@@ -13,7 +13,6 @@
 
 #include "hardware/guard/guard_channel.h"
 #include "hardware/guard/guard_start.h"
-#include "hardware/guard/quieting.h"
 #include "hardware/guard/vigil.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
@@ -28,8 +27,8 @@ constexpr double kForEver = std::numeric_limits<double>::infinity();
 class Guard {
  public:
   explicit Guard(int descriptor)
-      : program_(descriptor),
-        watchdog_(descriptor + 1),
+      : program_(Descriptor(descriptor)),
+        watchdog_(Descriptor(descriptor + 1)),
         program_vigil_(program_.maker(), steady_now()),
         watchdog_vigil_(watchdog_.maker(), steady_now()) {}
 
@@ -90,22 +89,21 @@ class Guard {
 
   // Reads a request and answers it.
   void serve() {
-    std::optional<GuardMessage> request = received(program_);
+    const std::optional<GuardMessage> request = received(program_);
     if (!request) {
       stop("the program that drove the array is gone");
       return;
     }
-    GuardMessage reply;
+    const auto refusal = [](GuardReply reply, const std::string& text) { return GuardMessage(reply, packed(text)); };
+    GuardMessage reply(GuardReply::kDone);
     try {
-      GuardMessage answer = answered(*request);
-      reply.put(GuardReply::kDone);
-      reply.append(answer);
+      reply.with = answer(static_cast<GuardRequest>(request->what), request->with);
     } catch (const InputError& error) {
-      reply.put(GuardReply::kInputError).put(std::string(error.what()));
+      reply = refusal(GuardReply::kInputError, error.what());
     } catch (const DeviceError& error) {
-      reply.put(GuardReply::kDeviceError).put(fmt::format("{}{}", error.what(), after_loss()));
+      reply = refusal(GuardReply::kDeviceError, error.what() + after_loss());
     } catch (const std::exception& error) {
-      reply.put(GuardReply::kError).put(fmt::format("{}{}", error.what(), after_loss()));
+      reply = refusal(GuardReply::kError, error.what() + after_loss());
     }
     if (!program_.send(reply) && !ended_) {
       stop("the program that drove the array is gone");
@@ -113,31 +111,27 @@ class Guard {
     program_vigil_.heard(steady_now());
   }
 
-  GuardMessage answered(GuardMessage& request) {
-    GuardMessage answer;
-    const auto what = static_cast<GuardRequest>(request.take_number());
-    if (what == GuardRequest::kStart) {
-      limits_.level = request.take_real();
-      limits_.seconds = request.take_real();
-      const LinkSettings settings = request.take_settings();
-      watchdog_.send(GuardMessage().put(GuardNote::kDevice).put(settings));
-      link_ = make_link(settings);
-      answer.put(link_->describe()).put(link_->abilities()).put(link_->layout());
-      return answer;
+  GuardBytes answer(GuardRequest request, const GuardBytes& with) {
+    if (request == GuardRequest::kStart) {
+      const auto start = unpacked<GuardStart>(with);
+      limits_ = start.limits;
+      watchdog_.send(GuardMessage(GuardNote::kDevice, packed(start.settings)));
+      link_ = make_link(start.settings);
+      return packed(GuardedDevice{link_->describe(), link_->abilities(), link_->layout()});
     }
-    if (what == GuardRequest::kClose) {
+    if (request == GuardRequest::kClose) {
       ended_ = true;
       if (open_ && on_) {
         release();
       } else if (open_) {
         link_->close();
       }
-      return answer;
+      return {};
     }
     if (!link_) {
       throw std::logic_error("link guard: a request before the start");
     }
-    if (what == GuardRequest::kOpen) {
+    if (request == GuardRequest::kOpen) {
       if (was_open_) throw DeviceError("link guard: nothing resumes by itself");
       was_open_ = true;
       try {
@@ -147,43 +141,35 @@ class Guard {
         throw;
       }
       open_ = true;
-      return answer;
+      return {};
     }
     if (!open_) {
       throw DeviceError("link guard: the device is not open");
     }
-    serve_open(what, request, answer);
-    return answer;
+    return answer_open(request, with);
   }
 
   // What needs an open device.
-  void serve_open(GuardRequest what, GuardMessage& request, GuardMessage& answer) {
-    switch (what) {
+  GuardBytes answer_open(GuardRequest request, const GuardBytes& with) {
+    const auto if_any = [](const auto& value) { return value ? packed(*value) : GuardBytes(); };
+    switch (request) {
       case GuardRequest::kModulation:
-        link_->set_modulation(request.take_modulation());
-        return;
+        link_->set_modulation(unpacked<Modulation>(with));
+        return {};
       case GuardRequest::kSend:
-        send(request.take_frame());
-        return;
+        send(unpacked<DriveFrame>(with));
+        return {};
       case GuardRequest::kCheck:
         link_->check();
-        return;
-      case GuardRequest::kReadBack: {
-        const std::optional<DriveFrame> frame = link_->read_back();
-        answer.put(std::uint32_t{frame.has_value()});
-        if (frame) answer.put(*frame);
-        return;
-      }
-      case GuardRequest::kReadBackModulation: {
-        const std::optional<std::vector<std::uint8_t>> samples = link_->read_back_modulation();
-        answer.put(std::uint32_t{samples.has_value()});
-        if (samples) answer.put(*samples);
-        return;
-      }
+        return {};
+      case GuardRequest::kReadBack:
+        return if_any(link_->read_back());
+      case GuardRequest::kReadBackModulation:
+        return if_any(link_->read_back_modulation());
       case GuardRequest::kQuiet:
         link_->quiet();
         note(false);
-        return;
+        return {};
       default:
         throw std::logic_error("link guard: an unknown request");
     }
@@ -206,7 +192,7 @@ class Guard {
   // Whether the device may emit, told to the watchdog before that begins and after it has ended.
   void note(bool on) {
     on_ = on;
-    watchdog_.send(GuardMessage().put(on ? GuardNote::kOn : GuardNote::kOff));
+    watchdog_.send(GuardMessage(on ? GuardNote::kOn : GuardNote::kOff));
   }
 
   // Quiets and lets go, as far as the device still lets it. Returns how that went.
@@ -228,7 +214,7 @@ class Guard {
       std::fputs(fmt::format("touchfield: link guard: {}\n", text).c_str(), stderr);
     }
     ::kill(watchdog_.maker(), SIGCONT);  // it ends with its guard, also if it was stopped
-    program_.send(GuardMessage().put(GuardReply::kStopped).put("link guard: " + text));
+    program_.send(GuardMessage(GuardReply::kStopped, packed("link guard: " + text)));
     ended_ = true;
   }
 
@@ -248,6 +234,25 @@ class Guard {
 };
 
 }  // namespace
+
+Quieting quiet_and_let_go(ArrayLink& link) {
+  const double start = steady_now();
+  Quieting done;
+  try {
+    link.quiet();
+    const std::optional<DriveFrame> state = link.read_back();
+    done.quiet = !state || level_of(*state, link.abilities().steps) == 0;
+    done.text = fmt::format("{} after {:.0f} ms",
+                            !done.quiet ? "the array says that it is still on"
+                            : state     ? "the array is quiet, as it says itself,"
+                                        : "the array is quiet",
+                            (steady_now() - start) * 1e3);
+  } catch (const std::exception& error) {
+    done.text = fmt::format("the array could not be quieted: {}", error.what());
+  }
+  link.close();
+  return done;
+}
 
 int run_guard(int descriptor) {
   require_handed_over(2);

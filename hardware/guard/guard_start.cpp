@@ -1,9 +1,7 @@
 #include "hardware/guard/guard_start.h"
 
-#include <cerrno>
 #include <cstring>
 #include <spawn.h>
-#include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,15 +10,6 @@
 #include "sim/core/errors.h"
 
 namespace touchfield {
-
-SocketPair::SocketPair() {
-  int ends[2] = {-1, -1};
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
-    throw IoError(fmt::format("link guard: no channel: {}", std::strerror(errno)));
-  }
-  own = ends[0];
-  others = ends[1];
-}
 
 pid_t start_apart(const std::vector<std::string>& command, const std::vector<int>& descriptors) {
   std::vector<char*> arguments;

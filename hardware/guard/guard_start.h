@@ -9,14 +9,6 @@ namespace touchfield {
 /// The first descriptor that a program started here finds.
 inline constexpr int kGuardDescriptor = 3;
 
-/// Two connected sockets. A program that is started gets none of them but what it is handed.
-struct SocketPair {
-  /// throws   IoError if the system has none
-  SocketPair();
-  int own;
-  int others;
-};
-
 /// Starts a program in a session of its own, where no signal of a terminal reaches it.
 ///
 /// command       program and arguments

@@ -4,11 +4,10 @@
 #include <optional>
 #include <sys/wait.h>
 #include <thread>
-#include <unistd.h>
 #include <utility>
 
+#include "hardware/guard/guard_process.h"
 #include "hardware/guard/guard_start.h"
-#include "hardware/guard/quieting.h"
 #include "hardware/guard/vigil.h"
 #include "sim/core/errors.h"
 
@@ -16,13 +15,12 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kPatience = 2;       // for an answer [s]; the link itself gives up after kLinkPatience
 constexpr double kOpenPatience = 30;  // where a library is loaded or a network connected [s]
 
 // Waits for a child's end.
 // returns   its exit code; nothing if it does not end, or was ended by a signal
 std::optional<int> exit_code_of(pid_t child) {
-  const double end = steady_now() + kPatience;
+  const double end = steady_now() + kGuardPatience;
   int status = 0;
   pid_t ended = 0;
   while ((ended = ::waitpid(child, &status, WNOHANG)) == 0 && steady_now() < end) {
@@ -34,18 +32,14 @@ std::optional<int> exit_code_of(pid_t child) {
 }  // namespace
 
 GuardedLink::GuardedLink(const std::vector<std::string>& command, const LinkSettings& settings,
-                         const GuardLimits& limits)
-    : channel_(-1) {
-  const SocketPair ends;
-  channel_.adopt(ends.own);
-  watchdog_ = start_apart(command, {ends.others});
-  ::close(ends.others);
+                         const GuardLimits& limits) {
+  SocketPair ends;
+  channel_ = GuardChannel(std::move(ends.own));
+  watchdog_ = start_apart(command, {ends.others.number()});
+  ends.others.close();
   try {
-    GuardMessage answer = ask(
-        GuardMessage().put(GuardRequest::kStart).put(limits.level).put(limits.seconds).put(settings), kOpenPatience);
-    description_ = answer.take_text();
-    abilities_ = answer.take_abilities();
-    layout_ = answer.take_layout();
+    const GuardBytes about = ask(GuardRequest::kStart, packed(GuardStart{limits, settings}), kOpenPatience);
+    device_ = unpacked<GuardedDevice>(about);
   } catch (...) {
     close();
     throw;
@@ -54,24 +48,22 @@ GuardedLink::GuardedLink(const std::vector<std::string>& command, const LinkSett
 
 GuardedLink::~GuardedLink() { close(); }
 
-void GuardedLink::open() { ask(GuardMessage().put(GuardRequest::kOpen), kOpenPatience); }
+void GuardedLink::open() { ask(GuardRequest::kOpen, {}, kOpenPatience); }
 
-void GuardedLink::set_modulation(const Modulation& modulation) {
-  ask(GuardMessage().put(GuardRequest::kModulation).put(modulation), kPatience);
-}
+void GuardedLink::set_modulation(const Modulation& modulation) { ask(GuardRequest::kModulation, packed(modulation)); }
 
-void GuardedLink::send(const DriveFrame& frame) { ask(GuardMessage().put(GuardRequest::kSend).put(frame), kPatience); }
+void GuardedLink::send(const DriveFrame& frame) { ask(GuardRequest::kSend, packed(frame)); }
 
 void GuardedLink::check() { ask(GuardRequest::kCheck); }
 
 std::optional<DriveFrame> GuardedLink::read_back() {
-  GuardMessage answer = ask(GuardRequest::kReadBack);
-  return answer.take_number() != 0 ? std::optional(answer.take_frame()) : std::nullopt;
+  const GuardBytes frame = ask(GuardRequest::kReadBack);
+  return frame.empty() ? std::nullopt : std::optional(unpacked<DriveFrame>(frame));
 }
 
 std::optional<std::vector<std::uint8_t>> GuardedLink::read_back_modulation() {
-  GuardMessage answer = ask(GuardRequest::kReadBackModulation);
-  return answer.take_number() != 0 ? std::optional(answer.take_data()) : std::nullopt;
+  const GuardBytes samples = ask(GuardRequest::kReadBackModulation);
+  return samples.empty() ? std::nullopt : std::optional(unpacked<GuardBytes>(samples));
 }
 
 void GuardedLink::quiet() { ask(GuardRequest::kQuiet); }
@@ -95,11 +87,9 @@ std::string GuardedLink::last_word() {
   return code == 0 ? "; its watchdog has quieted the array" : kMayBeOn;
 }
 
-GuardMessage GuardedLink::ask(GuardRequest request) { return ask(GuardMessage().put(request), kPatience); }
-
-GuardMessage GuardedLink::ask(const GuardMessage& request, double patience) {
+GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patience) {
   // A guard that stopped of its own accord has left the reason in the channel.
-  channel_.send(request);
+  channel_.send(GuardMessage(request, std::move(with)));
   std::optional<GuardMessage> answer;
   try {
     answer = channel_.receive(patience);
@@ -109,19 +99,18 @@ GuardMessage GuardedLink::ask(const GuardMessage& request, double patience) {
   if (!answer) {
     throw DeviceError("link guard: it is gone" + last_word());
   }
-  const auto reply = static_cast<GuardReply>(answer->take_number());
-  switch (reply) {
+  switch (static_cast<GuardReply>(answer->what)) {
     case GuardReply::kDone:
-      return std::move(*answer);
+      return std::move(answer->with);
     case GuardReply::kInputError:
-      throw InputError(answer->take_text());
+      throw InputError(unpacked<std::string>(answer->with));
     case GuardReply::kDeviceError:
     case GuardReply::kStopped:
-      throw DeviceError(answer->take_text());
+      throw DeviceError(unpacked<std::string>(answer->with));
     case GuardReply::kError:
       break;
   }
-  throw IoError(answer->take_text());
+  throw IoError(unpacked<std::string>(answer->with));
 }
 
 }  // namespace touchfield

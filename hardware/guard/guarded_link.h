@@ -10,6 +10,9 @@
 
 namespace touchfield {
 
+/// For an answer of a guard [s]; the link itself gives up after kLinkPatience.
+inline constexpr double kGuardPatience = 2;
+
 /// A link that lives in a process of its own, the guard, which owns the device and quiets it when this process, or it
 /// itself, is told to stop, or when this process is gone, stopped or silent. The guard has a watchdog, a process too.
 /// See run_guard and run_watchdog.
@@ -21,9 +24,9 @@ class GuardedLink final : public ArrayLink {
   GuardedLink(const std::vector<std::string>& command, const LinkSettings& settings, const GuardLimits& limits);
   ~GuardedLink() override;
 
-  std::string describe() const override { return description_; }
-  const ArrayLayout& layout() const override { return layout_; }
-  LinkAbilities abilities() const override { return abilities_; }
+  std::string describe() const override { return device_.description; }
+  const ArrayLayout& layout() const override { return device_.layout; }
+  LinkAbilities abilities() const override { return device_.abilities; }
   void open() override;
   void set_modulation(const Modulation& modulation) override;
   /// throws   InputError also on a frame above the limits
@@ -35,16 +38,13 @@ class GuardedLink final : public ArrayLink {
   void close() noexcept override;
 
  private:
-  GuardMessage ask(const GuardMessage& request, double patience);
-  GuardMessage ask(GuardRequest request);
+  GuardBytes ask(GuardRequest request, GuardBytes with = {}, double patience = kGuardPatience);
   /// How the watchdog of a guard that is gone has left the array.
   std::string last_word();
 
   GuardChannel channel_;
   pid_t watchdog_ = -1;
-  std::string description_;
-  LinkAbilities abilities_;
-  ArrayLayout layout_;
+  GuardedDevice device_;
 };
 
 }  // namespace touchfield

@@ -33,13 +33,11 @@ bool Silence::look(double now, const ProcessState& state) {
 
 Vigil::Vigil(pid_t process, double now) : silence_(now) {
   const std::string path = fmt::format("/proc/{}/stat", process);
-  file_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (file_ < 0) {
+  file_ = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file_.number() < 0) {
     throw IoError(fmt::format("link guard: {} cannot be read: {}", path, std::strerror(errno)));
   }
 }
-
-Vigil::~Vigil() { ::close(file_); }
 
 std::optional<std::string> Vigil::fault(double now) {
   const std::optional<ProcessState> seen = state();
@@ -55,7 +53,7 @@ std::optional<std::string> Vigil::fault(double now) {
 
 std::optional<ProcessState> Vigil::state() const {
   std::array<char, 1024> text{};
-  const ssize_t size = ::pread(file_, text.data(), text.size() - 1, 0);
+  const ssize_t size = ::pread(file_.number(), text.data(), text.size() - 1, 0);
   // PID (NAME) STATE and ten numbers, then the times in user and kernel mode; NAME may hold anything.
   const char* rest = size > 0 ? std::strrchr(text.data(), ')') : nullptr;
   ProcessState state;

@@ -4,6 +4,8 @@
 #include <string>
 #include <sys/types.h>
 
+#include "sim/core/child_process.h"
+
 namespace touchfield {
 
 /// [s] of the steady clock.
@@ -44,9 +46,6 @@ class Vigil {
  public:
   /// throws   IoError if the system does not show the process's state
   Vigil(pid_t process, double now);
-  ~Vigil();
-  Vigil(const Vigil&) = delete;
-  Vigil& operator=(const Vigil&) = delete;
 
   /// It said something.
   void heard(double now) { silence_.heard(now); }
@@ -58,7 +57,7 @@ class Vigil {
   /// Nothing if it is gone.
   std::optional<ProcessState> state() const;
 
-  int file_;  // descriptor of /proc/PID/stat, which goes with the process and not with its number
+  Descriptor file_;  // /proc/PID/stat, which goes with the process and not with its number
   Silence silence_;
 };
 

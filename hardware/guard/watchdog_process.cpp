@@ -13,7 +13,6 @@
 #include "hardware/guard/guard_channel.h"
 #include "hardware/guard/guard_process.h"
 #include "hardware/guard/guard_start.h"
-#include "hardware/guard/quieting.h"
 #include "hardware/guard/vigil.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
@@ -24,7 +23,8 @@ namespace {
 
 class Watchdog {
  public:
-  Watchdog(pid_t guard, int descriptor) : guard_(guard), channel_(descriptor), vigil_(guard, steady_now()) {}
+  Watchdog(pid_t guard, Descriptor descriptor)
+      : guard_(guard), channel_(std::move(descriptor)), vigil_(guard, steady_now()) {}
 
   int run() {
     int status = 0;
@@ -60,12 +60,12 @@ class Watchdog {
       return;
     }
     vigil_.heard(steady_now());
-    if (message->bytes().empty()) {
+    if (message->what == kSignOfLife) {
       return;
     }
-    const auto note = static_cast<GuardNote>(message->take_number());
+    const auto note = static_cast<GuardNote>(message->what);
     if (note == GuardNote::kDevice) {
-      device_ = message->take_settings();
+      device_ = unpacked<LinkSettings>(message->with);
     } else {
       on_ = note == GuardNote::kOn;
     }
@@ -145,11 +145,12 @@ class Watchdog {
 
 int run_watchdog(int descriptor, const std::vector<std::string>& guard_command) {
   require_handed_over(1);
-  const SocketPair ends;
-  const pid_t guard = start_apart(guard_command, {descriptor, ends.others});
-  ::close(descriptor);
-  ::close(ends.others);
-  return Watchdog(guard, ends.own).run();
+  Descriptor programs(descriptor);
+  SocketPair ends;
+  const pid_t guard = start_apart(guard_command, {programs.number(), ends.others.number()});
+  programs.close();
+  ends.others.close();
+  return Watchdog(guard, std::move(ends.own)).run();
 }
 
 }  // namespace touchfield

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <dlfcn.h>
 #include <filesystem>
-#include <initializer_list>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -43,70 +43,6 @@ std::string main_file(const std::string& path) {
   return std::filesystem::absolute(file).lexically_normal().string();
 }
 
-void* load(const std::string& file) {
-  void* handle = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
-  if (handle == nullptr) {
-    const char* reason = dlerror();
-    throw InputError(fmt::format("autd3: library: cannot load {}: {}", file, reason != nullptr ? reason : "unknown"));
-  }
-  return handle;
-}
-
-template <class Function>
-void find(void* handle, const std::string& file, const char* symbol, Function*& function) {
-  void* address = dlsym(handle, symbol);
-  if (address == nullptr) {
-    throw InputError(
-        fmt::format("autd3: library: {} has no {}: it is not the AUTD3 vendor's C library, version 38, or a part of it",
-                    file, symbol));
-  }
-  function = reinterpret_cast<Function*>(address);
-}
-
-autd3::Calls find_calls(void* handle, const std::string& file) {
-  autd3::Calls call{};
-  const auto get = [&](const char* symbol, auto& function) { find(handle, file, symbol, function); };
-  get("AUTDGetErr", call.take_error);
-  get("AUTDFirmwareLatest", call.latest_firmware);
-  get("AUTDControllerOpen", call.open);
-  get("AUTDControllerClose", call.close);
-  get("AUTDLinkGet", call.link_of);
-  get("AUTDSenderOptionIsDefault", call.is_default);
-  get("AUTDSetDefaultSenderOption", call.set_default);
-  get("AUTDSender", call.sender);
-  get("AUTDSenderSend", call.send);
-  get("AUTDControllerFPGAState", call.fpga_states);
-  get("AUTDControllerFPGAStateDelete", call.delete_fpga_states);
-  get("AUTDGeometry", call.geometry);
-  get("AUTDGeometryNumDevices", call.device_count);
-  get("AUTDDevice", call.device);
-  get("AUTDDeviceNumTransducers", call.transducer_count);
-  get("AUTDDeviceDirectionAxial", call.axis);
-  get("AUTDTransducer", call.transducer);
-  get("AUTDTransducerPosition", call.position);
-  get("AUTDGainCustom", call.custom_gain);
-  get("AUTDGainNull", call.null_gain);
-  get("AUTDGainIntoDatagram", call.gain_datagram);
-  get("AUTDSamplingConfigFromDivide", call.sampling_of_divider);
-  get("AUTDModulationCustom", call.custom_modulation);
-  get("AUTDModulationIntoDatagram", call.modulation_datagram);
-  get("AUTDDatagramSilencerFromCompletionSteps", call.silencer_datagram);
-  get("AUTDLinkNop", call.nop_link);
-  get("AUTDLinkAudit", call.audit_link);
-  get("AUTDLinkAuditBreakDown", call.audit_break);
-  get("AUTDLinkAuditFpgaCurrentStmSegment", call.audit_gain_segment);
-  get("AUTDLinkAuditFpgaCurrentModSegment", call.audit_modulation_segment);
-  get("AUTDLinkAuditCpuNumTransducers", call.audit_transducer_count);
-  get("AUTDLinkAuditFpgaDrivesAt", call.audit_drives);
-  get("AUTDLinkAuditFpgaModulationCycle", call.audit_modulation_count);
-  get("AUTDLinkAuditFpgaModulationFreqDivide", call.audit_modulation_divider);
-  get("AUTDLinkAuditFpgaModulationBuffer", call.audit_modulation);
-  get("AUTDLinkAuditFpgaSilencerCompletionStepsPhase", call.audit_phase_steps);
-  get("AUTDLinkAuditFpgaSilencerCompletionStepsIntensity", call.audit_intensity_steps);
-  get("AUTDLinkAuditFpgaSilencerFixedCompletionStepsMode", call.audit_fixed_steps);
-  return call;
-}
-
 // The library tells no version of its own, and version 37 has the same names with other arguments. This call takes its
 // arguments by value and only compares them, so it can be asked of any version: another one reads other members there.
 bool has_known_arguments(const autd3::Calls& call) {
@@ -115,9 +51,28 @@ bool has_known_arguments(const autd3::Calls& call) {
 
 }  // namespace
 
+autd3::Symbols::Symbols(std::string file)
+    : file_(std::move(file)), handle_(dlopen(file_.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE)) {
+  if (handle_ == nullptr) {
+    const char* reason = dlerror();
+    throw InputError(fmt::format("autd3: library: cannot load {}: {}", file_, reason != nullptr ? reason : "unknown"));
+  }
+}
+
+autd3::Symbols::Symbol autd3::Symbols::operator()(const char* name) const {
+  void* address = dlsym(handle_, name);
+  if (address == nullptr) {
+    throw InputError(
+        fmt::format("autd3: library: {} has no {}: it is not the AUTD3 vendor's C library, version 38, or a part of it",
+                    file_, name));
+  }
+  return {address};
+}
+
 Autd3Library::Autd3Library(const std::string& path)
-    : file_(main_file(path)), folder_(std::filesystem::path(file_).parent_path().string()) {
-  call_ = find_calls(load(file_), file_);
+    : file_(main_file(path)),
+      folder_(std::filesystem::path(file_).parent_path().string()),
+      call_{autd3::Symbols(file_)} {
   std::array<char, 257> text{};
   call_.latest_firmware(text.data());
   firmware_ = text.data();
@@ -133,16 +88,14 @@ autd3::Link* Autd3Library::remote_link(const std::string& address, double patien
   struct RemoteOption {
     autd3::OptionalDuration timeout;
   };
-  autd3::Result<autd3::Link*> (*make)(const char*, RemoteOption) = nullptr;
-  const std::string file = folder_ + "/" + kRemoteFile;
-  find(load(file), file, "AUTDLinkRemote", make);
+  const autd3::Symbols find(folder_ + "/" + kRemoteFile);
+  autd3::Result<autd3::Link*> (*make)(const char*, RemoteOption) = find("AUTDLinkRemote");
   return value_of(make(address.c_str(), RemoteOption{autd3_duration(patience)}), "remote " + address);
 }
 
 autd3::Link* Autd3Library::twincat_link() const {
-  autd3::Result<autd3::Link*> (*make)() = nullptr;
-  const std::string file = folder_ + "/" + kTwincatFile;
-  find(load(file), file, "AUTDLinkTwinCAT", make);
+  const autd3::Symbols find(folder_ + "/" + kTwincatFile);
+  autd3::Result<autd3::Link*> (*make)() = find("AUTDLinkTwinCAT");
   return value_of(make(), "twincat");
 }
 

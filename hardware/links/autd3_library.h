@@ -74,51 +74,82 @@ struct Result {
 using DriveOf = void (*)(const void* context, const Geometry* geometry, std::uint16_t device, std::uint8_t transducer,
                          Drive* drive);
 
+/// The functions of a library that was loaded.
+class Symbols {
+ public:
+  /// throws   InputError if the file cannot be loaded
+  explicit Symbols(std::string file);
+
+  struct Symbol {
+    void* address;
+    template <class Function>
+    operator Function*() const {  // NOLINT(google-explicit-constructor): the pointer that takes it says which
+      return reinterpret_cast<Function*>(address);
+    }
+  };
+  /// throws   InputError if it has no such function
+  Symbol operator()(const char* name) const;
+
+ private:
+  std::string file_;
+  void* handle_;
+};
+
 struct Calls {
-  void (*take_error)(const void* error, char* text);
-  void (*latest_firmware)(char* text);  // 256 bytes
+  Symbols find;
+
+  void (*take_error)(const void* error, char* text) = find("AUTDGetErr");
+  void (*latest_firmware)(char* text) = find("AUTDFirmwareLatest");  // 256 bytes
 
   Result<Controller*> (*open)(const Point* positions, const Quaternion* rotations, std::uint16_t devices, Link* link,
-                              SenderOption option);
-  Result<std::uint8_t> (*close)(Controller*);
-  Link* (*link_of)(Controller*);
-  bool (*is_default)(SenderOption);
-  void (*set_default)(Controller*, SenderOption);
-  Sender* (*sender)(Controller*, SenderOption);
-  Result<std::uint8_t> (*send)(Sender*, Datagram*);
+                              SenderOption option) = find("AUTDControllerOpen");
+  Result<std::uint8_t> (*close)(Controller*) = find("AUTDControllerClose");
+  Link* (*link_of)(Controller*) = find("AUTDLinkGet");
+  bool (*is_default)(SenderOption) = find("AUTDSenderOptionIsDefault");
+  void (*set_default)(Controller*, SenderOption) = find("AUTDSetDefaultSenderOption");
+  Sender* (*sender)(Controller*, SenderOption) = find("AUTDSender");
+  Result<std::uint8_t> (*send)(Sender*, Datagram*) = find("AUTDSenderSend");
 
-  Result<FpgaStates*> (*fpga_states)(Controller*);  // looks for answers of the units, and changes nothing
-  void (*delete_fpga_states)(FpgaStates*);
+  Result<FpgaStates*> (*fpga_states)(Controller*) =
+      find("AUTDControllerFPGAState");  // looks for answers of the units, and changes nothing
+  void (*delete_fpga_states)(FpgaStates*) = find("AUTDControllerFPGAStateDelete");
 
-  Geometry* (*geometry)(Controller*);
-  std::uint32_t (*device_count)(Geometry*);
-  Device* (*device)(Geometry*, std::uint16_t index);
-  std::uint32_t (*transducer_count)(Device*);
-  Point (*axis)(Device*);
-  Transducer* (*transducer)(Device*, std::uint8_t index);
-  Point (*position)(Transducer*);
+  Geometry* (*geometry)(Controller*) = find("AUTDGeometry");
+  std::uint32_t (*device_count)(Geometry*) = find("AUTDGeometryNumDevices");
+  Device* (*device)(Geometry*, std::uint16_t index) = find("AUTDDevice");
+  std::uint32_t (*transducer_count)(Device*) = find("AUTDDeviceNumTransducers");
+  Point (*axis)(Device*) = find("AUTDDeviceDirectionAxial");
+  Transducer* (*transducer)(Device*, std::uint8_t index) = find("AUTDTransducer");
+  Point (*position)(Transducer*) = find("AUTDTransducerPosition");
 
-  Gain* (*custom_gain)(DriveOf drive_of, const void* context, Geometry*);
-  Gain* (*null_gain)();
-  Datagram* (*gain_datagram)(Gain*);
-  SamplingConfig (*sampling_of_divider)(std::uint16_t divider);
-  ModulationData* (*custom_modulation)(const std::uint8_t* samples, std::uint16_t count, SamplingConfig);
-  Datagram* (*modulation_datagram)(ModulationData*);
-  Datagram* (*silencer_datagram)(CompletionSteps);
+  Gain* (*custom_gain)(DriveOf drive_of, const void* context, Geometry*) = find("AUTDGainCustom");
+  Gain* (*null_gain)() = find("AUTDGainNull");
+  Datagram* (*gain_datagram)(Gain*) = find("AUTDGainIntoDatagram");
+  SamplingConfig (*sampling_of_divider)(std::uint16_t divider) = find("AUTDSamplingConfigFromDivide");
+  ModulationData* (*custom_modulation)(const std::uint8_t* samples, std::uint16_t count,
+                                       SamplingConfig) = find("AUTDModulationCustom");
+  Datagram* (*modulation_datagram)(ModulationData*) = find("AUTDModulationIntoDatagram");
+  Datagram* (*silencer_datagram)(CompletionSteps) = find("AUTDDatagramSilencerFromCompletionSteps");
 
-  Link* (*nop_link)();
-  Link* (*audit_link)();
-  void (*audit_break)(Link*);
-  std::uint8_t (*audit_gain_segment)(Link*, std::uint16_t device);
-  std::uint8_t (*audit_modulation_segment)(Link*, std::uint16_t device);
-  std::uint32_t (*audit_transducer_count)(Link*, std::uint16_t device);
-  void (*audit_drives)(Link*, std::uint8_t segment, std::uint16_t device, std::uint16_t pattern, Drive* drives);
-  std::uint16_t (*audit_modulation_count)(Link*, std::uint8_t segment, std::uint16_t device);
-  std::uint16_t (*audit_modulation_divider)(Link*, std::uint8_t segment, std::uint16_t device);
-  void (*audit_modulation)(Link*, std::uint8_t segment, std::uint16_t device, std::uint8_t* samples);
-  std::uint16_t (*audit_phase_steps)(Link*, std::uint16_t device);
-  std::uint16_t (*audit_intensity_steps)(Link*, std::uint16_t device);
-  bool (*audit_fixed_steps)(Link*, std::uint16_t device);
+  Link* (*nop_link)() = find("AUTDLinkNop");
+  Link* (*audit_link)() = find("AUTDLinkAudit");
+  void (*audit_break)(Link*) = find("AUTDLinkAuditBreakDown");
+  std::uint8_t (*audit_gain_segment)(Link*, std::uint16_t device) = find("AUTDLinkAuditFpgaCurrentStmSegment");
+  std::uint8_t (*audit_modulation_segment)(Link*, std::uint16_t device) = find("AUTDLinkAuditFpgaCurrentModSegment");
+  std::uint32_t (*audit_transducer_count)(Link*, std::uint16_t device) = find("AUTDLinkAuditCpuNumTransducers");
+  void (*audit_drives)(Link*, std::uint8_t segment, std::uint16_t device, std::uint16_t pattern,
+                       Drive* drives) = find("AUTDLinkAuditFpgaDrivesAt");
+  std::uint16_t (*audit_modulation_count)(Link*, std::uint8_t segment,
+                                          std::uint16_t device) = find("AUTDLinkAuditFpgaModulationCycle");
+  std::uint16_t (*audit_modulation_divider)(Link*, std::uint8_t segment,
+                                            std::uint16_t device) = find("AUTDLinkAuditFpgaModulationFreqDivide");
+  void (*audit_modulation)(Link*, std::uint8_t segment, std::uint16_t device,
+                           std::uint8_t* samples) = find("AUTDLinkAuditFpgaModulationBuffer");
+  std::uint16_t (*audit_phase_steps)(Link*,
+                                     std::uint16_t device) = find("AUTDLinkAuditFpgaSilencerCompletionStepsPhase");
+  std::uint16_t (*audit_intensity_steps)(Link*, std::uint16_t device) =
+      find("AUTDLinkAuditFpgaSilencerCompletionStepsIntensity");
+  bool (*audit_fixed_steps)(Link*, std::uint16_t device) = find("AUTDLinkAuditFpgaSilencerFixedCompletionStepsMode");
 };
 
 }  // namespace autd3
@@ -160,8 +191,8 @@ class Autd3Library {
 
   std::string file_;
   std::string folder_;
+  autd3::Calls call_;
   std::string firmware_;
-  autd3::Calls call_{};
 };
 
 /// A duration for the library. seconds < 0: none, the library's own choice.

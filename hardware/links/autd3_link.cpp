@@ -382,6 +382,4 @@ Autd3UnitState Autd3Link::audit(std::size_t unit) const {
 
 void Autd3Link::break_down() { library_.call().audit_break(open_audit()); }
 
-std::unique_ptr<ArrayLink> make_autd3_link(const Autd3Options& options) { return std::make_unique<Autd3Link>(options); }
-
 }  // namespace touchfield

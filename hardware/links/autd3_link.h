@@ -2,7 +2,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -93,8 +92,5 @@ class Autd3Link final : public ArrayLink {
   bool lost_ = false;
   int frames_sent_ = 0;
 };
-
-/// throws   InputError as Autd3Link
-std::unique_ptr<ArrayLink> make_autd3_link(const Autd3Options& options);
 
 }  // namespace touchfield

@@ -29,6 +29,8 @@ class Directivity {
   static Directivity t4010a1();
 
   Kind kind() const { return kind_; }
+  /// k b of a piston.
+  double ka() const { return ka_; }
 
   /// cos_theta in -1..1 (values beyond by rounding are clamped).
   double value(double cos_theta) const;

@@ -64,7 +64,19 @@ std::optional<std::vector<std::string>> manifest(const fs::path& directory) {
 }
 
 bool contains(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+  return std::ranges::find(names, name) != names.end();
+}
+
+/// With those above it.
+void make_directory(const std::string& path) {
+  std::error_code error;
+  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
+    throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
+  }
+  fs::create_directories(path, error);
+  if (error) {
+    throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
+  }
 }
 
 void write_manifest(const fs::path& directory, const std::vector<std::string>& files) {
@@ -129,13 +141,10 @@ void RunDirectory::claim(const std::vector<std::string>& files) {
 
 RunDirectory RunDirectory::next_free(const std::string& root, const std::string& name,
                                      const std::vector<std::string>& files) {
-  std::error_code error;
-  fs::create_directories(root, error);
-  if (error) {
-    throw InputError(fmt::format("output directory {} cannot be made: {}", root, error.message()));
-  }
+  make_directory(root);
   for (int number = 1;; ++number) {
     const std::string path = fmt::format("{}/{}-{:04d}", root, name, number);
+    std::error_code error;
     // create_directory is atomic: false means that somebody else has this number.
     if (fs::create_directory(path, error)) {
       RunDirectory directory(path);
@@ -149,14 +158,7 @@ RunDirectory RunDirectory::next_free(const std::string& root, const std::string&
 }
 
 RunDirectory RunDirectory::at(const std::string& path, const std::vector<std::string>& files, bool force) {
-  std::error_code error;
-  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
-    throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
-  }
-  fs::create_directories(path, error);
-  if (error) {
-    throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
-  }
+  make_directory(path);
   const std::optional<std::vector<std::string>> older = own_files(path, files);
   if (older && !force) {
     throw InputError(
@@ -216,9 +218,8 @@ void RunDirectory::fail(const std::string& reason) {
   }
   failed_ = true;
   std::vector<std::string> missing;
-  std::copy_if(planned_.begin(), planned_.end(), std::back_inserter(missing), [&](const std::string& method) {
-    return std::find(finished_.begin(), finished_.end(), method) == finished_.end();
-  });
+  std::ranges::copy_if(planned_, std::back_inserter(missing),
+                       [&](const std::string& method) { return !contains(finished_, method); });
   const nlohmann::ordered_json record = {
       {"reason", reason}, {"time", utc_now()}, {"finished_methods", finished_}, {"missing_methods", missing}};
   remove_leftovers(path_, files_);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "sim/batch/run_directory.h"
 #include "sim/core/progress.h"
@@ -8,6 +10,17 @@
 #include "sim/solve/solve_model.h"
 
 namespace touchfield {
+
+/// The format of a run's pictures: what is asked for beside the scene, or PNG if the scene's `write` has png; nothing if
+/// none are drawn.
+std::optional<PictureFormat> picture_format(const Model& model, std::optional<PictureFormat> asked);
+
+/// The names of all files that a run of a scene may write into its directory, pictures in the format asked for beside
+/// the scene.
+std::vector<std::string> run_files(const Model& model, std::optional<PictureFormat> asked = std::nullopt);
+
+/// The same of a study.
+std::vector<std::string> study_files(PictureFormat format);
 
 /// Computes a scene (solve_model) and writes its results. run.h5 and metrics.csv are written anew after each method, so
 /// that a later failure loses nothing that was found.

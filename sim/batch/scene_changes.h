@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/store/model_difference.h"
+#include "sim/store/difference.h"
 
 namespace touchfield {
 

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cmath>
 #include <deque>
+#include <memory>
 #include <poll.h>
 #include <utility>
 
@@ -24,6 +25,15 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kTick{500};  // the limit of time is looked at so often
 
+/// What a case changes, as its record keeps it.
+std::vector<std::pair<std::string, std::string>> inputs_of(const SweepCase& item) {
+  std::vector<std::pair<std::string, std::string>> inputs;
+  for (const SceneChange& change : item.changes) {
+    inputs.emplace_back(change.path, change.value);
+  }
+  return inputs;
+}
+
 }  // namespace
 
 double case_limit(double expected, double longest) { return std::max(600.0 + 20.0 * expected, 10.0 * longest); }
@@ -35,7 +45,7 @@ struct SweepRunner::Group {
 };
 
 struct SweepRunner::Worker {
-  std::optional<WorkerProcess> process;
+  std::unique_ptr<WorkerProcess> process;
   Group* group = nullptr;            // of its last case, whose models it keeps
   std::optional<std::size_t> place;  // of the case it is at
   std::string scratch;
@@ -128,14 +138,12 @@ bool SweepRunner::dispatch(Worker& worker) {
   job.number = item.number;
   job.scratch = directory_.scratch(item.number);
   job.scene = resolved_yaml(scenes_[place]);
-  for (const SceneChange& change : item.changes) {
-    job.inputs.emplace_back(change.path, change.value);
-  }
+  job.inputs = inputs_of(item);
   job.scenes = group->size;
   job.command_line = options_.command_line;
   job.threads = std::max(1, options_.threads / jobs_);
   if (!worker.process) {
-    worker.process.emplace(options_.worker, directory_.file("sweep.log"));
+    worker.process = std::make_unique<WorkerProcess>(options_.worker, directory_.file("sweep.log"));
   }
   group->left.pop_front();
   worker.group = group;
@@ -186,9 +194,7 @@ void SweepRunner::fail(Worker& worker, std::string reason, const OnCase& on_case
   const SweepCase& item = plan_.cases[*worker.place];
   SweepRecord record;
   record.number = item.number;
-  for (const SceneChange& change : item.changes) {
-    record.inputs.emplace_back(change.path, change.value);
-  }
+  record.inputs = inputs_of(item);
   record.status = "failed";
   record.reason = std::move(reason);
   record.seconds = std::chrono::duration<double>(Clock::now() - worker.start).count();
@@ -287,11 +293,8 @@ void SweepRunner::wait_and_receive(const OnCase& on_case) {
     const std::lock_guard lock(mutex_);
     for (Worker& worker : workers_) {
       if (worker.place) {
-        waiting.push_back({worker.process->answers(), POLLIN, 0});
-        owners.push_back(&worker);
-      }
-      if (worker.place && worker.process->has_rest()) {
-        waiting.push_back({worker.process->jobs(), POLLOUT, 0});
+        const int rest = worker.process->has_rest() ? POLLOUT : 0;
+        waiting.push_back({worker.process->socket(), static_cast<short>(POLLIN | rest), 0});
         owners.push_back(&worker);
       }
     }
@@ -304,13 +307,11 @@ void SweepRunner::wait_and_receive(const OnCase& on_case) {
   const auto passed = std::min<Clock::duration>(Clock::now() - start, 2 * kTick);
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < waiting.size(); ++i) {
-    if (waiting[i].revents == 0) {
-      continue;
-    }
-    if (waiting[i].events == POLLIN) {
-      receive(*owners[i], on_case);
-    } else if (owners[i]->process) {
+    if ((waiting[i].revents & POLLOUT) != 0) {
       owners[i]->process->send_rest();
+    }
+    if ((waiting[i].revents & ~POLLOUT) != 0) {
+      receive(*owners[i], on_case);
     }
   }
   for (Worker& worker : workers_) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <fstream>
 #include <iostream>
 #include <map>
 #include <new>
@@ -14,9 +15,7 @@
 
 #include "sim/assess/check.h"
 #include "sim/assess/peak_memory.h"
-#include "sim/batch/file_progress.h"
 #include "sim/batch/run_directory.h"
-#include "sim/batch/run_files.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
@@ -29,6 +28,25 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kExpected = "expected_seconds";
+
+/// Writes what a computation does into a log, a line a stage, each with the time and on the disk at once. A file that
+/// cannot be opened leaves the log empty: it is no part of the result.
+class FileProgress : public Progress {
+ public:
+  explicit FileProgress(const std::string& path) : log_(path) {}
+
+  void begin(std::string_view what) override { stages_.emplace_back(what); }
+  void end(double seconds) override {
+    note(fmt::format("  {}: {:.2f} s", stages_.back(), seconds));
+    stages_.pop_back();
+  }
+  void note(std::string_view line) override { log_ << utc_now() << ' ' << line << std::endl; }
+  void warn(std::string_view message) override { note(fmt::format("warning: {}", message)); }
+
+ private:
+  std::ofstream log_;
+  std::vector<std::string> stages_;  // begun and not ended, one within another
+};
 
 void take_results(const Run& run, SweepRecord& record) {
   record.faces = static_cast<int>(run.mesh.face_count());
@@ -93,21 +111,13 @@ std::string sharing_key(const Scene& scene) {
 
 }  // namespace
 
-std::string to_json(const CaseJob& job) {
-  return Json{{"case", job.number},    {"scratch", job.scratch}, {"scene", job.scene},
-              {"inputs", job.inputs},  {"scenes", job.scenes},   {"command_line", job.command_line},
-              {"threads", job.threads}}
-      .dump();
-}
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseJob, number, scratch, scene, inputs, scenes, command_line, threads)
+
+std::string to_json(const CaseJob& job) { return nlohmann::json(job).dump(); }
 
 CaseJob job_from_json(const std::string& text) {
   try {
-    const Json json = Json::parse(text);
-    return {
-        json.at("case").get<int>(),          json.at("scratch").get<std::string>(),
-        json.at("scene").get<std::string>(), json.at("inputs").get<std::vector<std::pair<std::string, std::string>>>(),
-        json.at("scenes").get<int>(),        json.at("command_line").get<std::string>(),
-        json.at("threads").get<int>()};
+    return nlohmann::json::parse(text).get<CaseJob>();
   } catch (const Json::exception& error) {
     throw IoError(fmt::format("a case's job cannot be read: {}", error.what()));
   }

@@ -65,7 +65,7 @@ void write_identity(const std::string& directory, const SweepIdentity& identity)
                      {"set", changes_json(identity.common)},
                      {"cases", cases},
                      {"sweep", identity.text},
-                     {"base", identity.base}};
+                     {"base", identity.base_text}};
   write_text_file(directory + "/sweep.json", json.dump(1) + "\n");
 }
 
@@ -95,23 +95,19 @@ std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
   if (kept.cases.size() != asked.cases.size()) {
     return fmt::format("{} cases there, {} asked for", kept.cases.size(), asked.cases.size());
   }
-  return kept.base != asked.base ? "the base scene has changed" : "a file that the scenes name has changed";
+  return kept.base_text != asked.base_text ? "the base scene has changed" : "a file that the scenes name has changed";
 }
 
-int lock_directory(const std::string& path) {
+Descriptor lock_directory(const std::string& path) {
   const std::string file = path + "/sweep.lock";
   // Not handed on to child processes: the lock has to end with this one.
-  const int lock = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-  if (lock < 0) {
-    throw InputError(fmt::format("output directory {} cannot be written to: {}", path, system_text(errno)));
-  }
-  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+  Descriptor lock(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  const int number = lock.number();
+  if (number >= 0 && flock(number, LOCK_EX | LOCK_NB) != 0) {
     const int error = errno;
     std::string owner(32, '\0');
-    const ssize_t length = read(lock, owner.data(), owner.size());
-    owner.resize(length > 0 ? static_cast<std::size_t>(length) : 0);
+    owner.resize(static_cast<std::size_t>(std::max<ssize_t>(0, read(number, owner.data(), owner.size()))));
     owner.erase(std::find(owner.begin(), owner.end(), '\n'), owner.end());
-    close(lock);
     throw InputError(error == EWOULDBLOCK
                          ? fmt::format("output directory {}: another process{} works in it; wait for it, or give "
                                        "another directory with -o",
@@ -119,10 +115,9 @@ int lock_directory(const std::string& path) {
                          : fmt::format("output directory {} cannot be locked: {}", path, system_text(error)));
   }
   const std::string owner = fmt::format("{}\n", getpid());
-  if (ftruncate(lock, 0) != 0 || pwrite(lock, owner.data(), owner.size(), 0) != static_cast<ssize_t>(owner.size())) {
-    const int error = errno;
-    close(lock);
-    throw InputError(fmt::format("output directory {} cannot be written to: {}", path, system_text(error)));
+  if (number < 0 || ftruncate(number, 0) != 0 ||
+      pwrite(number, owner.data(), owner.size(), 0) != static_cast<ssize_t>(owner.size())) {
+    throw InputError(fmt::format("output directory {} cannot be written to: {}", path, system_text(errno)));
   }
   return lock;
 }
@@ -185,11 +180,8 @@ bool is_scratch(const std::string& name) {
 
 /// Renames survive a power failure once the folder they are in is flushed.
 void flush_folder(const std::string& path) {
-  const int folder = ::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder >= 0) {
-    fsync(folder);
-    close(folder);
-  }
+  const Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  fsync(folder.number());
 }
 
 /// Moves what no case wrote from a case's former folder into its new one, unless the new one has a file of that name.
@@ -208,16 +200,6 @@ void keep_files_of_others(const fs::path& former, const fs::path& place) {
 }
 
 }  // namespace
-
-SweepIdentity::SweepIdentity(const SweepPlan& plan, std::string plan_hash, Shard part)
-    : name(plan.name),
-      hash(std::move(plan_hash)),
-      text(plan.text),
-      base(plan.base_text),
-      parameters(plan.parameters),
-      common(plan.common),
-      cases(plan.cases),
-      shard(part) {}
 
 SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity, bool resume) {
   std::error_code error;
@@ -252,15 +234,6 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
   }
   directory.clear_leftovers();
   return directory;
-}
-
-SweepDirectory::SweepDirectory(SweepDirectory&& other) noexcept
-    : path_(std::move(other.path_)), lock_(std::exchange(other.lock_, -1)) {}
-
-SweepDirectory::~SweepDirectory() {
-  if (lock_ >= 0) {
-    close(lock_);
-  }
 }
 
 /// What a killed owner left half done.
@@ -334,7 +307,7 @@ SweepIdentity read_identity(const std::string& directory) {
     identity.parameters = json.at("parameters").get<std::vector<std::string>>();
     identity.common = json_changes(json.at("set"));
     identity.text = json.at("sweep").get<std::string>();
-    identity.base = json.at("base").get<std::string>();
+    identity.base_text = json.at("base").get<std::string>();
     for (const Json& item : json.at("cases")) {
       identity.cases.push_back({static_cast<int>(identity.cases.size()) + 1, json_changes(item)});
     }

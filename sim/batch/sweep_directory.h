@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/core/child_process.h"
 #include "sim/scene/sweep_reader.h"
 #include "sim/store/sweep_files.h"
 
@@ -17,19 +18,10 @@ struct Shard {
   bool has(int number) const { return (number - index) % count == 0; }
 };
 
-/// What a sweep set out to do, as sweep.json in its directory keeps it.
-struct SweepIdentity {
-  std::string name;
+/// What a sweep set out to do, as sweep.json in its directory keeps it; without `base`, the path of the scene file.
+struct SweepIdentity : SweepPlan {
   std::string hash;  // plan_hash
-  std::string text;  // of the sweep file
-  std::string base;  // of the scene file
-  std::vector<std::string> parameters;
-  std::vector<SceneChange> common;
-  std::vector<SweepCase> cases;  // of the whole plan
   Shard shard;
-
-  SweepIdentity() = default;
-  SweepIdentity(const SweepPlan& plan, std::string plan_hash, Shard part);
 };
 
 /// What the cases of a directory came to.
@@ -56,12 +48,6 @@ class SweepDirectory {
   ///          difference), if another process works in it, or if it cannot be made or written to
   static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool resume);
 
-  SweepDirectory(SweepDirectory&& other) noexcept;
-  SweepDirectory(const SweepDirectory&) = delete;
-  SweepDirectory& operator=(const SweepDirectory&) = delete;
-  SweepDirectory& operator=(SweepDirectory&&) = delete;
-  ~SweepDirectory();
-
   const std::string& path() const { return path_; }
   std::string file(const std::string& name) const { return path_ + "/" + name; }
 
@@ -80,11 +66,11 @@ class SweepDirectory {
   static void drop(const std::string& scratch) noexcept;
 
  private:
-  SweepDirectory(std::string path, int lock) : path_(std::move(path)), lock_(lock) {}
+  SweepDirectory(std::string path, Descriptor lock) : path_(std::move(path)), lock_(std::move(lock)) {}
   void clear_leftovers() const;
 
   std::string path_;
-  int lock_;  // file descriptor
+  Descriptor lock_;
 };
 
 /// The plan of a directory.

@@ -10,7 +10,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/text_hash.h"
-#include "sim/solve/provenance.h"
+#include "sim/solve/solve_model.h"
 
 namespace touchfield {
 
@@ -71,7 +71,7 @@ SweepSummary summary_of(const SweepIdentity& identity, int threads, const std::s
   SweepSummary summary;
   summary.name = identity.name;
   summary.text = identity.text;
-  summary.base = identity.base;
+  summary.base = identity.base_text;
   summary.hash = identity.hash;
   summary.parameters = identity.parameters;
   summary.provenance = provenance_now(threads, "", command_line, identity.hash);

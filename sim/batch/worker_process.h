@@ -2,8 +2,9 @@
 
 #include <optional>
 #include <string>
-#include <sys/types.h>
 #include <vector>
+
+#include "sim/core/child_process.h"
 
 namespace touchfield {
 
@@ -14,24 +15,21 @@ class WorkerProcess {
   /// arguments   program and its arguments
   /// log         file that its standard error is appended to
   /// throws      IoError naming the system's reason
-  WorkerProcess(const std::vector<std::string>& arguments, const std::string& log);
-  WorkerProcess(WorkerProcess&& other) noexcept;
+  WorkerProcess(std::vector<std::string> arguments, const std::string& log);
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
-  WorkerProcess& operator=(WorkerProcess&&) = delete;
   /// Kills it if it still runs.
   ~WorkerProcess();
 
-  /// Sends a line, as much of it as the process takes now; a process that does not read keeps nobody waiting. SIGPIPE
-  /// must be ignored: a process that has ended is met when its answer is read.
+  /// What to wait for with poll(): readable once there is an answer or the process has ended; while a line is not all
+  /// sent, writable once send_rest() can go on.
+  int socket() const { return socket_.number(); }
+
+  /// Sends a line, as much of it as the process takes now; a process that does not read keeps nobody waiting. One that
+  /// has ended is met when its answer is read.
   void send(const std::string& line);
-  /// What to wait for with poll() while a line is not all sent: writable once send_rest() can go on.
-  int jobs() const { return to_; }
   bool has_rest() const { return !unsent_.empty(); }
   void send_rest();
-
-  /// What to wait for with poll(): readable once there is an answer or the process has ended.
-  int answers() const { return from_; }
 
   struct Answer {
     std::optional<std::string> line;  // nothing yet if empty and not ended
@@ -40,16 +38,14 @@ class WorkerProcess {
   /// Reads what is there without waiting.
   Answer receive();
 
-  /// Waits for the end of a process that has closed its answers, and says how it ended: "signal 9 (Killed)", "exit code
-  /// 3".
+  /// Waits for the end of a process that has closed its answers, and says how it ended: end_text.
   std::string how_it_ended();
 
   void kill() noexcept;
 
  private:
+  Descriptor socket_;
   pid_t pid_ = -1;
-  int to_ = -1;
-  int from_ = -1;
   std::string unsent_;
   std::string buffer_;  // read and not yet a line
 };

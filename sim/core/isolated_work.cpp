@@ -1,7 +1,6 @@
 #include "sim/core/isolated_work.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
@@ -13,7 +12,6 @@
 #include <stdexcept>
 #include <string>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -22,6 +20,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/child_process.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
@@ -36,26 +35,6 @@ constexpr int kClockFactor = 5;  // of a loaded machine
   const int reason = errno;
   throw IoError(fmt::format("no process can be started: {}: {}", what, std::system_category().message(reason)));
 }
-
-/// A descriptor that closes itself.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() { shut(); }
-
-  int number() const { return number_; }
-  void shut() {
-    if (number_ >= 0) {
-      close(number_);
-      number_ = -1;
-    }
-  }
-
- private:
-  int number_;
-};
 
 /// Address space of this process [bytes].
 std::uint64_t own_size() {
@@ -104,10 +83,7 @@ void work_into(int file, const std::function<void(const Emit&)>& work) {
 /// The life of the copy.
 [[noreturn]] void live(int file, pid_t parent, std::uint64_t size, const std::string& subject, const WorkLimits& limits,
                        const std::function<void(const Emit&)>& work) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) {  // it was gone before the line above
-    _exit(EXIT_FAILURE);
-  }
+  die_with(parent);
   std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGXCPU, SIG_DFL);
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -138,9 +114,9 @@ void work_into(int file, const std::function<void(const Emit&)>& work) {
   _exit(kRefused);
 }
 
-/// Waits until the copy has ended and with it the other end of the pipe. Kills one that takes too long: false.
-bool ends_in_time(pid_t child, int pipe_end, int seconds) {
-  pollfd waiting{pipe_end, POLLIN, 0};
+/// Waits until the copy has ended and with it the other end of the socket. Kills one that takes too long: false.
+bool ends_in_time(pid_t child, int socket, int seconds) {
+  pollfd waiting{socket, POLLIN, 0};
   int answer = 0;
   do {
     answer = poll(&waiting, 1, 1000 * seconds * kClockFactor);
@@ -152,12 +128,10 @@ bool ends_in_time(pid_t child, int pipe_end, int seconds) {
 }
 
 std::string how_it_ended(int status, bool in_time, int seconds) {
-  const int signal = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
-  if (!in_time || signal == SIGXCPU) {
+  if (!in_time || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)) {
     return fmt::format("takes more than {} s", seconds);
   }
-  return signal != 0 ? fmt::format("ends by signal {} ({})", signal, strsignal(signal))
-                     : fmt::format("ends with exit code {}", WEXITSTATUS(status));
+  return fmt::format("ends {} {}", WIFSIGNALED(status) ? "by" : "with", end_text(status));
 }
 
 WorkOutput contents(int file) {
@@ -183,12 +157,10 @@ WorkOutput isolated(const std::string& subject, const WorkLimits& limits,
                     const std::function<void(const Emit&)>& work) {
   const std::uint64_t size = own_size();
   const Descriptor file(memfd_create("touchfield", MFD_CLOEXEC));
-  std::array<int, 2> ends{-1, -1};
-  if (file.number() < 0 || pipe2(ends.data(), O_CLOEXEC) != 0) {
-    fail("memfd_create, pipe");
+  if (file.number() < 0) {
+    fail("memfd_create");
   }
-  const Descriptor here(ends[0]);
-  Descriptor there(ends[1]);
+  SocketPair ends;
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child < 0) {
@@ -197,14 +169,9 @@ WorkOutput isolated(const std::string& subject, const WorkLimits& limits,
   if (child == 0) {
     live(file.number(), parent, size, subject, limits, work);
   }
-  there.shut();
-  const bool in_time = ends_in_time(child, here.number(), limits.seconds);
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) {
-      fail("waitpid");
-    }
-  }
+  ends.others.close();
+  const bool in_time = ends_in_time(child, ends.own.number(), limits.seconds);
+  const int status = wait_for(child);
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   if (code == EXIT_SUCCESS) {
     return contents(file.number());

@@ -13,15 +13,15 @@ class Progress {
   virtual ~Progress() = default;
 
   /// A stage begins; what: a short description, e.g. "factorise B (10,512 unknowns)".
-  virtual void begin(std::string_view what);
+  virtual void begin(std::string_view /*what*/) {}
   /// The fraction of the stage that is done, 0 to 1. Called from one thread.
-  virtual void advance(double fraction);
+  virtual void advance(double /*fraction*/) {}
   /// The stage is done after this many seconds.
-  virtual void end(double seconds);
+  virtual void end(double /*seconds*/) {}
   /// A figure worth a line that is no stage.
-  virtual void note(std::string_view line);
+  virtual void note(std::string_view /*line*/) {}
   /// Something the user should know that is no error.
-  virtual void warn(std::string_view message);
+  virtual void warn(std::string_view /*message*/) {}
 };
 
 }  // namespace touchfield

@@ -84,17 +84,4 @@ FieldValues evaluate_field(const TriangleMesh& mesh, const TransducerArray& arra
   return values;
 }
 
-std::vector<unsigned char> inside_mask(const TriangleMesh& mesh, const Points& points) {
-  std::vector<unsigned char> inside(static_cast<std::size_t>(points.cols()), 0);
-#pragma omp parallel for schedule(static)
-  for (Eigen::Index j = 0; j < points.cols(); ++j) {
-    double winding = 0.0;
-    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-      winding += solid_angle(face_of(mesh, f), points.col(j)) / (4.0 * std::numbers::pi);
-    }
-    inside[static_cast<std::size_t>(j)] = is_inside(winding) ? 1 : 0;
-  }
-  return inside;
-}
-
 }  // namespace touchfield

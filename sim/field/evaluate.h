@@ -32,7 +32,4 @@ FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& a
 FieldValues evaluate_field(const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
                            const Points& points, const Eigen::MatrixXcd& surface, const Eigen::MatrixXcd& drive);
 
-/// Which points lie inside a closed surface, by the solid angle it covers. Exact off the surface.
-std::vector<unsigned char> inside_mask(const TriangleMesh& mesh, const Points& points);
-
 }  // namespace touchfield

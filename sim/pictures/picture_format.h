@@ -8,6 +8,8 @@ namespace touchfield {
 enum class PictureFormat { kPng, kPdf, kSvg };
 
 /// The ending of its file's name: png, pdf or svg.
-std::string to_string(PictureFormat format);
+inline std::string to_string(PictureFormat format) {
+  return format == PictureFormat::kPdf ? "pdf" : format == PictureFormat::kSvg ? "svg" : "png";
+}
 
 }  // namespace touchfield

@@ -15,7 +15,6 @@
 #include "sim/core/text_number.h"
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/picture_parts.h"
-#include "sim/store/sweep_rows.h"
 
 namespace touchfield {
 

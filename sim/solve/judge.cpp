@@ -9,6 +9,20 @@
 
 namespace touchfield {
 
+namespace {
+
+/// A column a method.
+template <class Column>
+Eigen::MatrixXcd columns_of(const Run& run, Eigen::Index rows, const Column& column) {
+  Eigen::MatrixXcd columns(rows, static_cast<Eigen::Index>(run.methods.size()));
+  for (std::size_t s = 0; s < run.methods.size(); ++s) {
+    columns.col(static_cast<Eigen::Index>(s)) = column(run.methods[s]);
+  }
+  return columns;
+}
+
+}  // namespace
+
 void note_solve(const Run& run, Progress& progress) {
   const SolveRecord& solve = run.solves.back();
   progress.note(fmt::format("    {}: {} step{}, {} refinement{}, residual {:.1e}{}", solve.stage, solve.steps,
@@ -23,19 +37,11 @@ void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
 }
 
 Eigen::MatrixXcd drives_of(const Run& run) {
-  Eigen::MatrixXcd drives(run.array.size(), static_cast<Eigen::Index>(run.methods.size()));
-  for (std::size_t s = 0; s < run.methods.size(); ++s) {
-    drives.col(static_cast<Eigen::Index>(s)) = drive(run.methods[s].solution);
-  }
-  return drives;
+  return columns_of(run, run.array.size(), [](const MethodResult& method) { return drive(method.solution); });
 }
 
 Eigen::MatrixXcd pressures_of(const Run& run) {
-  Eigen::MatrixXcd pressures(run.mesh.face_count(), static_cast<Eigen::Index>(run.methods.size()));
-  for (std::size_t s = 0; s < run.methods.size(); ++s) {
-    pressures.col(static_cast<Eigen::Index>(s)) = run.methods[s].pressure;
-  }
-  return pressures;
+  return columns_of(run, run.mesh.face_count(), [](const MethodResult& method) { return method.pressure; });
 }
 
 Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,

@@ -11,7 +11,6 @@
 #include "sim/core/errors.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/solve/model.h"
-#include "sim/solve/previous_phases.h"
 #include "sim/target/gram.h"
 #include "solvers/linear/hermitian_product.h"
 #include "solvers/phase/surface.h"
@@ -20,26 +19,33 @@ namespace touchfield {
 
 namespace {
 
+/// One random start a column.
+Eigen::MatrixXcd random_starts(Eigen::Index size, const StartSpec& start) {
+  Eigen::MatrixXcd starts(size, start.restarts);
+  for (int i = 0; i < start.restarts; ++i) {
+    starts.col(i) = random_start(size, start.seed + static_cast<unsigned>(i));
+  }
+  return starts;
+}
+
+Eigen::VectorXcd unit_drives(const Eigen::VectorXd& phases) {
+  return (Complex(0, 1) * phases.cast<Complex>()).array().exp();
+}
+
 /// Angles [theta; phi] to start from, one column a start.
 Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem) {
   const Eigen::Index size = problem.gram.rows();
-  const StartSpec& start = method.start;
-  if (start.kind == StartSpec::Kind::kRandom) {
-    Eigen::MatrixXd angles(size, start.restarts);
-    for (int i = 0; i < start.restarts; ++i) {
-      angles.col(i) = random_start(size, start.seed + static_cast<unsigned>(i)).cwiseArg();
-    }
-    return angles;
+  if (method.start.kind == StartSpec::Kind::kRandom) {
+    return random_starts(size, method.start).cwiseArg();
   }
   Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(size, 1);
-  if (start.kind == StartSpec::Kind::kPrevious) {
+  if (method.start.kind == StartSpec::Kind::kPrevious) {
     const Eigen::Index channels = problem.channel_count();
     const Eigen::VectorXd phases = previous_phases(method, channels);
-    const Eigen::VectorXcd q = (Complex(0, 1) * phases.cast<Complex>()).array().exp();
     angles.col(0).tail(channels) = phases;
     // theta that fits these drives, the other faces' aside.
     angles.col(0).head(problem.target_count) =
-        (-(problem.gram.topRightCorner(problem.target_count, channels) * q)).cwiseArg();
+        (-(problem.gram.topRightCorner(problem.target_count, channels) * unit_drives(phases))).cwiseArg();
   }
   return angles;
 }
@@ -47,32 +53,32 @@ Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& pr
 /// Drives to start from, one column a start.
 Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& problem) {
   const Eigen::Index channels = problem.channel_count();
-  const StartSpec& start = method.start;
-  switch (start.kind) {
+  switch (method.start.kind) {
     case StartSpec::Kind::kZero:
       break;
-    case StartSpec::Kind::kRandom: {
-      Eigen::MatrixXcd drives(channels, start.restarts);
-      for (int i = 0; i < start.restarts; ++i) {
-        drives.col(i) = random_start(channels, start.seed + static_cast<unsigned>(i));
-      }
-      return drives;
-    }
+    case StartSpec::Kind::kRandom:
+      return random_starts(channels, method.start);
     case StartSpec::Kind::kAdjoint:
       return adjoint_start(problem);
     case StartSpec::Kind::kSpectral:
       return spectral_start(problem);
     case StartSpec::Kind::kPrevious:
-      return (Complex(0, 1) * previous_phases(method, channels).cast<Complex>()).array().exp();
+      return unit_drives(previous_phases(method, channels));
   }
   return Eigen::MatrixXcd::Ones(channels, 1);
 }
 
-/// The solution of least final cost among those of several starts.
-void keep_best(std::optional<PhaseSolution>& best, PhaseSolution solution) {
-  if (!best || solution.cost_history.back() < best->cost_history.back()) {
-    best = std::move(solution);
+/// The solution of least final cost among those of several starts, a column each.
+template <class Starts, class Solve>
+PhaseSolution best_of(const Starts& starts, const Solve& solve) {
+  std::optional<PhaseSolution> best;
+  for (const auto& start : starts.colwise()) {
+    PhaseSolution solution = solve(start);
+    if (!best || solution.cost_history.back() < best->cost_history.back()) {
+      best = std::move(solution);
+    }
   }
+  return *best;
 }
 
 /// Minimum of f over low..high by golden-section search in the logarithm.
@@ -109,12 +115,21 @@ MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, st
     : scattering_(scattering), channels_(channels), target_(std::move(target)), spec_(std::move(spec)) {}
 
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress) {
+  const auto advance = [&](int iteration, double) {
+    progress.advance(static_cast<double>(iteration) / method.iterations);
+  };
   switch (method.kind->model) {
     case MethodModel::kScattered:
     case MethodModel::kFree:
-      return solve_incident_method(method, amplitudes, progress);
     case MethodModel::kSkin:
-      return solve_skin_method(method, amplitudes, progress);
+      try {
+        return method.kind->model == MethodModel::kSkin ? solve_skin_method(method, amplitudes, advance, progress)
+                                                        : solve_incident_method(method, amplitudes, advance);
+      } catch (const std::invalid_argument& error) {
+        throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
+      } catch (const std::domain_error& error) {
+        throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
+      }
     case MethodModel::kCentre:
       // Phase conjugation: every channel arrives at the central face in phase.
       return direct_solution(-central_row().transpose().cwiseArg());
@@ -157,23 +172,13 @@ IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes) {
 }
 
 PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                                  Progress& progress) {
+                                                  const IterationCallback& advance) {
   LevenbergMarquardtOptions options;
   options.iterations = method.iterations;
-  try {
-    const IncidentProblem problem =
-        method.kind->model == MethodModel::kFree ? unscattered(amplitudes) : scattered(amplitudes);
-    std::optional<PhaseSolution> best;
-    const Eigen::MatrixXd starts = start_angles(method, problem);
-    for (const auto& start : starts.colwise()) {
-      keep_best(best, solve_incident(problem, start, options, [&](int iteration, double) {
-                  progress.advance(static_cast<double>(iteration) / method.iterations);
-                }));
-    }
-    return *best;
-  } catch (const std::invalid_argument& error) {
-    throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
-  }
+  const IncidentProblem problem =
+      method.kind->model == MethodModel::kFree ? unscattered(amplitudes) : scattered(amplitudes);
+  return best_of(start_angles(method, problem),
+                 [&](const auto& start) { return solve_incident(problem, start, options, advance); });
 }
 
 const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes, Progress& progress) {
@@ -203,27 +208,14 @@ RunTransfer MethodSolver::run_transfer(const Eigen::VectorXd& amplitudes, Progre
 }
 
 PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                              Progress& progress) {
-  const auto advance = [&](int iteration, double) {
-    progress.advance(static_cast<double>(iteration) / method.iterations);
-  };
+                                              const IterationCallback& advance, Progress& progress) {
   const MethodSettings settings{method.iterations, method.free_amplitudes};
-  try {
-    const SkinProblem& problem = skin_problem(amplitudes, progress);
-    if (!method.kind->iterates) {
-      return method.kind->solve(problem, {}, settings, advance);
-    }
-    std::optional<PhaseSolution> best;
-    const Eigen::MatrixXcd starts = start_drives(method, problem);
-    for (const auto& start : starts.colwise()) {
-      keep_best(best, method.kind->solve(problem, start, settings, advance));
-    }
-    return *best;
-  } catch (const std::invalid_argument& error) {
-    throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
-  } catch (const std::domain_error& error) {
-    throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
+  const SkinProblem& problem = skin_problem(amplitudes, progress);
+  if (!method.kind->iterates) {
+    return method.kind->solve(problem, {}, settings, advance);
   }
+  return best_of(start_drives(method, problem),
+                 [&](const auto& start) { return method.kind->solve(problem, start, settings, advance); });
 }
 
 const Eigen::RowVectorXcd& MethodSolver::central_row() {

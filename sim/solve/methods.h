@@ -42,8 +42,10 @@ class MethodSolver {
                     const std::vector<TargetBox>& boxes, Progress& progress);
 
  private:
-  PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
-  PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
+  PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                      const IterationCallback& advance);
+  PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
+                                  const IterationCallback& advance, Progress& progress);
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes);
   const Transfer& transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress);

@@ -13,7 +13,7 @@
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/remesh/subdivide.h"
-#include "sim/solve/previous_phases.h"
+#include "sim/store/run_file.h"
 
 namespace touchfield {
 
@@ -135,7 +135,33 @@ void require_skin(const Target& target, const Model& model) {
   }
 }
 
+Run read_previous(const MethodSpec& method) {
+  try {
+    return read_run_file(method.start.file);
+  } catch (const Error& error) {
+    throw InputError(fmt::format("start of {}: {}", method.name, error.what()));
+  }
+}
+
 }  // namespace
+
+Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels) {
+  const StartSpec& start = method.start;
+  const Run run = read_previous(method);
+  auto found = std::ranges::find(run.methods, start.method.empty() ? method.name : start.method, &MethodResult::name);
+  if (found == run.methods.end() && start.method.empty()) {
+    found = run.methods.begin();
+  }
+  if (found == run.methods.end()) {
+    throw InputError(fmt::format("start of {}: {} has no method {}", method.name, start.file,
+                                 start.method.empty() ? "at all" : start.method));
+  }
+  if (found->solution.phases.size() != channels) {
+    throw InputError(fmt::format("start of {}: {} has {} channels, the array here has {}", method.name, start.file,
+                                 found->solution.phases.size(), channels));
+  }
+  return found->solution.phases;
+}
 
 Eigen::Index channel_count(const ArraySpec& spec) {
   return std::holds_alternative<PlaneWaveArray>(spec.layout)

@@ -51,6 +51,13 @@ JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept = nullptr);
 /// How many channels an array will have.
 Eigen::Index channel_count(const ArraySpec& spec);
 
+/// Phases of the finished run that a method starts from (`start: {previous: RUN.h5}`), of its method of the same name
+/// or, if the start names none and there is none, of its first.
+///
+/// channels   of the array they are for
+/// throws     InputError if the file cannot be read as a run, has no such method or not as many channels
+Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels);
+
 /// throws   InputError if a method's fixed phases, or those of the run that it starts from, do not fit the channels, or
 ///          that run cannot be read
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);

@@ -1,5 +1,6 @@
 #include "sim/solve/solve_model.h"
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <set>
@@ -15,10 +16,11 @@
 #include "sim/solve/judge.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/methods.h"
-#include "sim/solve/provenance.h"
+#include "sim/solve/speed.h"
 #include "sim/solve/stages.h"
 #include "sim/solve/warnings.h"
 #include "solvers/linear/blas_core.h"
+#include "solvers/linear/instruction_level.h"
 #include "solvers/phase/certificate.h"
 
 namespace touchfield {
@@ -219,6 +221,24 @@ FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& 
 }
 
 }  // namespace
+
+Provenance provenance_now(int threads, const std::string& seeds, const std::string& command_line,
+                          const std::string& scene_hash) {
+  const BuildInfo build = build_info();
+  return {.version = build.version,
+          .revision = build.revision,
+          .compiler = build.compiler,
+          .flags = build.flags,
+          .machine = machine_description(),
+          .blas_core = blas_core(),
+          .instruction_level = to_string(instruction_level()),
+          .threads = threads,
+          .seeds = seeds,
+          .command_line = command_line,
+          .start = utc_now(),
+          .end = "",
+          .scene_hash = scene_hash};
+}
 
 Run solve_model(const Model& model, const SolveOptions& options, const std::function<void(const Run&)>& finished,
                 Progress& progress) {

@@ -28,4 +28,9 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
 /// The same in silence, on all threads of OpenMP.
 Run solve_model(const Model& model);
 
+/// Where results that begin now come from: this program, this machine and its processor's kernels, the time. The end is
+/// left empty.
+Provenance provenance_now(int threads, const std::string& seeds, const std::string& command_line,
+                          const std::string& scene_hash);
+
 }  // namespace touchfield

@@ -21,7 +21,7 @@ constexpr Eigen::Index kUnknownsAColumn = 600;
 
 SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
                              Eigen::Index right_hand_sides) {
-  SolverDecision decision;
+  SolverDecision decision{{}, "as the scene asks"};
   SolverOptions& options = decision.options;
   options.tolerance = spec.tolerance;
   options.refine = spec.refine;
@@ -32,15 +32,12 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   switch (spec.solver) {
     case SolverChoice::kLu:
       options.kind = SolverKind::kLu;
-      decision.reason = "as the scene asks";
       break;
     case SolverChoice::kGmres:
       options.kind = SolverKind::kGmres;
-      decision.reason = "as the scene asks";
       break;
     case SolverChoice::kMatrixFree:
       options.kind = SolverKind::kMatrixFree;
-      decision.reason = "as the scene asks";
       break;
     case SolverChoice::kAuto:
       if (traits(scheme).burton_miller && fits && right_hand_sides > unknowns / kUnknownsAColumn + 1) {
@@ -59,17 +56,9 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
       }
       break;
   }
-  switch (spec.precision) {
-    case PrecisionChoice::kSingle:
-      options.precision = Precision::kSingle;
-      break;
-    case PrecisionChoice::kDouble:
-      options.precision = Precision::kDouble;
-      break;
-    case PrecisionChoice::kAuto:
-      options.precision = small && options.kind != SolverKind::kMatrixFree ? Precision::kDouble : Precision::kSingle;
-      break;
-  }
+  const bool in_double = spec.precision == PrecisionChoice::kAuto ? small && options.kind != SolverKind::kMatrixFree
+                                                                  : spec.precision == PrecisionChoice::kDouble;
+  options.precision = in_double ? Precision::kDouble : Precision::kSingle;
   return decision;
 }
 

@@ -3,22 +3,21 @@
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "sim/store/hdf5_file.h"
 
 namespace touchfield::hdf5 {
 
-struct ContentNode;
+struct Part;
+struct Parts;
 
 /// A group of a file that has been read. Element types T are double, int, std::int64_t, unsigned char and Complex.
 /// Every function throws InputError, naming file and place, if there is no such thing or it has another type or shape
 /// than asked for.
 class Content {
  public:
-  Content(std::shared_ptr<const ContentNode> node, std::string place)
-      : node_(std::move(node)), place_(std::move(place)) {}
+  Content(std::shared_ptr<const Parts> parts, std::string place) : parts_(std::move(parts)), place_(std::move(place)) {}
 
   const std::string& place() const { return place_; }  // "run.h5: /methods/surface", for messages
 
@@ -41,7 +40,11 @@ class Content {
   std::vector<std::string> read_texts(const std::string& name) const;
 
  private:
-  std::shared_ptr<const ContentNode> node_;
+  const Part* find(const std::string& place) const;  // null if it is missing
+  const Part& existing(const std::string& place) const;
+  const Part& dataset(const std::string& place) const;
+
+  std::shared_ptr<const Parts> parts_;
   std::string place_;
 };
 

@@ -1,16 +1,15 @@
 #include "sim/store/hdf5_file.h"
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <numeric>
 #include <type_traits>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <hdf5.h>
 
+#include "sim/core/errors.h"
 #include "sim/core/types.h"
 #include "sim/store/hdf5_calls.h"
 
@@ -24,6 +23,20 @@ static_assert(sizeof(hsize_t) == sizeof(std::uint64_t));
 constexpr std::uint64_t kCompressFrom = 1 << 15;   // [bytes]; below, chunks cost more than they save
 constexpr std::uint64_t kChunk = 1 << 20;          // [bytes]
 constexpr std::size_t kMemoryIncrement = 1 << 24;  // [bytes] by which a file in memory grows
+
+std::string reason() {
+  std::string text = "no reason given";
+  H5Ewalk2(
+      H5E_DEFAULT, H5E_WALK_UPWARD,
+      [](unsigned depth, const H5E_error2_t* error, void* out) -> herr_t {
+        if (depth == 0 && error->desc != nullptr) {
+          *static_cast<std::string*>(out) = error->desc;
+        }
+        return 0;
+      },
+      &text);
+  return text;
+}
 
 template <class T>
 Handle element_type() {
@@ -50,80 +63,108 @@ Handle simple_space(const Shape& shape, const std::string& place) {
 }
 
 /// HDF5 ends a text at its first zero byte; one inside would lose the rest.
-const char* c_text(const std::string& text, const std::string& place) {
-  if (text.find('\0') != std::string::npos) {
-    fail(place, "a text with a zero byte cannot be stored");
-  }
-  return text.c_str();
-}
-
 std::vector<const char*> c_texts(const std::vector<std::string>& texts, const std::string& place) {
   std::vector<const char*> pointers;
-  pointers.reserve(texts.size());
   for (const auto& text : texts) {
-    pointers.push_back(c_text(text, place));
+    if (text.find('\0') != std::string::npos) {
+      fail(place, "a text with a zero byte cannot be stored");
+    }
+    pointers.push_back(text.c_str());
   }
   return pointers;
 }
 
-/// Chunks of about kChunk bytes, cut along the slowest indices first.
-std::vector<hsize_t> chunk_shape(const Shape& shape, std::uint64_t element) {
-  std::vector<hsize_t> chunk(shape.begin(), shape.end());
-  for (auto& length : chunk) {
-    const std::uint64_t bytes = std::accumulate(chunk.begin(), chunk.end(), element, std::multiplies<>());
-    const std::uint64_t pieces = (bytes + kChunk - 1) / kChunk;
-    length = std::max<hsize_t>(1, length / pieces);
-  }
-  return chunk;
+std::uint64_t bytes_of(const Shape& shape, std::uint64_t element) {
+  return std::accumulate(shape.begin(), shape.end(), element, std::multiplies<>());
 }
 
+/// Compressed if it is large, in chunks of about kChunk bytes, cut along the slowest indices first.
 Handle storage(const Shape& shape, std::uint64_t element, const std::string& place) {
   Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
   H5Pset_obj_track_times(list.id(), false);  // the same run gives the same bytes
-  if (std::accumulate(shape.begin(), shape.end(), element, std::multiplies<>()) >= kCompressFrom) {
-    const auto chunk = chunk_shape(shape, element);
-    checked(H5Pset_chunk(list.id(), static_cast<int>(chunk.size()), chunk.data()), place, "cannot set its chunks");
+  if (bytes_of(shape, element) >= kCompressFrom) {
+    Shape chunk = shape;
+    for (auto& length : chunk) {
+      length = std::max<std::uint64_t>(1, length / ((bytes_of(chunk, element) + kChunk - 1) / kChunk));
+    }
+    const std::vector<hsize_t> extent(chunk.begin(), chunk.end());
+    checked(H5Pset_chunk(list.id(), static_cast<int>(extent.size()), extent.data()), place, "cannot set its chunks");
     checked(H5Pset_shuffle(list.id()), place, "cannot set its filter");
     checked(H5Pset_deflate(list.id(), 1), place, "cannot set its compression");
   }
   return list;
 }
 
-void write_attribute(hid_t object, const std::string& name, hid_t type, hid_t space, const void* value,
+void write_attribute(hid_t object, const std::string& name, hid_t type, const Handle& space, const void* value,
                      const std::string& place) {
-  const Handle attribute = checked_handle(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT),
+  const Handle attribute = checked_handle(H5Acreate2(object, name.c_str(), type, space.id(), H5P_DEFAULT, H5P_DEFAULT),
                                           H5Aclose, place, "cannot create");
   checked(H5Awrite(attribute.id(), type, value), place, "cannot write");
 }
 
+void write_text_attribute(hid_t object, const std::string& name, const std::string& text, const std::string& place) {
+  write_attribute(object, name, text_type().id(), scalar_space(),
+                  static_cast<const void*>(c_texts({text}, place).data()), place);
+}
+
 /// Creates a dataset, writes it and names its unit.
-void write_dataset(hid_t group, const std::string& name, hid_t type, hid_t space, hid_t list, const void* values,
-                   const std::string& unit, const std::string& place) {
-  const Handle data = checked_handle(H5Dcreate2(group, name.c_str(), type, space, H5P_DEFAULT, list, H5P_DEFAULT),
-                                     H5Dclose, place, "cannot create");
-  checked(H5Dwrite(data.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values), place, "cannot write");
-  const Handle text = text_type();
-  const char* pointer = c_text(unit, place);
-  write_attribute(data.id(), "unit", text.id(), scalar_space().id(), static_cast<const void*>(&pointer), place);
+void write_dataset(hid_t group, const std::string& name, const Handle& type, const Handle& space, const Handle& list,
+                   const void* values, const std::string& unit, const std::string& place) {
+  const Handle data =
+      checked_handle(H5Dcreate2(group, name.c_str(), type.id(), space.id(), H5P_DEFAULT, list.id(), H5P_DEFAULT),
+                     H5Dclose, place, "cannot create");
+  checked(H5Dwrite(data.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values), place, "cannot write");
+  write_text_attribute(data.id(), "unit", unit, place);
+}
+
+void keep_order(const Handle& list, const std::string& place) {
+  checked(H5Pset_link_creation_order(list.id(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
+          "cannot keep an order");
+  H5Pset_obj_track_times(list.id(), false);
 }
 
 Handle create_in_memory(const std::string& path) {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   checked(H5Pset_fapl_core(access.id(), kMemoryIncrement, false), path, "cannot build in memory");
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-  checked(H5Pset_link_creation_order(creation.id(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), path,
-          "cannot keep an order");
-  H5Pset_obj_track_times(creation.id(), false);
+  keep_order(creation, path);
   return checked_handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.id(), access.id()), H5Fclose, path,
                         "cannot create");
 }
 
-Group root_of(const Handle& file, const std::string& path) {
-  const std::string place = path + ": /";
-  return {checked_handle(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, place, "cannot open"), place};
+}  // namespace
+
+void fail(const std::string& place, std::string_view what) { throw IoError(fmt::format("{}: {}", place, what)); }
+
+void fail_with_reason(const std::string& place, std::string_view what) {
+  fail(place, fmt::format("{} ({})", what, reason()));
 }
 
-}  // namespace
+Handle checked_handle(std::int64_t id, Handle::Close close, const std::string& place, std::string_view what) {
+  return {checked(id, place, what), close};
+}
+
+std::string joined(const std::string& place, const std::string& name) {
+  return place.ends_with('/') ? place + name : fmt::format("{}/{}", place, name);
+}
+
+std::string attribute_place(const std::string& place, const std::string& name) {
+  return fmt::format("{}: attribute {}", place, name);
+}
+
+Handle complex_type() {
+  Handle type(H5Tcreate(H5T_COMPOUND, sizeof(Complex)), H5Tclose);
+  H5Tinsert(type.id(), "r", 0, H5T_NATIVE_DOUBLE);
+  H5Tinsert(type.id(), "i", sizeof(double), H5T_NATIVE_DOUBLE);
+  return type;
+}
+
+Handle text_type() {
+  Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+  H5Tset_size(type.id(), H5T_VARIABLE);
+  H5Tset_cset(type.id(), H5T_CSET_UTF8);
+  return type;
+}
 
 Handle::~Handle() {
   if (id_ >= 0) {
@@ -134,9 +175,7 @@ Handle::~Handle() {
 Group Group::create(const std::string& name) const {
   const std::string place = joined(place_, name);
   const Handle list(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-  checked(H5Pset_link_creation_order(list.id(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED), place,
-          "cannot keep an order");
-  H5Pset_obj_track_times(list.id(), false);
+  keep_order(list, place);
   return {checked_handle(H5Gcreate2(handle_.id(), name.c_str(), H5P_DEFAULT, list.id(), H5P_DEFAULT), H5Gclose, place,
                          "cannot create"),
           place};
@@ -148,24 +187,21 @@ void Group::link(const std::string& name, const std::string& target) const {
 }
 
 void Group::set_attribute(const std::string& name, const std::string& text) const {
-  const std::string place = attribute_place(place_, name);
-  const char* pointer = c_text(text, place);
-  write_attribute(handle_.id(), name, text_type().id(), scalar_space().id(), static_cast<const void*>(&pointer), place);
+  write_text_attribute(handle_.id(), name, text, attribute_place(place_, name));
 }
 
 void Group::set_attribute(const std::string& name, double value) const {
-  write_attribute(handle_.id(), name, H5T_NATIVE_DOUBLE, scalar_space().id(), &value, attribute_place(place_, name));
+  write_attribute(handle_.id(), name, H5T_NATIVE_DOUBLE, scalar_space(), &value, attribute_place(place_, name));
 }
 
 void Group::set_attribute(const std::string& name, int value) const {
-  write_attribute(handle_.id(), name, H5T_NATIVE_INT, scalar_space().id(), &value, attribute_place(place_, name));
+  write_attribute(handle_.id(), name, H5T_NATIVE_INT, scalar_space(), &value, attribute_place(place_, name));
 }
 
 void Group::set_attribute(const std::string& name, const std::vector<std::string>& texts) const {
   const std::string place = attribute_place(place_, name);
-  const auto pointers = c_texts(texts, place);
-  write_attribute(handle_.id(), name, text_type().id(), simple_space({pointers.size()}, place).id(),
-                  static_cast<const void*>(pointers.data()), place);
+  write_attribute(handle_.id(), name, text_type().id(), simple_space({texts.size()}, place),
+                  static_cast<const void*>(c_texts(texts, place).data()), place);
 }
 
 bool Group::has_attribute(const std::string& name) const {
@@ -175,24 +211,21 @@ bool Group::has_attribute(const std::string& name) const {
 template <class T>
 void Group::write(const std::string& name, const T* values, const Shape& shape, const std::string& unit) const {
   const std::string place = joined(place_, name);
-  const Handle type = element_type<T>();
-  write_dataset(handle_.id(), name, type.id(), simple_space(shape, place).id(), storage(shape, sizeof(T), place).id(),
+  write_dataset(handle_.id(), name, element_type<T>(), simple_space(shape, place), storage(shape, sizeof(T), place),
                 values, unit, place);
 }
 
 void Group::write_text(const std::string& name, const std::string& text) const {
   const std::string place = joined(place_, name);
-  const char* pointer = c_text(text, place);
-  write_dataset(handle_.id(), name, text_type().id(), scalar_space().id(), storage({}, sizeof(pointer), place).id(),
-                static_cast<const void*>(&pointer), "text", place);
+  write_dataset(handle_.id(), name, text_type(), scalar_space(), storage({}, sizeof(char*), place),
+                static_cast<const void*>(c_texts({text}, place).data()), "text", place);
 }
 
 void Group::write_texts(const std::string& name, const std::vector<std::string>& texts) const {
   const std::string place = joined(place_, name);
-  const auto pointers = c_texts(texts, place);
-  const Shape shape = {pointers.size()};
-  write_dataset(handle_.id(), name, text_type().id(), simple_space(shape, place).id(),
-                storage(shape, sizeof(char*), place).id(), static_cast<const void*>(pointers.data()), "text", place);
+  const Shape shape = {texts.size()};
+  write_dataset(handle_.id(), name, text_type(), simple_space(shape, place), storage(shape, sizeof(char*), place),
+                static_cast<const void*>(c_texts(texts, place).data()), "text", place);
 }
 
 template void Group::write(const std::string&, const double*, const Shape&, const std::string&) const;
@@ -200,6 +233,7 @@ template void Group::write(const std::string&, const int*, const Shape&, const s
 template void Group::write(const std::string&, const std::int64_t*, const Shape&, const std::string&) const;
 template void Group::write(const std::string&, const unsigned char*, const Shape&, const std::string&) const;
 template void Group::write(const std::string&, const Complex*, const Shape&, const std::string&) const;
+
 QuietErrors::QuietErrors() {
   H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
@@ -209,7 +243,10 @@ QuietErrors::~QuietErrors() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
 
 MemoryFile::MemoryFile(std::string path) : path_(std::move(path)), file_(create_in_memory(path_)) {}
 
-Group MemoryFile::root() const { return root_of(file_, path_); }
+Group MemoryFile::root() const {
+  const std::string place = path_ + ": /";
+  return {checked_handle(H5Gopen2(file_.id(), "/", H5P_DEFAULT), H5Gclose, place, "cannot open"), place};
+}
 
 std::string MemoryFile::bytes() const {
   checked(H5Fflush(file_.id(), H5F_SCOPE_GLOBAL), path_, "cannot finish");

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <functional>
 #include <numeric>
 
@@ -28,24 +29,24 @@ Shape extent(hid_t space, const std::string& place) {
 }
 
 /// Values of other types would change their meaning on the way.
-ValueKind kind_of(hid_t type) {
+PartKind kind_of(hid_t type) {
   switch (H5Tget_class(type)) {
     case H5T_FLOAT:
-      return ValueKind::kFloats;
+      return PartKind::kFloats;
     case H5T_INTEGER:
-      return ValueKind::kIntegers;
+      return PartKind::kIntegers;
     case H5T_STRING:
-      return H5Tis_variable_str(type) > 0 ? ValueKind::kTexts : ValueKind::kOther;
+      return H5Tis_variable_str(type) > 0 ? PartKind::kTexts : PartKind::kOther;
     case H5T_COMPOUND:
       for (const char* part : {"r", "i"}) {
         const int index = H5Tget_member_index(type, part);
         if (index < 0 || H5Tget_member_class(type, static_cast<unsigned>(index)) != H5T_FLOAT) {
-          return ValueKind::kOther;
+          return PartKind::kOther;
         }
       }
-      return H5Tget_nmembers(type) == 2 ? ValueKind::kComplex : ValueKind::kOther;
+      return H5Tget_nmembers(type) == 2 ? PartKind::kComplex : PartKind::kOther;
     default:
-      return ValueKind::kOther;
+      return PartKind::kOther;
   }
 }
 
@@ -101,23 +102,53 @@ void require_plausible_size(hid_t data, hid_t type, const Shape& shape, const st
   }
 }
 
+/// For the library's iterations over links and attributes.
+template <class Info>
+herr_t collect_name(hid_t /*object*/, const char* name, const Info* /*info*/, void* names) {
+  static_cast<std::vector<std::string>*>(names)->emplace_back(name);
+  return 0;
+}
+
+/// In the order in which they were made; a group that another program made may not know it.
+std::vector<std::string> link_names(hid_t group, const std::string& place) {
+  H5G_info_t info{};
+  checked(H5Gget_info(group, &info), place, "cannot list");
+  const bool ordered = info.nlinks > 0 &&
+                       H5Lget_name_by_idx(group, ".", H5_INDEX_CRT_ORDER, H5_ITER_INC, 0, nullptr, 0, H5P_DEFAULT) >= 0;
+  std::vector<std::string> names;
+  checked(H5Literate(group, ordered ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME, H5_ITER_INC, nullptr,
+                     collect_name<H5L_info_t>, &names),
+          place, "cannot list");
+  return names;
+}
+
+/// Texts one after another, each with its length before it.
+template <class Texts>
+std::string joined_texts(const Texts& texts) {
+  std::string bytes;
+  for (const std::string_view text : texts) {
+    const std::uint64_t size = text.size();
+    bytes.append(as_bytes(&size, sizeof size)).append(text);
+  }
+  return bytes;
+}
+
 class Sender {
  public:
   explicit Sender(const Emit& emit)
       : emit_(emit), links_(links_within_the_file()), complex_(complex_type()), text_(text_type()) {}
 
   void object(hid_t object, const std::string& place, int depth) {
-    if (depth > kDeepestObject) {
-      fail(place, fmt::format("is more than {} groups deep", kDeepestObject));
+    if (depth > kDeepestGroup) {
+      fail(place, fmt::format("is more than {} groups deep", kDeepestGroup));
     }
-    count(place);
     switch (H5Iget_type(object)) {
       case H5I_GROUP:
         return group(object, place, depth);
       case H5I_DATASET:
         return dataset(object, place);
       default:
-        return kind(ObjectKind::kOther);
+        return part(place, PartKind::kOther, {}, "");
     }
   }
 
@@ -129,63 +160,42 @@ class Sender {
     number(bytes.size());
     emit_(bytes);
   }
-  template <class Kind>
-  void kind(Kind which) {
-    emit_(as_bytes(&which, sizeof which));
-  }
 
-  void count(const std::string& place) {
+  void part(const std::string& place, PartKind kind, const Shape& shape, std::string_view bytes) {
     if (++parts_ > kMostParts) {
       fail(place, fmt::format("is one of more than {} objects and attributes", kMostParts));
     }
+    text(place);
+    emit_(as_bytes(&kind, sizeof kind));
+    number(shape.size());
+    for (const std::uint64_t size : shape) {
+      number(size);
+    }
+    text(bytes);
   }
 
   void group(hid_t group, const std::string& place, int depth) {
-    kind(ObjectKind::kGroup);
-    attributes(group, place);
     const std::vector<std::string> names = link_names(group, place);
-    number(names.size());
+    part(place, PartKind::kGroup, {names.size()}, joined_texts(names));
+    attributes(group, place);
     for (const std::string& name : names) {
       const std::string there = joined(place, name);
       require_own_link(group, name, there);
-      text(name);
       object(checked_handle(H5Oopen(group, name.c_str(), links_.id()), H5Oclose, there, "cannot open").id(), there,
              depth + 1);
     }
   }
 
-  /// In the order in which they were made; a group that another program made may not know it.
-  static std::vector<std::string> link_names(hid_t group, const std::string& place) {
-    H5G_info_t info{};
-    checked(H5Gget_info(group, &info), place, "cannot list");
-    const bool ordered = info.nlinks > 0 && H5Lget_name_by_idx(group, ".", H5_INDEX_CRT_ORDER, H5_ITER_INC, 0, nullptr,
-                                                               0, H5P_DEFAULT) >= 0;
-    std::vector<std::string> names;
-    const auto collect = [](hid_t /*group*/, const char* name, const H5L_info_t* /*info*/, void* out) -> herr_t {
-      static_cast<std::vector<std::string>*>(out)->emplace_back(name);
-      return 0;
-    };
-    checked(H5Literate(group, ordered ? H5_INDEX_CRT_ORDER : H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names),
-            place, "cannot list");
-    return names;
-  }
-
   void attributes(hid_t object, const std::string& place) {
     std::vector<std::string> names;
-    const auto collect = [](hid_t /*object*/, const char* name, const H5A_info_t* /*info*/, void* out) -> herr_t {
-      static_cast<std::vector<std::string>*>(out)->emplace_back(name);
-      return 0;
-    };
-    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect, &names), place, "cannot list");
-    number(names.size());
+    checked(H5Aiterate2(object, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_name<H5A_info_t>, &names), place,
+            "cannot list");
     for (const std::string& name : names) {
       const std::string there = attribute_place(place, name);
-      count(there);
       const Handle attribute =
           checked_handle(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, there, "cannot open");
       const Handle type = checked_handle(H5Aget_type(attribute.id()), H5Tclose, there, "has no type");
       const Handle space = checked_handle(H5Aget_space(attribute.id()), H5Sclose, there, "has no shape");
-      text(name);
       values(type.id(), space.id(), extent(space.id(), there), there,
              [&](hid_t memory, void* out) { return H5Aread(attribute.id(), memory, out); });
     }
@@ -197,54 +207,39 @@ class Sender {
     const Handle space = checked_handle(H5Dget_space(data), H5Sclose, place, "has no shape");
     const Shape shape = extent(space.id(), place);
     require_plausible_size(data, type.id(), shape, place);
-    kind(ObjectKind::kDataset);
     values(type.id(), space.id(), shape, place,
            [&](hid_t memory, void* out) { return H5Dread(data, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, out); });
   }
 
   void values(hid_t type, hid_t space, const Shape& shape, const std::string& place, const Read& read) {
-    const ValueKind which = kind_of(type);
-    kind(which);
-    number(shape.size());
-    for (const std::uint64_t size : shape) {
-      number(size);
-    }
+    const PartKind kind = kind_of(type);
     const auto length = static_cast<std::size_t>(checked(H5Sget_simple_extent_npoints(space), place, "has no shape"));
-    switch (which) {
-      case ValueKind::kFloats:
-        return numbers<double>(H5T_NATIVE_DOUBLE, length, place, read);
-      case ValueKind::kIntegers:
-        return numbers<std::int64_t>(H5T_NATIVE_INT64, length, place, read);
-      case ValueKind::kComplex:
-        return numbers<Complex>(complex_.id(), length, place, read);
-      case ValueKind::kTexts:
-        return texts(space, length, place, read);
-      case ValueKind::kOther:
-        return number(0);
+    switch (kind) {
+      case PartKind::kFloats:
+        return part(place, kind, shape, numbers<double>(H5T_NATIVE_DOUBLE, length, place, read));
+      case PartKind::kIntegers:
+        return part(place, kind, shape, numbers<std::int64_t>(H5T_NATIVE_INT64, length, place, read));
+      case PartKind::kComplex:
+        return part(place, kind, shape, numbers<Complex>(complex_.id(), length, place, read));
+      case PartKind::kTexts:
+        return part(place, kind, shape, texts(length, place, read));
+      default:
+        return part(place, PartKind::kOther, shape, "");
     }
   }
 
   template <class T>
-  void numbers(hid_t type, std::size_t length, const std::string& place, const Read& read) {
-    std::vector<T> values(length);
-    checked(read(type, values.data()), place, "cannot read");
-    text(as_bytes(values.data(), values.size() * sizeof(T)));
+  static std::string numbers(hid_t type, std::size_t length, const std::string& place, const Read& read) {
+    std::string bytes(length * sizeof(T), '\0');
+    checked(read(type, bytes.data()), place, "cannot read");
+    return bytes;
   }
 
-  void texts(hid_t space, std::size_t length, const std::string& place, const Read& read) {
-    std::vector<char*> pointers(length, nullptr);
+  std::string texts(std::size_t length, const std::string& place, const Read& read) const {
+    std::vector<const char*> pointers(length, nullptr);
     checked(read(text_.id(), static_cast<void*>(pointers.data())), place, "cannot read");
-    std::vector<std::string_view> views;
-    std::uint64_t size = 0;
-    for (const char* pointer : pointers) {
-      views.emplace_back(pointer == nullptr ? "" : pointer);
-      size += sizeof(std::uint64_t) + views.back().size();
-    }
-    number(size);
-    for (const std::string_view view : views) {
-      text(view);
-    }
-    H5Dvlen_reclaim(text_.id(), space, H5P_DEFAULT, static_cast<void*>(pointers.data()));
+    std::ranges::replace(pointers, nullptr, "");
+    return joined_texts(pointers);  // what the library has allocated goes with the process
   }
 
   const Emit& emit_;

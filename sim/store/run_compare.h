@@ -5,9 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "sim/store/model_difference.h"
+#include "sim/store/difference.h"
 #include "sim/store/run_data.h"
-#include "sim/store/value_difference.h"
 
 namespace touchfield {
 

@@ -145,24 +145,6 @@ std::string directivity_name(Directivity::Kind kind) {
   throw InputError("array: unknown directivity");
 }
 
-double piston_ka(const Directivity& directivity) {
-  // d' = -(ka)^2 sin(theta) cos(theta) s(x) / 4 with x = ka sin(theta) and s = 8 J2(x)/x^2 = 1 - x^2/12 + x^4/384 - ...
-  // At this angle x is small for any transducer, and s hardly depends on it: three rounds settle it.
-  constexpr double kTheta = 1e-3;
-  const double leading = std::sqrt(-4.0 * directivity.at(kTheta).slope / (std::sin(kTheta) * std::cos(kTheta)));
-  double ka = leading;
-  for (int round = 0; round < 3; ++round) {
-    const double x2 = std::pow(ka * std::sin(kTheta), 2);
-    ka = leading / std::sqrt(1.0 - x2 / 12.0 * (1.0 - x2 / 32.0 * (1.0 - x2 / 60.0)));
-  }
-  return ka;
-}
-
-hdf5::Shape grid_shape(const FieldGrid& grid) {
-  return {static_cast<std::uint64_t>(grid.count[2]), static_cast<std::uint64_t>(grid.count[1]),
-          static_cast<std::uint64_t>(grid.count[0])};
-}
-
 void check_field(const FieldResult& field) {
   const std::string what = "field " + field.grid.name;
   if (std::ranges::any_of(field.grid.count, [](int n) { return n < 1; })) {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <functional>
-#include <optional>
+#include <iterator>
 #include <type_traits>
 #include <variant>
 
@@ -13,11 +13,11 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 #include "sim/store/checksum.h"
 #include "sim/store/hdf5_file.h"
+#include "sim/store/run_archive.h"
 #include "sim/store/run_file.h"
-#include "sim/store/run_layout.h"
-#include "sim/store/sweep_rows.h"
 #include "sim/store/text_table.h"
 
 namespace touchfield {
@@ -31,7 +31,7 @@ constexpr const char* kRecordChecksum = "crc32";  // of the rest of the record, 
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 double json_number(const Json& json) { return json.is_null() ? kNotComputed : json.get<double>(); }
 
-/// A column of the table that is not a parameter: a number, a count or a text of each line.
+/// A column of the table: a number, a count or a text of each line.
 struct Column {
   using Number = std::function<double(const SweepRow&)>;
   using Count = std::function<std::int64_t(const SweepRow&)>;
@@ -43,19 +43,23 @@ struct Column {
   std::variant<Number, Count, Text> value;
 };
 
-/// Columns before the parameters and behind them.
-std::vector<Column> first_columns() {
-  return {{"case", "", "1", Column::Count([](const SweepRow& row) { return row.record->number; })},
-          {"status", "", "text", Column::Text([](const SweepRow& row) { return row.record->status; })}};
-}
+constexpr const char* kInputs = "inputs";  // group of the parameters
 
-std::vector<Column> last_columns() {
+std::vector<Column> columns_of(const SweepSummary& summary) {
   const auto text_of = [](std::string SweepRecord::Method::*member) {
     return Column::Text([member](const SweepRow& row) { return row.method != nullptr ? row.method->*member : ""; });
   };
-  std::vector<Column> columns = {{"name", "", "text", text_of(&SweepRecord::Method::name)},
-                                 {"method", "", "text", text_of(&SweepRecord::Method::method)},
-                                 {"scheme", "", "text", text_of(&SweepRecord::Method::scheme)}};
+  std::vector<Column> columns = {
+      {"case", "", "1", Column::Count([](const SweepRow& row) { return row.record->number; })},
+      {"status", "", "text", Column::Text([](const SweepRow& row) { return row.record->status; })}};
+  for (const std::string& parameter : summary.parameters) {
+    columns.push_back({parameter, kInputs, "text", Column::Text([parameter](const SweepRow& row) {
+                         return input_of(*row.record, parameter).value_or("");
+                       })});
+  }
+  columns.push_back({"name", "", "text", text_of(&SweepRecord::Method::name)});
+  columns.push_back({"method", "", "text", text_of(&SweepRecord::Method::method)});
+  columns.push_back({"scheme", "", "text", text_of(&SweepRecord::Method::scheme)});
   for (const MetricField& field : metric_fields()) {
     columns.push_back({field.name, "metrics", field.unit, Column::Number([value = field.value](const SweepRow& row) {
                          return row.method != nullptr ? row.method->metrics.*value : kNotComputed;
@@ -93,7 +97,13 @@ std::string csv_cell(const Column& column, const SweepRow& row) {
       column.value);
 }
 
+/// A parameter whose values are all numbers is written as numbers.
 void write_column(const hdf5::Group& group, const Column& column, const std::vector<SweepRow>& rows) {
+  const auto numbers = column.group == kInputs ? parameter_numbers(column.name, rows) : std::nullopt;
+  if (numbers) {
+    group.write(column.name, numbers->data(), {numbers->size()}, "as in the scene");
+    return;
+  }
   std::visit(
       [&](const auto& value) {
         using Value = decltype(value(rows.front()));
@@ -111,20 +121,38 @@ void write_column(const hdf5::Group& group, const Column& column, const std::vec
       column.value);
 }
 
-void write_parameter(const hdf5::Group& group, const std::string& path, const std::vector<SweepRow>& rows) {
-  const auto numbers = parameter_numbers(path, rows);
-  if (numbers) {
-    group.write(path, numbers->data(), {numbers->size()}, "as in the scene");
-    return;
+}  // namespace
+
+std::vector<SweepRow> sweep_rows(const SweepSummary& summary) {
+  std::vector<SweepRow> rows;
+  for (const SweepRecord& record : summary.records) {
+    for (const SweepRecord::Method& method : record.methods) {
+      rows.push_back({&record, &method});
+    }
+    if (record.methods.empty()) {
+      rows.push_back({&record, nullptr});
+    }
   }
-  std::vector<std::string> texts;
-  for (const SweepRow& row : rows) {
-    texts.push_back(input_of(*row.record, path).value_or(""));
-  }
-  group.write_texts(path, texts);
+  return rows;
 }
 
-}  // namespace
+std::optional<std::string> input_of(const SweepRecord& record, const std::string& path) {
+  const auto found = std::ranges::find(record.inputs, path, &std::pair<std::string, std::string>::first);
+  return found != record.inputs.end() ? std::optional(found->second) : std::nullopt;
+}
+
+std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows) {
+  std::vector<double> numbers;
+  for (const SweepRow& row : rows) {
+    const auto text = input_of(*row.record, path);
+    const auto number = text ? number_of<double>(*text) : std::optional(kNotComputed);
+    if (!number) {
+      return std::nullopt;
+    }
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
 
 std::string to_json(const SweepRecord& record, int indent) {
   Json inputs = Json::object();
@@ -209,28 +237,12 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
 }
 
 void write_sweep_csv(const std::string& path, const SweepSummary& summary) {
-  const std::vector<Column> first = first_columns();
-  const std::vector<Column> last = last_columns();
-  std::vector<std::string> header;
-  for (const Column& column : first) {
-    header.push_back(column.name);
-  }
-  header.insert(header.end(), summary.parameters.begin(), summary.parameters.end());
-  for (const Column& column : last) {
-    header.push_back(column.name);
-  }
-  std::string text = csv_line(header);
+  const std::vector<Column> columns = columns_of(summary);
+  std::vector<std::string> line;
+  std::ranges::transform(columns, std::back_inserter(line), &Column::name);
+  std::string text = csv_line(line);
   for (const SweepRow& row : sweep_rows(summary)) {
-    std::vector<std::string> line;
-    for (const Column& column : first) {
-      line.push_back(csv_cell(column, row));
-    }
-    for (const std::string& parameter : summary.parameters) {
-      line.push_back(input_of(*row.record, parameter).value_or(""));
-    }
-    for (const Column& column : last) {
-      line.push_back(csv_cell(column, row));
-    }
+    std::ranges::transform(columns, line.begin(), [&](const Column& column) { return csv_cell(column, row); });
     text += csv_line(line);
   }
   write_text_file(path, text);
@@ -248,22 +260,13 @@ void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
     root.set_attribute("cases_done", static_cast<int>(summary.records.size()));
     root.write_text("sweep", summary.text);
     root.write_text("base", summary.base);
-    const hdf5::Group provenance = root.create("provenance");
-    for (const ProvenanceField& field : provenance_fields()) {
-      provenance.set_attribute(field.name, summary.provenance.*field.value);
-    }
-    provenance.set_attribute("threads", summary.provenance.threads);
+    provenance_parts(GroupWriter(root.create("provenance")), summary.provenance);
     const std::vector<SweepRow> rows = sweep_rows(summary);
     if (!rows.empty()) {
-      const hdf5::Group inputs = root.create("inputs");
-      for (const std::string& parameter : summary.parameters) {
-        write_parameter(inputs, parameter, rows);
-      }
+      const hdf5::Group inputs = root.create(kInputs);
       const hdf5::Group metrics = root.create("metrics");
-      for (const std::vector<Column>& columns : {first_columns(), last_columns()}) {
-        for (const Column& column : columns) {
-          write_column(column.group.empty() ? root : metrics, column, rows);
-        }
+      for (const Column& column : columns_of(summary)) {
+        write_column(column.group.empty() ? root : column.group == kInputs ? inputs : metrics, column, rows);
       }
     }
   }

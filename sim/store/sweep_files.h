@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,6 +58,22 @@ struct SweepSummary {
   std::vector<SweepRecord> records;     // what is done, by number
   Provenance provenance;
 };
+
+/// A line of a sweep's table, which its pictures show too.
+struct SweepRow {
+  const SweepRecord* record;
+  const SweepRecord::Method* method;  // null: no method of the case has finished
+};
+
+/// The rows point into the summary.
+std::vector<SweepRow> sweep_rows(const SweepSummary& summary);
+std::vector<SweepRow> sweep_rows(const SweepSummary&&) = delete;
+
+/// The value that a case gives a path; nothing if it leaves it alone.
+std::optional<std::string> input_of(const SweepRecord& record, const std::string& path);
+
+/// A parameter in every row as numbers, NaN where a case leaves it alone; nothing if a value is no number.
+std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows);
 
 /// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, every metric,
 /// method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason. A case without a

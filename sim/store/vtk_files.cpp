@@ -22,11 +22,18 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/store/run_layout.h"
-#include "sim/store/vtk_points.h"
 
 namespace touchfield {
 
 namespace {
+
+void set_points(vtkPoints* points, const Points& columns) {
+  points->SetDataTypeToDouble();
+  points->SetNumberOfPoints(columns.cols());
+  for (Eigen::Index i = 0; i < columns.cols(); ++i) {
+    points->SetPoint(i, columns.col(i).data());
+  }
+}
 
 /// Adds values 0..n-1 of a function as one array.
 template <class Array, class Function>

@@ -120,7 +120,7 @@ TEST(WorkerProcess, AnswersALineALine) {
   cat.send("two");
   std::vector<std::string> lines;
   while (lines.size() < 2) {
-    pollfd waiting{cat.answers(), POLLIN, 0};
+    pollfd waiting{cat.socket(), POLLIN, 0};
     ASSERT_EQ(poll(&waiting, 1, 60'000), 1);
     for (auto answer = cat.receive(); answer.line; answer = cat.receive()) {
       lines.push_back(*answer.line);
@@ -129,7 +129,7 @@ TEST(WorkerProcess, AnswersALineALine) {
   EXPECT_THAT(lines, ::testing::ElementsAre("one", "two"));
 }
 
-// Some MiB do not fit into a pipe that nobody reads.
+// Some MiB do not fit into a socket that nobody reads.
 TEST(WorkerProcess, NobodyWaitsForOneThatDoesNotRead) {
   const TemporaryDirectory folder;
   WorkerProcess deaf(kDeafWorker, folder.file("log"));
@@ -149,8 +149,8 @@ TEST(WorkerProcess, AllOfALongLineArrives) {
   EXPECT_TRUE(cat.has_rest());
   WorkerProcess::Answer answer;
   while (!answer.line && !answer.ended) {
-    pollfd waiting[2] = {{cat.answers(), POLLIN, 0}, {cat.has_rest() ? cat.jobs() : -1, POLLOUT, 0}};
-    ASSERT_GT(poll(waiting, 2, 60'000), 0);
+    pollfd waiting{cat.socket(), static_cast<short>(POLLIN | (cat.has_rest() ? POLLOUT : 0)), 0};
+    ASSERT_GT(poll(&waiting, 1, 60'000), 0);
     cat.send_rest();
     answer = cat.receive();
   }

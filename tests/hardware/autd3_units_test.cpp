@@ -42,7 +42,7 @@ TEST(Autd3Options, AreCheckedBeforeTheLibrary) {
   const auto message = [](const auto& change) {
     Autd3Options options{.library = "/nowhere", .mode = "audit", .host = "", .units = {UnitPlacement{}}};
     change(options);
-    return message_of<InputError>([&] { make_autd3_link(options); });
+    return message_of<InputError>([&] { std::make_unique<Autd3Link>(options); });
   };
   EXPECT_THAT(message([](Autd3Options& o) { o.mode = "ethernet"; }), HasSubstr("ethernet"));
   EXPECT_THAT(message([](Autd3Options& o) { o.units.clear(); }), HasSubstr("0 units"));

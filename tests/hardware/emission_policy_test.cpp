@@ -1,5 +1,3 @@
-#include "hardware/emission_policy.h"
-
 #include <cmath>
 #include <limits>
 #include <string>

@@ -144,50 +144,53 @@ TEST(DryRun, NamesItsFiles) {
   EXPECT_EQ((DryRunFiles{"a/b.txt", 2, false}.of(1)), "a/b-0002.txt");
 }
 
-TEST(GuardMessage, BringsBackWhatWentIn) {
-  const LinkAbilities abilities{{32, 2}, 89, {4000, 123, {250, 125}}, true};
-  const LinkSettings settings{"autd3:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), 7, true};
-  const DriveFrame frame{{1, 2, 3}, {4, 5, 6}};
-  GuardMessage out;
-  out.put(GuardRequest::kSend).put(0.25).put(std::string("a text")).put(frame).put(abilities).put(settings);
-  const std::vector<Modulation> modulations{StaticModulation{}, SineModulation{30, 0.5},
-                                            SampledModulation{{7, 8}, 8000}};
-  for (const Modulation& modulation : modulations) out.put(modulation);
-
-  GuardMessage in(out.bytes());
-  EXPECT_EQ(static_cast<GuardRequest>(in.take_number()), GuardRequest::kSend);
-  EXPECT_EQ(in.take_real(), 0.25);
-  EXPECT_EQ(in.take_text(), "a text");
-  EXPECT_EQ(in.take_frame(), frame);
-  const LinkAbilities able = in.take_abilities();
-  EXPECT_EQ(able.steps.phase_levels, 32);
-  EXPECT_EQ(able.steps.intensity_levels, 2);
-  EXPECT_EQ(able.most_frames_per_second, 89);
-  EXPECT_EQ(able.modulation.rate, 4000);
-  EXPECT_EQ(able.modulation.most_samples, 123U);
-  EXPECT_THAT(able.modulation.own_frequencies, ElementsAre(250, 125));
-  EXPECT_TRUE(able.reads_back);
-  const LinkSettings set = in.take_settings();
-  EXPECT_EQ(set.address, settings.address);
-  EXPECT_EQ(set.library, settings.library);
-  EXPECT_EQ(set.array.positions, settings.array.positions);
-  EXPECT_EQ(set.array.axes, settings.array.axes);
-  EXPECT_EQ(set.array.device, settings.array.device);
-  EXPECT_EQ(set.array.channel, settings.array.channel);
-  EXPECT_EQ(set.frames, 7U);
-  EXPECT_TRUE(set.replace);
-  for (const Modulation& modulation : modulations) EXPECT_EQ(in.take_modulation(), modulation);
-  EXPECT_THROW(in.take_number(), IoError);
+template <class Value>
+Value brought_back(const Value& value) {
+  return unpacked<Value>(packed(value));
 }
 
-// Cut anywhere, it is an error and not a read past the end.
-TEST(GuardMessage, CutShort) {
-  GuardMessage out;
-  out.put(LinkSettings{"dry-run", "", grid_layout(2, 2, 0.01), 1, false}).put(DriveFrame{{1}, {2}});
-  for (std::size_t length = 0; length < out.bytes().size(); ++length) {
-    GuardMessage in({out.bytes().begin(), out.bytes().begin() + static_cast<std::ptrdiff_t>(length)});
-    EXPECT_THROW((in.take_settings(), in.take_frame()), IoError) << length;
+TEST(GuardMessage, BringsBackWhatWentIn) {
+  EXPECT_EQ(brought_back(std::string("a text")), "a text");
+  const DriveFrame frame{{1, 2, 3}, {4, 5, 6}};
+  EXPECT_EQ(brought_back(frame), frame);
+  EXPECT_EQ(brought_back(GuardBytes{0, 255}), (GuardBytes{0, 255}));
+  for (const Modulation& modulation :
+       std::vector<Modulation>{StaticModulation{}, SineModulation{30, 0.5}, SampledModulation{{7, 8}, 8000}}) {
+    EXPECT_EQ(brought_back(modulation), modulation);
   }
+  const GuardedDevice device = brought_back(GuardedDevice{"board", {{32, 2}, 89, {4000, 123, {250, 125}}, true}, {}});
+  EXPECT_EQ(device.description, "board");
+  EXPECT_EQ(device.abilities.steps.phase_levels, 32);
+  EXPECT_EQ(device.abilities.steps.intensity_levels, 2);
+  EXPECT_EQ(device.abilities.most_frames_per_second, 89);
+  EXPECT_EQ(device.abilities.modulation.rate, 4000);
+  EXPECT_EQ(device.abilities.modulation.most_samples, 123U);
+  EXPECT_THAT(device.abilities.modulation.own_frequencies, ElementsAre(250, 125));
+  EXPECT_TRUE(device.abilities.reads_back);
+  EXPECT_EQ(device.layout.positions.cols(), 0);
+  EXPECT_EQ(device.layout.device.size(), 0);
+  const LinkSettings settings{"autd3:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), 7, true};
+  const GuardStart start = brought_back(GuardStart{{0.25, 3}, settings});
+  EXPECT_EQ(start.limits.level, 0.25);
+  EXPECT_EQ(start.limits.seconds, 3);
+  EXPECT_EQ(start.settings.address, settings.address);
+  EXPECT_EQ(start.settings.library, settings.library);
+  EXPECT_EQ(start.settings.array.positions, settings.array.positions);
+  EXPECT_EQ(start.settings.array.axes, settings.array.axes);
+  EXPECT_EQ(start.settings.array.device, settings.array.device);
+  EXPECT_EQ(start.settings.array.channel, settings.array.channel);
+  EXPECT_EQ(start.settings.frames, 7U);
+  EXPECT_TRUE(start.settings.replace);
+}
+
+// Cut anywhere, or of another kind, it is an error and not a read past the end.
+TEST(GuardMessage, CutShort) {
+  const GuardBytes whole = packed(LinkSettings{"dry-run", "", grid_layout(2, 2, 0.01), 1, false});
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    const GuardBytes cut(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(length));
+    EXPECT_THROW(unpacked<LinkSettings>(cut), IoError) << length;
+  }
+  EXPECT_THROW(unpacked<DriveFrame>(whole), IoError);
 }
 
 }  // namespace

@@ -1,0 +1,272 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "sim/core/errors.h"
+#include "sim/store/hdf5_content.h"
+#include "sim/store/hdf5_file.h"
+#include "sim/store/run_layout.h"
+
+/// Two classes of one interface, so that what a group of run.h5 holds is said once for writing and reading: attributes
+/// by name and value, datasets by name, values and unit.
+namespace touchfield {
+
+/// A text that stands for a value, and the value.
+template <class Value>
+using Choices = std::vector<std::pair<std::string, Value>>;
+
+using StageSeconds = std::vector<std::pair<std::string, double>>;
+
+/// What a number of a SolveRecord is stored as.
+template <class Value>
+using StoredNumber = std::conditional_t<std::is_same_v<Value, double>, double, std::int64_t>;
+
+/// Shape of values on a grid, z slowest.
+inline hdf5::Shape grid_shape(const FieldGrid& grid) {
+  return {static_cast<std::uint64_t>(grid.count[2]), static_cast<std::uint64_t>(grid.count[1]),
+          static_cast<std::uint64_t>(grid.count[0])};
+}
+
+class GroupWriter : public hdf5::Group {
+ public:
+  static constexpr bool kReads = false;
+
+  explicit GroupWriter(hdf5::Group group) : Group(std::move(group)) {}
+
+  template <class Value>
+  void attribute(const std::string& name, const Value& value) const {
+    set_attribute(name, value);
+  }
+  /// One that may be missing: of older files, or a list that is empty.
+  template <class Value>
+  void later_attribute(const std::string& name, const Value& value) const {
+    if constexpr (std::is_same_v<Value, std::vector<std::string>>) {
+      if (value.empty()) {
+        return;
+      }
+    }
+    set_attribute(name, value);
+  }
+  template <class Value>
+  void choice(const std::string& name, const Value& value, const Choices<Value>& choices) const {
+    set_attribute(name, std::ranges::find(choices, value, &Choices<Value>::value_type::second)->first);
+  }
+  /// How long stages took, an attribute each, and their order.
+  void stages(const std::string& prefix, const StageSeconds& seconds) const {
+    std::vector<std::string> names;
+    for (const auto& [stage, value] : seconds) {
+      names.push_back(stage);
+      if (!has_attribute(prefix + stage)) {  // a metric of that name says the same: check_run
+        set_attribute(prefix + stage, value);
+      }
+    }
+    later_attribute("stages", names);
+  }
+
+  template <class List>
+  void list(const std::string& name, const List& values, const char* unit) const {
+    write(name, values.data(), {static_cast<std::uint64_t>(values.size())}, unit);
+  }
+  /// One that is left out where it is empty.
+  template <class List>
+  void optional_list(const std::string& name, const List& values, const char* unit) const {
+    if (values.size() != 0) {
+      list(name, values, unit);
+    }
+  }
+  /// 3 x n as [n, 3].
+  template <class Columns>
+  void columns(const std::string& name, const Columns& values, const char* unit) const {
+    write(name, values.data(), {static_cast<std::uint64_t>(values.cols()), 3}, unit);
+  }
+  /// n x columns as [n, columns].
+  void matrix(const std::string& name, const Eigen::MatrixXcd& values, Eigen::Index /*columns*/,
+              const char* unit) const {
+    const Eigen::MatrixXcd by_rows = values.transpose();
+    write(name, by_rows.data(), {static_cast<std::uint64_t>(values.rows()), static_cast<std::uint64_t>(values.cols())},
+          unit);
+  }
+  template <class Values>
+  void on_grid(const std::string& name, const Values& values, const FieldGrid& grid, const char* unit) const {
+    write(name, values.data(), grid_shape(grid), unit);
+  }
+  template <class Values>
+  void three(const std::string& name, const Values& values, const char* unit) const {
+    write(name, values.data(), {3}, unit);
+  }
+  void optional_texts(const std::string& name, const std::vector<std::string>& texts) const {
+    if (!texts.empty()) {
+      write_texts(name, texts);
+    }
+  }
+  /// A member of every record as one dataset.
+  template <class Record, class Value>
+  void column(const std::string& name, const std::vector<Record>& records, Value Record::*member,
+              const char* unit) const {
+    if constexpr (std::is_same_v<Value, std::string>) {
+      std::vector<std::string> values;
+      std::ranges::transform(records, std::back_inserter(values), member);
+      write_texts(name, values);
+    } else {
+      std::vector<StoredNumber<Value>> values;
+      std::ranges::transform(records, std::back_inserter(values), member);
+      list(name, values, unit);
+    }
+  }
+
+  /// A group within, if there is something to put into it.
+  template <class Fill>
+  void part(const std::string& name, bool there, const Fill& fill) const {
+    if (there) {
+      fill(GroupWriter(create(name)));
+    }
+  }
+  /// A group for every one of a list, called name_of(one).
+  template <class List, class Name, class Fill>
+  void parts(const List& list, const Name& name_of, const Fill& fill) const {
+    for (const auto& one : list) {
+      fill(GroupWriter(create(name_of(one))), one);
+    }
+  }
+};
+
+class GroupReader : public hdf5::Content {
+ public:
+  static constexpr bool kReads = true;
+
+  explicit GroupReader(hdf5::Content group) : Content(std::move(group)) {}
+
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(place() + ": " + what); }
+
+  void attribute(const std::string& name, std::string& value) const { value = text_attribute(name); }
+  void attribute(const std::string& name, double& value) const { value = number_attribute(name); }
+  void attribute(const std::string& name, int& value) const { value = integer_attribute(name); }
+  void attribute(const std::string& name, std::vector<std::string>& value) const { value = texts_attribute(name); }
+  template <class Value>
+  void later_attribute(const std::string& name, Value& value) const {
+    if (has_attribute(name)) {
+      attribute(name, value);
+    }
+  }
+  template <class Value>
+  void choice(const std::string& name, Value& value, const Choices<Value>& choices) const {
+    const std::string text = text_attribute(name);
+    const auto found = std::ranges::find(choices, text, &Choices<Value>::value_type::first);
+    if (found == choices.end()) {
+      fail("unknown " + name + " '" + text + "'");
+    }
+    value = found->second;
+  }
+  void stages(const std::string& prefix, StageSeconds& seconds) const {
+    std::vector<std::string> names;
+    later_attribute("stages", names);
+    for (const std::string& stage : names) {
+      seconds.emplace_back(stage, number_attribute(prefix + stage));
+    }
+  }
+
+  template <class List>
+  void list(const std::string& name, List& values, const char* /*unit*/) const {
+    const hdf5::Shape extent = shape(name);
+    if (extent.size() != 1) {
+      fail(name + " must be a list");
+    }
+    values.resize(static_cast<Eigen::Index>(extent[0]));
+    read(name, extent, values.data());
+  }
+  template <class List>
+  void optional_list(const std::string& name, List& values, const char* unit) const {
+    if (has(name)) {
+      list(name, values, unit);
+    }
+  }
+  template <class Columns>
+  void columns(const std::string& name, Columns& values, const char* /*unit*/) const {
+    const hdf5::Shape extent = shape(name);
+    if (extent.size() != 2 || extent[1] != 3) {
+      fail(name + " must be [n, 3]");
+    }
+    values.resize(3, static_cast<Eigen::Index>(extent[0]));
+    read(name, extent, values.data());
+  }
+  void matrix(const std::string& name, Eigen::MatrixXcd& values, Eigen::Index columns, const char* /*unit*/) const {
+    const hdf5::Shape extent = shape(name);
+    if (extent.size() != 2 || extent[1] != static_cast<std::uint64_t>(columns)) {
+      fail(name + " must be [n, " + std::to_string(columns) + "]");
+    }
+    Eigen::MatrixXcd by_rows(columns, static_cast<Eigen::Index>(extent[0]));
+    read(name, extent, by_rows.data());
+    values = by_rows.transpose();
+  }
+  template <class Values>
+  void on_grid(const std::string& name, Values& values, const FieldGrid& grid, const char* /*unit*/) const {
+    if (shape(name) != grid_shape(grid)) {
+      fail(name + " does not fit the count of the grid");
+    }
+    values.resize(grid.size());
+    read(name, grid_shape(grid), values.data());
+  }
+  template <class Values>
+  void three(const std::string& name, Values& values, const char* /*unit*/) const {
+    read(name, {3}, values.data());
+  }
+  void optional_texts(const std::string& name, std::vector<std::string>& texts) const {
+    if (has(name)) {
+      texts = read_texts(name);
+    }
+  }
+  template <class Record, class Value>
+  void column(const std::string& name, std::vector<Record>& records, Value Record::*member,
+              const char* /*unit*/) const {
+    const std::size_t n = records.size();
+    if constexpr (std::is_same_v<Value, std::string>) {
+      const std::vector<std::string> values = read_texts(name);
+      if (values.size() != n) {
+        fail(name + " has " + std::to_string(values.size()) + " texts, must have " + std::to_string(n));
+      }
+      for (std::size_t i = 0; i < n; ++i) {
+        records[i].*member = values[i];
+      }
+    } else {
+      std::vector<StoredNumber<Value>> values(n);
+      read(name, {n}, values.data());
+      for (std::size_t i = 0; i < n; ++i) {
+        records[i].*member = static_cast<Value>(values[i]);
+        if (!std::is_same_v<Value, double> && static_cast<StoredNumber<Value>>(records[i].*member) != values[i]) {
+          fail(name + "[" + std::to_string(i) + "] = " + std::to_string(values[i]) + " is out of range");
+        }
+      }
+    }
+  }
+
+  template <class Fill>
+  void part(const std::string& name, bool /*there*/, const Fill& fill) const {
+    if (has(name)) {
+      fill(GroupReader(open(name)));
+    }
+  }
+  template <class List, class Name, class Fill>
+  void parts(List& list, const Name& name_of, const Fill& fill) const {
+    for (const std::string& name : names()) {
+      name_of(list.emplace_back()) = name;
+      fill(GroupReader(open(name)), list.back());
+    }
+  }
+};
+
+template <class Io, class TheProvenance>
+void provenance_parts(const Io& io, TheProvenance& provenance) {
+  for (const ProvenanceField& field : provenance_fields()) {
+    io.later_attribute(field.name, provenance.*field.value);
+  }
+  io.later_attribute("threads", provenance.threads);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,384 @@
+#include "sim/store/run_file.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include <fmt/format.h>
+
+#include "sim/core/atomic_file.h"
+#include "sim/store/checksum.h"
+#include "sim/store/run_archive.h"
+#include "sim/store/run_layout.h"
+
+namespace touchfield {
+
+namespace {
+
+// Below, Io is GroupWriter or GroupReader, and what is written or read a const or a plain reference.
+
+void mesh_parts(const GroupWriter& io, const TriangleMesh& mesh) {
+  io.columns("vertices", mesh.vertices(), "m");
+  io.columns("triangles", mesh.triangles(), "1");
+  io.list("area", mesh.areas(), "m2");
+}
+
+TriangleMesh read_mesh(const GroupReader& io) {
+  Points vertices;
+  Triangles triangles;
+  io.columns("vertices", vertices, "m");
+  io.columns("triangles", triangles, "1");
+  try {
+    return {std::move(vertices), std::move(triangles)};
+  } catch (const InputError& error) {
+    io.fail(error.what());
+  }
+}
+
+void directivity_parts(const GroupWriter& io, const Directivity& directivity) {
+  io.attribute("directivity", directivity_name(directivity.kind()));
+  if (directivity.kind() == Directivity::Kind::kPiston) {
+    io.attribute("directivity_ka", directivity.ka());
+  }
+}
+
+void directivity_parts(const GroupReader& io, Directivity& directivity) {
+  std::string name;
+  io.attribute("directivity", name);
+  if (name == directivity_name(Directivity::Kind::kOmni)) {
+    directivity = Directivity::omni();
+  } else if (name == directivity_name(Directivity::Kind::kT4010a1)) {
+    directivity = Directivity::t4010a1();
+  } else if (name == directivity_name(Directivity::Kind::kPiston)) {
+    double ka = 0.0;
+    io.attribute("directivity_ka", ka);
+    if (!(ka > 0)) {
+      io.fail(fmt::format("directivity_ka = {} must be > 0", ka));
+    }
+    directivity = Directivity::piston(ka, 1.0);
+  } else {
+    io.fail(fmt::format("unknown directivity '{}'", name));
+  }
+}
+
+template <class Io, class Array>
+void array_parts(const Io& io, Array& array) {
+  io.choice("kind", array.kind,
+            {{"transducers", TransducerArray::Kind::kTransducers}, {"plane_wave", TransducerArray::Kind::kPlaneWave}});
+  directivity_parts(io, array.directivity);
+  io.columns("position", array.positions, "m");
+  io.columns("axis", array.axes, "1");
+  io.list("amplitude", array.amplitudes, array.kind == TransducerArray::Kind::kPlaneWave ? "Pa" : "Pa m");
+  io.list("device", array.device, "1");
+  io.list("channel", array.channel, "1");
+}
+
+template <class Io, class Target>
+void target_parts(const Io& io, Target& target) {
+  io.list("face", target.faces, "1");
+  io.list("amplitude", target.amplitudes, "Pa");
+  io.list("box", target.box, "1");
+}
+
+/// A target, if there is one.
+template <class Io, class Optional>
+void optional_target(const Io& io, Optional& target) {
+  io.part("target", target.has_value(), [&](const Io& part) {
+    if constexpr (Io::kReads) {
+      target.emplace();
+    }
+    target_parts(part, *target);
+  });
+}
+
+template <class Io, class Method>
+void method_parts(const Io& io, Method& result) {
+  Choices<PhaseStatus> statuses;
+  for (const PhaseStatus status :
+       {PhaseStatus::kConverged, PhaseStatus::kIterationLimit, PhaseStatus::kStalled, PhaseStatus::kDirect}) {
+    statuses.emplace_back(to_string(status), status);
+  }
+  io.attribute("method", result.method);
+  io.attribute("scheme", result.scheme);
+  io.choice("status", result.solution.status, statuses);
+  io.attribute("steps", result.solution.iterations);
+  for (const MetricField& field : metric_fields()) {
+    io.later_attribute(field.name, result.metrics.*field.value);
+  }
+  io.stages("seconds_", result.seconds);
+  io.list("phase", result.solution.phases, "rad");
+  io.list("amplitude", result.solution.amplitudes, "1");
+  io.optional_list("pressure", result.pressure, "Pa");
+  io.optional_list("cost", result.solution.cost_history, "Pa2");
+}
+
+/// What the judge shares with the solving model is a link to the data there.
+void judge_parts(const GroupWriter& io, const Run& run) {
+  io.attribute("judge", run.judge);
+  if (run.judge_model) {
+    io.attribute("scheme", run.judge_model->scheme);
+    io.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, run.judge_model->mesh); });
+    optional_target(io, run.judge_model->target);
+  } else {
+    io.link("mesh", "/mesh");
+    if (run.target) {
+      io.link("target", "/target");
+    }
+  }
+  const hdf5::Group methods = io.create("methods");
+  for (const MethodResult& result : run.methods) {
+    if (result.judge_pressure.size() != 0) {
+      GroupWriter(methods.create(result.name)).list("pressure", result.judge_pressure, "Pa");
+    } else if (!run.judge_model && result.pressure.size() != 0) {
+      methods.create(result.name).link("pressure", "/methods/" + result.name + "/pressure");
+    }
+  }
+}
+
+bool same_bits(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.data(), b.data(), sizeof(Complex) * static_cast<std::size_t>(a.size())) == 0;
+}
+
+/// Needs the run's methods.
+void judge_parts(const GroupReader& io, Run& run) {
+  io.attribute("judge", run.judge);
+  if (has_judge_model(run.judge)) {
+    std::string scheme;
+    io.attribute("scheme", scheme);
+    run.judge_model = JudgeModel{scheme, read_mesh(GroupReader(io.open("mesh"))), std::nullopt};
+    optional_target(io, run.judge_model->target);
+  } else if (run.judge != "same") {
+    io.fail(fmt::format("unknown judge '{}'", run.judge));
+  }
+  const hdf5::Content methods = io.open("methods");
+  for (MethodResult& result : run.methods) {
+    if (methods.has(result.name)) {
+      GroupReader(methods.open(result.name)).list("pressure", result.judge_pressure, "Pa");
+      if (!run.judge_model && same_bits(result.judge_pressure, result.pressure)) {
+        result.judge_pressure.resize(0);
+      }
+    }
+  }
+}
+
+/// Needs the run's array and target. The attributes say how to multiply.
+void transfer_parts(const GroupWriter& io, const RunTransfer& transfer, const Run& /*run*/) {
+  io.attribute("pressure",
+               std::string("p[face] = target @ q, without scattering incident @ q; q = amplitude * exp(i phase)"));
+  io.attribute("cost", std::string("sum(weight * (abs(target @ q) - wanted)**2) + sum(abs(quiet @ q)**2)"));
+  io.link("face", "/target/face");
+  io.link("wanted", "/target/amplitude");
+}
+
+void transfer_parts(const GroupReader& io, RunTransfer& transfer, const Run& run) {
+  if (!run.target) {
+    io.fail("the run must have a target");
+  }
+  transfer.problem.amplitudes = run.target->amplitudes;
+}
+
+template <class Io, class Transfers, class TheRun>
+void transfers_parts(const Io& io, Transfers& transfers, TheRun& run) {
+  io.parts(
+      transfers, [](auto& transfer) -> auto& { return transfer.scheme; },
+      [&](const Io& part, auto& transfer) {
+        transfer_parts(part, transfer, run);
+        part.attribute("quiet_weight", transfer.quiet_weight);
+        part.attribute("channels_left_out", transfer.channels_left_out);
+        part.attribute("quiet_left_out", transfer.quiet_left_out);
+        part.list("weight", transfer.problem.weights, "m2");
+        part.matrix("target", transfer.problem.target, run.array.size(), "Pa");
+        part.matrix("quiet", transfer.problem.quiet, run.array.size(), "Pa m");
+        part.matrix("incident", transfer.incident, run.array.size(), "Pa");
+      });
+}
+
+template <class Io, class Solves>
+void solves_parts(const Io& io, Solves& solves) {
+  if constexpr (Io::kReads) {
+    std::vector<std::int64_t> unknowns;
+    io.list("unknowns", unknowns, "1");
+    solves.resize(unknowns.size());
+  }
+  io.column("stage", solves, &SolveRecord::stage, "text");
+  io.column("scheme", solves, &SolveRecord::scheme, "text");
+  io.column("solver", solves, &SolveRecord::solver, "text");
+  io.column("precision", solves, &SolveRecord::precision, "text");
+  io.column("unknowns", solves, &SolveRecord::unknowns, "1");
+  io.column("right_hand_sides", solves, &SolveRecord::right_hand_sides, "1");
+  io.column("steps", solves, &SolveRecord::steps, "1");
+  io.column("refinements", solves, &SolveRecord::refinements, "1");
+  io.column("residual", solves, &SolveRecord::residual, "1");
+  io.column("converged", solves, &SolveRecord::converged, "1");
+  io.column("seconds", solves, &SolveRecord::seconds, "s");
+}
+
+template <class Io, class Field>
+void field_parts(const Io& io, Field& field) {
+  auto& grid = field.grid;
+  io.three("origin", grid.origin, "m");
+  io.three("spacing", grid.spacing, "m");
+  io.three("count", grid.count, "1");
+  io.on_grid("inside", field.inside, grid, "1");
+  io.part("pressure", true, [&](const Io& pressures) {
+    if constexpr (Io::kReads) {
+      for (const std::string& method : pressures.names()) {
+        field.pressure.emplace_back(method, Eigen::VectorXcd());
+      }
+    }
+    for (auto& [method, pressure] : field.pressure) {
+      pressures.on_grid(method, pressure, grid, "Pa");
+    }
+  });
+}
+
+/// All but what is said of the run in the root itself, and its mesh.
+template <class Io, class TheRun>
+void run_parts(const Io& io, TheRun& run) {
+  io.part("array", true, [&](const Io& part) { array_parts(part, run.array); });
+  optional_target(io, run.target);
+  io.part("methods", !run.methods.empty(), [&](const Io& methods) {
+    methods.parts(
+        run.methods, [](auto& method) -> auto& { return method.name; },
+        [](const Io& part, auto& method) { method_parts(part, method); });
+  });
+  io.part("judge", run.judge != "none", [&](const Io& part) { judge_parts(part, run); });
+  io.part("transfer", !run.transfers.empty(), [&](const Io& part) { transfers_parts(part, run.transfers, run); });
+  io.part("solves", !run.solves.empty(), [&](const Io& part) { solves_parts(part, run.solves); });
+  io.part("field", !run.fields.empty(), [&](const Io& fields) {
+    fields.parts(
+        run.fields, [](auto& field) -> auto& { return field.grid.name; },
+        [](const Io& part, auto& field) { field_parts(part, field); });
+  });
+  io.part("seconds", !run.seconds.empty(), [&](const Io& part) { part.stages("", run.seconds); });
+  io.optional_texts("warnings", run.warnings);
+  io.part("provenance", true, [&](const Io& part) { provenance_parts(part, run.provenance); });
+}
+
+template <class Io, class TheRun>
+void bodies_parts(const Io& io, TheRun& run) {
+  io.later_attribute("bodies", run.bodies);
+  io.optional_list("body", run.owner, "1");
+}
+
+void write_run(const GroupWriter& io, const Run& run) {
+  io.attribute("format", std::string(kRunFormat));
+  io.attribute("format_version", kRunFormatVersion);
+  io.attribute("name", run.name);
+  io.attribute("complete", run.complete ? 1 : 0);
+  io.attribute("alarm", run.alarm);
+  io.write_text("scene", run.scene);
+  io.part("mesh", true, [&](const GroupWriter& part) {
+    mesh_parts(part, run.mesh);
+    bodies_parts(part, run);
+  });
+  run_parts(io, run);
+}
+
+void require_format(const hdf5::Content& root, const std::string& path) {
+  if (!root.has_attribute("format") || root.text_attribute("format") != kRunFormat) {
+    throw InputError(
+        fmt::format("{}: is an HDF5 file but no touchfield run (its attribute format must be {})", path, kRunFormat));
+  }
+  const int version = root.integer_attribute("format_version");
+  if (version > kRunFormatVersion) {
+    throw InputError(fmt::format("{}: format version {} is newer than the {} that this program reads", path, version,
+                                 kRunFormatVersion));
+  }
+  if (version < 1) {
+    throw InputError(fmt::format("{}: format_version = {} must be >= 1", root.place(), version));
+  }
+}
+
+Run read_run(const GroupReader& io) {
+  for (const char* group : {"mesh", "array"}) {
+    if (!io.has(group)) {
+      io.fail(fmt::format("holds no group {}", group));
+    }
+  }
+  const GroupReader mesh(io.open("mesh"));
+  Run run{.name = io.text_attribute("name"),
+          .scene = io.read_text("scene"),
+          .mesh = read_mesh(mesh),
+          .array = {},
+          .target = std::nullopt,
+          .judge = "none",
+          .judge_model = std::nullopt,
+          .methods = {},
+          .fields = {},
+          .solves = {},
+          .seconds = {},
+          .alarm = kNotComputed,
+          .warnings = {},
+          .provenance = {},
+          .complete = io.integer_attribute("complete") != 0,
+          .bodies = {},
+          .owner = {},
+          .transfers = {}};
+  io.later_attribute("alarm", run.alarm);
+  bodies_parts(mesh, run);
+  run_parts(io, run);
+  return run;
+}
+
+/// throws   InputError if there is no such file or it does not begin as every HDF5 file does
+void require_hdf5(const std::string& path) {
+  constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    throw InputError(fmt::format("{}: {}", path, error ? error.message() : "is no file"));
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+  }
+  std::array<char, kSignature.size()> begin{};
+  file.read(begin.data(), begin.size());
+  if (std::string_view(begin.data(), static_cast<std::size_t>(file.gcount())) != kSignature) {
+    throw InputError(fmt::format("{}: is no HDF5 file", path));
+  }
+}
+
+/// Most damage is met here, before HDF5 is asked to make sense of it.
+void require_checksum(const std::string& path) {
+  switch (check_file(path)) {
+    case Checksum::kCorrect:
+      return;
+    case Checksum::kWrong:
+      throw InputError(fmt::format("{}: is damaged: its checksum does not fit", path));
+    case Checksum::kAbsent:
+      throw InputError(
+          fmt::format("{}: is no touchfield run, or no longer: the checksum line at its end is missing "
+                      "(cut off, or rewritten by another program)",
+                      path));
+  }
+}
+
+}  // namespace
+
+void write_run_file(const std::string& path, const Run& run) {
+  check_run(run);
+  const hdf5::MemoryFile file(path);
+  write_run(GroupWriter(file.root()), run);
+  const std::string bytes = file.bytes();
+  write_atomically(path, {bytes, checksum_line(bytes)});
+}
+
+Run read_run_file(const std::string& path) {
+  require_hdf5(path);
+  require_checksum(path);
+  const GroupReader root(hdf5::read_content(path));
+  require_format(root, path);
+  Run run = read_run(root);
+  try {
+    check_run(run);
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: is damaged: {}", path, error.what()));
+  }
+  return run;
+}
+
+}  // namespace touchfield
