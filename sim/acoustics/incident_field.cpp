@@ -6,7 +6,8 @@
 #include <Eigen/Geometry>
 
 #include "sim/acoustics/source_loops.h"
-#include "solvers/linear/block_product.h"
+#include "solvers/linear/blas_product.h"
+#include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
 
@@ -50,9 +51,9 @@ Complex channel_derivative(const TransducerArray& array, const Wave& wave, Eigen
 }
 
 constexpr Eigen::Index kPanel = 32;    // points: the values of 1,500 channels stay in the second cache
-constexpr double kLargestPhase = 1e5;  // of source_values
+constexpr double kLargestPhase = 1e5;  // of the loop over transducers
 
-/// The pressures of all channels at a point, by source_values where that knows the array, else one by one.
+/// The pressures of all channels at a point, by the loop over them where that knows the array, else one by one.
 class ChannelPressures {
  public:
   ChannelPressures(const TransducerArray& array, const Wave& wave, const Points& points) : array_(array), wave_(wave) {
@@ -79,7 +80,8 @@ class ChannelPressures {
     const SourceWave shared{wave_.k(), array_.directivity.spline(), Directivity::kIntervals, Directivity::kInterval};
     const SourceArrays sources{places_.col(0).data(), places_.col(1).data(), places_.col(2).data(), axes_.col(0).data(),
                                axes_.col(1).data(),   axes_.col(2).data(),   amplitudes_.data()};
-    source_values(shared, x.data(), sources, static_cast<int>(array_.size()), reinterpret_cast<double*>(values));
+    static const SourceLoop loop = source_loop(instruction_level());
+    loop(shared, x.data(), sources, static_cast<int>(array_.size()), reinterpret_cast<double*>(values));
   }
 
  private:
@@ -119,7 +121,7 @@ Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, cons
   if (drive.size() > 0) {
     for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
       Eigen::MatrixXcd products(kPanel, drive.cols());
-      transposed_product(values, array.size(), count, drive.data(), drive.rows(), drive.cols(), products);
+      multiply(Op::kTransposed, values.leftCols(count), Op::kPlain, drive, products.topRows(count));
       sums.middleRows(begin, count) = products.topRows(count);
     });
   }
@@ -127,6 +129,16 @@ Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, cons
 }
 
 }  // namespace
+
+SourceLoop source_loop(InstructionLevel level) {
+#ifdef __x86_64__
+  static constexpr const SourceLoop* kLevels[] = {&generic::kSourceLoop, &v2::kSourceLoop, &v3::kSourceLoop,
+                                                  &v4::kSourceLoop};
+  return *kLevels[static_cast<std::size_t>(level)];
+#else
+  return generic::kSourceLoop;
+#endif
+}
 
 Eigen::MatrixXcd incident_matrix(const TransducerArray& array, const Wave& wave, const Points& points) {
   Eigen::MatrixXcd g(points.cols(), array.size());

@@ -6,8 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include <cblas.h>
-
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/cholesky.h"
 #include "solvers/phase/madsen_damping.h"
 
@@ -30,11 +29,7 @@ struct AnglePoint {
     for (Eigen::Index i = 0; i < x.size(); ++i) {
       z(i) = std::polar(1.0, x(i));
     }
-    const Complex one = 1.0;
-    const Complex zero = 0.0;
-    const int size = static_cast<int>(x.size());
-    cblas_zgemv(CblasColMajor, CblasNoTrans, size, size, &one, gram.data(), std::max(size, 1), z.data(), 1, &zero,
-                gram_z.data(), 1);
+    multiply(Op::kPlain, gram, z, 0.0, gram_z);
     cost = z.dot(gram_z).real();
   }
 
@@ -113,8 +108,7 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
   solution.cost_history.push_back(point.cost);
   // The diagonal of J^T J is that of Q, since |z| = 1.
   MadsenDamping damping(size > 0 ? options.initial_damping * problem.gram.diagonal().real().maxCoeff() : 0.0);
-  while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
-    ++solution.iterations;
+  iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
     fill_normal_matrix(problem.gram, point.z, normal);
     normal.diagonal().array() += damping.value();
     bool accepted = false;
@@ -134,23 +128,18 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
       }
       // A tiny step that was refused: the cost cannot be told from its minimum's any more.
       if (tiny || (accepted && is_flat())) {
-        solution.status = PhaseStatus::kConverged;
+        status = PhaseStatus::kConverged;
       }
     }
     if (!accepted) {
       damping.reject();
-      if (solution.status == PhaseStatus::kIterationLimit && damping.exhausted()) {
-        solution.status = PhaseStatus::kStalled;
+      if (status == PhaseStatus::kIterationLimit && damping.exhausted()) {
+        status = PhaseStatus::kStalled;
       }
     }
-    solution.cost_history.push_back(point.cost);
-    if (callback) {
-      callback(solution.iterations, point.cost);
-    }
-  }
-  solution.phases = wrapped(point.x.tail(problem.channel_count()));
-  solution.amplitudes = Eigen::VectorXd::Ones(problem.channel_count());
-  return solution;
+    return point.cost;
+  });
+  return full_drive(point.x.tail(problem.channel_count()), std::move(solution));
 }
 
 }  // namespace touchfield

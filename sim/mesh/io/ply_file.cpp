@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -11,7 +9,6 @@
 #include "sim/core/errors.h"
 #include "sim/mesh/io/byte_string.h"
 #include "sim/mesh/io/mesh_files.h"
-#include "sim/mesh/io/polygon.h"
 #include "sim/mesh/io/text_cursor.h"
 
 namespace touchfield {
@@ -193,16 +190,11 @@ class Body {
  private:
   template <class Number>
   Number take() {
-    std::array<char, sizeof(Number)> bytes;
-    if (content_.size() - at_ < bytes.size()) {
+    if (content_.size() - at_ < sizeof(Number)) {
       fail("the file ends before all its elements are read");
     }
-    std::copy_n(content_.data() + at_, bytes.size(), bytes.begin());
-    at_ += bytes.size();
-    if ((encoding_ == Encoding::kBigEndian) != (std::endian::native == std::endian::big)) {
-      std::reverse(bytes.begin(), bytes.end());
-    }
-    return std::bit_cast<Number>(bytes);
+    at_ += sizeof(Number);
+    return number_at<Number>(content_.data() + at_ - sizeof(Number), encoding_ == Encoding::kBigEndian);
   }
 
   const std::string& content_;
