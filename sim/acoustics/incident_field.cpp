@@ -128,6 +128,30 @@ Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, cons
   return sums;
 }
 
+/// The values of all channels at every point, points by channels.
+template <typename Fill>
+Eigen::MatrixXcd matrix_of(const TransducerArray& array, const Points& points, const Fill& fill) {
+  Eigen::MatrixXcd g(points.cols(), array.size());
+  for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
+    g.middleRows(begin, count) = values.leftCols(count).transpose();
+  });
+  return g;
+}
+
+/// Fills in the pressures, or their derivatives along directions, at a point.
+auto pressures_at(const TransducerArray& array, const Wave& wave, const Points& points) {
+  return [&points, pressures = ChannelPressures(array, wave, points)](Eigen::Index j, Complex* values) {
+    pressures.at(points.col(j), values);
+  };
+}
+auto derivatives_at(const TransducerArray& array, const Wave& wave, const Points& points, const Points& directions) {
+  return [&](Eigen::Index j, Complex* values) {
+    for (Eigen::Index n = 0; n < array.size(); ++n) {
+      values[n] = channel_derivative(array, wave, n, points.col(j), directions.col(j));
+    }
+  };
+}
+
 }  // namespace
 
 SourceLoop source_loop(InstructionLevel level) {
@@ -141,41 +165,22 @@ SourceLoop source_loop(InstructionLevel level) {
 }
 
 Eigen::MatrixXcd incident_matrix(const TransducerArray& array, const Wave& wave, const Points& points) {
-  Eigen::MatrixXcd g(points.cols(), array.size());
-  const ChannelPressures pressures(array, wave, points);
-  for_panels(
-      array, points, [&](Eigen::Index j, Complex* values) { pressures.at(points.col(j), values); },
-      [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
-        g.middleRows(begin, count) = values.leftCols(count).transpose();
-      });
-  return g;
+  return matrix_of(array, points, pressures_at(array, wave, points));
 }
 
 Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const Wave& wave, const Points& points,
                                             const Points& directions) {
-  Eigen::MatrixXcd g(points.cols(), array.size());
-#pragma omp parallel for schedule(static)
-  for (Eigen::Index n = 0; n < array.size(); ++n) {
-    for (Eigen::Index j = 0; j < points.cols(); ++j) {
-      g(j, n) = channel_derivative(array, wave, n, points.col(j), directions.col(j));
-    }
-  }
-  return g;
+  return matrix_of(array, points, derivatives_at(array, wave, points, directions));
 }
 
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
                                    const Eigen::MatrixXcd& drive) {
-  const ChannelPressures pressures(array, wave, points);
-  return summed(array, points, drive, [&](Eigen::Index j, Complex* values) { pressures.at(points.col(j), values); });
+  return summed(array, points, drive, pressures_at(array, wave, points));
 }
 
 Eigen::MatrixXcd incident_derivative(const TransducerArray& array, const Wave& wave, const Points& points,
                                      const Points& directions, const Eigen::MatrixXcd& drive) {
-  return summed(array, points, drive, [&](Eigen::Index j, Complex* values) {
-    for (Eigen::Index n = 0; n < array.size(); ++n) {
-      values[n] = channel_derivative(array, wave, n, points.col(j), directions.col(j));
-    }
-  });
+  return summed(array, points, drive, derivatives_at(array, wave, points, directions));
 }
 
 }  // namespace touchfield

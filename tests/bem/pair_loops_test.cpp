@@ -183,7 +183,7 @@ TEST(PairLoops, HypersingularKernelIsTheSlopeOfTheDoubleLayer) {
   const auto values = [&](Layer layer, const Vector3& at, double damping) {
     Eigen::VectorXd re(50);
     Eigen::VectorXd im(50);
-    pair_loops_of<Real>().values(layer, {damping, kGamma}, {at.x(), at.y(), at.z(), m.x(), m.y(), m.z()},
+    pair_loops_of<double>().values(layer, {damping, kGamma}, {at.x(), at.y(), at.z(), m.x(), m.y(), m.z()},
                                  cloud.sources(), 50, re.data(), im.data());
     return Eigen::VectorXcd(re + Complex(0, 1) * im);
   };

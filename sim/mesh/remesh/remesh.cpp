@@ -69,7 +69,7 @@ class Remesher {
       flip_towards_valence_six();
       smooth_and_project();
     }
-    flip_towards_larger_angles();
+    flip_where([&](int side) { return angle_improves(side); });
     smooth_and_project();
   }
 
@@ -268,20 +268,16 @@ class Remesher {
     return twice_area(a, b, c).norm() / longest;
   }
 
-  void flip_towards_valence_six() {
+  template <class Improves>
+  void flip_where(const Improves& improves) {
     for (int side = 0; side < mesh_.side_count(); ++side) {
-      if (may_flip(side) && valence_improves(side) && keeps_shape(side) && mesh_.can_flip(side)) {
+      if (may_flip(side) && improves(side) && keeps_shape(side) && mesh_.can_flip(side)) {
         mesh_.flip(side);
       }
     }
   }
-
-  void flip_towards_larger_angles() {
-    for (int side = 0; side < mesh_.side_count(); ++side) {
-      if (may_flip(side) && angle_improves(side) && keeps_shape(side) && mesh_.can_flip(side)) {
-        mesh_.flip(side);
-      }
-    }
+  void flip_towards_valence_six() {
+    flip_where([&](int side) { return valence_improves(side); });
   }
 
   /// Every edge is asked about once.

@@ -45,9 +45,10 @@ bool drop_flaps_once(RawSurface& surface, std::vector<bool>& copied, double shar
   for (Index f = 0; f < surface.triangles.cols(); ++f) {
     genuine[patch_of(f)] = genuine[patch_of(f)] || !copied[at(f)];
   }
+  const double least = share * largest_area(patches);
   std::vector<bool> flap(count);
   for (std::size_t p = 0; p < count; ++p) {
-    flap[p] = hangs[p] && (open[p] ? patches.list[p].area < share * largest_area(patches) : !genuine[p]);
+    flap[p] = hangs[p] && (open[p] ? patches.list[p].area < least : !genuine[p]);
   }
   const Dropped dropped = drop_pieces(surface, patches, flap);
   if (dropped.pieces == 0) {
