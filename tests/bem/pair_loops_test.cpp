@@ -184,7 +184,7 @@ TEST(PairLoops, HypersingularKernelIsTheSlopeOfTheDoubleLayer) {
     Eigen::VectorXd re(50);
     Eigen::VectorXd im(50);
     pair_loops_of<double>().values(layer, {damping, kGamma}, {at.x(), at.y(), at.z(), m.x(), m.y(), m.z()},
-                                 cloud.sources(), 50, re.data(), im.data());
+                                   cloud.sources(), 50, re.data(), im.data());
     return Eigen::VectorXcd(re + Complex(0, 1) * im);
   };
   for (const double damping : {0.0, 0.1}) {

@@ -407,7 +407,8 @@ write: [h5]
 
     def test_one_of_several_bodies(self):
         text = self.SCENE.replace("body:\n  mesh", "bodies:\n- name: bead\n  sphere: {radius_mm: 4}\n  edge_mm: 2\n"
-                                  "  place: {at_mm: [-30, 0, 64]}\n- name: balls\n  mesh").replace("at: pole", "at: balls.pole")
+                                  "  place: {at_mm: [-30, 0, 64]}\n- name: balls\n  mesh")
+        text = text.replace("at: pole", "at: balls.pole")
         notes = json.loads(self.run_ok("check", self.scene(text), "--json").stdout)["mesh_notes"]
         self.assertTrue(any("resurfaced with edges of 2 mm" in note for note in notes), notes)
         done = self.touchfield("check", self.scene(text.replace("resurface_mm: 2", "resurface_mm: 0.001")))
