@@ -6,7 +6,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 #include "solvers/phase/baselines.h"
 #include "solvers/phase/certificate.h"
 #include "solvers/phase/incident_problem.h"

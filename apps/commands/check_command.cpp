@@ -110,6 +110,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
                                    {"available_mib", report.available_mib},
                                    {"seconds", report.seconds},
                                    {"note", report.note},
+                                   {"mesh_notes", model.plan.notes},
                                    {"warnings", model_warnings(model)},
                                    {"faults", model.report.faults}};
     if (accuracy) {

@@ -6,7 +6,8 @@
 #include <Eigen/Geometry>
 
 #include "sim/acoustics/source_loops.h"
-#include "solvers/linear/block_product.h"
+#include "solvers/linear/blas_product.h"
+#include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
 
@@ -50,9 +51,9 @@ Complex channel_derivative(const TransducerArray& array, const Wave& wave, Eigen
 }
 
 constexpr Eigen::Index kPanel = 32;    // points: the values of 1,500 channels stay in the second cache
-constexpr double kLargestPhase = 1e5;  // of source_values
+constexpr double kLargestPhase = 1e5;  // of the loop over transducers
 
-/// The pressures of all channels at a point, by source_values where that knows the array, else one by one.
+/// The pressures of all channels at a point, by the loop over them where that knows the array, else one by one.
 class ChannelPressures {
  public:
   ChannelPressures(const TransducerArray& array, const Wave& wave, const Points& points) : array_(array), wave_(wave) {
@@ -79,7 +80,8 @@ class ChannelPressures {
     const SourceWave shared{wave_.k(), array_.directivity.spline(), Directivity::kIntervals, Directivity::kInterval};
     const SourceArrays sources{places_.col(0).data(), places_.col(1).data(), places_.col(2).data(), axes_.col(0).data(),
                                axes_.col(1).data(),   axes_.col(2).data(),   amplitudes_.data()};
-    source_values(shared, x.data(), sources, static_cast<int>(array_.size()), reinterpret_cast<double*>(values));
+    static const SourceLoop loop = source_loop(instruction_level());
+    loop(shared, x.data(), sources, static_cast<int>(array_.size()), reinterpret_cast<double*>(values));
   }
 
  private:
@@ -119,51 +121,66 @@ Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, cons
   if (drive.size() > 0) {
     for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
       Eigen::MatrixXcd products(kPanel, drive.cols());
-      transposed_product(values, array.size(), count, drive.data(), drive.rows(), drive.cols(), products);
+      multiply(Op::kTransposed, values.leftCols(count), Op::kPlain, drive, products.topRows(count));
       sums.middleRows(begin, count) = products.topRows(count);
     });
   }
   return sums;
 }
 
+/// The values of all channels at every point, points by channels.
+template <typename Fill>
+Eigen::MatrixXcd matrix_of(const TransducerArray& array, const Points& points, const Fill& fill) {
+  Eigen::MatrixXcd g(points.cols(), array.size());
+  for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
+    g.middleRows(begin, count) = values.leftCols(count).transpose();
+  });
+  return g;
+}
+
+/// Fills in the pressures, or their derivatives along directions, at a point.
+auto pressures_at(const TransducerArray& array, const Wave& wave, const Points& points) {
+  return [&points, pressures = ChannelPressures(array, wave, points)](Eigen::Index j, Complex* values) {
+    pressures.at(points.col(j), values);
+  };
+}
+auto derivatives_at(const TransducerArray& array, const Wave& wave, const Points& points, const Points& directions) {
+  return [&](Eigen::Index j, Complex* values) {
+    for (Eigen::Index n = 0; n < array.size(); ++n) {
+      values[n] = channel_derivative(array, wave, n, points.col(j), directions.col(j));
+    }
+  };
+}
+
 }  // namespace
 
+SourceLoop source_loop(InstructionLevel level) {
+#ifdef __x86_64__
+  static constexpr const SourceLoop* kLevels[] = {&generic::kSourceLoop, &v2::kSourceLoop, &v3::kSourceLoop,
+                                                  &v4::kSourceLoop};
+  return *kLevels[static_cast<std::size_t>(level)];
+#else
+  return generic::kSourceLoop;
+#endif
+}
+
 Eigen::MatrixXcd incident_matrix(const TransducerArray& array, const Wave& wave, const Points& points) {
-  Eigen::MatrixXcd g(points.cols(), array.size());
-  const ChannelPressures pressures(array, wave, points);
-  for_panels(
-      array, points, [&](Eigen::Index j, Complex* values) { pressures.at(points.col(j), values); },
-      [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
-        g.middleRows(begin, count) = values.leftCols(count).transpose();
-      });
-  return g;
+  return matrix_of(array, points, pressures_at(array, wave, points));
 }
 
 Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const Wave& wave, const Points& points,
                                             const Points& directions) {
-  Eigen::MatrixXcd g(points.cols(), array.size());
-#pragma omp parallel for schedule(static)
-  for (Eigen::Index n = 0; n < array.size(); ++n) {
-    for (Eigen::Index j = 0; j < points.cols(); ++j) {
-      g(j, n) = channel_derivative(array, wave, n, points.col(j), directions.col(j));
-    }
-  }
-  return g;
+  return matrix_of(array, points, derivatives_at(array, wave, points, directions));
 }
 
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
                                    const Eigen::MatrixXcd& drive) {
-  const ChannelPressures pressures(array, wave, points);
-  return summed(array, points, drive, [&](Eigen::Index j, Complex* values) { pressures.at(points.col(j), values); });
+  return summed(array, points, drive, pressures_at(array, wave, points));
 }
 
 Eigen::MatrixXcd incident_derivative(const TransducerArray& array, const Wave& wave, const Points& points,
                                      const Points& directions, const Eigen::MatrixXcd& drive) {
-  return summed(array, points, drive, [&](Eigen::Index j, Complex* values) {
-    for (Eigen::Index n = 0; n < array.size(); ++n) {
-      values[n] = channel_derivative(array, wave, n, points.col(j), directions.col(j));
-    }
-  });
+  return summed(array, points, drive, derivatives_at(array, wave, points, directions));
 }
 
 }  // namespace touchfield

@@ -22,12 +22,32 @@ struct SourceWave {
   double step;  // [rad], width of an interval; past intervals * step = pi/2 the directivity is mirrored
 };
 
-/// Pressures of transducers at unit drive at a point, without absorption, for the processor at hand:
+/// Pressures of transducers at unit drive at a point, without absorption:
 ///
 ///   values[2n] + i values[2n + 1] = amplitude_n d(theta_n) exp(i k r_n) / r_n
 ///
 /// accuracy   1e-14 of the largest amplitude / r, while k r < 1e5; within 1e-7 rad of an axis d itself is known to no
 ///            more than 1e-8, since the angle comes from its cosine
-void source_values(const SourceWave& wave, const double* point, const SourceArrays& sources, int count, double* values);
+using SourceLoop = void (*)(const SourceWave& wave, const double* point, const SourceArrays& sources, int count,
+                            double* values);
+
+/// As source_loops_level.cpp is compiled for each instruction level.
+namespace generic {
+extern const SourceLoop kSourceLoop;
+}  // namespace generic
+namespace v2 {
+extern const SourceLoop kSourceLoop;
+}  // namespace v2
+namespace v3 {
+extern const SourceLoop kSourceLoop;
+}  // namespace v3
+namespace v4 {
+extern const SourceLoop kSourceLoop;
+}  // namespace v4
+
+enum class InstructionLevel;  // its header brings inline functions, which level files must not hold
+
+/// The loop of one level, which the processor must carry out.
+SourceLoop source_loop(InstructionLevel level);
 
 }  // namespace touchfield

@@ -3,7 +3,7 @@
 // shared with other files: the linker could give them this level's instructions (a test looks for such symbols).
 #include <cmath>
 
-#include "sim/acoustics/source_loops_table.h"
+#include "sim/acoustics/source_loops.h"
 #include "sim/core/sincos.h"
 
 namespace touchfield::TOUCHFIELD_LEVEL {

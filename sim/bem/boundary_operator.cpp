@@ -1,9 +1,21 @@
 #include "sim/bem/boundary_operator.h"
 
+#include <numbers>
 #include <stdexcept>
-#include <utility>
 
 namespace touchfield {
+
+Eigen::VectorXd gauss_diagonal(const TriangleMesh& mesh) {
+  const FaceArrays<double> faces(mesh);
+  const auto count = static_cast<int>(faces.size());
+  Eigen::VectorXd diagonal(count);
+#pragma omp parallel for schedule(static)
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const double sum = pair_loops().static_sum(faces.point(i), faces.sources(), faces.area.data(), count);
+    diagonal(i) = 1.0 + sum / (4.0 * std::numbers::pi);
+  }
+  return diagonal;
+}
 
 template <typename Real>
 BoundaryOperator<Real>::BoundaryOperator(const TriangleMesh& mesh, const Complex& wavenumber, BoundaryParts parts)
@@ -82,5 +94,21 @@ Eigen::MatrixXcd BoundaryOperator<Real>::columns(const std::vector<Eigen::Index>
 
 template class BoundaryOperator<float>;
 template class BoundaryOperator<double>;
+
+Eigen::MatrixXcd ChiefOperator::apply(const Eigen::MatrixXcd& x) const {
+  const Eigen::Index m = b_->size();
+  Eigen::MatrixXcd y(size(), x.cols());
+  y.topRows(m) = b_->apply(x.topRows(m)) + rows_.adjoint() * x.bottomRows(rows_.rows());
+  y.bottomRows(rows_.rows()) = rows_ * x.topRows(m);
+  return y;
+}
+
+Eigen::MatrixXcd ChiefOperator::apply_transpose(const Eigen::MatrixXcd& x) const {
+  const Eigen::Index m = b_->size();
+  Eigen::MatrixXcd y(size(), x.cols());
+  y.topRows(m) = b_->apply_transpose(x.topRows(m)) + rows_.transpose() * x.bottomRows(rows_.rows());
+  y.bottomRows(rows_.rows()) = rows_.conjugate() * x.topRows(m);
+  return y;
+}
 
 }  // namespace touchfield

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 
 #include "sim/bem/layer_sum.h"
 #include "sim/bem/near_corrections.h"
@@ -16,6 +17,13 @@ struct BoundaryParts {
   Eigen::VectorXcd diagonal;                    // M
   std::shared_ptr<const NearCorrections> near;  // of the same layer; none: one point everywhere
 };
+
+/// The diagonal of scheme `paper_corrected` from the static Gauss identity,
+///
+///   B_ii = 1 + sum over j != i of A_j n_j.(x_i - x_j) / (4 pi r^3),
+///
+/// with which a constant pressure is solved exactly at k = 0: near 1/2, more where the surface bends outwards.
+Eigen::VectorXd gauss_diagonal(const TriangleMesh& mesh);
 
 /// B without storing it: every product computes its entries anew. Real is the precision of the sums with one point a
 /// face; near corrections are kept in double by all that share them.
@@ -44,5 +52,22 @@ class BoundaryOperator : public LinearOperator {
 
 extern template class BoundaryOperator<float>;
 extern template class BoundaryOperator<double>;
+
+/// The square form of CHIEF, [[B, C^H], [C, 0]]: the rows C ask the total field to vanish at points inside the body,
+/// their multipliers lambda make room for that.
+class ChiefOperator : public LinearOperator {
+ public:
+  /// b      B, M x M
+  /// rows   C, Z x M
+  ChiefOperator(std::unique_ptr<LinearOperator> b, Eigen::MatrixXcd rows) : b_(std::move(b)), rows_(std::move(rows)) {}
+
+  Eigen::Index size() const override { return b_->size() + rows_.rows(); }
+  Eigen::MatrixXcd apply(const Eigen::MatrixXcd& x) const override;
+  Eigen::MatrixXcd apply_transpose(const Eigen::MatrixXcd& x) const override;
+
+ private:
+  std::unique_ptr<LinearOperator> b_;
+  Eigen::MatrixXcd rows_;
+};
 
 }  // namespace touchfield

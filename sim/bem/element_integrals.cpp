@@ -6,8 +6,8 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/bem/kernel.h"
 #include "sim/bem/triangle_rules.h"
+#include "sim/mesh/face_shape.h"
 
 namespace touchfield {
 
@@ -46,16 +46,7 @@ Complex remainder_integral(const RemainderProblem& problem, const Vector3& a, co
 }  // namespace
 
 double solid_angle(const Face& face, const Vector3& x) {
-  const Vector3 a = face.a - x;
-  const Vector3 b = face.b - x;
-  const Vector3 c = face.c - x;
-  const double la = a.norm();
-  const double lb = b.norm();
-  const double lc = c.norm();
-  const double triple = a.dot(b.cross(c));
-  const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-  // a.(b x c) is negative where x lies on the side the normal points to.
-  return -2.0 * std::atan2(triple, denominator);
+  return -solid_angle(Vector3(face.a - x), Vector3(face.b - x), Vector3(face.c - x));
 }
 
 Vector3 solid_angle_gradient(const Face& face, const Vector3& x) {

@@ -4,14 +4,20 @@
 
 namespace touchfield {
 
-FaceArrays::FaceArrays(const TriangleMesh& mesh, double scale)
-    : x(scale * mesh.centroids().row(0)),
-      y(scale * mesh.centroids().row(1)),
-      z(scale * mesh.centroids().row(2)),
-      nx(mesh.normals().row(0)),
-      ny(mesh.normals().row(1)),
-      nz(mesh.normals().row(2)),
-      area(scale * scale * mesh.areas()) {}
+template <typename Real>
+FaceArrays<Real>::FaceArrays(const TriangleMesh& mesh, double scale, const Vector3& origin)
+    : nx(mesh.normals().row(0).cast<Real>()),
+      ny(mesh.normals().row(1).cast<Real>()),
+      nz(mesh.normals().row(2).cast<Real>()),
+      area(mesh.areas() * scale * scale) {
+  const Points places = scale * (mesh.centroids().colwise() - origin);
+  x = places.row(0).cast<Real>();
+  y = places.row(1).cast<Real>();
+  z = places.row(2).cast<Real>();
+}
+
+template struct FaceArrays<float>;
+template struct FaceArrays<double>;
 
 double half_wavelengths(const Complex& wavenumber) { return wavenumber.real() / std::numbers::pi; }
 

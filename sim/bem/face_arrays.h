@@ -7,19 +7,22 @@
 namespace touchfield {
 
 /// A mesh's faces as one array a quantity, for the loops over pairs.
+template <typename Real>
 struct FaceArrays {
-  /// scale   units of length a metre
-  explicit FaceArrays(const TriangleMesh& mesh, double scale = 1.0);
+  /// scale    units of length a metre
+  /// origin   of the places [m]
+  explicit FaceArrays(const TriangleMesh& mesh, double scale = 1.0, const Vector3& origin = Vector3::Zero());
 
-  Eigen::VectorXd x, y, z;     // centroids
-  Eigen::VectorXd nx, ny, nz;  // unit normals
-  Eigen::VectorXd area;
+  using Values = Eigen::Matrix<Real, Eigen::Dynamic, 1>;
+  Values x, y, z;        // centroids
+  Values nx, ny, nz;     // unit normals
+  Eigen::VectorXd area;  // in double
 
   Eigen::Index size() const { return area.size(); }
-  PairPoint<double> point(Eigen::Index i) const { return {x(i), y(i), z(i), nx(i), ny(i), nz(i)}; }
+  PairPoint<Real> point(Eigen::Index i) const { return {x(i), y(i), z(i), nx(i), ny(i), nz(i)}; }
 
   /// The faces from `first` on.
-  PairSources<double> sources(Eigen::Index first = 0) const {
+  PairSources<Real> sources(Eigen::Index first = 0) const {
     return {x.data() + first,  y.data() + first,  z.data() + first,
             nx.data() + first, ny.data() + first, nz.data() + first};
   }

@@ -8,8 +8,7 @@
 
 #include <omp.h>
 
-#include "sim/bem/face_arrays.h"
-#include "solvers/linear/block_product.h"
+#include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 
@@ -44,43 +43,14 @@ template <typename Real>
 LayerSum<Real>::LayerSum(const TriangleMesh& mesh, const Complex& wavenumber, double gamma)
     : origin_(0.5 * (mesh.vertices().rowwise().minCoeff() + mesh.vertices().rowwise().maxCoeff())),
       scale_(half_wavelengths(wavenumber)),
-      constants_(pair_constants<Real>(wavenumber, gamma)) {
-  const auto faces = static_cast<std::size_t>(mesh.face_count());
-  for (auto* values : {&x_, &y_, &z_, &nx_, &ny_, &nz_}) {
-    values->resize(faces);
-  }
-  weight_.resize(faces);
-  for (std::size_t f = 0; f < faces; ++f) {
-    const auto column = static_cast<Eigen::Index>(f);
-    const Vector3 x = scale_ * (mesh.centroids().col(column) - origin_);
-    const Vector3 n = mesh.normals().col(column);
-    x_[f] = static_cast<Real>(x.x());
-    y_[f] = static_cast<Real>(x.y());
-    z_[f] = static_cast<Real>(x.z());
-    nx_[f] = static_cast<Real>(n.x());
-    ny_[f] = static_cast<Real>(n.y());
-    nz_[f] = static_cast<Real>(n.z());
-    weight_[f] = mesh.areas()(column) * scale_ * scale_ / (4.0 * std::numbers::pi);
-  }
-}
-
-template <typename Real>
-PairPoint<Real> LayerSum<Real>::point(Eigen::Index i) const {
-  const auto f = static_cast<std::size_t>(i);
-  return {x_[f], y_[f], z_[f], nx_[f], ny_[f], nz_[f]};
-}
+      constants_(pair_constants<Real>(wavenumber, gamma)),
+      faces_(mesh, scale_, origin_),
+      weight_(faces_.area / (4.0 * std::numbers::pi)) {}
 
 template <typename Real>
 void LayerSum<Real>::fill(Layer layer, const PairPoint<Real>& at, Eigen::Index first, Eigen::Index count, Real* re,
                           Real* im) const {
-  const PairSources<Real> sources{x_.data() + first,  y_.data() + first,  z_.data() + first,
-                                  nx_.data() + first, ny_.data() + first, nz_.data() + first};
-  pair_values(layer, constants_, at, sources, static_cast<int>(count), re, im);
-}
-
-template <typename Real>
-Eigen::VectorXd LayerSum<Real>::weights() const {
-  return Eigen::Map<const Eigen::VectorXd>(weight_.data(), size());
+  pair_loops_of<Real>().values(layer, constants_, at, faces_.sources(first), static_cast<int>(count), re, im);
 }
 
 template <typename Real>
@@ -104,13 +74,13 @@ Eigen::MatrixXcd LayerSum<Real>::sums_by_rows(Layer layer, const Eigen::MatrixXc
       for (Eigen::Index first = 0; first < size(); first += kBlock) {
         const Eigen::Index count = std::min(kBlock, size() - first);
         for (Eigen::Index t = 0; t < points; ++t) {
-          fill(layer, point(begin + t), first, count, k_re.data() + t * kBlock, k_im.data() + t * kBlock);
+          fill(layer, faces_.point(begin + t), first, count, k_re.data() + t * kBlock, k_im.data() + t * kBlock);
         }
         for (Eigen::Index s = 0; s < columns; ++s) {
           for (Eigen::Index t = 0; t < points; ++t) {
-            const PairProducts<Real> p =
-                pair_products(k_re.data() + t * kBlock, k_im.data() + t * kBlock, re.col(s).data() + first,
-                              im.col(s).data() + first, static_cast<int>(count));
+            const PairProducts<Real> p = pair_loops_of<Real>().products(
+                k_re.data() + t * kBlock, k_im.data() + t * kBlock, re.col(s).data() + first, im.col(s).data() + first,
+                static_cast<int>(count));
             sum(s, t) += Complex(static_cast<double>(p.rr - p.ii), static_cast<double>(p.ri + p.ir));
           }
         }
@@ -144,13 +114,14 @@ Eigen::MatrixXcd LayerSum<Real>::sums_by_panels(Layer layer, const Eigen::Matrix
       for (Eigen::Index first = 0; first < size(); first += kBlock) {
         const Eigen::Index count = std::min(kBlock, size() - first);
         for (Eigen::Index t = 0; t < points; ++t) {
-          fill(layer, point(begin + t), first, count, re.data(), im.data());
+          fill(layer, faces_.point(begin + t), first, count, re.data(), im.data());
           std::complex<Real>* column = kernels.col(t).data();
           for (Eigen::Index j = 0; j < count; ++j) {
             column[j] = {re[static_cast<std::size_t>(j)], im[static_cast<std::size_t>(j)]};
           }
         }
-        transposed_product(kernels, count, points, values.data() + first, size(), columns, products);
+        multiply(Op::kTransposed, kernels.topLeftCorner(count, points), Op::kPlain, values.middleRows(first, count),
+                 products.topRows(points));
         sum.topRows(points) += products.topRows(points).template cast<Complex>();
       }
       y.middleRows(begin, points) = sum.topRows(points);
@@ -204,10 +175,8 @@ Eigen::MatrixXcd LayerSum<Real>::sums_by_pairs(Layer layer, bool transposed, con
         if (count == 0) {
           continue;
         }
-        const PairSources<Real> sources{x_.data() + from,  y_.data() + from,  z_.data() + from,
-                                        nx_.data() + from, ny_.data() + from, nz_.data() + from};
-        add_mutual_sums<Real>(
-            layer, transposed, constants_, point(i), sources, static_cast<int>(count),
+        pair_loops_of<Real>().add_mutual(
+            layer, transposed, constants_, faces_.point(i), faces_.sources(from), static_cast<int>(count),
             {value_re.data(), value_im.data(), point_re.row(i).data(), point_im.row(i).data(), sum_re.data(),
              sum_im.data(), own_re.data(), own_im.data(), stride, static_cast<int>(columns)});
         for (Eigen::Index s = 0; s < columns; ++s) {
@@ -236,7 +205,7 @@ template <typename Real>
 Eigen::MatrixXcd LayerSum<Real>::apply(Layer layer, const Eigen::MatrixXcd& x) const {
   require_rows(x, size());
   if (layer == Layer::kDouble || layer == Layer::kBurtonMiller) {
-    const Eigen::MatrixXcd weighted = weights().asDiagonal() * x;
+    const Eigen::MatrixXcd weighted = weight_.asDiagonal() * x;
     return x.cols() < kManyColumns ? sums_by_pairs(layer, false, weighted) : sums_by_panels(layer, weighted);
   }
   return apply_head(layer, x, size());
@@ -245,7 +214,7 @@ Eigen::MatrixXcd LayerSum<Real>::apply(Layer layer, const Eigen::MatrixXcd& x) c
 template <typename Real>
 Eigen::MatrixXcd LayerSum<Real>::apply_head(Layer layer, const Eigen::MatrixXcd& x, Eigen::Index rows) const {
   require_rows(x, size());
-  Eigen::MatrixXcd y = sums_by_rows(layer, weights().asDiagonal() * x, std::min(rows, size()));
+  Eigen::MatrixXcd y = sums_by_rows(layer, weight_.asDiagonal() * x, std::min(rows, size()));
   if (layer == Layer::kSingle || layer == Layer::kSingleAdjoint) {
     y /= scale_;
   }
@@ -258,7 +227,7 @@ Eigen::MatrixXcd LayerSum<Real>::apply_transpose(Layer layer, const Eigen::Matri
   if (layer != Layer::kDouble && layer != Layer::kBurtonMiller) {
     throw std::invalid_argument("LayerSum: this layer's transpose is not made");
   }
-  return weights().asDiagonal() *
+  return weight_.asDiagonal() *
          (x.cols() < kManyColumns ? sums_by_pairs(layer, true, x) : sums_by_panels(transposed(layer), x));
 }
 
@@ -267,8 +236,8 @@ void LayerSum<Real>::column(Layer layer, Eigen::Index j,
                             Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1>& values) const {
   values.resize(size());
   const Layer kernel = transposed(layer);
-  const PairPoint<Real> p = point(j);
-  const auto weight = static_cast<Real>(weight_[static_cast<std::size_t>(j)]);
+  const PairPoint<Real> p = faces_.point(j);
+  const auto weight = static_cast<Real>(weight_(j));
   alignas(64) std::array<Real, kBlock> re{};
   alignas(64) std::array<Real, kBlock> im{};
   for (Eigen::Index first = 0; first < size(); first += kBlock) {
@@ -294,7 +263,7 @@ Eigen::MatrixXcd LayerSum<Real>::rows(Layer layer, const Points& points) const {
       const Eigen::Index count = std::min(kBlock, size() - first);
       fill(layer, p, first, count, re.data(), im.data());
       for (Eigen::Index i = 0; i < count; ++i) {
-        const double weight = unit * weight_[static_cast<std::size_t>(first + i)];
+        const double weight = unit * weight_(first + i);
         values(z, first + i) = weight * Complex(re[static_cast<std::size_t>(i)], im[static_cast<std::size_t>(i)]);
       }
     }

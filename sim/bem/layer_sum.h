@@ -1,7 +1,6 @@
 #pragma once
 
-#include <vector>
-
+#include "sim/bem/face_arrays.h"
 #include "sim/bem/pair_loops.h"
 #include "sim/core/types.h"
 #include "sim/mesh/triangle_mesh.h"
@@ -21,7 +20,7 @@ class LayerSum {
   /// gamma        eta = i gamma [m]; of the layers that have it
   LayerSum(const TriangleMesh& mesh, const Complex& wavenumber, double gamma);
 
-  Eigen::Index size() const { return static_cast<Eigen::Index>(weight_.size()); }
+  Eigen::Index size() const { return faces_.size(); }
 
   /// M x S to M x S; [m] for the single layer, no unit otherwise.
   Eigen::MatrixXcd apply(Layer layer, const Eigen::MatrixXcd& x) const;
@@ -41,17 +40,15 @@ class LayerSum {
 
  private:
   void fill(Layer layer, const PairPoint<Real>& at, Eigen::Index first, Eigen::Index count, Real* re, Real* im) const;
-  PairPoint<Real> point(Eigen::Index i) const;
   Eigen::MatrixXcd sums_by_rows(Layer layer, const Eigen::MatrixXcd& weighted, Eigen::Index rows) const;
   Eigen::MatrixXcd sums_by_panels(Layer layer, const Eigen::MatrixXcd& weighted) const;
   Eigen::MatrixXcd sums_by_pairs(Layer layer, bool transposed, const Eigen::MatrixXcd& weighted) const;
-  Eigen::VectorXd weights() const;
 
   Vector3 origin_;
   double scale_;  // half wavelengths a metre
   PairConstants<Real> constants_;
-  std::vector<Real> x_, y_, z_, nx_, ny_, nz_;
-  std::vector<double> weight_;  // A / 4 pi in half wavelengths
+  FaceArrays<Real> faces_;  // in half wavelengths from the origin
+  Eigen::VectorXd weight_;  // A / 4 pi in half wavelengths
 };
 
 extern template class LayerSum<float>;

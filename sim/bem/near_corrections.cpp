@@ -23,7 +23,7 @@ void add_faces(const TriangleMesh& mesh, const std::vector<int>& faces, const Ve
 
 NearCorrections::NearCorrections(const TriangleMesh& mesh, const Complex& wavenumber, double gamma, Layer layer,
                                  const FaceRule& rule) {
-  const FaceArrays faces(mesh);
+  const FaceArrays<double> faces(mesh);
   const PairSources<double> sources = faces.sources();
   const auto count = static_cast<int>(faces.size());
   const double reach = std::max(rule.three_below, rule.seven_below);
@@ -38,7 +38,7 @@ NearCorrections::NearCorrections(const TriangleMesh& mesh, const Complex& wavenu
     std::vector<int> others;
 #pragma omp for schedule(dynamic, 64)
     for (int i = 0; i < count; ++i) {
-      const int found = near_sources(faces.point(i), sources, reach_squared.data(), count, near.data());
+      const int found = pair_loops().near_sources(faces.point(i), sources, reach_squared.data(), count, near.data());
       others.clear();
       std::copy_if(near.begin(), near.begin() + found, std::back_inserter(others), [i](int j) { return j != i; });
       const Vector3 x = mesh.centroids().col(i);

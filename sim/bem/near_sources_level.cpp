@@ -1,7 +1,7 @@
 // Which sources are near, for one instruction level: compiled once a level like pair_loops_level.cpp, but by the rules
 // of IEEE arithmetic and without fused products. Symmetric bodies have many pairs whose distance is the reach itself;
 // all levels decide them alike.
-#include "sim/bem/pair_loops_table.h"
+#include "sim/bem/pair_loops.h"
 
 namespace touchfield::TOUCHFIELD_LEVEL {
 

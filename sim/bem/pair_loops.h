@@ -33,23 +33,8 @@ struct PairSources {
   const Real *x, *y, *z, *nx, *ny, *nz;
 };
 
-/// The kernel times 4 pi between one point and `count` sources, in units of half wavelengths; 0 where they coincide.
-///
-/// Real       float: 3e-7 (1 + k r) relative; double: 1e-15 (1 + k r)
-/// re, im     `count` values each
-template <typename Real>
-void pair_values(Layer layer, const PairConstants<Real>& constants, const PairPoint<Real>& point,
-                 const PairSources<Real>& sources, int count, Real* re, Real* im);
-
-/// Sums over pairs in both directions at once, for S right-hand sides: with K of kDouble or kBurtonMiller (transposed:
-/// K(x, y) and K(y, x) change places)
-///
-///   point_sum_s  = sum over j of K(point, source_j) source_value_js
-///   source_sum_js += K(source_j, point) point_value_s
-///
-/// Values and sums of the sources are kept a column a right-hand side, `stride` apart; count <= kPairBlock.
-inline constexpr int kPairBlock = 256;
-
+/// Values and sums of one point and its sources, for S right-hand sides. Those of the sources are kept a column a
+/// right-hand side, `stride` apart.
 template <typename Real>
 struct MutualSums {
   const Real *source_re, *source_im;  // values of the sources
@@ -60,29 +45,77 @@ struct MutualSums {
   int right_hand_sides;
 };
 
-template <typename Real>
-void add_mutual_sums(Layer layer, bool transposed, const PairConstants<Real>& constants, const PairPoint<Real>& point,
-                     const PairSources<Real>& sources, int count, const MutualSums<Real>& sums);
-
 /// Products of the parts of two rows of complex numbers, summed: their inner product is (rr - ii) + i (ri + ir).
 template <typename Real>
 struct PairProducts {
   Real rr = 0, ii = 0, ri = 0, ir = 0;
 };
 
+inline constexpr int kPairBlock = 256;  // most sources of add_mutual
+
+/// The loops in one precision as compiled for one instruction level.
 template <typename Real>
-PairProducts<Real> pair_products(const Real* a_re, const Real* a_im, const Real* b_re, const Real* b_im, int count);
+struct PairLoopTableOf {
+  /// The kernel times 4 pi between one point and `count` sources, in units of half wavelengths; 0 where they coincide.
+  ///
+  /// Real       float: 3e-7 (1 + k r) relative; double: 1e-15 (1 + k r)
+  /// re, im     `count` values each
+  void (*values)(Layer layer, const PairConstants<Real>& constants, const PairPoint<Real>& point,
+                 const PairSources<Real>& sources, int count, Real* re, Real* im);
 
-/// The kernel of kDouble, kAdjoint, kBurtonMiller or kAdjointMiller at k = 0, in the same units.
-void static_values(Layer layer, double gamma, const PairPoint<double>& point, const PairSources<double>& sources,
-                   int count, double* re, double* im);
+  /// Sums over pairs in both directions at once: with K of kDouble or kBurtonMiller (transposed: K(x, y) and K(y, x)
+  /// change places)
+  ///
+  ///   point_sum_s  = sum over j of K(point, source_j) source_value_js
+  ///   source_sum_js += K(source_j, point) point_value_s
+  ///
+  /// count   <= kPairBlock
+  void (*add_mutual)(Layer layer, bool transposed, const PairConstants<Real>& constants, const PairPoint<Real>& point,
+                     const PairSources<Real>& sources, int count, const MutualSums<Real>& sums);
 
-/// sum of weight_j n_j.(x - y_j) / r^3 over the sources, the static double layer; sources at x itself add 0.
-double static_sum(const PairPoint<double>& point, const PairSources<double>& sources, const double* weight, int count);
+  PairProducts<Real> (*products)(const Real* a_re, const Real* a_im, const Real* b_re, const Real* b_im, int count);
+};
 
-/// Which sources lie nearer to the point than reach_j: writes their numbers, ascending, to `near` (room for all) and
-/// returns how many.
-int near_sources(const PairPoint<double>& point, const PairSources<double>& sources, const double* reach_squared,
-                 int count, int* near);
+/// All loops of one level: pair_loops_level.cpp makes one table a level.
+struct PairLoopTable {
+  PairLoopTableOf<float> of_float;
+  PairLoopTableOf<double> of_double;
+
+  /// The kernel of kDouble, kAdjoint, kBurtonMiller or kAdjointMiller at k = 0, in the same units.
+  void (*static_values)(Layer layer, double gamma, const PairPoint<double>& point, const PairSources<double>& sources,
+                        int count, double* re, double* im);
+
+  /// sum of weight_j n_j.(x - y_j) / r^3 over the sources, the static double layer; sources at x itself add 0.
+  double (*static_sum)(const PairPoint<double>& point, const PairSources<double>& sources, const double* weight,
+                       int count);
+
+  /// Which sources lie nearer to the point than reach_j: writes their numbers, ascending, to `near` (room for all) and
+  /// returns how many.
+  int (*near_sources)(const PairPoint<double>& point, const PairSources<double>& sources, const double* reach_squared,
+                      int count, int* near);
+};
+
+namespace generic {
+extern const PairLoopTable kPairLoops;
+}  // namespace generic
+namespace v2 {
+extern const PairLoopTable kPairLoops;
+}  // namespace v2
+namespace v3 {
+extern const PairLoopTable kPairLoops;
+}  // namespace v3
+namespace v4 {
+extern const PairLoopTable kPairLoops;
+}  // namespace v4
+
+enum class InstructionLevel;  // its header brings inline functions, which level files must not hold
+
+/// The loops of one level, which the processor must carry out.
+const PairLoopTable& pair_loops(InstructionLevel level);
+
+/// Those for the processor at hand, and of them those in one precision.
+const PairLoopTable& pair_loops();
+template <typename Real>
+const PairLoopTableOf<Real>& pair_loops_of();
 
 }  // namespace touchfield

@@ -4,8 +4,6 @@
 #include <cmath>
 
 #include "sim/bem/pair_kernel.h"
-#include "sim/bem/pair_loops_table.h"
-#include "sim/bem/reciprocal_root.h"
 
 namespace touchfield::TOUCHFIELD_LEVEL {
 

@@ -93,8 +93,9 @@ const std::vector<Complex>& FaceQuadrature::integrals(Layer layer) {
   re_.resize(weight_.size());
   im_.resize(weight_.size());
   const PairPoint<double> origin{0.0, 0.0, 0.0, m_.x(), m_.y(), m_.z()};
-  pair_values(layer, constants_, origin, {px_.data(), py_.data(), pz_.data(), nx_.data(), ny_.data(), nz_.data()},
-              static_cast<int>(weight_.size()), re_.data(), im_.data());
+  pair_loops_of<double>().values(layer, constants_, origin,
+                                 {px_.data(), py_.data(), pz_.data(), nx_.data(), ny_.data(), nz_.data()},
+                                 static_cast<int>(weight_.size()), re_.data(), im_.data());
   const double unit = layer == Layer::kSingle || layer == Layer::kSingleAdjoint ? 1.0 / scale_ : 1.0;
   values_.resize(ends_.size());
   std::size_t q = 0;
@@ -123,10 +124,10 @@ void FaceQuadrature::make_static_exact(Layer layer) {
     const std::size_t f = close_index_[c];
     const std::size_t begin = f == 0 ? 0 : ends_[f - 1];
     const std::size_t count = ends_[f] - begin;
-    static_values(layer, constants_.gamma, origin,
-                  {px_.data() + begin, py_.data() + begin, pz_.data() + begin, nx_.data() + begin, ny_.data() + begin,
-                   nz_.data() + begin},
-                  static_cast<int>(count), re_.data() + begin, im_.data() + begin);
+    pair_loops().static_values(layer, constants_.gamma, origin,
+                               {px_.data() + begin, py_.data() + begin, pz_.data() + begin, nx_.data() + begin,
+                                ny_.data() + begin, nz_.data() + begin},
+                               static_cast<int>(count), re_.data() + begin, im_.data() + begin);
     double re = 0.0;
     double im = 0.0;
     for (std::size_t q = begin; q < ends_[f]; ++q) {

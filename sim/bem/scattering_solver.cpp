@@ -32,64 +32,42 @@ struct Applied {
 };
 
 /// B^-1 or B^-T in the solver's own precision, without a check of what it reached.
-class Inverse {
- public:
-  Inverse() = default;
-  Inverse(const Inverse&) = delete;
-  Inverse& operator=(const Inverse&) = delete;
-  virtual ~Inverse() = default;
-
+struct Inverse {
   /// tolerance   what an iterative inverse is to reach
   /// steps       raised by the steps taken
-  virtual Applied apply(bool transposed, const Eigen::MatrixXcd& b, double tolerance, int& steps,
-                        const ScatteringSolver::Report& report) const = 0;
-  virtual double reciprocal_condition() const { return std::numeric_limits<double>::quiet_NaN(); }
+  std::function<Applied(bool transposed, const Eigen::MatrixXcd& b, double tolerance, int& steps,
+                        const ScatteringSolver::Report& report)>
+      apply;
+  std::function<double()> reciprocal_condition = [] { return std::numeric_limits<double>::quiet_NaN(); };
 };
 
 template <typename Real>
-class LuInverse : public Inverse {
- public:
-  explicit LuInverse(Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> matrix)
-      : lu_(std::move(matrix)) {}
-
-  Applied apply(bool transposed, const Eigen::MatrixXcd& b, double /*tolerance*/, int& /*steps*/,
-                const ScatteringSolver::Report& /*report*/) const override {
-    const auto solve = [&](auto right) { return transposed ? lu_.solve_transpose(right) : lu_.solve(right); };
+Inverse lu_inverse(Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> matrix) {
+  const auto lu = std::make_shared<const BasicDenseLu<Real>>(std::move(matrix));
+  const auto apply = [lu](bool transposed, const Eigen::MatrixXcd& b, double /*tolerance*/, int& /*steps*/,
+                          const ScatteringSolver::Report& /*report*/) -> Applied {
+    const auto solve = [&](auto right) { return transposed ? lu->solve_transpose(right) : lu->solve(right); };
     if constexpr (std::is_same_v<Real, double>) {
       return {solve(b)};
     } else {
       return {solve(Eigen::MatrixXcf(b.cast<std::complex<float>>())).template cast<Complex>()};
     }
-  }
-  double reciprocal_condition() const override { return static_cast<double>(lu_.reciprocal_condition()); }
+  };
+  return {apply, [lu] { return lu->reciprocal_condition(); }};
+}
 
- private:
-  BasicDenseLu<Real> lu_;
-};
-
-class GmresInverse : public Inverse {
- public:
-  GmresInverse(std::shared_ptr<const LinearOperator> b, const SolverOptions& options)
-      : operator_(std::move(b)), options_(options) {}
-
-  Applied apply(bool transposed, const Eigen::MatrixXcd& b, double tolerance, int& steps,
-                const ScatteringSolver::Report& report) const override {
-    GmresOptions options;
-    options.tolerance = tolerance;
-    options.max_steps = std::max(0, options_.max_steps - steps);
-    options.restart = options_.restart;
+Inverse gmres_inverse(const std::shared_ptr<const LinearOperator>& given, const SolverOptions& options) {
+  return {[given, options](bool transposed, const Eigen::MatrixXcd& b, double tolerance, int& steps,
+                           const ScatteringSolver::Report& report) -> Applied {
+    const GmresOptions limits{tolerance, std::max(0, options.max_steps - steps), options.restart};
     const auto product = [&](const Eigen::MatrixXcd& x) {
-      return transposed ? operator_->apply_transpose(x) : operator_->apply(x);
+      return transposed ? given->apply_transpose(x) : given->apply(x);
     };
-    GmresResult result = gmres(product, b, options, report);
+    GmresResult result = gmres(product, b, limits, report);
     steps += *std::max_element(result.steps.begin(), result.steps.end());
     return {std::move(result.x), *std::max_element(result.residuals.begin(), result.residuals.end())};
-  }
-
- private:
-  std::shared_ptr<const LinearOperator> operator_;
-  SolverOptions options_;
-};
+  }};
+}
 
 /// Worst relative residual of kSample columns spread over all.
 double sampled_residual(const Product& exact, const Eigen::MatrixXcd& x, const Eigen::MatrixXcd& b) {
@@ -105,14 +83,14 @@ double sampled_residual(const Product& exact, const Eigen::MatrixXcd& x, const E
 
 class RefinedSolver : public ScatteringSolver {
  public:
-  RefinedSolver(const ScatteringSystem& system, std::unique_ptr<Inverse> inverse, const SolverOptions& options)
+  RefinedSolver(const ScatteringSystem& system, Inverse inverse, const SolverOptions& options)
       : system_(system), inverse_(std::move(inverse)), options_(options) {}
 
   Solved solve(const Eigen::MatrixXcd& b, const Report& report) const override { return run(false, b, report); }
   Solved solve_transpose(const Eigen::MatrixXcd& b, const Report& report) const override {
     return run(true, b, report);
   }
-  double reciprocal_condition() const override { return inverse_->reciprocal_condition(); }
+  double reciprocal_condition() const override { return inverse_.reciprocal_condition(); }
   const SolverOptions& options() const override { return options_; }
 
  private:
@@ -127,14 +105,14 @@ class RefinedSolver : public ScatteringSolver {
       // The residual by the solver's own products differs from the exact one: aim a little below.
       const double tolerance = std::max(first ? 0.7 * options_.tolerance : kCorrection, floor);
       first = false;
-      return inverse_->apply(transposed, r, tolerance, steps, report).x;
+      return inverse_.apply(transposed, r, tolerance, steps, report).x;
     };
     const auto exact = [&](const Eigen::MatrixXcd& x) {
       return transposed ? system_.exact().apply_transpose(x) : system_.exact().apply(x);
     };
     try {
       if (is_rough()) {
-        Applied applied = inverse_->apply(transposed, b, 0.7 * options_.tolerance, steps, report);
+        Applied applied = inverse_.apply(transposed, b, 0.7 * options_.tolerance, steps, report);
         const double residual = applied.residual + kSingleLimit;
         return {std::move(applied.x), {steps, 0, residual, residual <= options_.tolerance}};
       }
@@ -162,29 +140,26 @@ class RefinedSolver : public ScatteringSolver {
   }
 
   const ScatteringSystem& system_;
-  std::unique_ptr<Inverse> inverse_;
+  Inverse inverse_;
   SolverOptions options_;
 };
 
-std::unique_ptr<Inverse> make_inverse(const ScatteringSystem& system, const SolverOptions& options) {
+Inverse make_inverse(const ScatteringSystem& system, const SolverOptions& options) {
   const bool single = options.precision == Precision::kSingle;
   switch (options.kind) {
     case SolverKind::kLu:
-      if (single) {
-        return std::make_unique<LuInverse<float>>(system.dense_single());
-      }
-      return std::make_unique<LuInverse<double>>(system.dense());
+      return single ? lu_inverse<float>(system.dense_single()) : lu_inverse<double>(system.dense());
     case SolverKind::kGmres:
       if (single) {
-        return std::make_unique<GmresInverse>(std::make_shared<DenseOperator<float>>(system.dense_single()), options);
+        return gmres_inverse(std::make_shared<DenseOperator<float>>(system.dense_single()), options);
       }
-      return std::make_unique<GmresInverse>(std::make_shared<DenseOperator<double>>(system.dense()), options);
+      return gmres_inverse(std::make_shared<DenseOperator<double>>(system.dense()), options);
     case SolverKind::kMatrixFree:
       if (single) {
-        return std::make_unique<GmresInverse>(system.single_operator(), options);
+        return gmres_inverse(system.single_operator(), options);
       }
       // The system's own operator, which outlives the solver.
-      return std::make_unique<GmresInverse>(
+      return gmres_inverse(
           std::shared_ptr<const LinearOperator>(std::shared_ptr<const LinearOperator>(), &system.exact()), options);
   }
   throw std::logic_error("unknown solver");

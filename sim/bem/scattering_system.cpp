@@ -3,10 +3,8 @@
 #include <utility>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/chief_operator.h"
-#include "sim/bem/gauss_diagonal.h"
 #include "sim/mesh/query/interior_points.h"
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 

@@ -2,60 +2,34 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/rotation.h"
+#include "sim/mesh/face_shape.h"
 
 namespace touchfield {
 
 namespace {
 
-/// Barycentric weights of the point of segment a, b that is nearest to x.
-std::pair<double, double> nearest_on_side(const Vector3& a, const Vector3& b, const Vector3& x) {
-  const double t = std::clamp((x - a).dot(b - a) / (b - a).squaredNorm(), 0.0, 1.0);
-  return {1.0 - t, t};
-}
-
-/// Barycentric weights of the point of face f that is nearest to x.
-Vector3 nearest_on_face(const TriangleMesh& mesh, Eigen::Index f, const Vector3& x) {
-  const Vector3 normal = mesh.normals().col(f);
-  const double area = mesh.areas()(f);
-  Vector3 inside;
+/// Barycentric weights of a point of face f.
+Vector3 barycentric(const TriangleMesh& mesh, Eigen::Index f, const Vector3& x) {
+  Vector3 weights;
   for (int c = 0; c < 3; ++c) {
     const Vector3 b = mesh.corner(f, (c + 1) % 3);
-    inside(c) = (mesh.corner(f, (c + 2) % 3) - b).dot(normal.cross(b - x)) / (2.0 * area);
+    weights(c) = std::max(0.0, (mesh.corner(f, (c + 2) % 3) - b).dot(mesh.normals().col(f).cross(b - x)));
   }
-  if (inside.minCoeff() >= 0) {
-    return inside / inside.sum();
-  }
-  Vector3 best = Vector3::Zero();
-  double nearest = std::numeric_limits<double>::infinity();
-  for (int c = 0; c < 3; ++c) {
-    const int d = (c + 1) % 3;
-    const auto [at_c, at_d] = nearest_on_side(mesh.corner(f, c), mesh.corner(f, d), x);
-    const double distance = (at_c * mesh.corner(f, c) + at_d * mesh.corner(f, d) - x).squaredNorm();
-    if (distance < nearest) {
-      nearest = distance;
-      best.setZero();
-      best(c) = at_c;
-      best(d) = at_d;
-    }
-  }
-  return best;
-}
-
-Vector3 point_on_face(const TriangleMesh& mesh, Eigen::Index f, const Vector3& barycentric) {
-  return barycentric(0) * mesh.corner(f, 0) + barycentric(1) * mesh.corner(f, 1) + barycentric(2) * mesh.corner(f, 2);
+  return weights / weights.sum();
 }
 
 }  // namespace
 
 Vector3 position(const TriangleMesh& mesh, const Landmark& landmark) {
-  return point_on_face(mesh, landmark.face, landmark.barycentric);
+  const Vector3& weights = landmark.barycentric;
+  return weights(0) * mesh.corner(landmark.face, 0) + weights(1) * mesh.corner(landmark.face, 1) +
+         weights(2) * mesh.corner(landmark.face, 2);
 }
 
 const Landmark& find_landmark(const Body& body, const std::string& name) {
@@ -75,18 +49,18 @@ Landmark nearest_landmark(const TriangleMesh& mesh, const std::string& name, con
   if (!point.allFinite()) {
     throw InputError(fmt::format("landmark '{}': its position must be finite numbers", name));
   }
-  Landmark best{name, 0, Vector3::Zero()};
+  Eigen::Index face = 0;
+  Vector3 at = Vector3::Zero();
   double nearest = std::numeric_limits<double>::infinity();
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    const Vector3 barycentric = nearest_on_face(mesh, f, point);
-    const double distance = (point_on_face(mesh, f, barycentric) - point).squaredNorm();
-    if (distance < nearest) {
-      nearest = distance;
-      best.face = f;
-      best.barycentric = barycentric;
+    const Vector3 on_face = nearest_on_triangle(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2), point);
+    if (const double squared = (on_face - point).squaredNorm(); squared < nearest) {
+      nearest = squared;
+      face = f;
+      at = on_face;
     }
   }
-  return best;
+  return {name, face, barycentric(mesh, face, at)};
 }
 
 Body placed(const Body& body, const Vector3& anchor, const Vector3& at, const Vector3& angles) {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sim/body/implicit_surface.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -141,11 +142,7 @@ Points FinishedSkin::free_surface(std::vector<int>& nearest) const {
       }
     }
   }
-  Points points(3, static_cast<Eigen::Index>(crossings.size()));
-  for (std::size_t c = 0; c < crossings.size(); ++c) {
-    points.col(static_cast<Eigen::Index>(c)) = crossings[c];
-  }
-  return points;
+  return as_columns(crossings);
 }
 
 /// Hands the nearest free point on from node to node (Danielsson's distance transform), there and back twice.

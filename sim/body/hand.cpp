@@ -96,8 +96,7 @@ std::vector<std::string> hand_poses() {
 
 Body hand(const HandOptions& options) {
   require_within("edge", options.edge, kLeastHandEdge, kMostHandEdge);
-  const Anatomy anatomy(options);
-  return finished(options, anatomy, skin_mesh(anatomy.flesh, options.edge, kHandGrid));
+  return hand(options, EdgeSizing(options.edge));
 }
 
 Body hand(const HandOptions& options, const EdgeSizing& sizing) {

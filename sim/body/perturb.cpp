@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/remesh/mean_height.h"
 
 namespace touchfield {
 
@@ -23,8 +25,8 @@ namespace {
 using Index = Eigen::Index;
 
 constexpr double kLeastKept = 0.8;  // of the noise's rms
-constexpr double kSoundMargin =
-    1.2;  // displacements at which the skin must be sound too: gaps keep a sixth of their width
+// Displacements at which the skin must be sound too: gaps keep a sixth of their width.
+constexpr double kSoundMargin = 1.2;
 
 void require_noise_within(const char* field, double value, double least, double most) {
   if (!(value >= least && value <= most)) {
@@ -33,66 +35,37 @@ void require_noise_within(const char* field, double value, double least, double 
   }
 }
 
-/// Means over the faces round each vertex, weighted by area.
-struct VertexMeans {
-  explicit VertexMeans(const TriangleMesh& mesh)
-      : normals(Points::Zero(3, mesh.vertex_count())), areas(Eigen::VectorXd::Zero(mesh.vertex_count())) {
-    for (Index f = 0; f < mesh.face_count(); ++f) {
-      for (const int v : mesh.triangles().col(f)) {
-        normals.col(v) += mesh.areas()(f) * mesh.normals().col(f);
-        areas(v) += mesh.areas()(f) / 3.0;
-      }
+/// Whether a face is turned over or drawn thin on moved vertices.
+bool is_spoilt(const TriangleMesh& mesh, const Points& vertices, Index f) {
+  constexpr double kTurned = 0.1;    // cosine between the old and the new normal: 84 degrees, a slope of 10
+  constexpr double kThinner = 0.25;  // area over the square of the longest edge, new over old
+  constexpr double kNoArea = 3e-12;  // of twice that: a mesh takes no face much below
+  const auto shape = [](const Vector3& a, const Vector3& b, const Vector3& c) -> Vector3 {
+    return (b - a).cross(c - a) / std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+  };
+  const auto moved = [&](int c) { return vertices.col(mesh.triangles()(c, f)); };
+  const Vector3 before = shape(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2));
+  const Vector3 after = shape(moved(0), moved(1), moved(2));
+  return !(after.dot(before) > kTurned * after.norm() * before.norm() &&
+           after.norm() > std::max(kThinner * before.norm(), kNoArea));
+}
+
+/// Faces of a skin on moved vertices that are spoilt; if there are none, those that cut others.
+std::vector<Index> faults(const TriangleMesh& mesh, const Points& vertices) {
+  std::set<Index> faces;
+  for (Index f = 0; f < mesh.face_count(); ++f) {
+    if (is_spoilt(mesh, vertices, f)) {
+      faces.insert(f);
     }
-    normals.colwise().normalize();
   }
-
-  Points normals;         // 3 x V unit vectors, 0 where there are no faces
-  Eigen::VectorXd areas;  // V [m2], sum that of the skin
-};
-
-/// The skin's triangles on moved vertices, with what is wrong with them.
-class MovedSkin {
- public:
-  MovedSkin(const TriangleMesh& mesh, Points vertices) : mesh_(mesh), vertices_(std::move(vertices)) {}
-
-  /// Faces that are turned over or drawn thin; if there are none, those that cut others.
-  std::vector<Index> faults() const {
-    std::vector<Index> faces;
-    for (Index f = 0; f < mesh_.face_count(); ++f) {
-      if (is_spoilt(f)) {
-        faces.push_back(f);
-      }
+  if (faces.empty()) {
+    constexpr std::size_t kAll = 1000000;
+    for (const auto& [f, g] : self_intersections(TriangleMesh(vertices, mesh.triangles()), kAll)) {
+      faces.insert({f, g});
     }
-    if (faces.empty()) {
-      constexpr std::size_t kAll = 1000000;
-      for (const auto& [f, g] : self_intersections(TriangleMesh(vertices_, mesh_.triangles()), kAll)) {
-        faces.push_back(f);
-        faces.push_back(g);
-      }
-      std::sort(faces.begin(), faces.end());
-      faces.erase(std::unique(faces.begin(), faces.end()), faces.end());
-    }
-    return faces;
   }
-
- private:
-  bool is_spoilt(Index f) const {
-    constexpr double kTurned = 0.1;    // cosine between the old and the new normal: 84 degrees, a slope of 10
-    constexpr double kThinner = 0.25;  // area over the square of the longest edge, new over old
-    constexpr double kNoArea = 3e-12;  // of twice that: a mesh takes no face much below
-    const auto shape = [](const Vector3& a, const Vector3& b, const Vector3& c) -> Vector3 {
-      return (b - a).cross(c - a) / std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
-    };
-    const auto moved = [&](int c) { return vertices_.col(mesh_.triangles()(c, f)); };
-    const Vector3 before = shape(mesh_.corner(f, 0), mesh_.corner(f, 1), mesh_.corner(f, 2));
-    const Vector3 after = shape(moved(0), moved(1), moved(2));
-    return !(after.dot(before) > kTurned * after.norm() * before.norm() &&
-             after.norm() > std::max(kThinner * before.norm(), kNoArea));
-  }
-
-  const TriangleMesh& mesh_;
-  Points vertices_;
-};
+  return {faces.begin(), faces.end()};
+}
 
 /// Scales the displacements down round faces, to 3/4 there and less and less towards `reach`.
 void damp(const TriangleMesh& mesh, const std::vector<Index>& faces, double reach, Eigen::VectorXd& shares) {
@@ -134,16 +107,16 @@ class NoisySkin {
     const double reach = std::max(std::min(noise_.correlation, kGentle * rms), kResolved * mesh_.mean_edge());
     Damped result{Points(), Eigen::VectorXd::Ones(mesh_.vertex_count()), 1.0, false};
     for (int round = 0; round < kRounds && result.kept >= kLeastKept; ++round) {
-      std::vector<Index> faults = MovedSkin(mesh_, moved(kSoundMargin * rms * result.shares)).faults();
-      if (faults.empty()) {
+      std::vector<Index> found = faults(mesh_, moved(kSoundMargin * rms * result.shares));
+      if (found.empty()) {
         result.vertices = moved(rms * result.shares);
-        faults = MovedSkin(mesh_, result.vertices).faults();
+        found = faults(mesh_, result.vertices);
       }
-      if (faults.empty()) {
+      if (found.empty()) {
         result.sound = true;
         break;
       }
-      damp(mesh_, faults, reach, result.shares);
+      damp(mesh_, found, reach, result.shares);
       result.kept = over_skin(unit_.cwiseProduct(result.shares)) / over_skin(unit_);
     }
     return result;

@@ -14,6 +14,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/mesh/remesh/remesh.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -50,13 +51,26 @@ std::vector<Landmark> axis_landmarks(const TriangleMesh& mesh, const Vector3& re
   return landmarks;
 }
 
-Points as_columns(const std::vector<Vector3>& list) {
-  Points points(3, static_cast<Eigen::Index>(list.size()));
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    points.col(static_cast<Eigen::Index>(i)) = list[i];
+/// Points that several faces share, each known by a key and numbered when it is first met.
+template <class Key>
+class SharedPoints {
+ public:
+  /// The number of the point with this key; make() gives its place.
+  template <class Make>
+  int number(const Key& key, const Make& make) {
+    const auto [entry, is_new] = numbers_.try_emplace(key, static_cast<int>(points_.size()));
+    if (is_new) {
+      points_.push_back(make());
+    }
+    return entry->second;
   }
-  return points;
-}
+
+  Points points() const { return as_columns(points_); }
+
+ private:
+  std::map<Key, int> numbers_;
+  std::vector<Vector3> points_;
+};
 
 /// Unit icosahedron with a vertex at either pole of z.
 std::pair<Points, Triangles> icosahedron() {
@@ -82,72 +96,22 @@ std::pair<Points, Triangles> icosahedron() {
   return {vertices, faces};
 }
 
-/// Numbers the vertices of the split faces so that neighbours share those on their common edge: a vertex is known by
-/// the corners of the icosahedron that it lies between and its steps from each.
-class LatticeVertices {
- public:
-  LatticeVertices(const Points& corners, int subdivisions) : corners_(corners), subdivisions_(subdivisions) {}
+/// The corners of the icosahedron that a point of its split faces lies between and its steps from each, -1 and 0 if it
+/// is on the side or corner opposite to one.
+using LatticeKey = std::array<std::pair<int, int>, 3>;
 
-  /// steps: how near to each of the face's corners, sum `subdivisions`.
-  int index(const Eigen::Vector3i& face, const std::array<int, 3>& steps) {
-    std::array<std::pair<int, int>, 3> key;
-    for (std::size_t c = 0; c < 3; ++c) {
-      key[c] = steps[c] > 0 ? std::pair{face(static_cast<Eigen::Index>(c)), steps[c]} : std::pair{-1, 0};
+/// Its direction, by the weights sin(w t) in place of t, w the angle of an edge: equal arcs along the edges, and inside
+/// nearly equal faces.
+Vector3 direction_of(const LatticeKey& key, const Points& corners, int subdivisions) {
+  const double edge_angle = std::atan(2.0);
+  Vector3 sum = Vector3::Zero();
+  for (const auto& [corner, steps] : key) {
+    if (steps > 0) {
+      sum += std::sin(edge_angle * steps / subdivisions) * corners.col(corner);
     }
-    std::sort(key.begin(), key.end());
-    const auto [entry, is_new] = numbers_.try_emplace(key, static_cast<int>(points_.size()));
-    if (is_new) {
-      points_.push_back(direction(key));
-    }
-    return entry->second;
   }
-
-  Points unit_points() const { return as_columns(points_); }
-
- private:
-  using Key = std::array<std::pair<int, int>, 3>;
-
-  /// Weights sin(w t) in place of t, w the angle of an edge: equal arcs along the edges, and inside nearly equal faces.
-  Vector3 direction(const Key& key) const {
-    const double edge_angle = std::atan(2.0);
-    Vector3 sum = Vector3::Zero();
-    for (const auto& [corner, steps] : key) {
-      if (steps > 0) {
-        sum += std::sin(edge_angle * steps / subdivisions_) * corners_.col(corner);
-      }
-    }
-    return sum.normalized();
-  }
-
-  const Points& corners_;
-  int subdivisions_;
-  std::map<Key, int> numbers_;
-  std::vector<Vector3> points_;
-};
-
-/// The surface vertices of a lattice of counts + 1 points a side, numbered as they are met.
-class BoxVertices {
- public:
-  BoxVertices(const Vector3& size, const Eigen::Vector3i& counts) : size_(size), counts_(counts) {}
-
-  int index(const Eigen::Vector3i& steps) {
-    const auto [entry, is_new] =
-        numbers_.try_emplace({steps.x(), steps.y(), steps.z()}, static_cast<int>(points_.size()));
-    if (is_new) {
-      points_.emplace_back(
-          size_.cwiseProduct(steps.cast<double>().cwiseQuotient(counts_.cast<double>()) - Vector3::Constant(0.5)));
-    }
-    return entry->second;
-  }
-
-  Points points() const { return as_columns(points_); }
-
- private:
-  Vector3 size_;
-  Eigen::Vector3i counts_;
-  std::map<std::array<int, 3>, int> numbers_;
-  std::vector<Vector3> points_;
-};
+  return sum.normalized();
+}
 
 /// The nearest points at distance `radius` from the segment from -length/2 to length/2 on y.
 Points on_capsule(const Points& points, double radius, double length) {
@@ -238,13 +202,20 @@ TriangleMesh icosphere(double radius, int subdivisions) {
                                  static_cast<int>(std::sqrt(kMostFaces / 20.0))));
   }
   const auto [corners, faces] = icosahedron();
-  LatticeVertices lattice(corners, subdivisions);
+  SharedPoints<LatticeKey> shared;
   Triangles triangles(3, Eigen::Index{20} * subdivisions * subdivisions);
   Eigen::Index count = 0;
   for (Eigen::Index f = 0; f < faces.cols(); ++f) {
-    const Eigen::Vector3i face = faces.col(f);
     // (i, j): steps along the face's first and second side.
-    const auto vertex = [&](int i, int j) { return lattice.index(face, {subdivisions - i - j, i, j}); };
+    const auto vertex = [&, &lattice = corners, &sides = faces](int i, int j) {
+      const Eigen::Vector3i steps(subdivisions - i - j, i, j);
+      LatticeKey key;
+      for (int c = 0; c < 3; ++c) {
+        key[static_cast<std::size_t>(c)] = steps(c) > 0 ? std::pair{sides(c, f), steps(c)} : std::pair{-1, 0};
+      }
+      std::sort(key.begin(), key.end());
+      return shared.number(key, [&] { return direction_of(key, lattice, subdivisions); });
+    };
     for (int i = 0; i < subdivisions; ++i) {
       for (int j = 0; i + j < subdivisions; ++j) {
         triangles.col(count++) << vertex(i, j), vertex(i + 1, j), vertex(i, j + 1);
@@ -254,7 +225,7 @@ TriangleMesh icosphere(double radius, int subdivisions) {
       }
     }
   }
-  const Points unit = lattice.unit_points();
+  const Points unit = shared.points();
   const double unit_volume = TriangleMesh(unit, triangles).signed_volume();
   return {unit * (radius * std::cbrt(4.0 / 3.0 * pi / unit_volume)), triangles};
 }
@@ -306,8 +277,8 @@ Body box(const Vector3& size, double edge) {
   const Vector3 squares = (size / side).array().round().max(1.0);
   require_faces("box", edge, 4.0 * (squares.x() * squares.y() + squares.y() * squares.z() + squares.z() * squares.x()));
   const Eigen::Vector3i counts = squares.cast<int>();
-  BoxVertices lattice(size, counts);
-  std::vector<Eigen::Vector3i> triangles;
+  SharedPoints<std::array<int, 3>> lattice;
+  std::vector<std::array<int, 3>> triangles;
   for (int normal = 0; normal < 3; ++normal) {
     const int u = (normal + 1) % 3;
     const int v = (normal + 2) % 3;
@@ -319,25 +290,24 @@ Body box(const Vector3& size, double edge) {
             steps(normal) = outer ? counts(normal) : 0;
             steps(u) = i + step_u;
             steps(v) = j + step_v;
-            return lattice.index(steps);
+            return lattice.number({steps.x(), steps.y(), steps.z()}, [&]() -> Vector3 {
+              const Vector3 share = steps.cast<double>().cwiseQuotient(counts.cast<double>());
+              return size.cwiseProduct(share - Vector3::Constant(0.5));
+            });
           };
           const std::array<int, 4> square = {vertex(0, 0), vertex(1, 0), vertex(1, 1), vertex(0, 1)};
           if (outer) {
-            triangles.emplace_back(square[0], square[1], square[2]);
-            triangles.emplace_back(square[0], square[2], square[3]);
+            triangles.push_back({square[0], square[1], square[2]});
+            triangles.push_back({square[0], square[2], square[3]});
           } else {
-            triangles.emplace_back(square[0], square[2], square[1]);
-            triangles.emplace_back(square[0], square[3], square[2]);
+            triangles.push_back({square[0], square[2], square[1]});
+            triangles.push_back({square[0], square[3], square[2]});
           }
         }
       }
     }
   }
-  Triangles faces(3, static_cast<Eigen::Index>(triangles.size()));
-  for (std::size_t f = 0; f < triangles.size(); ++f) {
-    faces.col(static_cast<Eigen::Index>(f)) = triangles[f];
-  }
-  TriangleMesh mesh(lattice.points(), std::move(faces));
+  TriangleMesh mesh(lattice.points(), as_columns(triangles));
   std::vector<Landmark> landmarks = axis_landmarks(mesh, 0.5 * size);
   return {std::move(mesh), std::move(landmarks)};
 }

@@ -4,131 +4,80 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/query/pieces.h"
 #include "sim/mesh/remesh/isosurface.h"
 #include "sim/mesh/remesh/mean_height.h"
 #include "sim/mesh/remesh/remesh.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
 namespace {
 
-/// A regular grid around the body, cut into blocks of kBlock^3 nodes.
-class Grid {
- public:
-  static constexpr int kBlock = 8;
-
-  Grid(const SoftBody& body, double spacing) : origin_(body.lower().array() - 2.0 * spacing), spacing_(spacing) {
-    const Vector3 cells = (body.upper() - body.lower()) / spacing;
-    for (int axis = 0; axis < 3; ++axis) {
-      blocks_[axis] = static_cast<int>((cells(axis) + 5.0) / kBlock) + 1;
-    }
+/// The body's surface on a grid about it. Of blocks that it cannot cross all nodes get the distance of the middle.
+Isosurface extract(const SoftBody& body, double spacing) {
+  constexpr int kBlock = 8;          // nodes along a side
+  constexpr double kSteepest = 1.5;  // bound on the gradient of a SoftBody: 1 plus the slope of a plate's radius
+  constexpr double kHalf = 0.5 * (kBlock - 1);
+  const double reach = kSteepest * std::sqrt(3.0) * (kHalf + 1.0) * spacing;
+  const Vector3 cells = (body.upper() - body.lower()) / spacing;
+  NodeGrid grid{body.lower().array() - 2.0 * spacing, spacing, {}};
+  for (int axis = 0; axis < 3; ++axis) {
+    grid.count[static_cast<std::size_t>(axis)] = (static_cast<int>((cells(axis) + 5.0) / kBlock) + 1) * kBlock;
   }
-
-  int blocks() const { return blocks_[0] * blocks_[1] * blocks_[2]; }
-  int nodes(int axis) const { return blocks_[axis] * kBlock; }
-  const Vector3& origin() const { return origin_; }
-
-  /// Distances at the nodes of one block. Where the body's surface cannot cross it, all get that of its middle.
-  void fill(const SoftBody& body, int block, float* distances) const {
-    const int first[3] = {block % blocks_[0] * kBlock, block / blocks_[0] % blocks_[1] * kBlock,
-                          block / (blocks_[0] * blocks_[1]) * kBlock};
-    constexpr double kSteepest = 1.5;  // bound on the gradient of a SoftBody: 1 plus the slope of a plate's radius
-    constexpr double kHalf = 0.5 * (kBlock - 1);
-    const double middle = body.distance(node(first[0] + kHalf, first[1] + kHalf, first[2] + kHalf));
-    const bool crossed = std::abs(middle) <= kSteepest * std::sqrt(3.0) * (kHalf + 1.0) * spacing_;
-    for (int k = first[2]; k < first[2] + kBlock; ++k) {
-      for (int j = first[1]; j < first[1] + kBlock; ++j) {
-        float* row = distances +
-                     (static_cast<std::size_t>(k) * static_cast<std::size_t>(nodes(1)) + static_cast<std::size_t>(j)) *
-                         static_cast<std::size_t>(nodes(0));
-        for (int i = first[0]; i < first[0] + kBlock; ++i) {
-          row[i] = off_zero(crossed ? body.distance(node(i, j, k)) : middle);
+  const auto node = [&](double i, double j, double k) -> Vector3 { return grid.origin + spacing * Vector3(i, j, k); };
+  // A node on the surface would make faces without area.
+  const auto off_zero = [least = 1e-3 * spacing](double distance) {
+    return static_cast<float>(std::abs(distance) < least ? std::copysign(least, distance) : distance);
+  };
+  std::vector<float> distances(grid.size());
+  const auto fill_block = [&](int i0, int j0, int k0) {
+    const double middle = body.distance(node(i0 + kHalf, j0 + kHalf, k0 + kHalf));
+    const bool crossed = std::abs(middle) <= reach;
+    for (int k = k0; k < k0 + kBlock; ++k) {
+      for (int j = j0; j < j0 + kBlock; ++j) {
+        for (int i = i0; i < i0 + kBlock; ++i) {
+          distances[grid.index(i, j, k)] = off_zero(crossed ? body.distance(node(i, j, k)) : middle);
         }
       }
     }
+  };
+#pragma omp parallel for collapse(3) schedule(dynamic)
+  for (int k = 0; k < grid.count[2]; k += kBlock) {
+    for (int j = 0; j < grid.count[1]; j += kBlock) {
+      for (int i = 0; i < grid.count[0]; i += kBlock) {
+        fill_block(i, j, k);
+      }
+    }
   }
-
- private:
-  Vector3 node(double i, double j, double k) const { return origin_ + spacing_ * Vector3(i, j, k); }
-
-  /// A node on the surface would make faces without area.
-  float off_zero(double distance) const {
-    const double least = 1e-3 * spacing_;
-    return static_cast<float>(std::abs(distance) < least ? std::copysign(least, distance) : distance);
-  }
-
-  Vector3 origin_;
-  double spacing_;
-  int blocks_[3];
-};
-
-Isosurface extract(const SoftBody& body, double spacing) {
-  const Grid grid(body, spacing);
-  const NodeGrid nodes{grid.origin(), spacing, {grid.nodes(0), grid.nodes(1), grid.nodes(2)}};
-  std::vector<float> distances(nodes.size());
-#pragma omp parallel for schedule(dynamic)
-  for (int block = 0; block < grid.blocks(); ++block) {
-    grid.fill(body, block, distances.data());
-  }
-  return isosurface(nodes, distances);
+  return isosurface(grid, distances);
 }
 
 /// The outer surface alone: pieces that enclose a negative volume are cavities.
 Isosurface without_cavities(const Isosurface& soup) {
-  const auto vertices = static_cast<std::size_t>(soup.points.cols());
-  std::vector<int> parent(vertices);
-  for (std::size_t v = 0; v < vertices; ++v) {
-    parent[v] = static_cast<int>(v);
-  }
-  const auto root = [&](int v) {
-    while (parent[static_cast<std::size_t>(v)] != v) {
-      int& up = parent[static_cast<std::size_t>(v)];
-      up = parent[static_cast<std::size_t>(up)];
-      v = up;
-    }
-    return v;
-  };
-  for (const auto& triangle : soup.triangles.colwise()) {
-    parent[static_cast<std::size_t>(root(triangle(1)))] = root(triangle(0));
-    parent[static_cast<std::size_t>(root(triangle(2)))] = root(triangle(0));
-  }
-  std::vector<double> volume(vertices, 0.0);
-  const Vector3 origin = soup.points.rowwise().mean();
-  for (const auto& triangle : soup.triangles.colwise()) {
-    const Vector3 a = soup.points.col(triangle(0)) - origin;
-    const Vector3 b = soup.points.col(triangle(1)) - origin;
-    const Vector3 c = soup.points.col(triangle(2)) - origin;
-    volume[static_cast<std::size_t>(root(triangle(0)))] += a.dot(b.cross(c)) / 6.0;
-  }
-  const auto bodies = std::count_if(volume.begin(), volume.end(), [](double v) { return v > 0; });
-  if (bodies != 1) {
+  const Pieces pieces = find_pieces(soup.points, soup.triangles, sorted_sides(soup.triangles));
+  const auto is_body = [](const Piece& piece) { return piece.volume > 0; };
+  if (const auto bodies = std::ranges::count_if(pieces.list, is_body); bodies != 1) {
     throw NumericalError(fmt::format("skin: the surface has {} pieces, it must have one", bodies));
   }
-
   Isosurface outer;
-  std::vector<int> number(vertices, -1);
-  outer.points.resize(3, soup.points.cols());
-  outer.triangles.resize(3, soup.triangles.cols());
-  Eigen::Index points = 0;
-  Eigen::Index triangles = 0;
-  for (const auto& triangle : soup.triangles.colwise()) {
-    if (volume[static_cast<std::size_t>(root(triangle(0)))] > 0) {
-      for (const int v : {triangle(0), triangle(1), triangle(2)}) {
-        if (number[static_cast<std::size_t>(v)] < 0) {
-          number[static_cast<std::size_t>(v)] = static_cast<int>(points);
-          outer.points.col(points++) = soup.points.col(v);
-        }
-      }
-      outer.triangles.col(triangles++) << number[static_cast<std::size_t>(triangle(0))],
-          number[static_cast<std::size_t>(triangle(1))], number[static_cast<std::size_t>(triangle(2))];
+  outer.triangles = faces_where(soup.triangles, [&](Eigen::Index f) {
+    return is_body(pieces.list[static_cast<std::size_t>(pieces.of_face[static_cast<std::size_t>(f)])]);
+  });
+  std::vector<int> used;  // the points in the order in which the faces name them
+  std::vector<int> number(static_cast<std::size_t>(soup.points.cols()), -1);
+  for (int& v : outer.triangles.reshaped()) {
+    int& own = number[static_cast<std::size_t>(v)];
+    if (own < 0) {
+      own = static_cast<int>(used.size());
+      used.push_back(v);
     }
+    v = own;
   }
-  outer.points.conservativeResize(3, points);
-  outer.triangles.conservativeResize(3, triangles);
+  outer.points = soup.points(Eigen::all, used);
   return outer;
 }
 

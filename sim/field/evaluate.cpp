@@ -29,7 +29,7 @@ FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& a
   FieldValues values{incident_pressure(array, wave, points, drive),
                      std::vector<unsigned char>(static_cast<std::size_t>(points.cols()), 0)};
   const double scale = half_wavelengths(wave.wavenumber());
-  const FaceArrays faces(mesh, scale);
+  const FaceArrays<double> faces(mesh, scale);
   const auto constants = pair_constants<double>(wave.wavenumber(), 0.0);
   const Eigen::VectorXd reach_squared = kFarDistance * kFarDistance * faces.area;
   const Eigen::VectorXd weights = faces.area / (4.0 * std::numbers::pi);
@@ -46,8 +46,9 @@ FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& a
     auto sum = values.pressure.row(j);
     for (Eigen::Index first = 0; first < mesh.face_count(); first += kBlock) {
       const auto count = static_cast<int>(std::min(kBlock, mesh.face_count() - first));
-      pair_values(Layer::kDouble, constants, at, faces.sources(first), count, re.data(), im.data());
-      const int found = near_sources(at, faces.sources(first), reach_squared.data() + first, count, near.data());
+      pair_loops_of<double>().values(Layer::kDouble, constants, at, faces.sources(first), count, re.data(), im.data());
+      const int found =
+          pair_loops().near_sources(at, faces.sources(first), reach_squared.data() + first, count, near.data());
       int begin = 0;  // of the far faces after the last near one
       for (int i = 0; i < found; ++i) {
         const auto n = static_cast<std::size_t>(near[static_cast<std::size_t>(i)]);
@@ -57,14 +58,15 @@ FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& a
         re[n] = 0.0;
         im[n] = 0.0;
         winding += solid_angle(face, x) / (4.0 * std::numbers::pi);
-        winding += static_sum(at, faces.sources(first + begin), weights.data() + first + begin,
-                              near[static_cast<std::size_t>(i)] - begin);
+        winding += pair_loops().static_sum(at, faces.sources(first + begin), weights.data() + first + begin,
+                                           near[static_cast<std::size_t>(i)] - begin);
         begin = near[static_cast<std::size_t>(i)] + 1;
       }
-      winding += static_sum(at, faces.sources(first + begin), weights.data() + first + begin, count - begin);
+      winding +=
+          pair_loops().static_sum(at, faces.sources(first + begin), weights.data() + first + begin, count - begin);
       for (Eigen::Index s = 0; s < surface.cols(); ++s) {
-        const PairProducts<double> p = pair_products(re.data(), im.data(), weighted_re.col(s).data() + first,
-                                                     weighted_im.col(s).data() + first, count);
+        const PairProducts<double> p = pair_loops_of<double>().products(
+            re.data(), im.data(), weighted_re.col(s).data() + first, weighted_im.col(s).data() + first, count);
         sum(s) += Complex(p.rr - p.ii, p.ri + p.ir);
       }
     }

@@ -1,6 +1,7 @@
 #include "sim/mesh/face_shape.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/Geometry>
 
@@ -17,6 +18,30 @@ bool is_flat(const Points& points, const Eigen::Vector3i& face, double least) {
     longest = std::max(longest, (points.col(face((c + 1) % 3)) - points.col(face(c))).squaredNorm());
   }
   return !(0.5 * twice_area_vector(points, face).norm() > least * longest);
+}
+
+// By the arc tangent, for the arc cosine loses the digits of small angles.
+double angle_between(const Vector3& u, const Vector3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); }
+
+double corner_angle(const TriangleMesh& mesh, Eigen::Index face, int c) {
+  const Vector3 x = mesh.corner(face, c);
+  return angle_between(mesh.corner(face, (c + 1) % 3) - x, mesh.corner(face, (c + 2) % 3) - x);
+}
+
+double smallest_angle(const Vector3& a, const Vector3& b, const Vector3& c) {
+  const double area = (b - a).cross(c - a).norm();
+  const auto angle = [&](const Vector3& at, const Vector3& one, const Vector3& other) {
+    return std::atan2(area, (one - at).dot(other - at));
+  };
+  return std::min({angle(a, b, c), angle(b, c, a), angle(c, a, b)});
+}
+
+double longest_edge(const TriangleMesh& mesh, Eigen::Index face) {
+  double longest = 0;
+  for (int c = 0; c < 3; ++c) {
+    longest = std::max(longest, (mesh.corner(face, (c + 1) % 3) - mesh.corner(face, c)).norm());
+  }
+  return longest;
 }
 
 }  // namespace touchfield

@@ -37,6 +37,20 @@ std::vector<Side> sorted_sides(const Triangles& triangles) {
   return sides;
 }
 
+EdgeTable edge_table(const Triangles& triangles) {
+  EdgeTable table{Eigen::Matrix2Xi(2, triangles.size()), Triangles(3, triangles.cols())};
+  int count = 0;
+  for_each_edge(sorted_sides(triangles), [&](std::span<const Side> edge) {
+    table.ends.col(count) << edge[0].low, edge[0].high;
+    for (const Side& side : edge) {
+      table.of_face(side.corner, side.face) = count;
+    }
+    ++count;
+  });
+  table.ends.conservativeResize(2, count);
+  return table;
+}
+
 DisjointSets::DisjointSets(Index n) : parent_(static_cast<std::size_t>(n)) {
   std::iota(parent_.begin(), parent_.end(), 0);
 }

@@ -15,6 +15,7 @@ struct Side {
   int corner;
   bool upwards;  // runs from low to high
 
+  int number() const { return static_cast<int>(3 * face) + corner; }
   bool same_edge(const Side& other) const { return low == other.low && high == other.high; }
 };
 
@@ -35,6 +36,14 @@ void for_each_edge(const std::vector<Side>& sides, const Visit& visit) {
     first = last;
   }
 }
+
+/// The edges of a mesh, numbered in the order of their lower, then higher vertex.
+struct EdgeTable {
+  Eigen::Matrix2Xi ends;  // 2 x E vertex indices, the lower first
+  Triangles of_face;      // 3 x M: the edge between corners c and c + 1 (mod 3) of each face
+};
+
+EdgeTable edge_table(const Triangles& triangles);
 
 /// Disjoint sets of 0..n-1.
 class DisjointSets {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "sim/core/types.h"
 
 namespace touchfield {
@@ -28,6 +30,9 @@ class TriangleMesh {
   Vector3 corner(Eigen::Index f, int c) const { return vertices_.col(triangles_(c, f)); }
 
   double total_area() const { return areas_.sum(); }  // [m2]
+
+  /// Side of the equilateral triangle of a face's area [m].
+  double local_edge(Eigen::Index f) const { return std::sqrt(areas_(f) * 4.0 / std::sqrt(3.0)); }
 
   /// Enclosed volume by the divergence theorem [m3]; positive for a closed surface with outward normals.
   double signed_volume() const;

@@ -12,7 +12,7 @@
 #include "sim/field/pressure_metrics.h"
 #include "sim/solve/model.h"
 #include "sim/target/gram.h"
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {
@@ -132,13 +132,13 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
       }
     case MethodModel::kCentre:
       // Phase conjugation: every channel arrives at the central face in phase.
-      return direct_solution(-central_row().transpose().cwiseArg());
+      return full_drive(-central_row().transpose().cwiseArg());
     case MethodModel::kGiven: {
       require_fitting_phases(method, channels_);
       if (method.phases.size() == 1) {
-        return direct_solution(Eigen::VectorXd::Constant(channels_, method.phases.front()));
+        return full_drive(Eigen::VectorXd::Constant(channels_, method.phases.front()));
       }
-      return direct_solution(Eigen::Map<const Eigen::VectorXd>(method.phases.data(), channels_));
+      return full_drive(Eigen::Map<const Eigen::VectorXd>(method.phases.data(), channels_));
     }
   }
   throw std::logic_error("unknown method");

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 

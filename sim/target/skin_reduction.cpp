@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/hermitian_eigen.h"
-#include "solvers/linear/hermitian_product.h"
 
 namespace touchfield {
 

@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include <cblas.h>
+#include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 
@@ -15,44 +15,19 @@ namespace {
 constexpr Eigen::Index kGemvColumns = 2;
 
 template <typename Real>
-struct Blas;
-
-template <>
-struct Blas<float> {
-  static constexpr auto gemv = cblas_cgemv;
-  static constexpr auto gemm = cblas_cgemm;
-};
-
-template <>
-struct Blas<double> {
-  static constexpr auto gemv = cblas_zgemv;
-  static constexpr auto gemm = cblas_zgemm;
-};
-
-template <typename Real>
-Eigen::MatrixXcd multiply(CBLAS_TRANSPOSE transpose, const typename DenseOperator<Real>::Matrix& a,
-                          const Eigen::MatrixXcd& x) {
-  using Complex = std::complex<Real>;
+Eigen::MatrixXcd product(Op op, const typename DenseOperator<Real>::Matrix& a, const Eigen::MatrixXcd& x) {
   using Matrix = typename DenseOperator<Real>::Matrix;
   if (x.rows() != a.rows()) {
     throw std::invalid_argument("DenseOperator: the block has another number of rows than the matrix");
   }
-  if (x.size() == 0) {
-    return x;
-  }
-  const Eigen::Ref<const Matrix> block(x.template cast<Complex>());  // no copy in double
+  const Eigen::Ref<const Matrix> block(x.template cast<std::complex<Real>>());  // no copy in double
   Matrix y = Matrix::Zero(x.rows(), x.cols());
-  const Complex one = 1;
-  const Complex zero = 0;
-  const int n = static_cast<int>(a.rows());
   if (x.cols() <= kGemvColumns) {
     for (Eigen::Index s = 0; s < x.cols(); ++s) {
-      Blas<Real>::gemv(CblasColMajor, transpose, n, n, &one, a.data(), n, block.col(s).data(), 1, &zero,
-                       y.col(s).data(), 1);
+      multiply(op, a, block.col(s), Real(0), y.col(s));
     }
   } else {
-    Blas<Real>::gemm(CblasColMajor, transpose, CblasNoTrans, n, static_cast<int>(x.cols()), n, &one, a.data(), n,
-                     block.data(), static_cast<int>(block.outerStride()), &zero, y.data(), n);
+    multiply(op, a, Op::kPlain, block, y);
   }
   return y.template cast<std::complex<double>>();
 }
@@ -68,12 +43,12 @@ DenseOperator<Real>::DenseOperator(Matrix matrix) : matrix_(std::move(matrix)) {
 
 template <typename Real>
 Eigen::MatrixXcd DenseOperator<Real>::apply(const Eigen::MatrixXcd& x) const {
-  return multiply<Real>(CblasNoTrans, matrix_, x);
+  return product<Real>(Op::kPlain, matrix_, x);
 }
 
 template <typename Real>
 Eigen::MatrixXcd DenseOperator<Real>::apply_transpose(const Eigen::MatrixXcd& x) const {
-  return multiply<Real>(CblasTrans, matrix_, x);
+  return product<Real>(Op::kTransposed, matrix_, x);
 }
 
 template class DenseOperator<float>;

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "solvers/linear/product.h"
+#include "solvers/linear/linear_operator.h"
 
 namespace touchfield {
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+
 #include <Eigen/Core>
 
 namespace touchfield {
@@ -21,5 +23,8 @@ class LinearOperator {
   /// A^T X, without conjugation.
   virtual Eigen::MatrixXcd apply_transpose(const Eigen::MatrixXcd& x) const = 0;
 };
+
+/// What a solver asks of a linear map: A X for an n x S block X of any number of columns S >= 1.
+using Product = std::function<Eigen::MatrixXcd(const Eigen::MatrixXcd&)>;
 
 }  // namespace touchfield

@@ -9,7 +9,7 @@
 
 #include <Eigen/QR>
 
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 

@@ -11,8 +11,8 @@
 
 #include <cblas.h>
 
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/cholesky.h"
-#include "solvers/linear/complex_product.h"
 #include "solvers/phase/dual_factor.h"
 #include "solvers/phase/low_rank_relaxation.h"
 #include "solvers/phase/surface.h"

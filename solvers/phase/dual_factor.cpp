@@ -4,9 +4,8 @@
 
 #include <cblas.h>
 
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/cholesky.h"
-#include "solvers/linear/complex_product.h"
-#include "solvers/linear/hermitian_product.h"
 
 namespace touchfield {
 
@@ -18,28 +17,17 @@ using Eigen::VectorXd;
 
 enum class Side : bool { kLeft, kRight };
 
-CBLAS_SIDE blas(Side side) { return side == Side::kLeft ? CblasLeft : CblasRight; }
-
-/// b <- op(L)^-1 b from the left, b op(L)^-1 from the right; L lower triangular.
-void solve_triangular(Side side, CBLAS_TRANSPOSE op, const MatrixXcd& l, MatrixXcd& b) {
+/// By cblas_ztrsm b <- op(L)^-1 b from the left or b op(L)^-1 from the right, by cblas_ztrmm the same with op(L); L lower
+/// triangular.
+template <class Blas>
+void triangular(Blas blas, Side side, CBLAS_TRANSPOSE op, const MatrixXcd& l, MatrixXcd& b) {
   if (b.size() == 0) {
     return;  // which the BLAS refuses
   }
   const std::complex<double> one = 1.0;
-  cblas_ztrsm(CblasColMajor, blas(side), CblasLower, op, CblasNonUnit, static_cast<int>(b.rows()),
-              static_cast<int>(b.cols()), &one, l.data(), static_cast<int>(l.rows()), b.data(),
-              static_cast<int>(b.rows()));
-}
-
-/// b <- op(L) b from the left, b op(L) from the right.
-void multiply_triangular(Side side, CBLAS_TRANSPOSE op, const MatrixXcd& l, MatrixXcd& b) {
-  if (b.size() == 0) {
-    return;
-  }
-  const std::complex<double> one = 1.0;
-  cblas_ztrmm(CblasColMajor, blas(side), CblasLower, op, CblasNonUnit, static_cast<int>(b.rows()),
-              static_cast<int>(b.cols()), &one, l.data(), static_cast<int>(l.rows()), b.data(),
-              static_cast<int>(b.rows()));
+  blas(CblasColMajor, side == Side::kLeft ? CblasLeft : CblasRight, CblasLower, op, CblasNonUnit,
+       static_cast<int>(b.rows()), static_cast<int>(b.cols()), &one, l.data(), static_cast<int>(l.rows()), b.data(),
+       static_cast<int>(b.rows()));
 }
 
 bool factorise_lower(MatrixXcd& matrix) { return cholesky_factorise(static_cast<int>(matrix.rows()), matrix.data()); }
@@ -68,27 +56,27 @@ bool DualFactor::factorise(const VectorXd& d, double shift) {
   if (is_square && d.maxCoeff() > 0) {
     middle_ -= relaxation_.basis.adjoint() * d.cwiseMax(0.0).asDiagonal() * relaxation_.basis;
   }
-  multiply_triangular(Side::kLeft, CblasConjTrans, reach_, middle_);
-  multiply_triangular(Side::kRight, CblasNoTrans, reach_, middle_);
+  triangular(cblas_ztrmm, Side::kLeft, CblasConjTrans, reach_, middle_);
+  triangular(cblas_ztrmm, Side::kRight, CblasNoTrans, reach_, middle_);
   middle_.diagonal().array() += 1.0;
   return factorise_lower(middle_);
 }
 
 void DualFactor::prepare() {
   level_responses_ = relaxation_.levels;
-  multiply_triangular(Side::kLeft, CblasConjTrans, reach_, level_responses_);
-  solve_triangular(Side::kLeft, CblasNoTrans, middle_, level_responses_);
+  triangular(cblas_ztrmm, Side::kLeft, CblasConjTrans, reach_, level_responses_);
+  triangular(cblas_ztrsm, Side::kLeft, CblasNoTrans, middle_, level_responses_);
   mutual_responses_ = hermitian_product(level_responses_);
-  solve_triangular(Side::kLeft, CblasConjTrans, middle_, level_responses_);
-  solve_triangular(Side::kLeft, CblasConjTrans, reach_, level_responses_);
+  triangular(cblas_ztrsm, Side::kLeft, CblasConjTrans, middle_, level_responses_);
+  triangular(cblas_ztrsm, Side::kLeft, CblasConjTrans, reach_, level_responses_);
 
   const Index rank = reach_.rows();
   scratch_ = MatrixXcd::Identity(rank, rank);
-  solve_triangular(Side::kLeft, CblasNoTrans, middle_, scratch_);
-  solve_triangular(Side::kLeft, CblasConjTrans, middle_, scratch_);
+  triangular(cblas_ztrsm, Side::kLeft, CblasNoTrans, middle_, scratch_);
+  triangular(cblas_ztrsm, Side::kLeft, CblasConjTrans, middle_, scratch_);
   middle_ = MatrixXcd::Identity(rank, rank) - scratch_;
-  solve_triangular(Side::kLeft, CblasConjTrans, reach_, middle_);
-  solve_triangular(Side::kRight, CblasNoTrans, reach_, middle_);
+  triangular(cblas_ztrsm, Side::kLeft, CblasConjTrans, reach_, middle_);
+  triangular(cblas_ztrsm, Side::kRight, CblasNoTrans, reach_, middle_);
 }
 
 void DualFactor::reach(const MatrixXcd& x, MatrixXcd& u) {

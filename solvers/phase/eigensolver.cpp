@@ -5,8 +5,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/hermitian_eigen.h"
-#include "solvers/linear/hermitian_product.h"
 #include "solvers/phase/baseline_support.h"
 
 namespace touchfield {
@@ -31,7 +31,7 @@ std::vector<Eigen::Index> points_of(const SkinProblem& problem, const Eigen::Vec
 Eigen::VectorXcd point_phasors(const Eigen::MatrixXcd& h, const Eigen::VectorXd& d) {
   const Eigen::MatrixXcd mutual = hermitian_product(h.adjoint() * d.cwiseSqrt().asDiagonal());
   const Eigen::VectorXcd dominant = hermitian_eigen(mutual).vectors.rightCols(1);
-  return dominant.unaryExpr([](std::complex<double> x) { return phasor(x, 1.0); });
+  return phasors_of(dominant);
 }
 
 }  // namespace
@@ -41,7 +41,7 @@ PhaseSolution solve_eigen(const SkinProblem& problem) {
   const Eigen::VectorXd energy = target_energy(problem);
   const std::vector<Eigen::Index> points = points_of(problem, energy);
   if (points.empty()) {
-    return direct_solution(Eigen::VectorXd::Zero(problem.channel_count()));
+    return full_drive(Eigen::VectorXd::Zero(problem.channel_count()));
   }
   const Eigen::MatrixXcd h = problem.target(points, Eigen::all);
   const Eigen::VectorXd amplitudes = problem.amplitudes(points);
@@ -58,7 +58,7 @@ PhaseSolution solve_eigen(const SkinProblem& problem) {
   }
   const Eigen::VectorXcd wanted = amplitudes.cwiseProduct(point_phasors(h, amplitudes.cwiseQuotient(energy(points))));
   const Eigen::VectorXcd q = price.cwiseInverse().asDiagonal() * (h.adjoint() * factors.solve(wanted));
-  return direct_solution(q.cwiseArg());
+  return full_drive(q.cwiseArg());
 }
 
 }  // namespace touchfield

@@ -1,8 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <utility>
 
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 #include "solvers/phase/baseline_support.h"
 #include "solvers/phase/skin_field.h"
 
@@ -48,8 +49,8 @@ class PointWeights {
   Eigen::VectorXd weights_;
 };
 
-PhaseSolution iterate(const SkinProblem& problem, Eigen::VectorXcd q, PointWeights weights,
-                      const BaselineOptions& options, const IterationCallback& callback) {
+PhaseSolution exchanged(const SkinProblem& problem, Eigen::VectorXcd q, PointWeights weights,
+                        const BaselineOptions& options, const IterationCallback& callback) {
   SkinField field;
   send(problem, q, field);
   PhaseSolution solution;
@@ -57,11 +58,10 @@ PhaseSolution iterate(const SkinProblem& problem, Eigen::VectorXcd q, PointWeigh
   solution.cost_history.push_back(field_cost(problem, field));
   SkinField back{field.target, Eigen::VectorXcd::Zero(field.quiet.size())};
   Eigen::VectorXcd returned;
-  while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
-    ++solution.iterations;
+  iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
     const Eigen::VectorXd levels = weights.next(field.target);
     for (Eigen::Index j = 0; j < levels.size(); ++j) {
-      back.target(j) = levels(j) * phasor(field.target(j), 1.0);
+      back.target(j) = levels(j) * phasor(field.target(j));
     }
     send_back(problem, back, returned);
     double largest_move = 0.0;
@@ -71,38 +71,28 @@ PhaseSolution iterate(const SkinProblem& problem, Eigen::VectorXcd q, PointWeigh
       q(n) = next;
     }
     send(problem, q, field);
-    solution.cost_history.push_back(field_cost(problem, field));
-    if (largest_move <= kStill) {
-      solution.status = PhaseStatus::kConverged;
-    }
-    if (callback) {
-      callback(solution.iterations, solution.cost_history.back());
-    }
-  }
-  solution.phases = wrapped(q.cwiseArg());
-  solution.amplitudes = Eigen::VectorXd::Ones(q.size());
-  return solution;
+    status = largest_move <= kStill ? PhaseStatus::kConverged : status;
+    return field_cost(problem, field);
+  });
+  return full_drive(q.cwiseArg(), std::move(solution));
 }
 
 }  // namespace
 
 PhaseSolution solve_gs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
                        const IterationCallback& callback) {
-  require_valid(problem, "solve_gs");
-  require_valid(options, "solve_gs");
-  return iterate(problem, unit_start(problem, start, "solve_gs"), {problem, false}, options, callback);
+  const Eigen::VectorXcd q = valid_start(problem, start, options, "solve_gs");
+  return exchanged(problem, q, {problem, false}, options, callback);
 }
 
 PhaseSolution solve_wgs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
                         const IterationCallback& callback) {
-  require_valid(problem, "solve_wgs");
-  require_valid(options, "solve_wgs");
-  return iterate(problem, unit_start(problem, start, "solve_wgs"), {problem, true}, options, callback);
+  const Eigen::VectorXcd q = valid_start(problem, start, options, "solve_wgs");
+  return exchanged(problem, q, {problem, true}, options, callback);
 }
 
 PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& options) {
-  require_valid(problem, "solve_gs_pat");
-  require_valid(options, "solve_gs_pat");
+  require_valid(problem, options, "solve_gs_pat");
   const Eigen::VectorXd energy = target_energy(problem);
   const Eigen::VectorXd share = (energy.array() > 0).select(energy.array().inverse(), 0.0);
   const Eigen::VectorXd wanted = (energy.array() > 0).select(problem.amplitudes, 0.0);
@@ -116,7 +106,7 @@ PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& op
     ++solution.iterations;
     bool still = true;
     for (Eigen::Index j = 0; j < points.size(); ++j) {
-      const std::complex<double> next = wanted(j) * phasor(reached(j), 1.0);
+      const std::complex<double> next = wanted(j) * phasor(reached(j));
       still = still && std::abs(next - points(j)) <= kStill * wanted(j);
       points(j) = next;
     }
@@ -128,13 +118,11 @@ PhaseSolution solve_gs_pat(const SkinProblem& problem, const BaselineOptions& op
   SkinField back{Eigen::VectorXcd(points.size()), Eigen::VectorXcd::Zero(problem.quiet.rows())};
   for (Eigen::Index j = 0; j < points.size(); ++j) {
     const double boosted = wanted(j) * wanted(j) / std::max(std::abs(reached(j)), wanted(j) / kLargestBoost);
-    back.target(j) = wanted(j) > 0 ? share(j) * boosted * phasor(reached(j), 1.0) : 0.0;
+    back.target(j) = wanted(j) > 0 ? share(j) * boosted * phasor(reached(j)) : 0.0;
   }
   Eigen::VectorXcd q;
   send_back(problem, back, q);
-  solution.phases = wrapped(q.cwiseArg());
-  solution.amplitudes = Eigen::VectorXd::Ones(q.size());
-  return solution;
+  return full_drive(q.cwiseArg(), std::move(solution));
 }
 
 }  // namespace touchfield

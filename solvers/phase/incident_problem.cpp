@@ -6,8 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include <cblas.h>
-
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/cholesky.h"
 #include "solvers/phase/madsen_damping.h"
 
@@ -20,16 +19,6 @@ using Complex = std::complex<double>;
 template <typename Real>
 using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// product = Q z
-void gram_product(const Eigen::MatrixXcd& gram, const Eigen::VectorXcd& z, Eigen::VectorXcd& product) {
-  product.resize(z.size());
-  const Complex one = 1.0;
-  const Complex zero = 0.0;
-  const int size = static_cast<int>(z.size());
-  cblas_zgemv(CblasColMajor, CblasNoTrans, size, size, &one, gram.data(), std::max(size, 1), z.data(), 1, &zero,
-              product.data(), 1);
-}
-
 /// The angles x with z = exp(i x), Q z and the cost.
 struct AnglePoint {
   Eigen::VectorXd x;
@@ -39,10 +28,11 @@ struct AnglePoint {
 
   void evaluate(const Eigen::MatrixXcd& gram) {
     z.resize(x.size());
+    gram_z.resize(x.size());
     for (Eigen::Index i = 0; i < x.size(); ++i) {
       z(i) = std::polar(1.0, x(i));
     }
-    gram_product(gram, z, gram_z);
+    multiply(Op::kPlain, gram, z, 0.0, gram_z);
     cost = z.dot(gram_z).real();
   }
 
@@ -108,13 +98,14 @@ class NormalStep {
               Eigen::VectorXd& h) {
     h.setZero(gradient.size());
     remainder_ = -gradient;
+    product_.resize(gradient.size());
     double before = gradient.norm();
     for (int correction = 0; correction < kCorrections; ++correction) {
       right_ = (remainder_ / before).cast<float>();  // normalised, so that single precision holds any unit
       cholesky_solve(size_of(single_), single_.data(), right_.data());
       h += before * right_.cast<double>();
       turned_ = point.z.array() * h.array();
-      gram_product(problem.gram, turned_, product_);
+      multiply(Op::kPlain, problem.gram, turned_, 0.0, product_);
       remainder_ = -gradient - mu * h - (point.z.conjugate().array() * product_.array()).real().matrix();
       const double after = remainder_.norm();
       if (after <= kAccuracy * mu * h.norm()) {  // mu is no more than the least eigenvalue
@@ -187,8 +178,7 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
   solution.cost_history.push_back(point.cost);
   // The diagonal of J^T J is that of Q, since |z| = 1.
   MadsenDamping damping(size > 0 ? options.initial_damping * problem.gram.diagonal().real().maxCoeff() : 0.0);
-  while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
-    ++solution.iterations;
+  iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
     bool accepted = false;
     if (normal.solve(problem, point, gradient, damping.value(), step)) {
       candidate.x = point.x + step;
@@ -204,23 +194,18 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
       }
       // A tiny step that was refused: the cost cannot be told from its minimum's any more.
       if (tiny || (accepted && is_flat())) {
-        solution.status = PhaseStatus::kConverged;
+        status = PhaseStatus::kConverged;
       }
     }
     if (!accepted) {
       damping.reject();
-      if (solution.status == PhaseStatus::kIterationLimit && damping.exhausted()) {
-        solution.status = PhaseStatus::kStalled;
+      if (status == PhaseStatus::kIterationLimit && damping.exhausted()) {
+        status = PhaseStatus::kStalled;
       }
     }
-    solution.cost_history.push_back(point.cost);
-    if (callback) {
-      callback(solution.iterations, point.cost);
-    }
-  }
-  solution.phases = wrapped(point.x.tail(problem.channel_count()));
-  solution.amplitudes = Eigen::VectorXd::Ones(problem.channel_count());
-  return solution;
+    return point.cost;
+  });
+  return full_drive(point.x.tail(problem.channel_count()), std::move(solution));
 }
 
 }  // namespace touchfield

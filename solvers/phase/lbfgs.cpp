@@ -4,6 +4,7 @@
 #include <lbfgs.h>
 #include <memory>
 #include <new>
+#include <utility>
 
 #include "solvers/phase/baseline_support.h"
 #include "solvers/phase/skin_field.h"
@@ -107,9 +108,7 @@ PhaseStatus descend(Descent& descent, Eigen::VectorXd& phases, int iterations) {
 
 PhaseSolution solve_lbfgs(const SkinProblem& problem, const Eigen::VectorXcd& start, const BaselineOptions& options,
                           const IterationCallback& callback) {
-  require_valid(problem, "solve_lbfgs");
-  require_valid(options, "solve_lbfgs");
-  const Eigen::VectorXcd q = unit_start(problem, start, "solve_lbfgs");
+  const Eigen::VectorXcd q = valid_start(problem, start, options, "solve_lbfgs");
   Eigen::VectorXd phases = q.cwiseArg();
 
   PhaseSolution solution;
@@ -122,9 +121,7 @@ PhaseSolution solve_lbfgs(const SkinProblem& problem, const Eigen::VectorXcd& st
   } else {
     solution.status = PhaseStatus::kConverged;  // nothing is wanted and nothing sounds
   }
-  solution.phases = wrapped(phases);
-  solution.amplitudes = Eigen::VectorXd::Ones(phases.size());
-  return solution;
+  return full_drive(phases, std::move(solution));
 }
 
 }  // namespace touchfield

@@ -10,8 +10,7 @@
 
 #include <Eigen/Cholesky>
 
-#include "solvers/linear/complex_product.h"
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/low_rank.h"
 #include "solvers/phase/dual_factor.h"
 

@@ -27,8 +27,7 @@ Eigen::VectorXd wrapped(const Eigen::VectorXd& phases) {
   });
 }
 
-PhaseSolution direct_solution(const Eigen::VectorXd& phases) {
-  PhaseSolution solution;
+PhaseSolution full_drive(const Eigen::VectorXd& phases, PhaseSolution solution) {
   solution.phases = wrapped(phases);
   solution.amplitudes = Eigen::VectorXd::Ones(phases.size());
   return solution;
@@ -40,6 +39,14 @@ Eigen::VectorXcd drive(const PhaseSolution& solution) {
     q(n) = std::polar(solution.amplitudes(n), solution.phases(n));
   }
   return q;
+}
+
+std::complex<double> phasor(std::complex<double> x, std::complex<double> otherwise) {
+  return x == std::complex<double>(0.0) ? otherwise : std::polar(1.0, std::arg(x));
+}
+
+Eigen::VectorXcd phasors_of(const Eigen::VectorXcd& x) {
+  return x.unaryExpr([](std::complex<double> value) { return phasor(value); });
 }
 
 }  // namespace touchfield

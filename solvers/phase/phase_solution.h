@@ -1,5 +1,6 @@
 #pragma once
 
+#include <complex>
 #include <functional>
 #include <string>
 #include <vector>
@@ -33,13 +34,30 @@ struct PhaseSolution {
 /// Phases brought to 0 <= phase < 2 pi.
 Eigen::VectorXd wrapped(const Eigen::VectorXd& phases);
 
-/// Phases [rad] that were not iterated for, at full drive.
-PhaseSolution direct_solution(const Eigen::VectorXd& phases);
+/// Phases [rad] at full drive, with the rest of a solution.
+PhaseSolution full_drive(const Eigen::VectorXd& phases, PhaseSolution solution = {});
 
 /// Told after every iteration: its number from 1 and the cost reached. Empty: nobody is.
 using IterationCallback = std::function<void(int iteration, double cost)>;
 
 /// The complex drives q.
 Eigen::VectorXcd drive(const PhaseSolution& solution);
+
+/// x / |x|, `otherwise` where x is 0.
+std::complex<double> phasor(std::complex<double> x, std::complex<double> otherwise = 1.0);
+Eigen::VectorXcd phasors_of(const Eigen::VectorXcd& x);
+
+/// Calls step(status), which gives the cost reached and may end the iteration, while the status is kIterationLimit and
+/// `most` allows.
+template <class Step>
+void iterate(PhaseSolution& solution, int most, const IterationCallback& callback, const Step& step) {
+  while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < most) {
+    ++solution.iterations;
+    solution.cost_history.push_back(step(solution.status));
+    if (callback) {
+      callback(solution.iterations, solution.cost_history.back());
+    }
+  }
+}
 
 }  // namespace touchfield

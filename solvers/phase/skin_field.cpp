@@ -3,22 +3,13 @@
 #include <cmath>
 #include <complex>
 
-#include <cblas.h>
+#include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 
 namespace {
 
 constexpr double kSilence = 1e-13;  // some hundred roundings of a sum of N = 1,500 terms of both signs
-
-/// y = op(A) x + beta y with the first `rows` > 0 rows of A.
-void multiply(CBLAS_TRANSPOSE transpose, const Eigen::MatrixXcd& a, Eigen::Index rows, const Eigen::VectorXcd& x,
-              double beta, Eigen::VectorXcd& y) {
-  const std::complex<double> one = 1.0;
-  const std::complex<double> scale = beta;
-  cblas_zgemv(CblasColMajor, transpose, static_cast<int>(rows), static_cast<int>(a.cols()), &one, a.data(),
-              static_cast<int>(a.rows()), x.data(), 1, &scale, y.data(), 1);
-}
 
 std::complex<double> silent_direction(const SkinProblem& problem, Eigen::Index j, const Eigen::VectorXcd& phasors) {
   std::complex<double> squares = 0.0;
@@ -41,17 +32,17 @@ void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& fiel
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index quiet_rows, SkinField& field) {
   field.target.resize(problem.target.rows());
   field.quiet.resize(quiet_rows);
-  multiply(CblasNoTrans, problem.target, problem.target.rows(), q, 0.0, field.target);
+  multiply(Op::kPlain, problem.target, q, 0.0, field.target);
   if (quiet_rows > 0) {
-    multiply(CblasNoTrans, problem.quiet, quiet_rows, q, 0.0, field.quiet);
+    multiply(Op::kPlain, problem.quiet.topRows(quiet_rows), q, 0.0, field.quiet);
   }
 }
 
 void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x) {
   x.resize(problem.channel_count());
-  multiply(CblasConjTrans, problem.target, problem.target.rows(), v.target, 0.0, x);
+  multiply(Op::kAdjoint, problem.target, v.target, 0.0, x);
   if (v.quiet.size() > 0) {
-    multiply(CblasConjTrans, problem.quiet, v.quiet.size(), v.quiet, 1.0, x);
+    multiply(Op::kAdjoint, problem.quiet.topRows(v.quiet.size()), v.quiet, 1.0, x);
   }
 }
 

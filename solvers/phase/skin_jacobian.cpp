@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <complex>
 
-#include <cblas.h>
 #include <omp.h>
+
+#include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 
@@ -16,11 +17,19 @@ constexpr Eigen::Index kBlock = 16;  // columns: a block of 500 rows stays in a 
 
 Complex tangent(Complex phasor) { return {-phasor.imag(), phasor.real()}; }
 
-/// column = scale [Re(conj(directions) .* (move target)); the parts of move quiet]
+/// Complex numbers as their parts, one after another: Re t_1, Im t_1, Re t_2, ...
+Eigen::Map<const Eigen::VectorXd> parts(const Eigen::VectorXcd& t) {
+  return {reinterpret_cast<const double*>(t.data()), 2 * t.size()};
+}
+Eigen::Map<Eigen::VectorXd> parts(Eigen::VectorXcd& t) { return {reinterpret_cast<double*>(t.data()), 2 * t.size()}; }
+
+/// column = scale [Re(conj(directions) .* (move target_n)); the first rank parts of move quiet_n]
 template <typename Real>
-void fill_column(const Eigen::VectorXcd& directions, const Complex* target, const Complex* quiet, Eigen::Index rank,
+void fill_column(const Eigen::VectorXcd& directions, const SkinProblem& problem, Eigen::Index n, Eigen::Index rank,
                  Complex move, Real* column) {
   const Eigen::Index faces = directions.size();
+  const Complex* target = problem.target.data() + n * faces;
+  const Complex* quiet = problem.quiet.data() + n * problem.quiet.rows();
   const Complex* along = directions.data();
   for (Eigen::Index j = 0; j < faces; ++j) {
     const Complex moved = move * target[j];
@@ -31,21 +40,6 @@ void fill_column(const Eigen::VectorXcd& directions, const Complex* target, cons
     column[faces + 2 * i] = static_cast<Real>(moved.real());
     column[faces + 2 * i + 1] = static_cast<Real>(moved.imag());
   }
-}
-
-/// x = A(0..size(v)-1, at..at+width-1)^H v + beta x
-void block_adjoint(const Eigen::MatrixXcd& a, Eigen::Index at, Eigen::Index width, const Eigen::VectorXcd& v,
-                   Complex beta, Complex* x) {
-  const Complex one = 1.0;
-  cblas_zgemv(CblasColMajor, CblasConjTrans, static_cast<int>(v.size()), static_cast<int>(width), &one,
-              a.data() + at * a.rows(), static_cast<int>(a.rows()), v.data(), 1, &beta, x, 1);
-}
-
-/// v += A(0..size(v)-1, at..at+width-1) x
-void add_block(const Eigen::MatrixXcd& a, Eigen::Index at, Eigen::Index width, const Complex* x, Eigen::VectorXcd& v) {
-  const Complex one = 1.0;
-  cblas_zgemv(CblasColMajor, CblasNoTrans, static_cast<int>(v.size()), static_cast<int>(width), &one,
-              a.data() + at * a.rows(), static_cast<int>(a.rows()), x, 1, &one, v.data(), 1);
 }
 
 /// Whether A A^H = diag(strengths) with each row as its own unit, by one product of either side with a vector whose
@@ -88,10 +82,7 @@ void SkinJacobian::set(const SkinField& field, const Eigen::VectorXcd& phasors) 
   const Eigen::Index faces = problem_.target_count();
   residual_.head(faces) = root_weights_.array() * (field.target.array().abs() - problem_.amplitudes.array());
   directions_.array() *= root_weights_.array();
-  for (Eigen::Index i = 0; i < field.quiet.size(); ++i) {
-    residual_(faces + 2 * i) = field.quiet(i).real();
-    residual_(faces + 2 * i + 1) = field.quiet(i).imag();
-  }
+  residual_.tail(2 * field.quiet.size()) = parts(field.quiet);
   field_.target = residual_.head(faces).array() * directions_.array();
   field_.quiet = field.quiet;
   send_back(problem_, field_, drive_gradient_);
@@ -123,10 +114,7 @@ void SkinJacobian::gather(const SkinField& field, Eigen::VectorXd& y) const {
   const Eigen::Index faces = problem_.target_count();
   y.resize(rows());
   y.head(faces) = (directions_.array().conjugate() * field.target.array()).real();
-  for (Eigen::Index i = 0; i < field.quiet.size(); ++i) {
-    y(faces + 2 * i) = field.quiet(i).real();
-    y(faces + 2 * i + 1) = field.quiet(i).imag();
-  }
+  y.tail(2 * field.quiet.size()) = parts(field.quiet);
 }
 
 /// Its adjoint.
@@ -134,9 +122,7 @@ void SkinJacobian::spread(const Eigen::VectorXd& y, SkinField& field) const {
   const Eigen::Index faces = problem_.target_count();
   field.quiet.resize(kept_);
   field.target = directions_.array() * y.head(faces).array();
-  for (Eigen::Index i = 0; i < field.quiet.size(); ++i) {
-    field.quiet(i) = {y(faces + 2 * i), y(faces + 2 * i + 1)};
-  }
+  parts(field.quiet) = y.tail(2 * kept_);
 }
 
 void SkinJacobian::apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
@@ -175,10 +161,12 @@ void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorX
 #pragma omp for schedule(static)
     for (Eigen::Index at = 0; at < channels; at += kBlock) {
       const Eigen::Index width = std::min(kBlock, channels - at);
-      Complex* block = drives_.data() + at;
-      block_adjoint(problem_.target, at, width, field_.target, 0.0, block);
+      const auto target = problem_.target.middleCols(at, width);
+      const auto quiet = problem_.quiet.block(0, at, kept_, width);
+      auto block = drives_.segment(at, width);
+      multiply(Op::kAdjoint, target, field_.target, 0.0, block);
       if (kept_ > 0) {
-        block_adjoint(problem_.quiet, at, width, field_.quiet, 1.0, block);
+        multiply(Op::kAdjoint, quiet, field_.quiet, 1.0, block);
       }
       for (Eigen::Index n = at; n < at + width; ++n) {
         const Complex pull = std::conj(phasors_(n)) * drives_(n);  // in the channel's frame
@@ -190,9 +178,9 @@ void SkinJacobian::apply_gram(const Eigen::VectorXd& scale, const Eigen::VectorX
         }
         drives_(n) = move * phasors_(n);
       }
-      add_block(problem_.target, at, width, block, share.target);
+      multiply(Op::kPlain, target, block, 1.0, share.target);
       if (kept_ > 0) {
-        add_block(problem_.quiet, at, width, block, share.quiet);
+        multiply(Op::kPlain, quiet, block, 1.0, share.quiet);
       }
     }
   }
@@ -222,25 +210,15 @@ std::pair<Eigen::Index, Complex> SkinJacobian::move_of(Eigen::Index column) cons
   return {n, phasors_(n)};
 }
 
-const Complex* SkinJacobian::quiet_column(Eigen::Index n) const {
-  return problem_.quiet.data() + n * problem_.quiet.rows();
-}
-
 bool SkinJacobian::gradient_left_out(Eigen::VectorXd& gradient) const {
   const Eigen::Index weak = problem_.quiet.rows() - kept_;
   if (weak == 0) {
     return false;
   }
-  const Complex one = 1.0;
-  const Complex zero = 0.0;
   Eigen::VectorXcd left(weak);
-  for (Eigen::Index i = 0; i < weak; ++i) {
-    left(i) = {residual_(rows() + 2 * i), residual_(rows() + 2 * i + 1)};
-  }
+  parts(left) = residual_.tail(2 * weak);
   drives_.resize(phasors_.size());
-  cblas_zgemv(CblasColMajor, CblasConjTrans, static_cast<int>(weak), static_cast<int>(phasors_.size()), &one,
-              problem_.quiet.data() + kept_, static_cast<int>(problem_.quiet.rows()), left.data(), 1, &zero,
-              drives_.data(), 1);
+  multiply(Op::kAdjoint, problem_.quiet.bottomRows(weak), left, 0.0, drives_);
   project(drives_, gradient);
   return true;
 }
@@ -251,7 +229,7 @@ double SkinJacobian::largest_row() const {
   Eigen::VectorXd column(residual_.size());
   for (Eigen::Index c = 0; c < columns(); ++c) {
     const auto [n, move] = move_of(c);
-    fill_column(directions_, problem_.target.col(n).data(), quiet_column(n), rank, move, column.data());
+    fill_column(directions_, problem_, n, rank, move, column.data());
     squares += column.cwiseAbs2();
   }
   return squares.maxCoeff();
@@ -262,8 +240,7 @@ void SkinJacobian::fill(const Eigen::VectorXd& scale, Real* matrix) const {
 #pragma omp parallel for schedule(static)
   for (Eigen::Index c = 0; c < columns(); ++c) {
     const auto [n, move] = move_of(c);
-    fill_column(directions_, problem_.target.col(n).data(), quiet_column(n), kept_, scale(c) * move,
-                matrix + c * rows());
+    fill_column(directions_, problem_, n, kept_, scale(c) * move, matrix + c * rows());
   }
 }
 

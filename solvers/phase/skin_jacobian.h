@@ -72,7 +72,6 @@ class SkinJacobian {
   /// The channel that a column moves and the change of its drive.
   std::pair<Eigen::Index, std::complex<double>> move_of(Eigen::Index column) const;
   void project(const Eigen::VectorXcd& x, Eigen::VectorXd& moves) const;
-  const std::complex<double>* quiet_column(Eigen::Index n) const;
   void gather(const SkinField& field, Eigen::VectorXd& y) const;
   void spread(const Eigen::VectorXd& y, SkinField& field) const;
 

@@ -245,7 +245,7 @@ class Surface {
 };
 
 /// One step tried. kIterationLimit: to be continued.
-PhaseStatus iterate(Surface& surface, MadsenDamping& damping, const SurfaceOptions& options) {
+PhaseStatus tried(Surface& surface, MadsenDamping& damping, const SurfaceOptions& options) {
   const double before = surface.cost();
   const bool found = surface.try_step(damping.value());
   const bool tiny = found && surface.is_tiny();
@@ -286,18 +286,14 @@ PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::VectorXcd& 
   solution.status = done ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
   solution.cost_history.reserve(static_cast<std::size_t>(std::min(options.iterations, 1000)) + 1);
   solution.cost_history.push_back(surface.cost());
-  while (solution.status == PhaseStatus::kIterationLimit && solution.iterations < options.iterations) {
-    ++solution.iterations;
-    solution.status = iterate(surface, damping, options);
-    if (solution.status != PhaseStatus::kIterationLimit && surface.free_amplitudes() && !surface.is_flat()) {
-      solution.status = PhaseStatus::kIterationLimit;  // only the phases had come to rest
+  iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
+    status = tried(surface, damping, options);
+    if (status != PhaseStatus::kIterationLimit && surface.free_amplitudes() && !surface.is_flat()) {
+      status = PhaseStatus::kIterationLimit;  // only the phases had come to rest
       damping = MadsenDamping(options.initial_damping * surface.largest_row());
     }
-    solution.cost_history.push_back(surface.cost());
-    if (callback) {
-      callback(solution.iterations, surface.cost());
-    }
-  }
+    return surface.cost();
+  });
   solution.phases = wrapped(surface.point().phases);
   solution.amplitudes = surface.point().amplitudes;
   return solution;

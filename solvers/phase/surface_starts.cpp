@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/hermitian_eigen.h"
-#include "solvers/linear/hermitian_product.h"
 #include "solvers/phase/skin_field.h"
 #include "solvers/phase/surface.h"
 
@@ -17,12 +17,6 @@ namespace {
 
 constexpr double kDriveTolerance = 0.01;    // on ln(epsilon): the start need not be better
 constexpr double kLeastDrivePrice = 1e-10;  // epsilon over the largest eigenvalue of A A^H: above its rounding error
-
-Eigen::VectorXcd phasors_of(const Eigen::VectorXcd& drives) {
-  return drives.unaryExpr([](std::complex<double> q) {
-    return q == std::complex<double>(0.0) ? std::complex<double>(1.0) : std::polar(1.0, std::arg(q));
-  });
-}
 
 /// The rows that matter to a drive, A = [diag(sqrt w) H_T over the faces that want sound; R], and what they want.
 struct Rows {

@@ -10,7 +10,6 @@
 
 #include "sim/acoustics/directivity.h"
 #include "sim/acoustics/incident_field.h"
-#include "sim/acoustics/source_loops_table.h"
 #include "sim/acoustics/transducer_array.h"
 #include "solvers/linear/instruction_level.h"
 

@@ -1,4 +1,4 @@
-#include "sim/bem/rigid_sphere.h"
+#include "tests/support/rigid_sphere.h"
 
 #include <cmath>
 #include <numbers>

@@ -11,9 +11,7 @@
 #include <omp.h>
 
 #include "sim/acoustics/medium.h"
-#include "sim/bem/chief_operator.h"
-#include "sim/bem/gauss_diagonal.h"
-#include "sim/bem/kernel.h"
+#include "sim/bem/element_integrals.h"
 #include "sim/body/shapes.h"
 
 namespace touchfield {

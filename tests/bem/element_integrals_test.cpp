@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
-#include "sim/bem/kernel.h"
 #include "tests/support/reference_integrals.h"
 
 namespace touchfield {

@@ -8,7 +8,6 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/bem/pair_loops_table.h"
 #include "solvers/linear/instruction_level.h"
 #include "tests/support/reference_kernels.h"
 
@@ -141,11 +140,12 @@ TYPED_TEST(PairLoops, EveryNumberOfSourcesIsFilled) {
   const Cloud<Real> cloud(520, 3.0, 2);
   std::vector<Real> re(520);
   std::vector<Real> im(520);
-  pair_values(Layer::kBurtonMiller, constants, point, cloud.sources(), 520, re.data(), im.data());
+  pair_loops_of<Real>().values(Layer::kBurtonMiller, constants, point, cloud.sources(), 520, re.data(), im.data());
   for (const int count : {0, 1, 7, 8, 9, 15, 16, 17, 255, 256, 257, 511, 513}) {
     std::vector<Real> part_re(520, Real(-7));
     std::vector<Real> part_im(520, Real(-7));
-    pair_values(Layer::kBurtonMiller, constants, point, cloud.sources(), count, part_re.data(), part_im.data());
+    pair_loops_of<Real>().values(Layer::kBurtonMiller, constants, point, cloud.sources(), count, part_re.data(),
+                                 part_im.data());
     for (int i = 0; i < 520; ++i) {
       const auto f = static_cast<std::size_t>(i);
       // The remainder of a loop may round otherwise than its body.
@@ -164,7 +164,7 @@ TYPED_TEST(PairLoops, CoincidingPointsAddNothing) {
     for (const Real damping : {Real(0), Real(0.1)}) {
       std::vector<Real> re(37, Real(5));
       std::vector<Real> im(37, Real(5));
-      pair_values(layer, {damping, Real(0.5)}, point, cloud.sources(), 37, re.data(), im.data());
+      pair_loops_of<Real>().values(layer, {damping, Real(0.5)}, point, cloud.sources(), 37, re.data(), im.data());
       EXPECT_EQ(re[20], Real(0)) << static_cast<int>(layer);
       EXPECT_EQ(im[20], Real(0)) << static_cast<int>(layer);
       EXPECT_NE(re[19], Real(0));
@@ -183,8 +183,8 @@ TEST(PairLoops, HypersingularKernelIsTheSlopeOfTheDoubleLayer) {
   const auto values = [&](Layer layer, const Vector3& at, double damping) {
     Eigen::VectorXd re(50);
     Eigen::VectorXd im(50);
-    pair_values(layer, {damping, kGamma}, {at.x(), at.y(), at.z(), m.x(), m.y(), m.z()}, cloud.sources(), 50, re.data(),
-                im.data());
+    pair_loops_of<double>().values(layer, {damping, kGamma}, {at.x(), at.y(), at.z(), m.x(), m.y(), m.z()},
+                                   cloud.sources(), 50, re.data(), im.data());
     return Eigen::VectorXcd(re + Complex(0, 1) * im);
   };
   for (const double damping : {0.0, 0.1}) {
@@ -212,8 +212,8 @@ TEST(PairLoops, StaticSumIsTheSumOfStaticKernels) {
       size += weight[static_cast<std::size_t>(i)] / d.squaredNorm();
     }
   }
-  EXPECT_NEAR(static_sum({x.x(), x.y(), x.z(), 0, 0, 0}, cloud.sources(), weight.data(), cloud.size()), expected,
-              1e-14 * size);
+  EXPECT_NEAR(pair_loops().static_sum({x.x(), x.y(), x.z(), 0, 0, 0}, cloud.sources(), weight.data(), cloud.size()),
+              expected, 1e-14 * size);
 }
 
 TEST(PairLoops, NearSourcesAreThoseWithinTheirReach) {
@@ -229,8 +229,8 @@ TEST(PairLoops, NearSourcesAreThoseWithinTheirReach) {
   }
   ASSERT_GT(expected.size(), 10U);
   std::vector<int> near(600);
-  const int found =
-      near_sources({x.x(), x.y(), x.z(), 0, 0, 0}, cloud.sources(), reach_squared.data(), cloud.size(), near.data());
+  const int found = pair_loops().near_sources({x.x(), x.y(), x.z(), 0, 0, 0}, cloud.sources(), reach_squared.data(),
+                                              cloud.size(), near.data());
   near.resize(static_cast<std::size_t>(found));
   EXPECT_EQ(near, expected);
 }
@@ -251,8 +251,8 @@ TEST(NearSources, AreTheSameInEveryLevel) {
   const PairSources<double> sources{x.data(), y.data(), zero.data(), zero.data(), zero.data(), zero.data()};
   const auto near_of = [&](InstructionLevel level, std::size_t i) {
     std::vector<int> near(x.size());
-    near.resize(static_cast<std::size_t>(pair_loops(level).near({x[i], y[i], 0, 0, 0, 1}, sources, reach.data(),
-                                                                static_cast<int>(x.size()), near.data())));
+    near.resize(static_cast<std::size_t>(pair_loops(level).near_sources({x[i], y[i], 0, 0, 0, 1}, sources, reach.data(),
+                                                                        static_cast<int>(x.size()), near.data())));
     return near;
   };
   for (std::size_t i = 0; i < x.size(); ++i) {

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/gauss_diagonal.h"
 #include "sim/body/shapes.h"
 #include "solvers/linear/dense_lu.h"
 

@@ -17,11 +17,11 @@
 #include "sim/body/random_field.h"
 #include "sim/body/shapes.h"
 #include "sim/core/errors.h"
-#include "sim/mesh/edges.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/subdivide.h"
+#include "sim/mesh/topology.h"
 #include "tests/support/error_support.h"
 #include "tests/support/mesh_support.h"
 

@@ -400,6 +400,31 @@ write: [h5]
         self.assertAlmostEqual(vertices[:, 2].min(), 0.060, delta=1e-4)
         self.assertAlmostEqual(numpy.ptp(vertices[:, 0]), 0.026, delta=3e-4)
 
+    def test_what_was_done_stands_in_the_json_of_check(self):
+        notes = json.loads(self.run_ok("check", self.scene(), "--json").stdout)["mesh_notes"]
+        self.assertTrue(any("balls.stl: resurfaced with edges of 2 mm" in note for note in notes), notes)
+        self.assertTrue(all("balls.stl: " in note for note in notes), notes)
+
+    def test_one_of_several_bodies(self):
+        text = self.SCENE.replace("body:\n  mesh", "bodies:\n- name: bead\n  sphere: {radius_mm: 4}\n  edge_mm: 2\n"
+                                  "  place: {at_mm: [-30, 0, 64]}\n- name: balls\n  mesh")
+        text = text.replace("at: pole", "at: balls.pole")
+        notes = json.loads(self.run_ok("check", self.scene(text), "--json").stdout)["mesh_notes"]
+        self.assertTrue(any("resurfaced with edges of 2 mm" in note for note in notes), notes)
+        done = self.touchfield("check", self.scene(text.replace("resurface_mm: 2", "resurface_mm: 0.001")))
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        self.assertIn("mesh.resurface_mm = 0.001 mm is too short", done.stderr)
+
+    def test_a_sweep_over_it(self):
+        self.scene()
+        self.write("sweep.yaml", "base: scene.yaml\ngrid: {body.mesh.resurface_mm: [2, 2.5]}\n")
+        self.run_ok("sweep", "sweep.yaml", "-o", "out")
+        faces = []
+        for case in ("00001", "00002"):
+            with h5py.File(self.folder / "out/cases" / case / "run.h5") as run:
+                faces.append(len(run["mesh/triangles"]))
+        self.assertAlmostEqual(faces[0] / faces[1], (2.5 / 2)**2, delta=0.15)
+
     def test_a_scene_that_asks_too_much(self):
         for value, instead, says in [("resurface_mm: 2", "resurface_mm: 0.001", "mesh.resurface_mm = 0.001 mm is too short"),
                                      ("resurface_mm: 2", "resurface_mm: -1", "body.mesh.resurface_mm"),

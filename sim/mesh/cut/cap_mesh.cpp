@@ -15,6 +15,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -32,7 +33,7 @@ class CapEditor {
       : surface_(surface),
         chart_(chart),
         edge_(edge),
-        mesh_(as_matrix(surface.triangles), static_cast<Eigen::Index>(surface.points.size())),
+        mesh_(as_columns(surface.triangles), static_cast<Eigen::Index>(surface.points.size())),
         first_side_(static_cast<int>(3 * skin_faces)),
         first_added_(mesh_.vertex_count()),
         places_(surface.points.size()),
@@ -104,7 +105,7 @@ class CapEditor {
       const Eigen::Vector2d p = chart_.to_plane(sum / mesh_.valence(v));
       bool keeps = true;
       for (const int side : mesh_.around(v)) {
-        keeps = keeps && turn(p, place(mesh_.to(side)), place(mesh_.from(EditMesh::previous(side)))) > 0;
+        keeps = keeps && turn(p, place(mesh_.to(side)), place(mesh_.apex(side))) > 0;
       }
       if (keeps) {
         place(v) = p;
@@ -135,8 +136,8 @@ class CapEditor {
     constexpr double kRounding = 1e-9;
     const Eigen::Vector2d& a = place(mesh_.from(side));
     const Eigen::Vector2d& b = place(mesh_.to(side));
-    const Eigen::Vector2d& c = place(mesh_.from(EditMesh::previous(side)));
-    const Eigen::Vector2d& d = place(mesh_.from(EditMesh::previous(mesh_.opposite(side))));
+    const Eigen::Vector2d& c = place(mesh_.apex(side));
+    const Eigen::Vector2d& d = place(mesh_.apex(mesh_.opposite(side)));
     if (!(turn(a, d, c) > 0 && turn(d, b, c) > 0)) {
       return false;
     }

@@ -7,7 +7,6 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
-#include "sim/mesh/cut/thin_faces.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 

@@ -22,6 +22,23 @@ struct CappedCut {
   Eigen::Index skin_faces;
 };
 
+/// A closed surface in two parts, a skin and its caps, which meet in rims.
+struct CappedSurface {
+  Points points;
+  Triangles triangles;
+  std::vector<bool> is_cap;    // of each face
+  std::vector<bool> is_fixed;  // of each point: stays
+  /// How far a point of a crease or of a bend of the rim may move at a place [m].
+  std::function<double(const Vector3&)> tolerance;
+};
+
+/// Removes faces with angles below 25 degrees as far as collapsing and flipping edges can: rims and
+/// creases (above 50 degrees) stay within the tolerance, no face turns by more than 37 degrees, and no
+/// change makes the smallest angle round it smaller.
+///
+/// throws   InputError if the surface is not a closed oriented manifold
+void remove_thin_faces(CappedSurface& surface);
+
 /// What a capped cut is judged and mended by.
 struct CutPlace {
   std::string what;                                 // how errors call the cut

@@ -8,9 +8,10 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/mesh/cut/thin_faces.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/mesh/repair/fill_holes.h"
+#include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
@@ -25,12 +26,10 @@ constexpr double kThin = 25.0 * std::numbers::pi / 180;  // a smaller angle is n
 class Clipper {
  public:
   Clipper(const TriangleMesh& mesh, CuttingSurface surface)
-      : mesh_(mesh), surface_(std::move(surface)), rings_(mesh.triangles(), mesh.vertex_count()) {
-    points_.reserve(static_cast<std::size_t>(mesh.vertex_count()));
-    for (const auto& vertex : mesh.vertices().colwise()) {
-      points_.emplace_back(vertex);
-    }
-  }
+      : mesh_(mesh),
+        surface_(std::move(surface)),
+        rings_(mesh.triangles(), mesh.vertex_count()),
+        points_(as_list(mesh.vertices())) {}
 
   ClippedSurface clip() {
     pushed_.assign(points_.size(), false);
@@ -174,7 +173,7 @@ class Clipper {
     bool keeps = true;
     for (const int side : rings_.around(v)) {
       const int to_b = rings_.to(side);
-      const int to_c = rings_.from(EditMesh::previous(side));
+      const int to_c = rings_.apex(side);
       if (side_of(to_b) >= 0 && side_of(to_c) >= 0) {
         continue;  // nothing of the face would be left
       }
@@ -237,7 +236,7 @@ class Clipper {
 
   /// A vertex whose faces form several fans becomes one for each.
   void separate_fans() {
-    const Triangles faces = as_matrix(triangles_);
+    const Triangles faces = as_columns(triangles_);
     DisjointSets sets = fans(faces, sorted_sides(faces));
     constexpr Eigen::Index kNone = -1;
     std::vector<Eigen::Index> fan(points_.size(), kNone);  // the first one of each vertex
@@ -273,14 +272,6 @@ ClippedSurface clipped(const TriangleMesh& mesh, CuttingSurface surface) {
   return Clipper(mesh, std::move(surface)).clip();
 }
 
-Triangles as_matrix(const std::vector<std::array<int, 3>>& faces) {
-  Triangles triangles(3, static_cast<Eigen::Index>(faces.size()));
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    triangles.col(static_cast<Eigen::Index>(f)) << faces[f][0], faces[f][1], faces[f][2];
-  }
-  return triangles;
-}
-
 std::vector<std::array<int, 3>> as_triples(const Triangles& faces) {
   std::vector<std::array<int, 3>> triples;
   for (const auto& face : faces.colwise()) {
@@ -290,37 +281,18 @@ std::vector<std::array<int, 3>> as_triples(const Triangles& faces) {
 }
 
 TriangleMesh as_mesh(const ClippedSurface& surface) {
-  Points points(3, static_cast<Eigen::Index>(surface.points.size()));
-  for (std::size_t v = 0; v < surface.points.size(); ++v) {
-    points.col(static_cast<Eigen::Index>(v)) = surface.points[v];
-  }
-  return {std::move(points), as_matrix(surface.triangles)};
+  return {as_columns(surface.points), as_columns(surface.triangles)};
 }
 
 std::vector<std::vector<int>> loops_of(const ClippedSurface& surface) {
-  return boundary_loops(as_matrix(surface.triangles), static_cast<int>(surface.points.size()));
+  return boundary_loops(as_columns(surface.triangles), static_cast<int>(surface.points.size()));
 }
 
 void drop_unused_points(ClippedSurface& surface) {
-  std::vector<int> number(surface.points.size(), -1);
-  for (const auto& triangle : surface.triangles) {
-    for (const int v : triangle) {
-      number[static_cast<std::size_t>(v)] = 0;
-    }
-  }
-  std::size_t count = 0;
-  for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] == 0) {
-      surface.points[count] = surface.points[v];
-      number[v] = static_cast<int>(count++);
-    }
-  }
-  surface.points.resize(count);
-  for (auto& triangle : surface.triangles) {
-    for (int& v : triangle) {
-      v = number[static_cast<std::size_t>(v)];
-    }
-  }
+  Points points = as_columns(surface.points);
+  Triangles triangles = as_columns(surface.triangles);
+  drop_unused_points(points, triangles);
+  surface = {as_list(points), as_triples(triangles)};
 }
 
 }  // namespace touchfield

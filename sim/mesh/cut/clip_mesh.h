@@ -39,7 +39,6 @@ struct ClippedSurface {
 /// throws    InputError if the mesh is not closed and oriented
 ClippedSurface clipped(const TriangleMesh& mesh, CuttingSurface surface);
 
-Triangles as_matrix(const std::vector<std::array<int, 3>>& faces);
 std::vector<std::array<int, 3>> as_triples(const Triangles& faces);
 TriangleMesh as_mesh(const ClippedSurface& surface);
 

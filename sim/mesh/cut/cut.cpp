@@ -13,8 +13,8 @@
 #include "sim/mesh/cut/cap_mesh.h"
 #include "sim/mesh/cut/capped_cut.h"
 #include "sim/mesh/cut/clip_mesh.h"
-#include "sim/mesh/edges.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

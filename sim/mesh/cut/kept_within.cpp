@@ -14,10 +14,10 @@
 #include "sim/mesh/cut/capped_cut.h"
 #include "sim/mesh/cut/clip_mesh.h"
 #include "sim/mesh/cut/cut.h"
-#include "sim/mesh/edges.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
@@ -46,11 +46,7 @@ CapChart sphere_chart(const Vector3& centre, double radius, const Vector3& middl
 TriangleMesh split_near_sphere(const TriangleMesh& mesh, const Vector3& centre, double radius,
                                const EdgeSizing& sizing) {
   EditMesh edit(mesh.triangles(), mesh.vertex_count());
-  std::vector<Vector3> points;
-  points.reserve(static_cast<std::size_t>(mesh.vertex_count()));
-  for (const auto& vertex : mesh.vertices().colwise()) {
-    points.emplace_back(vertex);
-  }
+  std::vector<Vector3> points = as_list(mesh.vertices());
   const auto point = [&](int v) -> const Vector3& { return points[static_cast<std::size_t>(v)]; };
   const auto length = [&](int side) { return (point(edit.from(side)) - point(edit.to(side))).norm(); };
   const auto longest_of = [&](int face) {
@@ -86,11 +82,7 @@ TriangleMesh split_near_sphere(const TriangleMesh& mesh, const Vector3& centre, 
   }
   std::vector<int> numbers;
   Triangles triangles = edit.compact(numbers);
-  Points vertices(3, static_cast<Eigen::Index>(numbers.size()));
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    vertices.col(static_cast<Eigen::Index>(i)) = point(numbers[i]);
-  }
-  return {std::move(vertices), std::move(triangles)};
+  return {as_columns(points)(Eigen::all, numbers), std::move(triangles)};
 }
 
 /// Which vertices the ball keeps (-1) or leaves out (1). Bulges out of the ball and dents into it that are shallower

@@ -1,5 +1,3 @@
-#include "sim/mesh/cut/thin_faces.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include "sim/mesh/cut/capped_cut.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/remesh/edit_mesh.h"
 
 namespace touchfield {
@@ -41,13 +41,11 @@ class Mender {
       }
     }
     surface_.triangles = mesh_.compact(numbers);
-    Points points(3, static_cast<Eigen::Index>(numbers.size()));
     std::vector<bool> is_fixed;
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      points.col(static_cast<Eigen::Index>(i)) = surface_.points.col(numbers[i]);
-      is_fixed.push_back(surface_.is_fixed[static_cast<std::size_t>(numbers[i])]);
+    for (const int v : numbers) {
+      is_fixed.push_back(surface_.is_fixed[static_cast<std::size_t>(v)]);
     }
-    surface_.points = std::move(points);
+    surface_.points = Points(surface_.points(Eigen::all, numbers));
     surface_.is_cap = std::move(is_cap);
     surface_.is_fixed = std::move(is_fixed);
   }
@@ -66,10 +64,10 @@ class Mender {
 
   Vector3 normal(int side) const {
     const Vector3 a = point(mesh_.from(side));
-    return (point(mesh_.to(side)) - a).cross(point(mesh_.from(EditMesh::previous(side))) - a).normalized();
+    return (point(mesh_.to(side)) - a).cross(point(mesh_.apex(side)) - a).normalized();
   }
   double angle(int side) const {
-    return smallest_angle(point(mesh_.from(side)), point(mesh_.to(side)), point(mesh_.from(EditMesh::previous(side))));
+    return smallest_angle(point(mesh_.from(side)), point(mesh_.to(side)), point(mesh_.apex(side)));
   }
   /// The thinnest faces' normals say nothing.
   bool has_normal(int side) const { return angle(side) > kNoNormal; }
@@ -137,8 +135,8 @@ class Mender {
     }
     const Vector3 a = point(mesh_.from(side));
     const Vector3 b = point(mesh_.to(side));
-    const Vector3 c = point(mesh_.from(EditMesh::previous(side)));
-    const Vector3 d = point(mesh_.from(EditMesh::previous(other)));
+    const Vector3 c = point(mesh_.apex(side));
+    const Vector3 d = point(mesh_.apex(other));
     // A thin face's own normal says little: the larger of the two faces tells how the surface lies.
     const Vector3 one = (b - a).cross(c - a);
     const Vector3 two = (d - a).cross(b - a);
@@ -175,7 +173,7 @@ class Mender {
     result.allowed = true;
     for (const int around : mesh_.around(v)) {
       const int to_b = mesh_.to(around);
-      const int to_c = mesh_.from(EditMesh::previous(around));
+      const int to_c = mesh_.apex(around);
       result.before = std::min(result.before, angle(around));
       if (to_b != target && to_c != target) {
         constexpr double kLonger = 1.6;
@@ -270,13 +268,5 @@ class Mender {
 }  // namespace
 
 void remove_thin_faces(CappedSurface& surface) { Mender(surface).mend(); }
-
-double smallest_angle(const Vector3& a, const Vector3& b, const Vector3& c) {
-  const double area = (b - a).cross(c - a).norm();
-  const auto angle = [&](const Vector3& at, const Vector3& one, const Vector3& other) {
-    return std::atan2(area, (one - at).dot(other - at));
-  };
-  return std::min({angle(a, b, c), angle(b, c, a), angle(c, a, b)});
-}
 
 }  // namespace touchfield

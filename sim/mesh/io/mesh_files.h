@@ -38,6 +38,15 @@ FileSurface parse_ply(const std::string& content, const std::string& name);
 FileSurface parse_off(const std::string& content, const std::string& name);
 FileSurface parse_vtp(const std::string& content, const std::string& name);
 
+/// Adds polygons as triangles, once all points are known; a polygon of four corners or more need not be convex, and
+/// one without area becomes triangles without area.
+///
+/// polygons   corners as numbers of the surface's points
+/// throws     InputError "name: face ..." on fewer than 3 corners or more than 5000, a corner that is no point, or a
+/// polygon that cuts itself
+void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64_t>>& polygons,
+                  const std::string& name);
+
 /// A mesh as the content of a file, in file units of `unit` metres: binary STL, binary PLY, OFF and OBJ as text, VTP
 /// with its arrays inline and compressed.
 std::string as_stl(const TriangleMesh& mesh, double unit);

@@ -3,11 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <numeric>
 #include <system_error>
 #include <utility>
@@ -17,6 +14,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/whole_file.h"
 
 namespace touchfield {
 
@@ -56,26 +54,16 @@ void require_unit(double unit) {
 std::string content_of(const std::string& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found) {
-    throw InputError(fmt::format("{}: no such file", path));
-  }
-  if (status.type() == fs::file_type::directory) {
+  if (fs::is_directory(status)) {
     throw InputError(fmt::format("{}: is a directory, not a mesh file", path));
   }
-  if (error || status.type() != fs::file_type::regular) {
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
     throw InputError(fmt::format("{}: cannot be read as a file", path));
   }
-  const std::uintmax_t size = fs::file_size(path, error);
-  if (!error && size > static_cast<std::uintmax_t>(kMostFileBytes)) {
+  if (const std::uintmax_t size = fs::file_size(path, error); !error && size > std::uintmax_t{kMostFileBytes}) {
     throw InputError(fmt::format("{}: {} bytes, a mesh file may have at most {}", path, size, kMostFileBytes));
   }
-  std::ifstream file(path, std::ios::binary);
-  std::string content(error ? 0 : size, '\0');
-  file.read(content.data(), static_cast<std::streamsize>(content.size()));
-  content.resize(static_cast<std::size_t>(file.gcount()));
-  if (error || !file.is_open() || file.bad()) {
-    throw InputError(fmt::format("{}: cannot be read: {}", path, std::strerror(errno)));
-  }
+  std::string content = read_whole_file(path, kMostFileBytes);
   if (content.empty()) {
     throw InputError(fmt::format("{}: the file is empty", path));
   }

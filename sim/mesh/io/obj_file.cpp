@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include "sim/mesh/io/mesh_files.h"
-#include "sim/mesh/io/polygon.h"
 #include "sim/mesh/io/text_cursor.h"
 
 namespace touchfield {

@@ -6,7 +6,6 @@
 
 #include "sim/core/errors.h"
 #include "sim/mesh/io/mesh_files.h"
-#include "sim/mesh/io/polygon.h"
 #include "sim/mesh/io/text_cursor.h"
 
 namespace touchfield {

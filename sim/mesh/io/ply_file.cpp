@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -11,7 +9,6 @@
 #include "sim/core/errors.h"
 #include "sim/mesh/io/byte_string.h"
 #include "sim/mesh/io/mesh_files.h"
-#include "sim/mesh/io/polygon.h"
 #include "sim/mesh/io/text_cursor.h"
 
 namespace touchfield {
@@ -42,27 +39,21 @@ struct Header {
 std::optional<Scalar> scalar_type(std::string_view word) {
   struct Name {
     std::string_view word;
+    std::string_view sized;
     Scalar type;
   };
-  static constexpr std::array<Name, 16> kNames = {{
-      {"char", Scalar::kInt8},
-      {"int8", Scalar::kInt8},
-      {"uchar", Scalar::kUint8},
-      {"uint8", Scalar::kUint8},
-      {"short", Scalar::kInt16},
-      {"int16", Scalar::kInt16},
-      {"ushort", Scalar::kUint16},
-      {"uint16", Scalar::kUint16},
-      {"int", Scalar::kInt32},
-      {"int32", Scalar::kInt32},
-      {"uint", Scalar::kUint32},
-      {"uint32", Scalar::kUint32},
-      {"float", Scalar::kFloat32},
-      {"float32", Scalar::kFloat32},
-      {"double", Scalar::kFloat64},
-      {"float64", Scalar::kFloat64},
+  static constexpr std::array<Name, 8> kNames = {{
+      {"char", "int8", Scalar::kInt8},
+      {"uchar", "uint8", Scalar::kUint8},
+      {"short", "int16", Scalar::kInt16},
+      {"ushort", "uint16", Scalar::kUint16},
+      {"int", "int32", Scalar::kInt32},
+      {"uint", "uint32", Scalar::kUint32},
+      {"float", "float32", Scalar::kFloat32},
+      {"double", "float64", Scalar::kFloat64},
   }};
-  const auto* found = std::find_if(kNames.begin(), kNames.end(), [&](const Name& name) { return name.word == word; });
+  const auto* found = std::find_if(kNames.begin(), kNames.end(),
+                                   [&](const Name& name) { return name.word == word || name.sized == word; });
   return found == kNames.end() ? std::nullopt : std::optional(found->type);
 }
 
@@ -193,16 +184,11 @@ class Body {
  private:
   template <class Number>
   Number take() {
-    std::array<char, sizeof(Number)> bytes;
-    if (content_.size() - at_ < bytes.size()) {
+    if (content_.size() - at_ < sizeof(Number)) {
       fail("the file ends before all its elements are read");
     }
-    std::copy_n(content_.data() + at_, bytes.size(), bytes.begin());
-    at_ += bytes.size();
-    if ((encoding_ == Encoding::kBigEndian) != (std::endian::native == std::endian::big)) {
-      std::reverse(bytes.begin(), bytes.end());
-    }
-    return std::bit_cast<Number>(bytes);
+    at_ += sizeof(Number);
+    return number_at<Number>(content_.data() + at_ - sizeof(Number), encoding_ == Encoding::kBigEndian);
   }
 
   const std::string& content_;

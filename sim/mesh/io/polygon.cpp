@@ -1,5 +1,3 @@
-#include "sim/mesh/io/polygon.h"
-
 #include <algorithm>
 
 #include <Eigen/Geometry>
@@ -10,6 +8,7 @@
 #include <vtkPolygon.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/io/mesh_files.h"
 
 namespace touchfield {
 

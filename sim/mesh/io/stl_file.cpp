@@ -20,9 +20,7 @@ constexpr std::size_t kHeader = 84;  // bytes: a comment of 80 and the number of
 constexpr std::size_t kFace = 50;    // bytes: normal and corners as 12 floats, an attribute of 2
 
 std::uint32_t announced_faces(const std::string& content) {
-  std::uint32_t faces = 0;
-  std::memcpy(&faces, content.data() + 80, sizeof faces);
-  return faces;
+  return number_at<std::uint32_t>(content.data() + 80, false);
 }
 
 void add_face(FileSurface& surface, const std::array<Vector3, 3>& corners) {

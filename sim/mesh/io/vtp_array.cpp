@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -11,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/io/byte_string.h"
 #include "sim/mesh/io/text_cursor.h"
 
 namespace touchfield {
@@ -101,16 +101,6 @@ class ByteSource {
   std::string decoded_;  // the last group
   std::size_t used_ = 0;
 };
-
-template <class Number>
-Number number_at(const char* at, bool big_endian) {
-  std::array<char, sizeof(Number)> bytes;
-  std::copy_n(at, bytes.size(), bytes.begin());
-  if (big_endian != (std::endian::native == std::endian::big)) {
-    std::reverse(bytes.begin(), bytes.end());
-  }
-  return std::bit_cast<Number>(bytes);
-}
 
 std::uint64_t take_length(ByteSource& source, const VtpEncoding& encoding) {
   const std::string bytes = source.take(encoding.wide_header ? 8 : 4);
@@ -236,28 +226,25 @@ std::vector<Result> from_text(std::string_view text, const std::string& what) {
 }
 
 template <class Result>
-using Decoder = std::vector<Result> (*)(const std::string& bytes, bool big_endian, const std::string& what);
-
-template <class Result>
 struct NumberType {
   const char* name;
   std::uint64_t bytes;
-  Decoder<Result> decoder;
+  std::vector<Result> (*decoder)(const std::string& bytes, bool big_endian, const std::string& what);
 };
+
+template <class Result, class Number>
+constexpr NumberType<Result> type_of(const char* name) {
+  return {name, sizeof(Number), from_bytes<Result, Number>};
+}
 
 template <class Result>
 const NumberType<Result>& number_type(const std::string& type, const std::string& what) {
   static constexpr std::array<NumberType<Result>, 10> kTypes = {
-      {{"Int8", sizeof(std::int8_t), from_bytes<Result, std::int8_t>},
-       {"UInt8", sizeof(std::uint8_t), from_bytes<Result, std::uint8_t>},
-       {"Int16", sizeof(std::int16_t), from_bytes<Result, std::int16_t>},
-       {"UInt16", sizeof(std::uint16_t), from_bytes<Result, std::uint16_t>},
-       {"Int32", sizeof(std::int32_t), from_bytes<Result, std::int32_t>},
-       {"UInt32", sizeof(std::uint32_t), from_bytes<Result, std::uint32_t>},
-       {"Int64", sizeof(std::int64_t), from_bytes<Result, std::int64_t>},
-       {"UInt64", sizeof(std::uint64_t), from_bytes<Result, std::uint64_t>},
-       {"Float32", sizeof(float), from_bytes<Result, float>},
-       {"Float64", sizeof(double), from_bytes<Result, double>}}};
+      type_of<Result, std::int8_t>("Int8"),   type_of<Result, std::uint8_t>("UInt8"),
+      type_of<Result, std::int16_t>("Int16"), type_of<Result, std::uint16_t>("UInt16"),
+      type_of<Result, std::int32_t>("Int32"), type_of<Result, std::uint32_t>("UInt32"),
+      type_of<Result, std::int64_t>("Int64"), type_of<Result, std::uint64_t>("UInt64"),
+      type_of<Result, float>("Float32"),      type_of<Result, double>("Float64")};
   const auto* found =
       std::find_if(kTypes.begin(), kTypes.end(), [&](const NumberType<Result>& known) { return known.name == type; });
   if (found == kTypes.end()) {
@@ -265,6 +252,8 @@ const NumberType<Result>& number_type(const std::string& type, const std::string
   }
   return *found;
 }
+
+}  // namespace
 
 template <class Result>
 std::vector<Result> decode(const VtpArray& array, const VtpEncoding& encoding,
@@ -280,18 +269,9 @@ std::vector<Result> decode(const VtpArray& array, const VtpEncoding& encoding,
   return type.decoder(take_bytes(array, encoding, appended, most_bytes, what), encoding.big_endian, what);
 }
 
-}  // namespace
-
-std::vector<double> decode_numbers(const VtpArray& array, const VtpEncoding& encoding,
-                                   const std::optional<VtpAppendedData>& appended, std::int64_t most,
-                                   const std::string& what) {
-  return decode<double>(array, encoding, appended, most, what);
-}
-
-std::vector<std::int64_t> decode_integers(const VtpArray& array, const VtpEncoding& encoding,
-                                          const std::optional<VtpAppendedData>& appended, std::int64_t most,
-                                          const std::string& what) {
-  return decode<std::int64_t>(array, encoding, appended, most, what);
-}
+template std::vector<double> decode(const VtpArray&, const VtpEncoding&, const std::optional<VtpAppendedData>&,
+                                    std::int64_t, const std::string&);
+template std::vector<std::int64_t> decode(const VtpArray&, const VtpEncoding&, const std::optional<VtpAppendedData>&,
+                                          std::int64_t, const std::string&);
 
 }  // namespace touchfield

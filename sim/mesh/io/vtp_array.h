@@ -36,11 +36,8 @@ struct VtpArray {
 /// what       how an error calls the array, with the file
 /// throws     InputError on an unknown type or format, damaged base64 or zlib data, lengths that do not match what
 ///            there is, a word that is no number, or, for integers, a number that is not a whole one
-std::vector<double> decode_numbers(const VtpArray& array, const VtpEncoding& encoding,
-                                   const std::optional<VtpAppendedData>& appended, std::int64_t most,
-                                   const std::string& what);
-std::vector<std::int64_t> decode_integers(const VtpArray& array, const VtpEncoding& encoding,
-                                          const std::optional<VtpAppendedData>& appended, std::int64_t most,
-                                          const std::string& what);
+template <class Result>  // double or std::int64_t
+std::vector<Result> decode(const VtpArray& array, const VtpEncoding& encoding,
+                           const std::optional<VtpAppendedData>& appended, std::int64_t most, const std::string& what);
 
 }  // namespace touchfield

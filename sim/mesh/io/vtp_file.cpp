@@ -18,7 +18,6 @@
 
 #include "sim/core/errors.h"
 #include "sim/mesh/io/mesh_files.h"
-#include "sim/mesh/io/polygon.h"
 #include "sim/mesh/io/text_cursor.h"
 #include "sim/mesh/io/vtp_array.h"
 
@@ -259,7 +258,7 @@ class SurfaceReader {
   void add_points(const Piece& piece, std::int64_t count) {
     const std::string what = name_ + ": Points";
     const std::vector<double> values =
-        decode_numbers(array_of(piece, "Points"), document_.encoding, document_.appended, 3 * count, what);
+        decode<double>(array_of(piece, "Points"), document_.encoding, document_.appended, 3 * count, what);
     if (values.size() % 3 != 0 || static_cast<std::int64_t>(values.size() / 3) != count) {
       throw InputError(fmt::format("{}: there are {} coordinates for {} points", what, values.size(), count));
     }
@@ -282,7 +281,8 @@ class SurfaceReader {
     }
     require_few(0, static_cast<std::int64_t>(polygons_.size()) + count, name_);
     const auto integers = [&](const std::string& key, std::int64_t most) {
-      return decode_integers(array_of(piece, key), document_.encoding, document_.appended, most, name_ + ": " + key);
+      return decode<std::int64_t>(array_of(piece, key), document_.encoding, document_.appended, most,
+                                  name_ + ": " + key);
     };
     const std::vector<std::int64_t> corners = integers(kind + "/connectivity", kMostFileCorners - corners_);
     const std::vector<std::int64_t> ends = integers(kind + "/offsets", count);

@@ -14,8 +14,8 @@ using Box = Eigen::AlignedBox3d;
 /// Boxes round the faces of a mesh, each larger by `touch` times the face's longest edge on every side.
 std::vector<Box> boxes_round_faces(const TriangleMesh& mesh, double touch);
 
-/// Boxes along the axes in a tree of boxes round groups of them, to go through the pairs of boxes that meet or are near
-/// each other. Any number of threads may ask at once.
+/// Boxes along the axes in a tree of boxes round groups of them, to find those that meet or are near something. Any
+/// number of threads may ask at once.
 class BoxTree {
  public:
   struct Node {  // holds places first .. first + count - 1; its first child is the next node
@@ -37,35 +37,44 @@ class BoxTree {
   Eigen::Index number(std::size_t place) const { return numbers_[place]; }
   const Box& box(std::size_t place) const { return boxes_[place]; }
 
-  /// Calls visit(number) for each box that meets the given one, in no order.
-  template <class Visit>
-  void for_each_meeting(const Box& box, const Visit& visit) const {
+  /// The halving of 2^31 boxes ends after 31 levels, and each level leaves one node waiting.
+  static constexpr std::size_t kStack = 64;
+
+  /// Goes down from the root: opens the nodes n of which enter(n) holds, and calls visit(place) for the places of those
+  /// without children. In no order.
+  template <class Enter, class Visit>
+  void walk(const Enter& enter, const Visit& visit) const {
     std::array<std::size_t, kStack> stack;
     std::size_t waiting = 0;
     stack[waiting++] = 0;
     while (waiting > 0) {
       const std::size_t n = stack[--waiting];
-      const Node& node = nodes_[n];
-      if (!node.box.intersects(box)) {
+      if (!enter(n)) {
         continue;
       }
-      if (node.has_children()) {
+      if (const Node& node = nodes_[n]; node.has_children()) {
         stack[waiting++] = node.second_child;
         stack[waiting++] = n + 1;
-        continue;
-      }
-      for (std::size_t i = node.first; i < node.first + node.count; ++i) {
-        if (boxes_[i].intersects(box)) {
-          visit(numbers_[i]);
+      } else {
+        for (std::size_t i = node.first; i < node.first + node.count; ++i) {
+          visit(i);
         }
       }
     }
   }
 
- private:
-  // The halving of 2^31 boxes ends after 31 levels, and each level leaves one node waiting.
-  static constexpr std::size_t kStack = 64;
+  /// Calls visit(number) for each box that meets the given one, in no order.
+  template <class Visit>
+  void for_each_meeting(const Box& box, const Visit& visit) const {
+    walk([&](std::size_t n) { return nodes_[n].box.intersects(box); },
+         [&](std::size_t place) {
+           if (boxes_[place].intersects(box)) {
+             visit(numbers_[place]);
+           }
+         });
+  }
 
+ private:
   std::size_t build(const std::vector<Box>& boxes, std::size_t first, std::size_t count);
 
   std::vector<Node> nodes_;

@@ -38,6 +38,13 @@ struct PointClearance {
 /// body   closed, oriented outwards
 std::vector<PointClearance> point_clearances(const TriangleMesh& body, const Points& points);
 
+/// The convex hull of points in a plane, as triangles round one of its corners (facing either way).
+///
+/// points   3 x N [m], in the plane that fits them best
+/// flat     how far they may be from it [m]
+/// returns  nothing if they are farther, fewer than three, or not wider than a thousandth of their length
+std::optional<TriangleMesh> flat_hull(const Points& points, double flat);
+
 /// Where a body meets a plate, or comes too near to it.
 struct PlateCollision {
   int plate;

@@ -3,6 +3,7 @@
 #include <limits>
 #include <vector>
 
+#include "sim/mesh/query/box_tree.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -14,7 +15,7 @@ struct SkinPoint {
   double distance;    // [m]
 };
 
-/// Boxes round the faces of a mesh, in a tree: what is near a point and whether it is inside, in some microseconds on
+/// The faces of a mesh in a BoxTree: what is near a point and whether it is inside, in some microseconds on
 /// 50,000 faces. Keeps its own copy of the faces. Any number of threads may ask at once.
 class FaceTree {
  public:
@@ -44,13 +45,6 @@ class FaceTree {
     Vector3 normal;
     Eigen::Index face;
   };
-  struct Node {  // of leaves first .. first + count - 1; its first child is the next node
-    Vector3 lower;
-    Vector3 upper;
-    std::size_t first;
-    std::size_t count;
-    std::size_t second_child;  // 0 if it has no children
-  };
   struct Moments {  // a node's faces seen from far
     Vector3 at;
     Vector3 area;            // [m2], sum of area times normal
@@ -58,14 +52,14 @@ class FaceTree {
     double radius;           // [m], no corner is farther from `at`
   };
 
-  std::size_t build(const TriangleMesh& mesh, std::vector<Eigen::Index>& faces, std::size_t first, std::size_t count);
+  Moments moments_of(const TriangleMesh& mesh, const BoxTree::Node& node) const;
 
   template <class Allowed>
   SkinPoint search(const Vector3& x, double within, const Allowed& allowed) const;
 
-  std::vector<Leaf> leaves_;
-  std::vector<Node> nodes_;
-  std::vector<Moments> moments_;
+  BoxTree tree_;
+  std::vector<Leaf> leaves_;      // by place
+  std::vector<Moments> moments_;  // by node
 };
 
 }  // namespace touchfield

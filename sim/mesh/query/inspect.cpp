@@ -158,17 +158,15 @@ void walk_pieces(const Points& points, const Triangles& triangles, const Pieces&
 void measure_shape(const Points& points, const Triangles& triangles, MeshReport& report) {
   report.shortest_edge = std::numeric_limits<double>::infinity();
   report.smallest_angle = std::numeric_limits<double>::infinity();
-  for (Index f = 0; f < triangles.cols(); ++f) {
-    const auto corner = [&](int c) { return points.col(triangles(c % 3, f)); };
-    report.area += 0.5 * twice_area_vector(points, triangles.col(f)).norm();
+  for (const auto& face : triangles.colwise()) {
+    report.area += 0.5 * twice_area_vector(points, face).norm();
     for (int c = 0; c < 3; ++c) {
-      const Vector3 along = corner(c + 1) - corner(c);
-      const Vector3 back = corner(c + 2) - corner(c);
-      report.shortest_edge = std::min(report.shortest_edge, along.norm());
-      report.longest_edge = std::max(report.longest_edge, along.norm());
-      // The arc tangent keeps its digits at small angles, where the arc cosine loses them.
-      report.smallest_angle = std::min(report.smallest_angle, std::atan2(along.cross(back).norm(), along.dot(back)));
+      const double edge = (points.col(face((c + 1) % 3)) - points.col(face(c))).norm();
+      report.shortest_edge = std::min(report.shortest_edge, edge);
+      report.longest_edge = std::max(report.longest_edge, edge);
     }
+    report.smallest_angle =
+        std::min(report.smallest_angle, smallest_angle(points.col(face(0)), points.col(face(1)), points.col(face(2))));
   }
 }
 

@@ -13,6 +13,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -150,8 +151,6 @@ double extent(const TriangleMesh& mesh) {
   return (mesh.vertices().rowwise().maxCoeff() - mesh.vertices().rowwise().minCoeff()).norm();
 }
 
-double local_edge(const TriangleMesh& mesh, Index f) { return std::sqrt(mesh.areas()(f) * 4.0 / std::sqrt(3.0)); }
-
 /// Radius of the largest ball inside the surface that touches it at the centroid of face f, somewhat too large: a ball
 /// grows until skin is well inside, then shrinks to the one through the nearest skin until none is.
 ///
@@ -164,7 +163,7 @@ double inner_radius(const TriangleMesh& mesh, const FaceTree& tree, Index f, dou
   constexpr int kMostSteps = 100;  // some ten suffice
   const Vector3 touch = mesh.centroids().col(f);
   const Vector3 normal = mesh.normals().col(f);
-  double radius = 0.25 * local_edge(mesh, f);
+  double radius = 0.25 * mesh.local_edge(f);
   bool grows = true;
   for (int step = 0; step < kMostSteps && radius < size; ++step) {
     const SkinPoint skin = tree.nearest(touch - radius * normal, kWellInside * radius);
@@ -204,7 +203,7 @@ class PlaceFinder {
       const std::uint64_t number = scrambled(seed) + i;
       const Index f = faces[static_cast<std::size_t>(uniform(number, 0) * static_cast<double>(faces.size()))];
       const double most = largest_depth(f);
-      const double least = std::min(kLeastDepth * local_edge(mesh_, f), most);
+      const double least = std::min(kLeastDepth * mesh_.local_edge(f), most);
       places[i] = under(f, least + uniform(number, 1) * (most - least));
     }
     std::erase_if(places, [](const Place& place) { return place.edges < kLeastDepth; });
@@ -243,7 +242,7 @@ class PlaceFinder {
   Place under(Index f, double depth) const {
     const Vector3 at = mesh_.centroids().col(f) - depth * mesh_.normals().col(f);
     const SkinPoint skin = tree_.nearest(at);
-    return {at, skin.distance, tree_.winding_number(at) > 0.5 ? skin.distance / local_edge(mesh_, skin.face) : 0.0};
+    return {at, skin.distance, tree_.winding_number(at) > 0.5 ? skin.distance / mesh_.local_edge(skin.face) : 0.0};
   }
 
   const TriangleMesh& mesh_;
@@ -289,16 +288,6 @@ void require_positive(const char* name, double value) {
 }
 
 }  // namespace
-
-Eigen::VectorXd depths(const TriangleMesh& mesh, const Points& points) {
-  const FaceTree tree(mesh);
-  Eigen::VectorXd result(points.cols());
-#pragma omp parallel for schedule(dynamic, 64)
-  for (Index n = 0; n < points.cols(); ++n) {
-    result(n) = tree.nearest(points.col(n)).distance;
-  }
-  return result;
-}
 
 Points spaced_interior_points(const TriangleMesh& mesh, double spacing, double clearance) {
   require_positive("interior_points.spacing", spacing);
@@ -370,11 +359,7 @@ Points interior_sources(const TriangleMesh& mesh, const Vector3& target, double 
                                  kLeastDepth));
   }
 
-  Points sources(3, static_cast<Index>(chosen.size()));
-  for (Index i = 0; i < sources.cols(); ++i) {
-    sources.col(i) = chosen[static_cast<std::size_t>(i)];
-  }
-  return sources;
+  return as_columns(chosen);
 }
 
 }  // namespace touchfield

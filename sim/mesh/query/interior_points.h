@@ -6,11 +6,6 @@
 
 namespace touchfield {
 
-/// Distance from each point to the nearest point of the skin [m], inside or outside, exact.
-///
-/// points   3 x N [m]
-Eigen::VectorXd depths(const TriangleMesh& mesh, const Points& points);
-
 /// Points inside a closed surface, spread evenly but on no lattice and no plane of symmetry: darts thrown in a fixed
 /// random order, at most eight a cube of side `spacing`, each kept if it has the clearance and is no nearer than
 /// 0.8 spacings to one kept before. The same mesh gives the same points; they move with the mesh but are others in

@@ -5,10 +5,9 @@
 #include <limits>
 #include <vector>
 
-#include <Eigen/Geometry>
-
-#include "sim/mesh/edges.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 
@@ -48,9 +47,7 @@ void measure_angles(const TriangleMesh& mesh, MeshRisks& risks) {
   risks.smallest_angle = kInfinity;
   for (Index f = 0; f < mesh.face_count(); ++f) {
     for (int c = 0; c < 3; ++c) {
-      const Vector3 along = mesh.corner(f, (c + 1) % 3) - mesh.corner(f, c);
-      const Vector3 back = mesh.corner(f, (c + 2) % 3) - mesh.corner(f, c);
-      const double angle = std::atan2(along.cross(back).norm(), along.dot(back));
+      const double angle = corner_angle(mesh, f, c);
       if (angle < risks.smallest_angle) {
         risks.smallest_angle = angle;
         risks.angle_at = mesh.corner(f, c);

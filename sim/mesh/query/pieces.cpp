@@ -95,10 +95,10 @@ bool Piece::flat() const {
   return std::abs(volume) <= kFlat * std::pow(area, 1.5);
 }
 
-Pieces find_pieces(const Points& points, const Triangles& triangles, const std::vector<Side>& sides) {
+Pieces find_pieces(const Points& points, const Triangles& triangles, const std::vector<Side>& sides, std::size_t most) {
   DisjointSets faces(triangles.cols());
   for_each_edge(sides, [&](std::span<const Side> edge) {
-    for (const Side& other : edge.subspan(1)) {
+    for (const Side& other : edge.subspan(edge.size() > most ? edge.size() : 1)) {
       faces.join(edge[0].face, other.face);
     }
   });

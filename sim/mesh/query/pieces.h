@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+#include <limits>
 #include <vector>
 
 #include "sim/mesh/topology.h"
@@ -24,7 +26,9 @@ struct Pieces {
 };
 
 /// sides   sorted_sides(triangles)
-Pieces find_pieces(const Points& points, const Triangles& triangles, const std::vector<Side>& sides);
+/// most    edges of more faces connect nothing
+Pieces find_pieces(const Points& points, const Triangles& triangles, const std::vector<Side>& sides,
+                   std::size_t most = std::numeric_limits<std::size_t>::max());
 
 /// Whether each piece lies inside another one, where no sound from outside reaches it: that one winds round every face
 /// of it, and no face of either cuts one of the other. Pieces that overlap are not nested.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
 
 namespace touchfield {
 
@@ -26,33 +27,17 @@ Terms terms_at(double u, double v) { return Terms(1.0, u, v, u * u, u * v, v * v
 }  // namespace
 
 SurfaceFit::SurfaceFit(const TriangleMesh& mesh)
-    : mesh_(mesh),
-      tree_(mesh),
-      round_(static_cast<std::size_t>(mesh.triangles().size())),
-      starts_(static_cast<std::size_t>(mesh.vertex_count()) + 1, 0) {
-  const auto corners = mesh_.triangles().reshaped();
-  for (const int v : corners) {
-    ++starts_[static_cast<std::size_t>(v) + 1];
-  }
-  for (std::size_t v = 1; v < starts_.size(); ++v) {
-    starts_[v] += starts_[v - 1];
-  }
-  std::vector<std::size_t> next = starts_;
-  for (Index k = 0; k < corners.size(); ++k) {
-    round_[next[static_cast<std::size_t>(corners(k))]++] = k / 3;
-  }
-}
+    : mesh_(mesh), tree_(mesh), round_(mesh.triangles(), mesh.vertex_count()) {}
 
 /// Adds the faces that share a vertex with one in the list and have about this normal.
 void SurfaceFit::add_ring(const Vector3& normal, std::vector<Index>& faces) const {
   const std::size_t inner = faces.size();
   for (std::size_t i = 0; i < inner; ++i) {
-    for (int c = 0; c < 3; ++c) {
-      const auto v = static_cast<std::size_t>(mesh_.triangles()(c, faces[i]));
-      for (std::size_t k = starts_[v]; k < starts_[v + 1]; ++k) {
-        if (mesh_.normals().col(round_[k]).dot(normal) >= kSameSide &&
-            std::find(faces.begin(), faces.end(), round_[k]) == faces.end()) {
-          faces.push_back(round_[k]);
+    for (const int v : Eigen::Vector3i(mesh_.triangles().col(faces[i]))) {
+      for (const Index f : round_.of(v)) {
+        if (mesh_.normals().col(f).dot(normal) >= kSameSide &&
+            std::find(faces.begin(), faces.end(), f) == faces.end()) {
+          faces.push_back(f);
         }
       }
     }
@@ -139,10 +124,8 @@ Eigen::MatrixXcd SurfaceFit::at(const Points& points, const Points& normals, con
     }
   }
   if (lost < points.cols()) {
-    const Vector3 at = points.col(lost) * 1e3;
-    throw InputError(fmt::format(
-        "surface fit: no face looks within 60 degrees of the normal of point {} at ({:.2f}, {:.2f}, {:.2f}) mm", lost,
-        at.x(), at.y(), at.z()));
+    throw InputError(fmt::format("surface fit: no face looks within 60 degrees of the normal of point {} at {}", lost,
+                                 place_text(points.col(lost), 2)));
   }
   return result;
 }

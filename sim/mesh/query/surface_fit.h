@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/subset.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -42,9 +43,7 @@ class SurfaceFit {
 
   TriangleMesh mesh_;
   FaceTree tree_;
-  // Faces round vertex v: round_[k], starts_[v] <= k < starts_[v + 1].
-  std::vector<Eigen::Index> round_;
-  std::vector<std::size_t> starts_;
+  FacesRound round_;
 };
 
 }  // namespace touchfield

@@ -4,12 +4,13 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <string>
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 #include <omp.h>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/raster/clip.h"
 
 namespace touchfield {
 
@@ -35,6 +36,53 @@ struct Piece {
   int first_row;
   int end_row;
 };
+
+/// A convex polygon in the plane of a face; every plane that cuts it adds at most one corner.
+struct ClippedFace {
+  static constexpr std::size_t kMostCorners = 8;
+
+  std::array<SeenPoint, kMostCorners> corners;
+  std::size_t count = 0;
+};
+
+/// Keeps what has plane . corner >= offset (Sutherland and Hodgman, Commun. ACM 17 (1974) 32).
+ClippedFace clipped_by(const ClippedFace& face, const SeenPoint& plane, double offset) {
+  ClippedFace kept;
+  for (std::size_t i = 0; i < face.count; ++i) {
+    const SeenPoint& from = face.corners[i];
+    const SeenPoint& to = face.corners[(i + 1) % face.count];
+    const double from_side = plane.dot(from) - offset;
+    const double to_side = plane.dot(to) - offset;
+    if (from_side >= 0.0) {
+      kept.corners[kept.count++] = from;
+    }
+    if ((from_side >= 0.0) != (to_side >= 0.0)) {
+      // Always from the kept end, so that the way round the face does not matter.
+      const bool forwards = from_side >= 0.0;
+      const SeenPoint& in = forwards ? from : to;
+      const SeenPoint& out = forwards ? to : from;
+      const double in_side = forwards ? from_side : to_side;
+      const double out_side = forwards ? to_side : from_side;
+      kept.corners[kept.count++] = in + in_side / (in_side - out_side) * (out - in);
+    }
+  }
+  return kept;
+}
+
+/// The part of a face that is no nearer than `near` [m] and seen at |u| <= guard, |v| <= guard. Where two faces share
+/// an edge, both are cut at the same point of it, to the bit.
+ClippedFace clipped(const std::array<SeenPoint, 3>& corners, double near, double guard) {
+  ClippedFace face;
+  for (const SeenPoint& corner : corners) {
+    face.corners[face.count++] = corner;
+  }
+  face = clipped_by(face, {0, 0, 0, 1}, near);  // the first, so that W > 0 from here on
+  for (const double side : {-1.0, 1.0}) {
+    face = clipped_by(face, {side, 0, guard, 0}, 0.0);
+    face = clipped_by(face, {0, side, guard, 0}, 0.0);
+  }
+  return face;
+}
 
 GridPoint on_grid(const SeenPoint& corner) {
   const auto snapped = [&](double value) { return std::llround(value / corner[2] * static_cast<double>(kStep)); };
@@ -206,6 +254,46 @@ void require_faces(const Points& vertices, const Triangles& triangles) {
 }
 
 }  // namespace
+
+void require_camera(const Camera& camera) {
+  constexpr int kMostPixels = 16384;
+  constexpr double kRotation = 1e-9;  // how far the axes may be from a rotation
+  const auto require = [](bool holds, const char* member, const std::string& value, const char* rule) {
+    if (!holds) {
+      throw InputError(fmt::format("camera: {} = {}: must be {}", member, value, rule));
+    }
+  };
+  const auto pixels = [&](int value, const char* member) {
+    require(value >= 1 && value <= kMostPixels, member, std::to_string(value), "1 to 16384 pixels");
+  };
+  pixels(camera.width, "width");
+  pixels(camera.height, "height");
+  require(camera.eye.allFinite(), "eye", "nan or inf", "finite");
+  require(camera.centre.allFinite(), "centre", "nan or inf", "finite");
+  require((camera.axes.transpose() * camera.axes).isIdentity(kRotation) && camera.axes.determinant() > 0.0, "axes",
+          "no rotation", "right, down, forward: unit, perpendicular, right-handed");
+  for (const double focal : camera.focal) {
+    require(focal > 0.0 && std::isfinite(focal), "focal", std::to_string(focal), "> 0");
+  }
+  const bool pinhole = camera.projection == Camera::Projection::kPinhole;
+  require(pinhole ? camera.near > 0.0 && std::isfinite(camera.near) : camera.near < HUGE_VAL, "near",
+          std::to_string(camera.near), pinhole ? "> 0 m" : "a number or -inf");
+}
+
+SeenPoints seen_points(const Camera& camera, const Points& points) {
+  const Points local = camera.axes.transpose() * (points.colwise() - camera.eye);
+  SeenPoints seen(4, points.cols());
+  if (camera.projection == Camera::Projection::kPinhole) {
+    seen.row(2) = local.row(2);
+  } else {
+    seen.row(2).setOnes();
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    seen.row(axis) = camera.focal[axis] * local.row(axis) + camera.centre[axis] * seen.row(2);
+  }
+  seen.row(3) = local.row(2);
+  return seen;
+}
 
 Raster rasterise(const Camera& camera, const Points& vertices, const Triangles& triangles) {
   require_camera(camera);

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <utility>
 
-#include <Eigen/Geometry>
-
-#include "sim/mesh/edges.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/subset.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 
@@ -21,11 +21,7 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// How much of a face counts among those within `radius`: its area, but of large and long faces only what reaches in.
 double area_within(const TriangleMesh& mesh, Index face, double radius) {
-  double longest = 0;
-  for (int c = 0; c < 3; ++c) {
-    longest = std::max(longest, (mesh.corner(face, (c + 1) % 3) - mesh.corner(face, c)).norm());
-  }
-  const double height = 2.0 * mesh.areas()(face) / longest;
+  const double height = 2.0 * mesh.areas()(face) / longest_edge(mesh, face);
   return std::min({mesh.areas()(face), 2.0 * radius * height, 2.0 * radius * radius});
 }
 
@@ -223,7 +219,7 @@ class SharpEdges {
     };
     const Vector3 ahead = chord(1);
     const Vector3 behind = -chord(-1);
-    return std::atan2(ahead.cross(behind).norm(), ahead.dot(behind));
+    return angle_between(ahead, behind);
   }
 
   /// Whether no other vertex within half a wanted edge along the path turns more; of equal ones the first counts.
@@ -268,9 +264,7 @@ std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::
   Eigen::VectorXd angles = Eigen::VectorXd::Zero(mesh.vertex_count());
   for (Index f = 0; f < mesh.face_count(); ++f) {
     for (int c = 0; c < 3; ++c) {
-      const Vector3 along = mesh.corner(f, (c + 1) % 3) - mesh.corner(f, c);
-      const Vector3 back = mesh.corner(f, (c + 2) % 3) - mesh.corner(f, c);
-      angles(mesh.triangles()(c, f)) += std::atan2(along.cross(back).norm(), along.dot(back));
+      angles(mesh.triangles()(c, f)) += corner_angle(mesh, f, c);
     }
   }
   std::vector<int> pointed;
@@ -282,12 +276,7 @@ std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::
   if (pointed.empty()) {
     return {};
   }
-  std::vector<std::vector<Index>> around(static_cast<std::size_t>(mesh.vertex_count()));
-  for (Index f = 0; f < mesh.face_count(); ++f) {
-    for (const int v : mesh.triangles().col(f)) {
-      around[at(v)].push_back(f);
-    }
-  }
+  const FacesRound around(mesh.triangles(), mesh.vertex_count());
   const FaceTree tree(mesh);
   std::vector<int> tips;
   std::vector<Index> found;
@@ -295,7 +284,7 @@ std::vector<int> find_tips(const TriangleMesh& mesh, const std::function<Eigen::
     const Vector3 x = mesh.vertices().col(v);
     const double radius = 0.5 * edge_length(x)(0);
     tree.centroids_within(x, radius, found);
-    for (const Index f : around[at(v)]) {
+    for (const Index f : around.of(v)) {
       if (std::find(found.begin(), found.end(), f) == found.end()) {
         found.push_back(f);
       }

@@ -1,11 +1,11 @@
 #include "sim/mesh/remesh/edit_mesh.h"
 
 #include <algorithm>
-#include <tuple>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 
@@ -15,37 +15,20 @@ EditMesh::EditMesh(const Triangles& triangles, Eigen::Index vertex_count)
       outgoing_(static_cast<std::size_t>(vertex_count), -1),
       valence_(outgoing_.size(), 0),
       labels_(from_.size(), kNoLabel) {
-  struct Side {
-    int low;
-    int high;
-    int number;
-  };
-  std::vector<Side> sides(from_.size());
-  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      const int number = static_cast<int>(3 * f) + c;
-      const int start = triangles(c, f);
-      const int end = triangles((c + 1) % 3, f);
-      from_[at(number)] = start;
-      outgoing_[at(start)] = number;
-      ++valence_[at(start)];
-      sides[at(number)] = {std::min(start, end), std::max(start, end), number};
-    }
+  for (int number = 0; number < side_count(); ++number) {
+    const int start = triangles(number % 3, number / 3);
+    from_[at(number)] = start;
+    outgoing_[at(start)] = number;
+    ++valence_[at(start)];
   }
-  std::sort(sides.begin(), sides.end(), [](const Side& s, const Side& t) {
-    return std::tie(s.low, s.high, s.number) < std::tie(t.low, t.high, t.number);
-  });
-  const auto same_edge = [&](std::size_t i, std::size_t j) {
-    return j < sides.size() && sides[i].low == sides[j].low && sides[i].high == sides[j].high;
-  };
-  for (std::size_t i = 0; i < sides.size(); i += 2) {
-    if (!same_edge(i, i + 1) || same_edge(i, i + 2) || from(sides[i].number) == from(sides[i + 1].number)) {
+  for_each_edge(sorted_sides(triangles), [&](std::span<const Side> edge) {
+    if (edge.size() != 2 || edge[0].upwards == edge[1].upwards) {
       throw InputError(
           fmt::format("mesh: the edge between vertices {} and {} must have two faces that run opposite ways",
-                      sides[i].low, sides[i].high));
+                      edge[0].low, edge[0].high));
     }
-    join(sides[i].number, sides[i + 1].number);
-  }
+    join(edge[0].number(), edge[1].number());
+  });
 }
 
 void EditMesh::join(int side, int other) {
@@ -74,8 +57,8 @@ int EditMesh::split(int side) {
   const int other = opposite(side);
   const int a = from(side);
   const int b = from(other);
-  const int c = from(previous(side));
-  const int d = from(previous(other));
+  const int c = apex(side);
+  const int d = apex(other);
   const int m = vertex_count();
   outgoing_.push_back(-1);
   valence_.push_back(4);
@@ -112,8 +95,8 @@ int EditMesh::split(int side) {
 bool EditMesh::can_collapse(int side) const {
   const int a = from(side);
   const int b = to(side);
-  const int c = from(previous(side));
-  const int d = from(previous(opposite(side)));
+  const int c = apex(side);
+  const int d = apex(opposite(side));
   if (c == d || valence(c) <= 3 || valence(d) <= 3) {
     return false;
   }
@@ -130,8 +113,8 @@ void EditMesh::collapse(int side) {
   const int other = opposite(side);
   const int a = from(side);
   const int b = to(side);
-  const int c = from(previous(side));
-  const int d = from(previous(other));
+  const int c = apex(side);
+  const int d = apex(other);
   for (int side_of_a = side; from(side_of_a) == a;) {
     const int following = next_around(side_of_a);
     from_[at(side_of_a)] = b;
@@ -159,8 +142,8 @@ void EditMesh::collapse(int side) {
 }
 
 bool EditMesh::can_flip(int side) const {
-  const int c = from(previous(side));
-  const int d = from(previous(opposite(side)));
+  const int c = apex(side);
+  const int d = apex(opposite(side));
   return c != d && valence(from(side)) > 3 && valence(to(side)) > 3 && !adjacent(c, d);
 }
 
@@ -168,8 +151,8 @@ void EditMesh::flip(int side) {
   const int other = opposite(side);
   const int a = from(side);
   const int b = from(other);
-  const int c = from(previous(side));
-  const int d = from(previous(other));
+  const int c = apex(side);
+  const int d = apex(other);
 
   // (a b c), (b a d) become (d c a), (c d b).
   const int beyond_bc = opposite(next(side));

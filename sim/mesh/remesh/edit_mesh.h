@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/mesh/triangle_mesh.h"
@@ -28,6 +29,11 @@ class EditMesh {
   int opposite(int side) const { return opposite_[at(side)]; }
   int from(int side) const { return from_[at(side)]; }
   int to(int side) const { return from(next(side)); }
+  /// The corner of its face that is not on a side.
+  int apex(int side) const { return from(previous(side)); }
+  std::array<int, 3> corners(int side) const { return {from(side), to(side), apex(side)}; }
+  /// Start and end of an edge, and the corners opposite to it.
+  std::array<int, 4> corners_about(int side) const { return {from(side), to(side), apex(side), apex(opposite(side))}; }
   int valence(int vertex) const { return valence_[at(vertex)]; }
 
   int label(int side) const { return labels_[at(side)]; }

@@ -14,8 +14,11 @@ struct NodeGrid {
   double spacing;  // [m]
   std::array<int, 3> count;
 
-  std::size_t size() const {
-    return static_cast<std::size_t>(count[0]) * static_cast<std::size_t>(count[1]) * static_cast<std::size_t>(count[2]);
+  std::size_t size() const { return index(0, 0, count[2]); }
+  std::size_t index(int i, int j, int k) const {
+    return (static_cast<std::size_t>(k) * static_cast<std::size_t>(count[1]) + static_cast<std::size_t>(j)) *
+               static_cast<std::size_t>(count[0]) +
+           static_cast<std::size_t>(i);
   }
 };
 

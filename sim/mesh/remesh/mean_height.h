@@ -4,6 +4,14 @@
 
 namespace touchfield {
 
+/// Of the faces round each vertex.
+struct VertexMeans {
+  explicit VertexMeans(const TriangleMesh& mesh);
+
+  Points normals;         // 3 x V unit vectors, means by area; 0 where there are no faces
+  Eigen::VectorXd areas;  // V [m2], of them all: thrice a vertex' share of the skin
+};
+
 /// A mesh whose vertices stand off the surface that it is inscribed in by the mean distance that their faces cut below
 /// it, so that area and volume are the surface's to second order in edge over radius of curvature.
 ///

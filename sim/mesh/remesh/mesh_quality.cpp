@@ -10,7 +10,8 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/mesh/edges.h"
+#include "sim/mesh/face_shape.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 
@@ -69,13 +70,9 @@ struct Patch {
 }  // namespace
 
 Eigen::VectorXd smallest_angles(const TriangleMesh& mesh) {
-  Eigen::VectorXd angles = Eigen::VectorXd::Constant(mesh.face_count(), std::numeric_limits<double>::infinity());
+  Eigen::VectorXd angles(mesh.face_count());
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      const Vector3 along = mesh.corner(f, (c + 1) % 3) - mesh.corner(f, c);
-      const Vector3 back = mesh.corner(f, (c + 2) % 3) - mesh.corner(f, c);
-      angles(f) = std::min(angles(f), std::atan2(along.cross(back).norm(), along.dot(back)));
-    }
+    angles(f) = smallest_angle(mesh.corner(f, 0), mesh.corner(f, 1), mesh.corner(f, 2));
   }
   return angles;
 }

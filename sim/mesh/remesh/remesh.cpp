@@ -11,7 +11,9 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -35,11 +37,7 @@ constexpr int kFixed = -2;
 class Remesher {
  public:
   Remesher(const Points& vertices, const Triangles& triangles, const CreasedTarget& target)
-      : target_(target), mesh_(triangles, vertices.cols()) {
-    points_.reserve(static_cast<std::size_t>(2 * vertices.cols()));
-    for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
-      points_.emplace_back(vertices.col(v));
-    }
+      : target_(target), mesh_(triangles, vertices.cols()), points_(as_list(vertices)) {
     bound_to_.assign(points_.size(), kFree);
     along_.assign(points_.size(), 0.0);
     for (const Crease& crease : target.creases) {
@@ -71,7 +69,7 @@ class Remesher {
       flip_towards_valence_six();
       smooth_and_project();
     }
-    flip_towards_larger_angles();
+    flip_where([&](int side) { return angle_improves(side); });
     smooth_and_project();
   }
 
@@ -131,17 +129,9 @@ class Remesher {
 
   Vector3 twice_area(int a, int b, int c) const { return (point(b) - point(a)).cross(point(c) - point(a)); }
 
-  Vector3 twice_area(int side) const {
-    return twice_area(mesh_.from(side), mesh_.to(side), mesh_.from(EditMesh::previous(side)));
-  }
+  Vector3 twice_area(int side) const { return twice_area(mesh_.from(side), mesh_.to(side), mesh_.apex(side)); }
 
-  Points gathered(const std::vector<int>& numbers) const {
-    Points points(3, static_cast<Eigen::Index>(numbers.size()));
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      points.col(static_cast<Eigen::Index>(i)) = point(numbers[i]);
-    }
-    return points;
-  }
+  Points gathered(const std::vector<int>& numbers) const { return as_columns(points_)(Eigen::all, numbers); }
 
   std::vector<int> living() const {
     std::vector<int> numbers;
@@ -251,7 +241,7 @@ class Remesher {
     const Vector3& x = point(merged);
     for (const int side : mesh_.around(v)) {
       const int b = mesh_.to(side);
-      const int c = mesh_.from(EditMesh::previous(side));
+      const int c = mesh_.apex(side);
       if ((point(b) - x).norm() > kLongest * 0.5 * (wanted(v) + wanted(b)) && b != merged) {
         return false;
       }
@@ -278,20 +268,16 @@ class Remesher {
     return twice_area(a, b, c).norm() / longest;
   }
 
-  void flip_towards_valence_six() {
+  template <class Improves>
+  void flip_where(const Improves& improves) {
     for (int side = 0; side < mesh_.side_count(); ++side) {
-      if (may_flip(side) && valence_improves(side) && keeps_shape(side) && mesh_.can_flip(side)) {
+      if (may_flip(side) && improves(side) && keeps_shape(side) && mesh_.can_flip(side)) {
         mesh_.flip(side);
       }
     }
   }
-
-  void flip_towards_larger_angles() {
-    for (int side = 0; side < mesh_.side_count(); ++side) {
-      if (may_flip(side) && angle_improves(side) && keeps_shape(side) && mesh_.can_flip(side)) {
-        mesh_.flip(side);
-      }
-    }
+  void flip_towards_valence_six() {
+    flip_where([&](int side) { return valence_improves(side); });
   }
 
   /// Every edge is asked about once.
@@ -301,39 +287,28 @@ class Remesher {
 
   bool valence_improves(int side) const {
     const auto excess = [&](int v, int change) { return std::abs(mesh_.valence(v) + change - 6); };
-    const auto [a, b, c, d] = corners_about(side);
+    const auto [a, b, c, d] = mesh_.corners_about(side);
     return excess(a, -1) + excess(b, -1) + excess(c, 1) + excess(d, 1) <
            excess(a, 0) + excess(b, 0) + excess(c, 0) + excess(d, 0);
   }
 
   bool angle_improves(int side) const {
-    const auto [a, b, c, d] = corners_about(side);
-    return std::min(least_angle(d, c, a), least_angle(c, d, b)) > std::min(least_angle(a, b, c), least_angle(b, a, d));
+    const auto [a, b, c, d] = mesh_.corners_about(side);
+    const auto angle = [&](int one, int two, int three) {
+      return smallest_angle(point(one), point(two), point(three));
+    };
+    return std::min(angle(d, c, a), angle(c, d, b)) > std::min(angle(a, b, c), angle(b, a, d));
   }
 
   /// Whether a flip keeps the two faces on their side of the surface: they are nearly in one plane and stay so.
   bool keeps_shape(int side) const {
-    const auto [a, b, c, d] = corners_about(side);
+    const auto [a, b, c, d] = mesh_.corners_about(side);
     const Vector3 first = twice_area(a, b, c).normalized();
     const Vector3 second = twice_area(b, a, d).normalized();
     const Vector3 mean = (first + second).normalized();
     return first.dot(second) > kCoplanar && twice_area(d, c, a).normalized().dot(mean) > kCoplanar &&
            twice_area(c, d, b).normalized().dot(mean) > kCoplanar && !flat_on_creases(d, c, a) &&
            !flat_on_creases(c, d, b);
-  }
-
-  /// Start and end of an edge, and the corners opposite to it.
-  std::array<int, 4> corners_about(int side) const {
-    return {mesh_.from(side), mesh_.to(side), mesh_.from(EditMesh::previous(side)),
-            mesh_.from(EditMesh::previous(mesh_.opposite(side)))};
-  }
-
-  double least_angle(int a, int b, int c) const {
-    const double area = twice_area(a, b, c).norm();
-    const auto angle = [&](int at, int from, int to) {
-      return std::atan2(area, (point(from) - point(at)).dot(point(to) - point(at)));
-    };
-    return std::min({angle(a, b, c), angle(b, c, a), angle(c, a, b)});
   }
 
   void smooth_and_project() {
@@ -381,7 +356,7 @@ class Remesher {
   bool turns_a_held_face(int v, const Vector3& x) const {
     for (const int side : mesh_.around(v)) {
       const int b = mesh_.to(side);
-      const int c = mesh_.from(EditMesh::previous(side));
+      const int c = mesh_.apex(side);
       if (bound_to(b) != kFree || bound_to(c) != kFree) {
         const Vector3 before = twice_area(side);
         const Vector3 after = (point(b) - x).cross(point(c) - x);

@@ -36,7 +36,7 @@ class SplinterRemover {
         mesh_.collapse(side);
         changed = true;
       } else if (mesh_.alive(side) && may_flip(side)) {
-        for (const int v : corners_about(side)) {
+        for (const int v : mesh_.corners_about(side)) {
           moved_(v) += shape(side).height;
         }
         mesh_.flip(side);
@@ -49,11 +49,7 @@ class SplinterRemover {
   TriangleMesh result() const {
     std::vector<int> numbers;
     Triangles triangles = mesh_.compact(numbers);
-    Points points(3, static_cast<Eigen::Index>(numbers.size()));
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      points.col(static_cast<Eigen::Index>(i)) = points_.col(numbers[i]);
-    }
-    return {std::move(points), std::move(triangles)};
+    return {points_(Eigen::all, numbers), std::move(triangles)};
   }
 
  private:
@@ -75,15 +71,9 @@ class SplinterRemover {
     return {twice_area.normalized(), height, !(height >= least), !(height > kFlat * longest)};
   }
 
-  Shape shape(int side) const { return shape(mesh_.from(side), mesh_.to(side), mesh_.from(EditMesh::previous(side))); }
+  Shape shape(int side) const { return shape(mesh_.from(side), mesh_.to(side), mesh_.apex(side)); }
 
   double length(int side) const { return (point(mesh_.to(side)) - point(mesh_.from(side))).norm(); }
-
-  /// Start and end of an edge, and the corners opposite to it.
-  std::array<int, 4> corners_about(int side) const {
-    return {mesh_.from(side), mesh_.to(side), mesh_.from(EditMesh::previous(side)),
-            mesh_.from(EditMesh::previous(mesh_.opposite(side)))};
-  }
 
   bool may_collapse(int side) const {
     const int a = mesh_.from(side);
@@ -93,7 +83,7 @@ class SplinterRemover {
     }
     for (const int around : mesh_.around(a)) {
       const int c = mesh_.to(around);
-      const int d = mesh_.from(EditMesh::previous(around));
+      const int d = mesh_.apex(around);
       if (c != b && d != b) {
         const Shape before = shape(around);
         const Shape after = shape(b, c, d);
@@ -130,7 +120,7 @@ class SplinterRemover {
     if (!thin.splinter || !mesh_.can_flip(side)) {
       return false;
     }
-    const auto [a, b, c, d] = corners_about(side);
+    const auto [a, b, c, d] = mesh_.corners_about(side);
     for (const int v : {a, b, c, d}) {
       if (!(moved_(v) + thin.height < thinnest_(v))) {
         return false;

@@ -1,6 +1,6 @@
 #include "sim/mesh/remesh/subdivide.h"
 
-#include "sim/mesh/edges.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <unordered_map>
 #include <utility>
@@ -10,31 +11,31 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 
 namespace {
 
-/// A directed edge from one vertex to another as one number.
-std::int64_t directed(int from, int to) { return (static_cast<std::int64_t>(from) << 32) + to; }
-
-/// The side 3 f + c of each directed edge.
-std::unordered_map<std::int64_t, Eigen::Index> sides_of(const Triangles& triangles) {
-  std::unordered_map<std::int64_t, Eigen::Index> sides;
-  sides.reserve(static_cast<std::size_t>(triangles.size()));
-  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      const int from = triangles(c, f);
-      const int to = triangles((c + 1) % 3, f);
-      if (from == to) {
-        throw InputError(fmt::format("mesh: face {} names vertex {} twice", f, from));
-      }
-      if (!sides.emplace(directed(from, to), 3 * f + c).second) {
-        throw InputError(fmt::format("mesh: two faces run the same way along the edge from vertex {} to {}", from, to));
-      }
+/// The side 3 f + c of the other face at each side's edge, -1 at the boundary.
+std::vector<Eigen::Index> opposite_sides(const Triangles& triangles) {
+  std::vector<Eigen::Index> opposite(static_cast<std::size_t>(triangles.size()), -1);
+  for_each_edge(sorted_sides(triangles), [&](std::span<const Side> edge) {
+    const Side& one = edge.front();
+    if (one.low == one.high) {
+      throw InputError(fmt::format("mesh: face {} names vertex {} twice", one.face, one.low));
     }
-  }
-  return sides;
+    const auto upwards = std::ranges::count_if(edge, &Side::upwards);
+    if (upwards > 1 || std::ssize(edge) - upwards > 1) {
+      throw InputError(fmt::format("mesh: two faces run the same way along the edge from vertex {} to {}",
+                                   upwards > 1 ? one.low : one.high, upwards > 1 ? one.high : one.low));
+    }
+    if (edge.size() == 2) {
+      opposite[static_cast<std::size_t>(one.number())] = edge[1].number();
+      opposite[static_cast<std::size_t>(edge[1].number())] = one.number();
+    }
+  });
+  return opposite;
 }
 
 /// Cuts a closed walk at the vertices that it passes twice.
@@ -205,13 +206,8 @@ class LoopFilling {
 }  // namespace
 
 std::vector<std::vector<int>> boundary_loops(const Triangles& triangles, int vertex_count) {
-  const std::unordered_map<std::int64_t, Eigen::Index> sides = sides_of(triangles);
-  const auto opposite = [&](Eigen::Index side) {
-    const Eigen::Index f = side / 3;
-    const Eigen::Index c = side % 3;
-    const auto found = sides.find(directed(triangles((c + 1) % 3, f), triangles(c, f)));
-    return found == sides.end() ? Eigen::Index{-1} : found->second;
-  };
+  const std::vector<Eigen::Index> opposites = opposite_sides(triangles);
+  const auto opposite = [&](Eigen::Index side) { return opposites[static_cast<std::size_t>(side)]; };
   const auto next = [](Eigen::Index side) { return side % 3 == 2 ? side - 2 : side + 1; };
 
   std::vector<std::vector<int>> loops;

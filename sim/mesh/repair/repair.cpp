@@ -13,6 +13,7 @@
 #include "sim/mesh/repair/repair_steps.h"
 #include "sim/mesh/repair/surface_report.h"
 #include "sim/mesh/repair/weld.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -24,20 +25,22 @@ double diagonal(const Points& points) {
   return points.cols() == 0 ? 0.0 : (points.rowwise().maxCoeff() - points.rowwise().minCoeff()).norm();
 }
 
-double median_edge(const Points& points, const Triangles& triangles) {
-  if (triangles.cols() == 0) {
-    return 0.0;
-  }
-  std::vector<double> lengths;
-  lengths.reserve(static_cast<std::size_t>(triangles.size()));
-  for (const auto& face : triangles.colwise()) {
+/// Lengths of the edges of each face, 3 x M.
+Points edge_lengths(const RawSurface& surface) {
+  Points lengths(3, surface.triangles.cols());
+  for (Index f = 0; f < lengths.cols(); ++f) {
     for (int c = 0; c < 3; ++c) {
-      lengths.push_back((points.col(face((c + 1) % 3)) - points.col(face(c))).norm());
+      const int from = surface.triangles(c, f);
+      lengths(c, f) = (surface.points.col(surface.triangles((c + 1) % 3, f)) - surface.points.col(from)).norm();
     }
   }
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
-  return *middle;
+  return lengths;
+}
+
+double median(Points lengths) {
+  double* const middle = lengths.data() + lengths.size() / 2;
+  std::nth_element(lengths.data(), middle, lengths.data() + lengths.size());
+  return lengths.size() == 0 ? 0.0 : *middle;
 }
 
 void require_options(const RepairOptions& options) {
@@ -52,16 +55,12 @@ void require_options(const RepairOptions& options) {
 }
 
 /// The shortest edge of the faces that are no needles: what is finer is no edge that the surface means to have.
-double shortest_genuine_edge(const RawSurface& surface) {
+double shortest_genuine_edge(const Points& lengths) {
   constexpr double kNeedle = 1e-3;  // shortest edge over longest
   double shortest = std::numeric_limits<double>::infinity();
-  for (const auto& face : surface.triangles.colwise()) {
-    Vector3 lengths;
-    for (int c = 0; c < 3; ++c) {
-      lengths(c) = (surface.points.col(face((c + 1) % 3)) - surface.points.col(face(c))).norm();
-    }
-    if (lengths.minCoeff() >= kNeedle * lengths.maxCoeff()) {
-      shortest = std::min(shortest, lengths.minCoeff());
+  for (const auto& face : lengths.colwise()) {
+    if (face.minCoeff() >= kNeedle * face.maxCoeff()) {
+      shortest = std::min(shortest, face.minCoeff());
     }
   }
   return shortest;
@@ -71,8 +70,9 @@ double weld_tolerance(const RawSurface& exact) {
   constexpr double kOfDiagonal = 1e-5;
   constexpr double kOfMedian = 0.01;
   constexpr double kOfShortest = 0.1;
-  return std::min({kOfDiagonal * diagonal(exact.points), kOfMedian * median_edge(exact.points, exact.triangles),
-                   kOfShortest * shortest_genuine_edge(exact)});
+  const Points lengths = edge_lengths(exact);
+  return std::min({kOfDiagonal * diagonal(exact.points), kOfMedian * median(lengths),
+                   kOfShortest * shortest_genuine_edge(lengths)});
 }
 
 /// The first step; says what it left out.
@@ -126,7 +126,7 @@ Repaired repaired(const FileSurface& file, double unit, const RepairOptions& opt
   RawSurface surface = welded_surface(file, unit, options.weld.value_or(0.0), copied, log);
   if (inspect_skin(surface.points, surface.triangles).faults.empty()) {
     drop_stray_pieces(surface, options.stray, log);
-    drop_unused_points(surface);
+    drop_unused_points(surface.points, surface.triangles);
     return {TriangleMesh(std::move(surface.points), std::move(surface.triangles)), std::move(log)};
   }
   if (!options.weld) {
@@ -145,7 +145,7 @@ Repaired repaired(const FileSurface& file, double unit, const RepairOptions& opt
     remove_slivers(surface, log);
     turn_outwards(surface, log);
   }
-  drop_unused_points(surface);
+  drop_unused_points(surface.points, surface.triangles);
   SkinReport report = inspect_skin(surface.points, surface.triangles);
   if (report.crossings > 0 && report.faults.size() == 1) {
     cut_out_crossings(surface, options.stray, log);

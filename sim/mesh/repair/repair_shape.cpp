@@ -3,8 +3,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <optional>
+#include <set>
 #include <unordered_set>
 #include <vector>
 
@@ -19,6 +19,7 @@
 #include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/mesh/repair/fill_holes.h"
 #include "sim/mesh/repair/repair_steps.h"
+#include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
@@ -76,44 +77,19 @@ std::vector<std::array<int, 3>> fan_round(const Loop& loop, int centre) {
 }
 
 void append(RawSurface& surface, const std::vector<std::array<int, 3>>& faces) {
-  Index count = surface.triangles.cols();
-  surface.triangles.conservativeResize(3, count + static_cast<Index>(faces.size()));
-  for (const auto& [a, b, c] : faces) {
-    surface.triangles.col(count++) << a, b, c;
-  }
+  const auto count = static_cast<Index>(faces.size());
+  surface.triangles.conservativeResize(3, surface.triangles.cols() + count);
+  surface.triangles.rightCols(count) = as_columns(faces);
 }
 
 /// The faces that have a vertex on a loop.
-class FacesRound {
- public:
-  explicit FacesRound(const RawSurface& surface)
-      : triangles_(surface.triangles), starts_(at(surface.points.cols()) + 1, 0), faces_(at(triangles_.size())) {
-    for (const int v : triangles_.reshaped()) {
-      ++starts_[at(v) + 1];
-    }
-    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());
-    std::vector<std::size_t> next(starts_.begin(), starts_.end() - 1);
-    for (Index corner = 0; corner < triangles_.size(); ++corner) {
-      faces_[next[at(triangles_(corner % 3, corner / 3))]++] = corner / 3;
-    }
+Triangles faces_at(const Loop& loop, const RawSurface& surface, const FacesRound& round) {
+  std::set<Index> found;
+  for (const int v : loop) {
+    found.insert(round.of(v).begin(), round.of(v).end());
   }
-
-  Triangles of(const Loop& loop) const {
-    std::vector<Index> found;
-    for (const int v : loop) {
-      found.insert(found.end(), faces_.begin() + static_cast<std::ptrdiff_t>(starts_[at(v)]),
-                   faces_.begin() + static_cast<std::ptrdiff_t>(starts_[at(v) + 1]));
-    }
-    std::sort(found.begin(), found.end());
-    found.erase(std::unique(found.begin(), found.end()), found.end());
-    return triangles_(Eigen::all, found);
-  }
-
- private:
-  Triangles triangles_;
-  std::vector<std::size_t> starts_;  // faces of vertex v: faces_[k], starts_[v] <= k < starts_[v + 1]
-  std::vector<Index> faces_;
-};
+  return surface.triangles(Eigen::all, std::vector<Index>(found.begin(), found.end()));
+}
 
 std::string hole_text(const Points& points, const Loop& loop) {
   return fmt::format("{} edges, {:.2f} mm round, near {}", loop.size(), length(points, loop) / kMillimetre,
@@ -123,16 +99,11 @@ std::string hole_text(const Points& points, const Loop& loop) {
 // Faces this thin do not survive the digits of a single-precision file: on a 10 mm edge 20 nm high.
 constexpr double kSliver = 1e-6;  // area over longest edge squared
 
-Eigen::Vector3i face_of(const EditMesh& mesh, int side) {
-  return {mesh.from(side), mesh.to(side), mesh.from(EditMesh::previous(side))};
-}
+Eigen::Vector3i face_of(const EditMesh& mesh, int side) { return {mesh.from(side), mesh.to(side), mesh.apex(side)}; }
 
 /// Exchanges the sliver's longest edge for the other diagonal, if that leaves two faces with area.
 bool flip_away(EditMesh& mesh, const Points& points, int longest) {
-  const int a = mesh.from(longest);
-  const int b = mesh.to(longest);
-  const int c = mesh.from(EditMesh::previous(longest));
-  const int d = mesh.from(EditMesh::previous(mesh.opposite(longest)));
+  const auto [a, b, c, d] = mesh.corners_about(longest);
   if (!mesh.can_flip(longest) || is_flat(points, {d, c, a}, kSliver) || is_flat(points, {c, d, b}, kSliver)) {
     return false;
   }
@@ -187,22 +158,17 @@ std::optional<double> cut_out(RawSurface& surface, const std::vector<std::pair<I
   }
   double area = 0;
   double area_cut = 0;
-  Triangles kept(3, surface.triangles.cols());
-  Index count = 0;
-  for (Index f = 0; f < surface.triangles.cols(); ++f) {
-    const double face_area = 0.5 * twice_area_vector(surface.points, surface.triangles.col(f)).norm();
+  Triangles kept = faces_where(surface.triangles, [&](Index f) {
     const auto corners = surface.triangles.col(f);
+    const double face_area = 0.5 * twice_area_vector(surface.points, corners).norm();
+    const bool cut = near[at(corners(0))] || near[at(corners(1))] || near[at(corners(2))];
     area += face_area;
-    if (near[at(corners(0))] || near[at(corners(1))] || near[at(corners(2))]) {
-      area_cut += face_area;
-    } else {
-      kept.col(count++) = corners;
-    }
-  }
+    area_cut += cut ? face_area : 0.0;
+    return !cut;
+  });
   if (area_cut > most * area) {
     return std::nullopt;
   }
-  kept.conservativeResize(3, count);
   surface.triangles = std::move(kept);
   return area_cut;
 }
@@ -229,12 +195,12 @@ std::vector<std::string> fill_small_holes(RawSurface& surface, double limit, Ste
       continue;
     }
     if (!round) {
-      round.emplace(surface);
+      round.emplace(surface.triangles, surface.points.cols());
       for (const Side& side : sorted_sides(surface.triangles)) {
         edges.insert(edge_key(side.low, side.high));
       }
     }
-    std::vector<std::array<int, 3>> filling = fill_loop(surface.points, loop, round->of(loop));
+    std::vector<std::array<int, 3>> filling = fill_loop(surface.points, loop, faces_at(loop, surface, *round));
     if (!add_inner_edges(loop, filling, edges)) {
       const auto centre = static_cast<int>(surface.points.cols());
       filling = fan_round(loop, centre);
@@ -306,28 +272,10 @@ void turn_outwards(RawSurface& surface, StepLog& log) {
   }
 
   const std::vector<bool> inner = nested(surface.points, surface.triangles, pieces);
-  const auto dropped = std::count(inner.begin(), inner.end(), true);
-  if (dropped == 0) {
-    return;
+  if (const Dropped dropped = drop_pieces(surface, pieces, inner); dropped.pieces > 0) {
+    log.push_back(fmt::format("dropped {} inside another, where no sound comes ({}, {}), the first at {}",
+                              counted(dropped.pieces, "piece", "pieces"), dropped.faces, dropped.area, dropped.place));
   }
-  double area = 0;
-  for (std::size_t p = 0; p < inner.size(); ++p) {
-    area += inner[p] ? pieces.list[p].area : 0.0;
-  }
-  const Piece& first = pieces.list[at(std::find(inner.begin(), inner.end(), true) - inner.begin())];
-  const std::string first_place = place_text(surface.points.col(surface.triangles(0, first.face)), 2);
-  Triangles kept(3, surface.triangles.cols());
-  Index count = 0;
-  for (Index f = 0; f < surface.triangles.cols(); ++f) {
-    if (!inner[at(pieces.of_face[at(f)])]) {
-      kept.col(count++) = surface.triangles.col(f);
-    }
-  }
-  log.push_back(fmt::format("dropped {} inside another, where no sound comes ({}, {}), the first at {}",
-                            counted(dropped, "piece", "pieces"),
-                            counted(surface.triangles.cols() - count, "face", "faces"), area_text(area), first_place));
-  kept.conservativeResize(3, count);
-  surface.triangles = std::move(kept);
 }
 
 void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
@@ -367,7 +315,7 @@ void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
       return;
     }
     split_pinched_vertices(trial, details);
-    drop_unused_points(trial);
+    drop_unused_points(trial.points, trial.triangles);
     if (!is_closed_manifold(trial)) {
       return;
     }

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
+#include "sim/mesh/query/pieces.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -20,6 +22,17 @@ using StepLog = std::vector<std::string>;
 
 /// "12.3 mm2" of an area [m2].
 std::string area_text(double area);
+
+/// What was dropped, for a line of the log.
+struct Dropped {
+  std::ptrdiff_t pieces = 0;
+  std::string faces;  // "5 faces"
+  std::string area;   // "12.3 mm2"
+  std::string place;  // of the first
+};
+
+/// Drops the pieces that are marked.
+Dropped drop_pieces(RawSurface& surface, const Pieces& pieces, const std::vector<bool>& marked);
 
 /// Drops patches (parts connected by edges of two faces) that hang on edges of more faces: those with an open rim whose
 /// area is below `share` of the largest patch's, and those without one all of whose faces are `copied`.
@@ -59,8 +72,5 @@ void turn_outwards(RawSurface& surface, StepLog& log);
 ///
 /// surface   closed, manifold, oriented outwards, without flat faces
 void cut_out_crossings(RawSurface& surface, double share, StepLog& log);
-
-/// Leaves out points that no triangle names.
-void drop_unused_points(RawSurface& surface);
 
 }  // namespace touchfield

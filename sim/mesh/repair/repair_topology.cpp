@@ -7,10 +7,10 @@
 
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
-#include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/pieces.h"
 #include "sim/mesh/repair/repair_steps.h"
+#include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
@@ -19,92 +19,50 @@ namespace {
 
 using Index = Eigen::Index;
 
-Triangles picked(const Triangles& triangles, const std::vector<bool>& keep) {
-  Triangles kept(3, triangles.cols());
-  Index count = 0;
-  for (Index f = 0; f < triangles.cols(); ++f) {
-    if (keep[at(f)]) {
-      kept.col(count++) = triangles.col(f);
-    }
+double largest_area(const Pieces& pieces) {
+  double largest = 0;
+  for (const Piece& piece : pieces.list) {
+    largest = std::max(largest, piece.area);
   }
-  kept.conservativeResize(3, count);
-  return kept;
+  return largest;
 }
-
-Vector3 centroid(const RawSurface& surface, Index face) {
-  return surface.points(Eigen::all, surface.triangles.col(face)).rowwise().mean();
-}
-
-/// Parts connected by edges of two faces.
-struct Patch {
-  Index face = -1;
-  Index faces = 0;
-  double area = 0;
-  bool open = false;   // has an edge of one face
-  bool hangs = false;  // has an edge of three faces or more
-  bool all_copied = true;
-};
 
 /// One round; true if it dropped something, which may make another patch hang free.
 bool drop_flaps_once(RawSurface& surface, std::vector<bool>& copied, double share, StepLog& log) {
   const std::vector<Side> sides = sorted_sides(surface.triangles);
-  DisjointSets faces(surface.triangles.cols());
-  bool manifold = true;
-  for_each_edge(sides, [&](std::span<const Side> edge) {
-    if (edge.size() == 2) {
-      faces.join(edge[0].face, edge[1].face);
-    }
-    manifold = manifold && edge.size() <= 2;
-  });
-  if (manifold) {
-    return false;
-  }
-  int count = 0;
-  const std::vector<int> patch_of = faces.numbered(count);
-  std::vector<Patch> patches(at(count));
-  for (Index f = 0; f < surface.triangles.cols(); ++f) {
-    Patch& patch = patches[at(patch_of[at(f)])];
-    patch.face = patch.faces++ == 0 ? f : patch.face;
-    patch.area += 0.5 * twice_area_vector(surface.points, surface.triangles.col(f)).norm();
-    patch.all_copied = patch.all_copied && copied[at(f)];
-  }
+  const Pieces patches = find_pieces(surface.points, surface.triangles, sides, 2);
+  const std::size_t count = patches.list.size();
+  std::vector<bool> open(count);   // has an edge of one face
+  std::vector<bool> hangs(count);  // has an edge of three faces or more
+  std::vector<bool> genuine(count);
+  const auto patch_of = [&](Index face) { return at(patches.of_face[at(face)]); };
   for_each_edge(sides, [&](std::span<const Side> edge) {
     for (const Side& side : edge) {
-      Patch& patch = patches[at(patch_of[at(side.face)])];
-      patch.open = patch.open || edge.size() == 1;
-      patch.hangs = patch.hangs || edge.size() > 2;
+      open[patch_of(side.face)] = open[patch_of(side.face)] || edge.size() == 1;
+      hangs[patch_of(side.face)] = hangs[patch_of(side.face)] || edge.size() > 2;
     }
   });
-  const double largest = std::max_element(patches.begin(), patches.end(), [](const Patch& p, const Patch& q) {
-                           return p.area < q.area;
-                         })->area;
-  const auto is_flap = [&](const Patch& patch) {
-    return patch.hangs && (patch.open ? patch.area < share * largest : patch.all_copied);
-  };
-  Patch dropped;
-  for (const Patch& patch : patches) {
-    if (is_flap(patch)) {
-      dropped.face = dropped.faces == 0 ? patch.face : dropped.face;
-      dropped.faces += patch.faces;
-      dropped.area += patch.area;
-    }
+  for (Index f = 0; f < surface.triangles.cols(); ++f) {
+    genuine[patch_of(f)] = genuine[patch_of(f)] || !copied[at(f)];
   }
-  if (dropped.faces == 0) {
+  const double least = share * largest_area(patches);
+  std::vector<bool> flap(count);
+  for (std::size_t p = 0; p < count; ++p) {
+    flap[p] = hangs[p] && (open[p] ? patches.list[p].area < least : !genuine[p]);
+  }
+  const Dropped dropped = drop_pieces(surface, patches, flap);
+  if (dropped.pieces == 0) {
     return false;
   }
   log.push_back(fmt::format("dropped flaps of {} ({}) that hung on edges of three faces or more, the first at {}",
-                            counted(dropped.faces, "face", "faces"), area_text(dropped.area),
-                            place_text(centroid(surface, dropped.face), 2)));
-  std::vector<bool> keep(at(surface.triangles.cols()));
-  std::vector<bool> copied_kept;
-  for (std::size_t f = 0; f < keep.size(); ++f) {
-    keep[f] = !is_flap(patches[at(patch_of[f])]);
-    if (keep[f]) {
-      copied_kept.push_back(copied[f]);
+                            dropped.faces, dropped.area, dropped.place));
+  std::vector<bool> left;
+  for (std::size_t f = 0; f < copied.size(); ++f) {
+    if (!flap[at(patches.of_face[f])]) {
+      left.push_back(copied[f]);
     }
   }
-  surface.triangles = picked(surface.triangles, keep);
-  copied = std::move(copied_kept);
+  copied = std::move(left);
   return true;
 }
 
@@ -137,33 +95,36 @@ void drop_flaps(RawSurface& surface, std::vector<bool>& copied, double share, St
   }
 }
 
+Dropped drop_pieces(RawSurface& surface, const Pieces& pieces, const std::vector<bool>& marked) {
+  Dropped dropped{std::count(marked.begin(), marked.end(), true), {}, {}, {}};
+  if (dropped.pieces == 0) {
+    return dropped;
+  }
+  double area = 0;
+  for (std::size_t p = 0; p < marked.size(); ++p) {
+    area += marked[p] ? pieces.list[p].area : 0.0;
+  }
+  const Index first = pieces.list[at(std::find(marked.begin(), marked.end(), true) - marked.begin())].face;
+  const Index before = surface.triangles.cols();
+  dropped.area = area_text(area);
+  dropped.place = place_text(surface.points(Eigen::all, surface.triangles.col(first)).rowwise().mean(), 2);
+  surface.triangles = faces_where(surface.triangles, [&](Index f) { return !marked[at(pieces.of_face[at(f)])]; });
+  dropped.faces = counted(before - surface.triangles.cols(), "face", "faces");
+  return dropped;
+}
+
 void drop_stray_pieces(RawSurface& surface, double share, StepLog& log) {
   const Pieces pieces = find_pieces(surface.points, surface.triangles, sorted_sides(surface.triangles));
-  double largest = 0;
+  const double least = share * largest_area(pieces);
+  std::vector<bool> stray;
   for (const Piece& piece : pieces.list) {
-    largest = std::max(largest, piece.area);
+    stray.push_back(piece.area < least);
   }
-  Index dropped = 0;
-  double area = 0;
-  Vector3 first = Vector3::Zero();
-  for (const Piece& piece : pieces.list) {
-    if (piece.area < share * largest) {
-      first = dropped++ == 0 ? centroid(surface, piece.face) : first;
-      area += piece.area;
-    }
+  if (const Dropped dropped = drop_pieces(surface, pieces, stray); dropped.pieces > 0) {
+    log.push_back(fmt::format("dropped {} ({}, {}), the first at {}",
+                              counted(dropped.pieces, "stray piece", "stray pieces"), dropped.faces, dropped.area,
+                              dropped.place));
   }
-  if (dropped == 0) {
-    return;
-  }
-  std::vector<bool> keep(pieces.of_face.size());
-  for (std::size_t f = 0; f < keep.size(); ++f) {
-    keep[f] = pieces.list[at(pieces.of_face[f])].area >= share * largest;
-  }
-  const Index before = surface.triangles.cols();
-  surface.triangles = picked(surface.triangles, keep);
-  log.push_back(fmt::format("dropped {} ({}, {}), the first at {}", counted(dropped, "stray piece", "stray pieces"),
-                            counted(before - surface.triangles.cols(), "face", "faces"), area_text(area),
-                            place_text(first, 2)));
 }
 
 void make_consistent(RawSurface& surface, StepLog& log) {
@@ -213,7 +174,6 @@ void make_consistent(RawSurface& surface, StepLog& log) {
 void split_pinched_vertices(RawSurface& surface, StepLog& log) {
   DisjointSets corners = fans(surface.triangles, sorted_sides(surface.triangles));
   std::vector<Index> fan_of(at(surface.points.cols()), -1);
-  std::map<Index, int> vertex_of_fan;  // of the fans at vertices with several
   std::vector<bool> pinched(fan_of.size(), false);
   for (Index corner = 0; corner < surface.triangles.size(); ++corner) {
     const auto vertex = at(surface.triangles(corner % 3, corner / 3));
@@ -227,12 +187,13 @@ void split_pinched_vertices(RawSurface& surface, StepLog& log) {
   }
 
   // The first fan keeps the vertex's number; all move.
-  struct Move {
-    Vector3 to_rim = Vector3::Zero();  // sum over the fan's sides
+  struct Fan {
+    int vertex;
+    Vector3 to_rim = Vector3::Zero();  // sum over its sides
     double sides = 0;
     double shortest = std::numeric_limits<double>::infinity();
   };
-  std::map<int, Move> moves;
+  std::map<Index, Fan> moving;
   std::vector<bool> number_taken(fan_of.size(), false);
   std::vector<Vector3> added;
   const Triangles before = surface.triangles;
@@ -243,56 +204,34 @@ void split_pinched_vertices(RawSurface& surface, StepLog& log) {
       continue;
     }
     const Vector3 x = surface.points.col(vertex);
-    const auto [entry, is_new] = vertex_of_fan.try_emplace(corners.root(corner), vertex);
+    const auto [entry, is_new] = moving.try_emplace(corners.root(corner), Fan{vertex});
+    Fan& fan = entry->second;
     if (is_new && number_taken[at(vertex)]) {
-      entry->second = static_cast<int>(surface.points.cols()) + static_cast<int>(added.size());
+      fan.vertex = static_cast<int>(surface.points.cols()) + static_cast<int>(added.size());
       added.push_back(x);
-    } else if (is_new) {
-      first = vertex_of_fan.size() == 1 ? x : first;
-      number_taken[at(vertex)] = true;
     }
-    surface.triangles(corner % 3, corner / 3) = entry->second;
-    Move& move = moves[entry->second];
+    first = moving.size() == 1 ? x : first;
+    number_taken[at(vertex)] = true;
+    surface.triangles(corner % 3, corner / 3) = fan.vertex;
     for (const Index step : {1, 2}) {
       const Vector3 along = surface.points.col(before((corner + step) % 3, corner / 3)) - x;
-      move.to_rim += along;
-      move.sides += 1;
-      move.shortest = std::min(move.shortest, along.norm());
+      fan.to_rim += along;
+      fan.sides += 1;
+      fan.shortest = std::min(fan.shortest, along.norm());
     }
   }
-  const Index old_count = surface.points.cols();
-  surface.points.conservativeResize(3, old_count + static_cast<Index>(added.size()));
-  for (std::size_t i = 0; i < added.size(); ++i) {
-    surface.points.col(old_count + static_cast<Index>(i)) = added[i];
-  }
+  surface.points.conservativeResize(3, surface.points.cols() + static_cast<Index>(added.size()));
+  surface.points.rightCols(static_cast<Index>(added.size())) = as_columns(added);
   constexpr double kApart = 0.01;  // of the shortest edge: far above the digits that any file keeps
-  for (const auto& [vertex, move] : moves) {
-    const Vector3 to_rim = move.to_rim / move.sides;
+  for (const auto& [root, fan] : moving) {
+    const Vector3 to_rim = fan.to_rim / fan.sides;
     const double reach = to_rim.norm();
     if (reach > 0) {
-      surface.points.col(vertex) += to_rim * std::min(1.0, move.shortest / reach) * kApart;
+      surface.points.col(fan.vertex) += to_rim * std::min(1.0, fan.shortest / reach) * kApart;
     }
   }
   log.push_back(fmt::format("split {} in which parts touched, the first at {}",
                             counted(points_pinched, "point", "points"), place_text(first, 2)));
-}
-
-void drop_unused_points(RawSurface& surface) {
-  std::vector<int> number(at(surface.points.cols()), -1);
-  for (const int v : surface.triangles.reshaped()) {
-    number[at(v)] = 0;
-  }
-  int count = 0;
-  for (std::size_t v = 0; v < number.size(); ++v) {
-    if (number[v] >= 0) {
-      number[v] = count;
-      surface.points.col(count++) = surface.points.col(static_cast<Index>(v)).eval();
-    }
-  }
-  surface.points.conservativeResize(3, count);
-  for (int& v : surface.triangles.reshaped()) {
-    v = number[at(v)];
-  }
 }
 
 }  // namespace touchfield

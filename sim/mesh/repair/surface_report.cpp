@@ -8,6 +8,7 @@
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/repair/weld.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -22,10 +23,9 @@ void find_crossings(const TriangleMesh& mesh, SkinReport& report) {
     return;
   }
   const auto [one, other] = pairs.front();
-  report.faults.push_back(fmt::format("{}{} of faces cut each other, the first near {}", pairs.size(),
-                                      pairs.size() == SkinReport::kMostCrossings ? " pairs or more"
-                                      : pairs.size() == 1                        ? " pair"
-                                                                                 : " pairs",
+  const bool all = pairs.size() < SkinReport::kMostCrossings;
+  report.faults.push_back(fmt::format("{} of faces cut each other, the first near {}",
+                                      counted(report.crossings, "pair", all ? "pairs" : "pairs or more"),
                                       place_text(0.5 * (mesh.centroids().col(one) + mesh.centroids().col(other)), 2)));
 }
 
@@ -33,24 +33,18 @@ void find_crossings(const TriangleMesh& mesh, SkinReport& report) {
 
 SkinReport inspect_skin(const Points& points, const Triangles& triangles) {
   SkinReport report;
-  Triangles solid(3, triangles.cols());
-  Index count = 0;
   Index first_flat = -1;
-  for (Index f = 0; f < triangles.cols(); ++f) {
-    if (is_flat(points, triangles.col(f))) {
-      first_flat = report.flat_faces++ == 0 ? f : first_flat;
-    } else {
-      solid.col(count++) = triangles.col(f);
-    }
-  }
-  if (count == 0) {
+  Triangles solid = faces_where(triangles, [&](Index f) {
+    const bool flat = is_flat(points, triangles.col(f));
+    first_flat = flat && report.flat_faces++ == 0 ? f : first_flat;
+    return !flat;
+  });
+  if (solid.cols() == 0) {
     report.faults.emplace_back("no face has an area");
     return report;
   }
-  solid.conservativeResize(3, count);
   if (report.flat_faces > 0) {
-    report.faults.push_back(fmt::format("{} {} without area, the first at {}", report.flat_faces,
-                                        report.flat_faces == 1 ? "face" : "faces",
+    report.faults.push_back(fmt::format("{} without area, the first at {}", counted(report.flat_faces, "face", "faces"),
                                         place_text(points.col(triangles(0, first_flat)), 2)));
   }
   report.mesh = inspect(points, triangles);
@@ -77,12 +71,10 @@ SurfaceReport inspect_surface(const FileSurface& surface, double unit) {
 
   std::vector<std::string> faults;
   if (report.collapsed_faces > 0) {
-    faults.push_back(fmt::format("{} {} two corners in one point", report.collapsed_faces,
-                                 report.collapsed_faces == 1 ? "face has" : "faces have"));
+    faults.push_back(counted(report.collapsed_faces, "face has", "faces have") + " two corners in one point");
   }
   if (report.duplicate_faces > 0) {
-    faults.push_back(fmt::format("{} {} the corners of an earlier one", report.duplicate_faces,
-                                 report.duplicate_faces == 1 ? "face has" : "faces have"));
+    faults.push_back(counted(report.duplicate_faces, "face has", "faces have") + " the corners of an earlier one");
   }
   report.skin.faults.insert(report.skin.faults.begin(), faults.begin(), faults.end());
   return report;

@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -205,16 +206,14 @@ Triangles without_duplicates(const Triangles& triangles, std::vector<bool>& copi
       has_copy[static_cast<std::size_t>(first->face)] = true;
     }
   }
-  Triangles kept(3, triangles.cols());
   copied.clear();
-  for (Index f = 0; f < triangles.cols(); ++f) {
-    if (is_kept[static_cast<std::size_t>(f)]) {
-      kept.col(static_cast<Index>(copied.size())) = triangles.col(f);
-      copied.push_back(has_copy[static_cast<std::size_t>(f)]);
+  return faces_where(triangles, [&](Index f) {
+    const auto face = static_cast<std::size_t>(f);
+    if (is_kept[face]) {
+      copied.push_back(has_copy[face]);
     }
-  }
-  kept.conservativeResize(3, static_cast<Index>(copied.size()));
-  return kept;
+    return is_kept[face];
+  });
 }
 
 }  // namespace touchfield

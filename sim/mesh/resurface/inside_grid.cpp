@@ -58,8 +58,8 @@ InsideGrid::InsideGrid(const TriangleMesh& soup, double spacing) : tree_(soup), 
     fill_rows();
     seeds = about_open_edges();
   }
-  drop_thin_parts();
-  fill_narrow_gaps();
+  dropped_ = turn_thin(true);
+  filled_ = turn_thin(false);
   part_crossed_sides();
 }
 
@@ -105,14 +105,11 @@ void InsideGrid::find_crossings(const TriangleMesh& soup) {
           }
           const double along = corners.row(axis).dot(weights) / sum;
           const double below = std::floor(along);
-          std::array<double, 3> node{};
-          node[static_cast<std::size_t>(axis)] = below;
-          node[static_cast<std::size_t>(u)] = x;
-          node[static_cast<std::size_t>(v)] = y;
-          const std::size_t number = static_cast<std::size_t>(node[0]) +
-                                     static_cast<std::size_t>(node[1]) * stride_[1] +
-                                     static_cast<std::size_t>(node[2]) * stride_[2];
-          crossings_.push_back({edge(number, axis), static_cast<float>(along - below)});
+          Eigen::Array3i node;
+          node(axis) = static_cast<int>(below);
+          node(u) = static_cast<int>(i);
+          node(v) = static_cast<int>(j);
+          crossings_.push_back({edge(grid_.index(node(0), node(1), node(2)), axis), static_cast<float>(along - below)});
         }
       }
     }
@@ -214,34 +211,20 @@ void InsideGrid::for_each_inner_node(const Visit& visit) const {
   }
 }
 
-void InsideGrid::drop_thin_parts() {
+/// Changes the nodes on one side that have neighbours on the other on both sides along an axis. Returns how many.
+std::size_t InsideGrid::turn_thin(bool are_inside) {
   std::vector<std::size_t> thin;
   for_each_inner_node([&](std::size_t node) {
-    if (inside(sides_[node]) && std::ranges::any_of(stride_, [&](std::size_t stride) {
-          return !inside(sides_[node - stride]) && !inside(sides_[node + stride]);
+    if (inside(sides_[node]) == are_inside && std::ranges::any_of(stride_, [&](std::size_t stride) {
+          return inside(sides_[node - stride]) != are_inside && inside(sides_[node + stride]) != are_inside;
         })) {
       thin.push_back(node);
     }
   });
   for (const std::size_t node : thin) {
-    sides_[node] = kChanged;
+    sides_[node] = are_inside ? kChanged : -kChanged;
   }
-  dropped_ = thin.size();
-}
-
-void InsideGrid::fill_narrow_gaps() {
-  std::vector<std::size_t> narrow;
-  for_each_inner_node([&](std::size_t node) {
-    if (!inside(sides_[node]) && std::ranges::any_of(stride_, [&](std::size_t stride) {
-          return inside(sides_[node - stride]) && inside(sides_[node + stride]);
-        })) {
-      narrow.push_back(node);
-    }
-  });
-  for (const std::size_t node : narrow) {
-    sides_[node] = -kChanged;
-  }
-  filled_ = narrow.size();
+  return thin.size();
 }
 
 /// Fills a node wherever two nodes inside face each other across a side of a cell whose other two nodes are outside:
@@ -316,8 +299,8 @@ Isosurface InsideGrid::surface() const {
     // Rounding may leave the other two just below a node.
     Vector3 start = vertex.array().round();
     start(axis) = below(axis);
-    const std::size_t node = static_cast<std::size_t>(start(0)) + static_cast<std::size_t>(start(1)) * stride_[1] +
-                             static_cast<std::size_t>(start(2)) * stride_[2];
+    const Eigen::Array3i place = start.cast<int>();
+    const std::size_t node = grid_.index(place(0), place(1), place(2));
     start(axis) += std::clamp(crossing(node, axis), kLeast, 1.0 - kLeast);
     result.points.col(i) = grid_.origin + grid_.spacing * start;
   }

@@ -60,8 +60,7 @@ class InsideGrid {
   std::vector<std::size_t> about_soft_edges(const std::vector<std::size_t>& fresh) const;
   std::vector<std::size_t> about_open_edges() const;
   void fill_rows();
-  void drop_thin_parts();
-  void fill_narrow_gaps();
+  std::size_t turn_thin(bool are_inside);
   void part_crossed_sides();
   template <class Visit>
   void for_each_inner_node(const Visit& visit) const;

@@ -12,8 +12,10 @@
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/pieces.h"
 #include "sim/mesh/repair/repair_steps.h"
 #include "sim/mesh/repair/weld.h"
+#include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
 namespace touchfield {
@@ -33,18 +35,9 @@ struct Patch {
 
 std::vector<Patch> find_patches(const TriangleMesh& mesh) {
   const std::vector<Side> sides = sorted_sides(mesh.triangles());
-  DisjointSets faces(mesh.face_count());
-  for_each_edge(sides, [&](std::span<const Side> edge) {
-    if (edge.size() == 2) {
-      faces.join(edge[0].face, edge[1].face);
-    }
-  });
-  int count = 0;
-  const std::vector<int> patch_of = faces.numbered(count);
-  std::vector<Patch> patches(static_cast<std::size_t>(count));
-  const auto patch = [&](Index f) -> Patch& {
-    return patches[static_cast<std::size_t>(patch_of[static_cast<std::size_t>(f)])];
-  };
+  const Pieces pieces = find_pieces(mesh.vertices(), mesh.triangles(), sides, 2);
+  std::vector<Patch> patches(pieces.list.size());
+  const auto patch = [&](Index f) -> Patch& { return patches[at(pieces.of_face[at(f)])]; };
   for_each_edge(sides, [&](std::span<const Side> edge) {
     if (edge.size() != 2) {
       std::ranges::for_each(edge, [&](const Side& side) { patch(side.face).closed = false; });
@@ -143,23 +136,16 @@ OrientedSoup oriented_soup(const FileSurface& surface, double unit, const std::s
   WeldedSurface merged = welded(surface, unit, 0.0);
   std::vector<bool> copied;
   RawSurface raw{std::move(merged.points), without_duplicates(merged.triangles, copied)};
-  Triangles solid(3, raw.triangles.cols());
-  Index count = 0;
-  for (const auto& face : raw.triangles.colwise()) {
-    if (!is_flat(raw.points, face)) {
-      solid.col(count++) = face;
-    }
-  }
+  raw.triangles = faces_where(raw.triangles, [&](Index f) { return !is_flat(raw.points, raw.triangles.col(f)); });
+  const Index count = raw.triangles.cols();
   if (count == 0) {
     throw InputError(fmt::format("{}: no face has an area", name));
   }
-  solid.conservativeResize(3, count);
-  raw.triangles = std::move(solid);
   if (const Index left_out = static_cast<Index>(surface.triangles.size()) - count; left_out > 0) {
     steps.push_back(fmt::format("left out {} without area or with the corners of an earlier one",
                                 counted(left_out, "face", "faces")));
   }
-  drop_unused_points(raw);
+  drop_unused_points(raw.points, raw.triangles);
   make_consistent(raw, steps);
   const TriangleMesh mesh(raw.points, raw.triangles);
   Index turned = 0;

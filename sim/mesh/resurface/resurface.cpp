@@ -19,6 +19,7 @@
 #include "sim/mesh/repair/repair_steps.h"
 #include "sim/mesh/resurface/inside_grid.h"
 #include "sim/mesh/resurface/oriented_soup.h"
+#include "sim/mesh/subset.h"
 
 namespace touchfield {
 
@@ -76,16 +77,10 @@ TriangleMesh outer_pieces(const Isosurface& surface, const Asked& asked, StepLog
     steps.push_back(fmt::format("dropped {} smaller than a cube of the edge, the largest of {}",
                                 counted(small, "piece", "pieces"), volume_text(largest_small)));
   }
-  RawSurface kept{surface.points, Triangles(3, surface.triangles.cols())};
-  Index count = 0;
-  for (Index f = 0; f < surface.triangles.cols(); ++f) {
-    if (keep[static_cast<std::size_t>(pieces.of_face[static_cast<std::size_t>(f)])]) {
-      kept.triangles.col(count++) = surface.triangles.col(f);
-    }
-  }
-  kept.triangles.conservativeResize(3, count);
-  drop_unused_points(kept);
-  return {std::move(kept.points), std::move(kept.triangles)};
+  Points points = surface.points;
+  Triangles kept = faces_where(surface.triangles, [&](Index f) { return keep[at(pieces.of_face[at(f)])]; });
+  drop_unused_points(points, kept);
+  return {std::move(points), std::move(kept)};
 }
 
 /// Whether some face has the outside before it and the inside behind it.
@@ -147,7 +142,7 @@ void require_pieces(const TriangleMesh& soup, const FaceTree& skin, const Asked&
   const std::vector<Side> sides = sorted_sides(soup.triangles());
   const Pieces pieces = find_pieces(soup.vertices(), soup.triangles(), sides);
   std::vector<bool> open(pieces.list.size());
-  const auto piece_of = [&](Index f) { return static_cast<std::size_t>(pieces.of_face[static_cast<std::size_t>(f)]); };
+  const auto piece_of = [&](Index f) { return at(pieces.of_face[at(f)]); };
   for_each_edge(sides, [&](std::span<const Side> edge) {
     if (edge.size() == 1) {
       open[piece_of(edge[0].face)] = true;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "sim/mesh/face_shape.h"
+
 namespace touchfield {
 
 namespace {
@@ -16,16 +18,8 @@ struct Sample {
   double distance;  // negative if it does not count
 };
 
-double longest_side(const TriangleMesh& mesh, Index f) {
-  double longest = 0;
-  for (int c = 0; c < 3; ++c) {
-    longest = std::max(longest, (mesh.corner(f, (c + 1) % 3) - mesh.corner(f, c)).norm());
-  }
-  return longest;
-}
-
 /// Into how many parts each side of a face is cut.
-double parts(const TriangleMesh& mesh, Index f, double spacing) { return std::ceil(longest_side(mesh, f) / spacing); }
+double parts(const TriangleMesh& mesh, Index f, double spacing) { return std::ceil(longest_edge(mesh, f) / spacing); }
 
 double point_count(const TriangleMesh& mesh, double spacing) {
   double count = 0;

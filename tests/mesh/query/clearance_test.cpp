@@ -15,7 +15,6 @@
 #include "sim/body/shapes.h"
 #include "sim/core/errors.h"
 #include "sim/mesh/query/face_tree.h"
-#include "sim/mesh/query/flat_hull.h"
 #include "sim/mesh/query/triangle_pair.h"
 #include "tests/support/error_support.h"
 #include "tests/support/mesh_support.h"

@@ -5,8 +5,8 @@
 
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
-#include "sim/mesh/edges.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/mesh/topology.h"
 
 namespace touchfield {
 namespace {

@@ -18,12 +18,12 @@
 #include "sim/body/shapes.h"
 #include "sim/body/skin_mesh.h"
 #include "sim/core/errors.h"
-#include "sim/mesh/edges.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/mesh/remesh/mesh_quality.h"
+#include "sim/mesh/topology.h"
 #include "tests/support/mesh_support.h"
 
 namespace touchfield {

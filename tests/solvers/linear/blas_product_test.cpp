@@ -1,4 +1,4 @@
-#include "solvers/linear/hermitian_product.h"
+#include "solvers/linear/blas_product.h"
 
 #include <stdexcept>
 
