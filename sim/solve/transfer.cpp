@@ -9,7 +9,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/solve/judge.h"
-#include "solvers/linear/complex_product.h"
+#include "solvers/linear/blas_product.h"
 #include "solvers/linear/low_rank.h"
 
 namespace touchfield {

@@ -165,7 +165,7 @@ void judge_parts(const GroupReader& io, Run& run) {
 }
 
 /// Needs the run's array and target. The attributes say how to multiply.
-void transfer_parts(const GroupWriter& io, const RunTransfer& transfer, const Run& /*run*/) {
+void transfer_parts(const GroupWriter& io, const RunTransfer& /*transfer*/, const Run& /*run*/) {
   io.attribute("pressure",
                std::string("p[face] = target @ q, without scattering incident @ q; q = amplitude * exp(i phase)"));
   io.attribute("cost", std::string("sum(weight * (abs(target @ q) - wanted)**2) + sum(abs(quiet @ q)**2)"));

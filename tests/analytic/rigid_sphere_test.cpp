@@ -1,4 +1,4 @@
-#include "tests/support/rigid_sphere.h"
+#include "sim/bem/rigid_sphere.h"
 
 #include <cmath>
 #include <numbers>

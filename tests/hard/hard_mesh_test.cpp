@@ -10,12 +10,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "sim/bem/rigid_sphere.h"
 #include "sim/body/shapes.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/mesh_risks.h"
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
-#include "tests/support/rigid_sphere.h"
 
 namespace touchfield {
 namespace {

@@ -9,13 +9,13 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "sim/bem/rigid_sphere.h"
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
 #include "solvers/linear/dense_lu.h"
 #include "solvers/linear/gmres.h"
 #include "tests/hard/hard_meshes.h"
 #include "tests/hard/hard_support.h"
-#include "tests/support/rigid_sphere.h"
 
 namespace touchfield {
 namespace {

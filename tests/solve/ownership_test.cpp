@@ -11,7 +11,7 @@
 #include "sim/scene/input.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/methods.h"
-#include "sim/store/sweep_rows.h"
+#include "sim/store/sweep_files.h"
 #include "solvers/phase/dual_factor.h"
 #include "solvers/phase/skin_jacobian.h"
 

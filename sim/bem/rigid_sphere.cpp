@@ -1,4 +1,4 @@
-#pragma once
+#include "sim/bem/rigid_sphere.h"
 
 #include <cmath>
 #include <numbers>
@@ -6,13 +6,14 @@
 
 #include <fmt/format.h>
 
-#include "sim/acoustics/medium.h"
 #include "sim/core/errors.h"
 
 namespace touchfield {
 
+namespace {
+
 /// h_0 ... h_order at x: spherical Hankel functions of the first kind.
-inline std::vector<Complex> spherical_hankel(int order, double x) {
+std::vector<Complex> spherical_hankel(int order, double x) {
   std::vector<Complex> h;
   for (int n = 0; n <= order; ++n) {
     const auto degree = static_cast<unsigned>(n);
@@ -22,12 +23,12 @@ inline std::vector<Complex> spherical_hankel(int order, double x) {
 }
 
 /// i / (x^2 h_n'(x)) with h_n' = n/x h_n - h_(n+1).
-inline Complex surface_factor(const std::vector<Complex>& h, int n, double x) {
+Complex surface_factor(const std::vector<Complex>& h, int n, double x) {
   const auto at = static_cast<std::size_t>(n);
   return Complex(0, 1) / (x * x * (static_cast<double>(n) / x * h[at] - h[at + 1]));
 }
 
-inline void require_sphere(const Wave& wave, double radius) {
+void require_sphere(const Wave& wave, double radius) {
   if (!(radius > 0)) {
     throw InputError(fmt::format("rigid sphere: radius = {} m must be > 0", radius));
   }
@@ -37,7 +38,7 @@ inline void require_sphere(const Wave& wave, double radius) {
 }
 
 /// sum_n (2n+1) c_n P_n(cos theta).
-inline Eigen::VectorXcd legendre_sum(const std::vector<Complex>& c, const Eigen::VectorXd& cos_theta) {
+Eigen::VectorXcd legendre_sum(const std::vector<Complex>& c, const Eigen::VectorXd& cos_theta) {
   Eigen::VectorXcd sum = Eigen::VectorXcd::Zero(cos_theta.size());
   for (Eigen::Index i = 0; i < cos_theta.size(); ++i) {
     double previous = 0.0;
@@ -53,18 +54,9 @@ inline Eigen::VectorXcd legendre_sum(const std::vector<Complex>& c, const Eigen:
   return sum;
 }
 
-/// Pressure of a rigid sphere in a plane wave of amplitude 1, on its surface.
-///
-///   p(theta) = sum_n (2n+1) i^n P_n(cos theta) i / ((ka)^2 h_n'(ka))
-///
-/// wave        k from a Medium and a frequency; its absorption must be 0
-/// radius      a [m], > 0
-/// cos_theta   M values, theta from the direction of travel; the lit pole is -1
-/// returns     M complex pressures; phase 0 at the centre in the wave's absence; absolute error below 1e-10 for
-///             ka <= 100
-/// throws      InputError if radius <= 0 or the medium absorbs
-/// source      Bowman, Senior, Uslenghi, Electromagnetic and Acoustic Scattering by Simple Shapes, ch. 10
-inline Eigen::VectorXcd rigid_sphere_plane_wave(const Wave& wave, double radius, const Eigen::VectorXd& cos_theta) {
+}  // namespace
+
+Eigen::VectorXcd rigid_sphere_plane_wave(const Wave& wave, double radius, const Eigen::VectorXd& cos_theta) {
   require_sphere(wave, radius);
   const double ka = wave.k() * radius;
   const int order = static_cast<int>(std::ceil(ka + 10.0 + 6.0 * std::cbrt(ka)));
@@ -78,14 +70,8 @@ inline Eigen::VectorXcd rigid_sphere_plane_wave(const Wave& wave, double radius,
   return legendre_sum(c, cos_theta);
 }
 
-/// The same for a point source g = exp(ikr)/(4 pi r) at distance r0 >= 1.5 a from the centre,
-///
-///   p(theta) = (ik / 4 pi) sum_n (2n+1) h_n(k r0) P_n(cos theta) i / ((ka)^2 h_n'(ka))
-///
-/// cos_theta   theta from the direction of the source
-/// accuracy    relative error below 1e-9 for ka <= 100; InputError if r0 < 1.5 a or k r0 > 1e4
-inline Eigen::VectorXcd rigid_sphere_point_source(const Wave& wave, double radius, double source_distance,
-                                                  const Eigen::VectorXd& cos_theta) {
+Eigen::VectorXcd rigid_sphere_point_source(const Wave& wave, double radius, double source_distance,
+                                           const Eigen::VectorXd& cos_theta) {
   require_sphere(wave, radius);
   // Nearer, the terms vanish so slowly that h_n(ka) overflows first.
   if (!(source_distance >= 1.5 * radius)) {
