@@ -95,9 +95,8 @@ double judge_faces(const Model& model) {
   return 0.0;
 }
 
-}  // namespace
-
-CheckReport check_model(const Model& model, int sharing) {
+/// What is known without an estimate.
+CheckReport sizes_of(const Model& model) {
   const Scene& scene = model.scene;
   CheckReport report;
   report.faces = model.body.mesh.face_count();
@@ -110,7 +109,14 @@ CheckReport check_model(const Model& model, int sharing) {
     report.near_target =
         resolution_within(model.body.mesh, model.wave.wavelength(), model.boxes.front().centre, kTargetReach);
   }
+  return report;
+}
 
+}  // namespace
+
+CheckReport check_model(const Model& model, int sharing) {
+  const Scene& scene = model.scene;
+  CheckReport report = sizes_of(model);
   const auto m = static_cast<double>(report.faces);
   const auto n = static_cast<double>(report.channels);
   const auto k = static_cast<double>(report.target_faces);

@@ -9,7 +9,7 @@
 #include "tests/support/reference_kernels.h"
 
 namespace touchfield {
-namespace {
+namespace near_corrections_test {
 
 const Complex kWavenumber(732.28, 0.152);
 constexpr double kGamma = 1.0 / 732.28;
@@ -81,5 +81,5 @@ TEST(NearCorrections, ARuleWithoutReachHoldsNothing) {
   EXPECT_EQ(stored(near).norm(), 0.0);
 }
 
-}  // namespace
+}  // namespace near_corrections_test
 }  // namespace touchfield

@@ -15,7 +15,7 @@
 #include "tests/support/reference_kernels.h"
 
 namespace touchfield {
-namespace {
+namespace quadrature_test {
 
 using std::numbers::pi;
 
@@ -213,5 +213,5 @@ TEST(Quadrature, AFinerRuleIsNearer) {
   EXPECT_LT(std::abs(value(5.6) - best), 1e-6 * std::abs(best));
 }
 
-}  // namespace
+}  // namespace quadrature_test
 }  // namespace touchfield

@@ -17,7 +17,7 @@
 #include "tests/support/error_support.h"
 
 namespace touchfield {
-namespace {
+namespace scattering_solver_test {
 
 using ::testing::HasSubstr;
 
@@ -189,5 +189,5 @@ TEST(ScatteringSolver, MemoryIsThatOfTheMatrixAndTheBlocks) {
   EXPECT_LE(solver_memory(10000, options, 100), 16.0 * 10000 * 60 * 100);
 }
 
-}  // namespace
+}  // namespace scattering_solver_test
 }  // namespace touchfield

@@ -11,7 +11,7 @@
 #include "solvers/linear/dense_lu.h"
 
 namespace touchfield {
-namespace {
+namespace scattering_system_test {
 
 Wave wave() { return {air(293.15), 40e3}; }
 
@@ -176,5 +176,5 @@ TEST(ScatteringSystem, PolishingIsTwoFixedPointSteps) {
   EXPECT_EQ(polished.dense(), plain.dense());
 }
 
-}  // namespace
+}  // namespace scattering_system_test
 }  // namespace touchfield

@@ -20,7 +20,7 @@
 #include "sim/mesh/query/self_intersections.h"
 
 namespace touchfield {
-namespace {
+namespace hand_joints_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -197,5 +197,5 @@ TEST(HandJoints, AnyAnglesGiveASoundSkinOrAClearError) {
   EXPECT_GE(sound, kDraws - 2);  // the error is the exception
 }
 
-}  // namespace
+}  // namespace hand_joints_test
 }  // namespace touchfield

@@ -26,7 +26,7 @@
 #include "tests/support/mesh_support.h"
 
 namespace touchfield {
-namespace {
+namespace perturb_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -39,7 +39,7 @@ constexpr double kRounding = 1e-15;  // [m], of coordinates of some cm
 // Statistics are to lie within this many of their standard deviations: by chance one in 150,000 does not.
 constexpr double kDeviations = 4.5;
 
-SensingNoise noise(double rms, double correlation, std::uint64_t seed) {
+SensingNoise noise(double rms, double correlation, unsigned seed) {
   SensingNoise result;
   result.rms = rms;
   result.correlation = correlation;
@@ -414,5 +414,5 @@ TEST(Perturbed, RefusesASkinThatCutsItself) {
               HasSubstr("cut each other near ("));
 }
 
-}  // namespace
+}  // namespace perturb_test
 }  // namespace touchfield

@@ -13,7 +13,7 @@
 #include "sim/mesh/query/inspect.h"
 
 namespace touchfield {
-namespace {
+namespace shapes_test {
 
 using std::numbers::pi;
 using ::testing::HasSubstr;
@@ -176,5 +176,5 @@ TEST(Box, RefusesWhatIsNoBox) {
   EXPECT_THROW(box({1, 1, 1}, 1e-5), InputError);
 }
 
-}  // namespace
+}  // namespace shapes_test
 }  // namespace touchfield

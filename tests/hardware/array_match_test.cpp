@@ -10,7 +10,7 @@
 #include "sim/core/rotation.h"
 
 namespace touchfield {
-namespace {
+namespace array_match_test {
 
 using testing::HasSubstr;
 using testing::ThrowsMessage;
@@ -110,5 +110,5 @@ TEST(ArrayMatch, UnitsThatSitElsewhere) {
                  "other places");
 }
 
-}  // namespace
+}  // namespace array_match_test
 }  // namespace touchfield

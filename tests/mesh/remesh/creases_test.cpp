@@ -16,7 +16,7 @@
 #include "sim/mesh/remesh/splinters.h"
 
 namespace touchfield {
-namespace {
+namespace creases_test {
 
 using std::numbers::pi;
 using ::testing::ElementsAre;
@@ -177,5 +177,5 @@ TEST(Splinters, AreNotThinParts) {
   EXPECT_THAT(inspect(same).faults, IsEmpty());
 }
 
-}  // namespace
+}  // namespace creases_test
 }  // namespace touchfield

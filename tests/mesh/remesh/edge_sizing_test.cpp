@@ -12,7 +12,7 @@
 #include "sim/core/errors.h"
 
 namespace touchfield {
-namespace {
+namespace edge_sizing_test {
 
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
@@ -121,5 +121,5 @@ TEST(EdgeSizing, RefusesWhatIsNoLength) {
   EXPECT_NO_THROW(EdgeSizing(1e-3, {}, 0.6));
 }
 
-}  // namespace
+}  // namespace edge_sizing_test
 }  // namespace touchfield

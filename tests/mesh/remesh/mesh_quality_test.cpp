@@ -11,7 +11,7 @@
 #include "tests/support/mesh_support.h"
 
 namespace touchfield {
-namespace {
+namespace mesh_quality_test {
 
 using std::numbers::pi;
 
@@ -167,5 +167,5 @@ TEST(WantedFaces, FindAZoneWithinAFaceAndStopAtTheMost) {
   EXPECT_EQ(wanted_faces(icosphere(1e27, 3), graded, 1000), 1000);
 }
 
-}  // namespace
+}  // namespace mesh_quality_test
 }  // namespace touchfield

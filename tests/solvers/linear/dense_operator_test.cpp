@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace touchfield {
-namespace {
+namespace dense_operator_test {
 
 Eigen::MatrixXcd random_matrix(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
   std::srand(seed);  // Eigen's Random draws from rand()
@@ -77,5 +77,5 @@ TYPED_TEST(DenseOperatorTest, RefusesOtherShapes) {
   EXPECT_THROW(this->operator_.apply_transpose(Eigen::MatrixXcd::Zero(1, 1)), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace dense_operator_test
 }  // namespace touchfield

@@ -17,7 +17,7 @@
 #include "solvers/linear/dense_lu.h"
 
 namespace touchfield {
-namespace {
+namespace gmres_test {
 
 using testing::Each;
 using testing::ElementsAre;
@@ -361,5 +361,5 @@ TEST(Gmres, RefusesBadArguments) {
   EXPECT_THROW(gmres(short_one, b, {}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace gmres_test
 }  // namespace touchfield

@@ -15,7 +15,7 @@
 #include "solvers/linear/dense_lu.h"
 
 namespace touchfield {
-namespace {
+namespace refinement_test {
 
 using testing::Each;
 using testing::ElementsAre;
@@ -168,5 +168,5 @@ TEST(Refinement, RefusesWhatIsNotFiniteAndOtherShapes) {
   EXPECT_THROW(refine(identity, identity, b, {.max_rounds = -1}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace refinement_test
 }  // namespace touchfield

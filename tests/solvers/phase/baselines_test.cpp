@@ -16,7 +16,7 @@
 #include "tests/support/skin_support.h"
 
 namespace touchfield {
-namespace {
+namespace baselines_test {
 
 using Complex = std::complex<double>;
 constexpr double kPi = std::numbers::pi;
@@ -691,5 +691,5 @@ TEST(Baselines, RefuseWhatIsNoProblem) {
   }
 }
 
-}  // namespace
+}  // namespace baselines_test
 }  // namespace touchfield

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 namespace touchfield {
-namespace {
+namespace incident_problem_test {
 
 /// A small case with all rows of C kept: M rows, K targets, N channels.
 struct SmallCase {
@@ -237,5 +237,5 @@ TEST(PhaseSolution, WrapsPhasesIntoOneTurn) {
   EXPECT_EQ(reduced(3), 0.0);
 }
 
-}  // namespace
+}  // namespace incident_problem_test
 }  // namespace touchfield

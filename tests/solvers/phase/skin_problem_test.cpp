@@ -12,7 +12,7 @@
 #include "tests/support/skin_support.h"
 
 namespace touchfield {
-namespace {
+namespace skin_problem_test {
 
 constexpr double kRounding = 1e-13;  // sums of some tens of terms of one sign
 
@@ -163,5 +163,5 @@ TEST(SkinProblem, RefusesWhatIsNoProblem) {
   }
 }
 
-}  // namespace
+}  // namespace skin_problem_test
 }  // namespace touchfield

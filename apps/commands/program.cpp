@@ -1,0 +1,101 @@
+#include "apps/commands/program.h"
+
+#include <algorithm>
+#include <exception>
+#include <new>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/standard_streams.h"
+#include "sim/core/errors.h"
+#include "sim/core/version.h"
+#include "solvers/linear/blas_core.h"
+#include "solvers/linear/instruction_level.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr int kFailed = 1;
+constexpr int kBadInput = 2;
+constexpr int kNotBuilt = 3;
+constexpr int kDevice = 4;
+
+std::string version_line() {
+  const BuildInfo build = build_info();
+  return fmt::format("touchfield {} ({})\n{}, {} build, flags {}", build.version, build.revision, build.compiler,
+                     build.build_type, build.flags);
+}
+
+/// What the command line asks for, run after it has been parsed as a whole.
+int dispatch(int argc, char** argv) {
+  CLI::App app(
+      "Mid-air ultrasound haptics: transducer phases that press a wanted pattern on the skin of a hand.\n"
+      "Exit codes: 0 ok, 1 failed, 2 bad input, 3 not built in, 4 device.",
+      "touchfield");
+  app.set_version_flag("--version", version_line());
+  app.require_subcommand(1);
+  Invocation invocation;
+  invocation.command_line = joined_command_line(argc, argv);
+  add_commands(app, invocation);
+
+  std::vector<std::string> known;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
+    known.push_back(command->get_name());
+  }
+  if (argc > 1 && argv[1][0] != '-' && std::ranges::find(known, argv[1]) == known.end()) {
+    std::erase_if(known, [&](const std::string& name) { return app.get_subcommand(name)->get_group().empty(); });
+    throw InputError(fmt::format("unknown command '{}'; there are {}", argv[1], fmt::join(known, ", ")));
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kBadInput;
+  }
+  return invocation.action();
+}
+
+/// A level that TOUCHFIELD_LEVEL misnames is found before anything is computed.
+void check_instruction_level() {
+  try {
+    instruction_level();
+  } catch (const std::invalid_argument& error) {
+    throw InputError(error.what());
+  }
+}
+
+int report(const std::string& message, int code) {
+  say(fmt::format("touchfield: error: {}\n", message));
+  return code;
+}
+
+int exit_code_of(int argc, char** argv) {
+  try {
+    check_instruction_level();
+    return dispatch(argc, argv);
+  } catch (const InputError& error) {
+    return report(error.what(), kBadInput);
+  } catch (const NotBuiltError& error) {
+    return report(error.what(), kNotBuilt);
+  } catch (const DeviceError& error) {
+    return report(error.what(), kDevice);
+  } catch (const std::bad_alloc&) {
+    return report("out of memory; choose a larger body.edge_mm", kFailed);
+  } catch (const std::exception& error) {
+    return report(error.what(), kFailed);
+  }
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv) {
+  restart_with_better_blas_core(argv);
+  hold_standard_streams();
+  return finish_output(exit_code_of(argc, argv));
+}
+
+}  // namespace touchfield
