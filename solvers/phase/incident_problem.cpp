@@ -101,14 +101,13 @@ class NormalStep {
     product_.resize(gradient.size());
     double before = gradient.norm();
     for (int correction = 0; correction < kCorrections; ++correction) {
-      right_ = (remainder_ / before).cast<float>();  // normalised, so that single precision holds any unit
-      cholesky_solve(size_of(single_), single_.data(), right_.data());
-      h += before * right_.cast<double>();
+      correct(before, h);
       turned_ = point.z.array() * h.array();
       multiply(Op::kPlain, problem.gram, turned_, 0.0, product_);
       remainder_ = -gradient - mu * h - (point.z.conjugate().array() * product_.array()).real().matrix();
       const double after = remainder_.norm();
       if (after <= kAccuracy * mu * h.norm()) {  // mu is no more than the least eigenvalue
+        correct(after, h);                       // once more: the rest of single precision's rounding, about
         return true;
       }
       if (!(after <= kSlowest * before)) {
@@ -117,6 +116,15 @@ class NormalStep {
       before = after;
     }
     return false;
+  }
+
+  /// h += what the single factor makes of the remainder, whose norm is given so that any unit fits.
+  void correct(double norm, Eigen::VectorXd& h) {
+    if (norm > 0) {
+      right_ = (remainder_ / norm).cast<float>();
+      cholesky_solve(size_of(single_), single_.data(), right_.data());
+      h += norm * right_.cast<double>();
+    }
   }
 
   double too_small_ = 0.0;  // the largest damping at which single precision failed

@@ -8,7 +8,7 @@
 #include "sim/core/errors.h"
 
 namespace touchfield {
-namespace {
+namespace rigid_sphere_test {
 
 Wave wave(double frequency = 40e3) { return {air(293.15), frequency}; }
 
@@ -81,5 +81,5 @@ TEST(RigidSphere, RefusesWhatTheSeriesDoesNotHold) {
   EXPECT_THROW(rigid_sphere_plane_wave(Wave({343.0, 1.2, 0.1}, 40e3), 8e-3, kAxis), InputError);
 }
 
-}  // namespace
+}  // namespace rigid_sphere_test
 }  // namespace touchfield

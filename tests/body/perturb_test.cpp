@@ -223,7 +223,7 @@ TEST(Perturbed, HasTheRmsOverManySeeds) {
   const TriangleMesh mesh = icosphere(radius, 4);
   Eigen::ArrayXd squares(kSeeds);
   for (int s = 0; s < kSeeds; ++s) {
-    const Perturbed moved = perturbed(mesh, noise(rms, correlation, static_cast<std::uint64_t>(s)));
+    const Perturbed moved = perturbed(mesh, noise(rms, correlation, static_cast<unsigned>(s)));
     ASSERT_EQ(moved.damped_area, 0);
     squares(s) = std::pow(moved.drawn_rms / rms, 2);
   }
@@ -271,7 +271,7 @@ TEST(Perturbed, OffsetMovesTheWholeBody) {
 TEST(Perturbed, HandsStayClosedAndClearOfThemselves) {
   const TriangleMesh mesh = hand({.edge = 3 * kMm}).mesh;
   int damped = 0;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     const Perturbed moved = perturbed(mesh, noise(1 * kMm, 5 * kMm, seed));
     EXPECT_THAT(self_intersections(moved.mesh), IsEmpty());
@@ -367,7 +367,7 @@ double suggested_rms(const std::string& message) {
 TEST(Perturbed, SaysWhichNoiseWouldDo) {
   const TriangleMesh mesh = shifted(box({0.02, 0.02, 0.001}, 1 * kMm).mesh, {0.1, 0.2, 0.3});
   int refused = 0;
-  for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+  for (unsigned seed = 1; seed <= 2; ++seed) {
     SensingNoise some = noise(3 * kMm, 3 * kMm, seed);
     const auto attempt = [&] { perturbed(mesh, some); };
     const std::string message = support::message_of<InputError>(attempt);

@@ -128,6 +128,7 @@ TEST(Figures, PlanesAreDrawnAndCubesAreNot) {
   run.methods.resize(1);
   run.methods[0].pressure.resize(0);
   run.target.reset();
+  run.transfers.clear();
   for (FieldResult& field : run.fields) {
     field.pressure.resize(1);
   }
