@@ -11,6 +11,7 @@
 #include "sim/core/units.h"
 #include "sim/solve/alarm.h"
 #include "sim/solve/judge_comparison.h"
+#include "sim/solve/methods.h"
 #include "sim/solve/speed.h"
 #include "sim/solve/transfer.h"
 #include "sim/solve/warnings.h"
@@ -26,7 +27,6 @@ constexpr double kGramFlops = 4.0;
 constexpr double kCholeskyFlops = 1.0 / 3.0;
 constexpr double kSolvedBlocks = 6.5;  // b, p, what refines and polishes them: numbers a face and right-hand side
 constexpr double kKernelCost = 10;  // of a kernel outside the solver, in double, over one pair of a product in single
-constexpr double kScaleTrials = 9;  // of pressure_pa: best
 
 /// Whether a method needs what every channel makes of the skin, by the scene's own scheme.
 bool spans_channels(const Scene& scene) { return largest_block(scene, scene.solve.scheme, 2) > 1; }
@@ -45,7 +45,7 @@ double single_solves(const Scene& scene) {
   double solves = static_cast<double>(methods.size());
   const bool best = scene.target && !scene.target->pressure;
   if (best) {
-    solves += methods.front().kind->iterates ? kScaleTrials : 1.0;
+    solves += methods.front().kind->iterates ? kScaleTrials : 1;
   }
   const bool centre =
       std::ranges::any_of(methods, [](const MethodSpec& method) { return method.kind->model == MethodModel::kCentre; });
@@ -148,7 +148,9 @@ CheckReport check_model(const Model& model, int sharing) {
       spans_channels(scene) ? expected_drives(model.body.mesh, model.array, model.wave.wavelength()) : 0;
   // GMRES solves the drives too, LU's solves are counted below.
   const double solves = single_solves(scene) + (report.decision.options.kind == SolverKind::kLu ? 0.0 : drives);
-  const double steps = expected_steps(model, scheme);
+  const double judged = judge_faces(model);
+  const bool iterates = report.decision.options.kind != SolverKind::kLu || judged > 0;
+  const double steps = iterates ? expected_steps(model, scheme) : 0.0;
   const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product);
   const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
@@ -177,7 +179,6 @@ CheckReport check_model(const Model& model, int sharing) {
                        std::pow(k + 2.0 * drives, 2) * n * tried) /
                       flops();
   }
-  const double judged = judge_faces(model);
   if (judged > 0) {
     const SolverDecision judge =
         choose_solver({}, scene.judge.scheme, static_cast<Eigen::Index>(judged), available_memory());

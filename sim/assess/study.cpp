@@ -118,9 +118,10 @@ std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& 
   const auto faces = static_cast<double>(model.body.mesh.face_count());
   const double unknowns = faces + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
+  const double steps = decision.options.kind == SolverKind::kLu ? 0.0 : expected_steps(model, scheme);
   const ModelCost cost =
-      scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()),
-                      expected_steps(model, scheme), product_seconds(model.body.mesh, model.wave));
+      scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()), steps,
+                      product_seconds(model.body.mesh, model.wave));
   if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
     return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
   }

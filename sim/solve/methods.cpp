@@ -234,11 +234,10 @@ double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& me
   if (!method.kind->iterates) {
     return 1.0 / judged(1.0).scale;
   }
-  constexpr int kEvaluations = 9;  // narrows 1/50..1 to a factor of 1.09
   constexpr double kLowest = 0.02;
   const double largest = central_row().cwiseAbs().sum() / target_->amplitudes.maxCoeff();
   return golden_section([&](double scale) { return judged(scale).relative_error; }, kLowest * largest, largest,
-                        kEvaluations);
+                        kScaleTrials);
 }
 
 }  // namespace touchfield
