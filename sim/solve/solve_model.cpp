@@ -51,8 +51,12 @@ Run begin_run(const Model& model, const SolveOptions& options) {
   Provenance provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text));
   const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene);
   const std::string judge = judged_by_itself ? "same" : "none";
-  Run run{scene.name, text, model.body.mesh, model.array, std::nullopt,          judge, std::nullopt, {}, {},
-          {},         {},   kNotComputed,    {},          std::move(provenance), false, {},           {}, {}};
+  Run run{.name = scene.name,
+          .scene = text,
+          .mesh = model.body.mesh,
+          .array = model.array,
+          .judge = judge,
+          .provenance = std::move(provenance)};
   if (!scene.bodies.front().name.empty()) {
     for (const BodySpec& body : scene.bodies) {
       run.bodies.push_back(body.name);

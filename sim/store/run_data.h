@@ -88,21 +88,21 @@ struct Run {
   std::string name;
   std::string scene;  // resolved YAML text
   TriangleMesh mesh;  // in the world's frame; of several bodies one behind the other
-  TransducerArray array;
-  std::optional<Target> target;
-  std::string judge = "none";             // none, same (the solving mesh), truth, edge, split
-  std::optional<JudgeModel> judge_model;  // there if judge is truth, edge or split
-  std::vector<MethodResult> methods;
-  std::vector<FieldResult> fields;
-  std::vector<SolveRecord> solves;                      // in the order of the run
-  std::vector<std::pair<std::string, double>> seconds;  // stage of the whole run -> seconds
-  double alarm = kNotComputed;                          // |plain - Burton-Miller| / |Burton-Miller| of the pressures
-  std::vector<std::string> warnings;
-  Provenance provenance;
+  TransducerArray array{};
+  std::optional<Target> target{};
+  std::string judge = "none";               // none, same (the solving mesh), truth, edge, split
+  std::optional<JudgeModel> judge_model{};  // there if judge is truth, edge or split
+  std::vector<MethodResult> methods{};
+  std::vector<FieldResult> fields{};
+  std::vector<SolveRecord> solves{};                      // in the order of the run
+  std::vector<std::pair<std::string, double>> seconds{};  // stage of the whole run -> seconds
+  double alarm = kNotComputed;                            // |plain - Burton-Miller| / |Burton-Miller| of the pressures
+  std::vector<std::string> warnings{};
+  Provenance provenance{};
   bool complete = false;
-  std::vector<std::string> bodies;     // names of the bodies; empty if there is one without a name
-  std::vector<int> owner;              // M: number of the body a face is of; empty with `bodies`
-  std::vector<RunTransfer> transfers;  // one a scheme, where the scene asks for them
+  std::vector<std::string> bodies{};     // names of the bodies; empty if there is one without a name
+  std::vector<int> owner{};              // M: number of the body a face is of; empty with `bodies`
+  std::vector<RunTransfer> transfers{};  // one a scheme, where the scene asks for them
 };
 
 }  // namespace touchfield

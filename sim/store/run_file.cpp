@@ -303,21 +303,7 @@ Run read_run(const GroupReader& io) {
   Run run{.name = io.text_attribute("name"),
           .scene = io.read_text("scene"),
           .mesh = read_mesh(mesh),
-          .array = {},
-          .target = std::nullopt,
-          .judge = "none",
-          .judge_model = std::nullopt,
-          .methods = {},
-          .fields = {},
-          .solves = {},
-          .seconds = {},
-          .alarm = kNotComputed,
-          .warnings = {},
-          .provenance = {},
-          .complete = io.integer_attribute("complete") != 0,
-          .bodies = {},
-          .owner = {},
-          .transfers = {}};
+          .complete = io.integer_attribute("complete") != 0};
   io.later_attribute("alarm", run.alarm);
   bodies_parts(mesh, run);
   run_parts(io, run);

@@ -120,21 +120,7 @@ inline Run bare_run(const TriangleMesh& mesh) {
   return {.name = "bare",
           .scene = "name: bare\n",
           .mesh = mesh,
-          .array = make_array(grid_layout(3, 2, 0.01), Directivity::t4010a1(), 0.5, 4.0),
-          .target = std::nullopt,
-          .judge = "none",
-          .judge_model = std::nullopt,
-          .methods = {},
-          .fields = {},
-          .solves = {},
-          .seconds = {},
-          .alarm = kNotComputed,
-          .warnings = {},
-          .provenance = {},
-          .complete = false,
-          .bodies = {},
-          .owner = {},
-          .transfers = {}};
+          .array = make_array(grid_layout(3, 2, 0.01), Directivity::t4010a1(), 0.5, 4.0)};
 }
 
 /// A run with something in every place: a target, a judge with its own mesh, two methods, a plane and a cube.
