@@ -5,31 +5,34 @@
 #include <string>
 
 #include "solvers/phase/baselines.h"
-#include "solvers/phase/surface.h"
+#include "solvers/phase/surface_search.h"
 
 namespace touchfield {
 
 namespace {
 
-PhaseSolution surface(const SkinProblem& problem, const Eigen::VectorXcd& start, const MethodSettings& settings,
+PhaseSolution surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts, const MethodSettings& settings,
                       const IterationCallback& callback) {
-  return solve_surface(problem, start, {.iterations = settings.iterations, .free_amplitudes = settings.free_amplitudes},
-                       callback);
+  const SurfaceOptions options{.iterations = settings.iterations,
+                               .free_amplitudes = settings.free_amplitudes,
+                               .free_level = settings.free_level};
+  return settings.search ? search_surface(problem, starts, options, callback)
+                         : solve_surface(problem, starts, options, callback);
 }
 
 /// A baseline that starts from drives and iterates.
 template <auto Solve>
-PhaseSolution baseline(const SkinProblem& problem, const Eigen::VectorXcd& start, const MethodSettings& settings,
+PhaseSolution baseline(const SkinProblem& problem, const Eigen::MatrixXcd& starts, const MethodSettings& settings,
                        const IterationCallback& callback) {
-  return Solve(problem, start, {settings.iterations}, callback);
+  return Solve(problem, starts.col(0), {settings.iterations}, callback);
 }
 
-PhaseSolution gs_pat(const SkinProblem& problem, const Eigen::VectorXcd& /*start*/, const MethodSettings& settings,
+PhaseSolution gs_pat(const SkinProblem& problem, const Eigen::MatrixXcd& /*starts*/, const MethodSettings& settings,
                      const IterationCallback& /*callback*/) {
   return solve_gs_pat(problem, {settings.iterations});
 }
 
-PhaseSolution eigen(const SkinProblem& problem, const Eigen::VectorXcd& /*start*/, const MethodSettings& /*settings*/,
+PhaseSolution eigen(const SkinProblem& problem, const Eigen::MatrixXcd& /*starts*/, const MethodSettings& /*settings*/,
                     const IterationCallback& /*callback*/) {
   return solve_eigen(problem);
 }
@@ -39,6 +42,7 @@ constexpr PhaseMethod kMethods[] = {
      .help = "The misfit of the pressure amplitudes on the skin itself, Levenberg-Marquardt in a small system.",
      .model = MethodModel::kSkin,
      .iterates = true,
+     .searches = true,
      .minds_quiet = true,
      .free_amplitudes = true,
      .solve = surface},

@@ -21,10 +21,12 @@ enum class MethodModel {
 struct MethodSettings {
   int iterations = kUsualIterations;
   bool free_amplitudes = false;
+  bool free_level = true;
+  bool search = false;  // of a method that does: the starts are some among those it finds itself
 };
 
-/// start      drives, N; empty where the method does not iterate
-using SkinMethod = PhaseSolution (*)(const SkinProblem& problem, const Eigen::VectorXcd& start,
+/// starts     drives, N a column; none where the method does not iterate, any number where it searches, else one
+using SkinMethod = PhaseSolution (*)(const SkinProblem& problem, const Eigen::MatrixXcd& starts,
                                      const MethodSettings& settings, const IterationCallback& callback);
 
 /// A phase method: one row of the table in phase_methods.cpp. Scenes, their schema, cost estimates and the solving of a
@@ -34,6 +36,7 @@ struct PhaseMethod {
   std::string_view help;
   MethodModel model = MethodModel::kSkin;
   bool iterates = false;         // takes a start and a number of iterations
+  bool searches = false;         // can find a start of its own
   bool minds_quiet = false;      // the skin outside the target counts in what it minimises
   bool free_amplitudes = false;  // takes that option
   SkinMethod solve = nullptr;    // of kSkin

@@ -16,6 +16,7 @@
 #include "sim/body/perturb.h"
 #include "sim/mesh/remesh/edge_sizing.h"
 #include "sim/scene/phase_methods.h"
+#include "sim/target/gram.h"
 #include "sim/target/target.h"
 
 namespace touchfield {
@@ -132,16 +133,18 @@ struct TargetSpec {
 /// Where an iterative method starts from.
 struct StartSpec {
   enum class Kind {
+    kAuto,  // of surface the most promising of some annealed starts; of the others zero
     kZero,
     kRandom,
     kAdjoint,   // the field sent back from the target
     kSpectral,  // the relaxed problem's own answer
     kPrevious,  // the phases of a run
   };
-  Kind kind = Kind::kZero;
+  Kind kind = Kind::kAuto;
   unsigned seed = 0;   // of kRandom
   int restarts = 1;    // of kRandom: seeds seed, seed + 1, ...; the best solution is kept
   std::string file;    // of kPrevious: run.h5
+  bool among = false;  // of kPrevious: its phases are one of the starts that kAuto tries
   std::string method;  // of kPrevious: whose phases; empty: the method of the same name, or else the first
 };
 
@@ -153,8 +156,10 @@ struct MethodSpec {
   Scheme scheme = kDefaultScheme;
   int iterations = MethodSettings{}.iterations;  // of an iterative method
   StartSpec start;
-  bool free_amplitudes = false;  // of surface
-  std::vector<double> phases;    // of `fixed`: one for all, or one a channel [rad]
+  bool free_amplitudes = false;             // of surface
+  bool free_level = true;                   // of surface
+  FaceWeights faces = FaceWeights::kEqual;  // of paper and unscattered
+  std::vector<double> phases;               // of `fixed`: one for all, or one a channel [rad]
 };
 
 enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree };  // gmres: with a stored matrix

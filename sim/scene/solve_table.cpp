@@ -18,9 +18,10 @@ Codec<StartSpec> make_start_codec() {
   using Kind = StartSpec::Kind;
   const auto is_random = [](const StartSpec& start) { return start.kind == Kind::kRandom; };
   const auto is_previous = [](const StartSpec& start) { return start.kind == Kind::kPrevious; };
-  const auto named =
-      kept_in(&StartSpec::kind,
-              choice<Kind>({{"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}}));
+  const auto named = kept_in(
+      &StartSpec::kind,
+      choice<Kind>(
+          {{"auto", Kind::kAuto}, {"zero", Kind::kZero}, {"adjoint", Kind::kAdjoint}, {"spectral", Kind::kSpectral}}));
   const auto detailed =
       Map<StartSpec>()
           .maybe("random", &StartSpec::seed, seed(), "1", "Phases drawn at random from this seed.")
@@ -35,6 +36,10 @@ Codec<StartSpec> make_start_codec() {
           .maybe("method", &StartSpec::method, name(), "surface",
                  "Whose phases; if left out those of the method of the same name, or else of the run's first.")
           .written_if([=](const StartSpec& start) { return is_previous(start) && !start.method.empty(); })
+          .allowed_with({"previous"})
+          .maybe("among", &StartSpec::among, flag(), "true",
+                 "Whether those phases are one of the starts that auto tries, and not the only one; of surface.")
+          .written_if([=](const StartSpec& start) { return is_previous(start) && start.among; })
           .allowed_with({"previous"})
           .exactly_one({"random", "previous"})
           .check([](const Input& in, StartSpec& start, bool good) {
@@ -60,6 +65,8 @@ struct MethodForm {
   std::optional<int> iterations;
   std::optional<StartSpec> start;
   bool free_amplitudes = MethodSpec{}.free_amplitudes;
+  bool free_level = MethodSpec{}.free_level;
+  FaceWeights faces = MethodSpec{}.faces;
   std::vector<double> phases;
 };
 
@@ -104,6 +111,10 @@ void add_fixed_phases(Map<MethodForm>& map) {
       .exactly_one({"phases_rad", "phases_file"});
 }
 
+bool weighs_faces(const PhaseMethod& kind) {
+  return kind.model == MethodModel::kScattered || kind.model == MethodModel::kFree;
+}
+
 Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
   Map<MethodForm> map;
   map.maybe("as", &MethodForm::as, name(), "second_try",
@@ -115,7 +126,17 @@ Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
   }
   if (kind.free_amplitudes) {
     map.key("free_amplitudes", &MethodForm::free_amplitudes, flag(),
-            "Whether the amplitudes of the transducers are found too, 0 to 1, or are all 1.");
+            "Whether the amplitudes of the transducers are found too, 0 to 1, or are all the same.")
+        .key("free_level", &MethodForm::free_level, flag(),
+             "Whether that same amplitude is found too, where the array is too strong for what is wanted, or is 1: for "
+             "boards that know on and off only.");
+  }
+  if (weighs_faces(kind)) {
+    map.key(
+        "faces", &MethodForm::faces,
+        choice<FaceWeights>({{"equal", FaceWeights::kEqual}, {"area", FaceWeights::kArea}}),
+        "How faces count in the misfit: alike, as published, so that a finely meshed patch counts several times, or "
+        "by their area, as in surface.");
   }
   if (kind.model == MethodModel::kGiven) {
     add_fixed_phases(map);
@@ -125,8 +146,8 @@ Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
 
 // Methods with the same options share their table: the pages describe it once.
 const Codec<MethodForm>& options_codec(const PhaseMethod& kind) {
-  static std::map<std::tuple<bool, bool, bool>, Codec<MethodForm>> tables;
-  const std::tuple options(kind.iterates, kind.free_amplitudes, kind.model == MethodModel::kGiven);
+  static std::map<std::tuple<bool, bool, bool, bool>, Codec<MethodForm>> tables;
+  const std::tuple options(kind.iterates, kind.free_amplitudes, kind.model == MethodModel::kGiven, weighs_faces(kind));
   const auto found = tables.find(options);
   return found != tables.end() ? found->second : tables.emplace(options, make_options_codec(kind)).first->second;
 }
@@ -212,8 +233,12 @@ Map<SolverSpec> solver_keys() {
            "the root of its area.");
 }
 
-/// Starts that only methods on the skin can have.
+/// Starts that only methods on the skin can have, or only those that try several.
 bool check_start(const Input& in, const MethodSpec& method) {
+  if (method.start.among && method.kind->iterates && !method.kind->searches) {
+    in.problem(fmt::format("{} takes one start; give it another start, or leave among out", method.name));
+    return false;
+  }
   const bool incident = method.kind->iterates && method.kind->model != MethodModel::kSkin;
   const bool adjoint = method.start.kind == StartSpec::Kind::kAdjoint;
   if (!incident || (!adjoint && method.start.kind != StartSpec::Kind::kSpectral)) {
@@ -233,6 +258,8 @@ std::optional<SolveSpec> to_solve(const Input& in, const SolveForm& form) {
                              .iterations = method.iterations.value_or(form.iterations),
                              .start = method.start.value_or(form.start),
                              .free_amplitudes = method.free_amplitudes,
+                             .free_level = method.free_level,
+                             .faces = method.faces,
                              .phases = method.phases});
   }
   const bool good = std::all_of(solve.methods.begin(), solve.methods.end(),
@@ -249,6 +276,8 @@ SolveForm to_form(const SolveSpec& solve) {
                           .iterations = method.iterations,
                           .start = method.start,
                           .free_amplitudes = method.free_amplitudes,
+                          .free_level = method.free_level,
+                          .faces = method.faces,
                           .phases = method.phases});
   }
   return form;
@@ -277,7 +306,9 @@ Codec<SolveSpec> solve_codec() {
                "(burton_miller); the same and two steps of paper_corrected (burton_miller_polished).")
           .key("iterations", &SolveForm::iterations, iterations_codec(), "Iterations of an iterative method.")
           .key("start", &SolveForm::start, start_codec(),
-               "Phases an iterative method starts from; adjoint and spectral not of paper and unscattered.")
+               "Phases an iterative method starts from. auto: surface takes some steps from each of several starts and "
+               "goes on from the best, other methods start from zero. adjoint and spectral not of paper and "
+               "unscattered.")
           .key("quiet_weight", &SolveForm::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
                "Weight of the pressure outside the target in surface and lbfgs.")
           .key("certificate", &SolveForm::certificate, flag(),

@@ -12,7 +12,6 @@
 #include "sim/field/pressure_metrics.h"
 #include "sim/solve/model.h"
 #include "sim/target/gram.h"
-#include "solvers/linear/blas_product.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {
@@ -54,6 +53,7 @@ Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& pr
 Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& problem) {
   const Eigen::Index channels = problem.channel_count();
   switch (method.start.kind) {
+    case StartSpec::Kind::kAuto:
     case StartSpec::Kind::kZero:
       break;
     case StartSpec::Kind::kRandom:
@@ -144,39 +144,45 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
   throw std::logic_error("unknown method");
 }
 
-IncidentProblem MethodSolver::unscattered(const Eigen::VectorXd& amplitudes) {
-  const Eigen::MatrixXcd& g = scattering_.unit_field().pressure;
-  if (gram_free_.size() == 0) {
-    gram_free_ = hermitian_product(g);
+const Eigen::MatrixXcd& MethodSolver::weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
+                                                       FaceWeights faces,
+                                                       std::map<FaceWeights, Eigen::MatrixXcd>& kept) {
+  Eigen::MatrixXcd& gram = kept[faces];
+  if (gram.size() == 0) {
+    gram = weighted_gram(g, weights);
   }
-  return unscattered_problem(target_->faces, g, gram_free_, amplitudes);
+  return gram;
 }
 
-IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes) {
+IncidentProblem MethodSolver::unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
+  const Eigen::MatrixXcd& g = scattering_.unit_field().pressure;
+  const Eigen::VectorXd weights = row_weights(faces, scattering_.system().mesh().areas(), g.rows());
+  return unscattered_problem(target_->faces, g, weighted_gram_of(g, weights, faces, gram_free_), amplitudes, weights);
+}
+
+IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
   const ScatteringSystem& system = scattering_.system();
   const IncidentField& unit = scattering_.unit_field();
   if (columns_.size() == 0) {
     columns_ = system.columns(target_->faces);
   }
+  const Eigen::VectorXd weights = row_weights(faces, system.mesh().areas(), columns_.rows());
   if (unit.slope.size() == 0 && unit.interior.size() == 0) {  // b is the incident pressure itself
-    if (gram_free_.size() == 0) {
-      gram_free_ = hermitian_product(unit.pressure);
-    }
-    return scattered_problem(columns_, unit.pressure, gram_free_, amplitudes);
+    const Eigen::MatrixXcd& gram = weighted_gram_of(unit.pressure, weights, faces, gram_free_);
+    return scattered_problem(columns_, unit.pressure, gram, amplitudes, weights);
   }
   if (b_.size() == 0) {
     b_ = system.right_hand_side(unit);
-    gram_b_ = hermitian_product(b_);
   }
-  return scattered_problem(columns_, b_, gram_b_, amplitudes);
+  return scattered_problem(columns_, b_, weighted_gram_of(b_, weights, faces, gram_b_), amplitudes, weights);
 }
 
 PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                                   const IterationCallback& advance) {
   LevenbergMarquardtOptions options;
   options.iterations = method.iterations;
-  const IncidentProblem problem =
-      method.kind->model == MethodModel::kFree ? unscattered(amplitudes) : scattered(amplitudes);
+  const IncidentProblem problem = method.kind->model == MethodModel::kFree ? unscattered(amplitudes, method.faces)
+                                                                           : scattered(amplitudes, method.faces);
   return best_of(start_angles(method, problem),
                  [&](const auto& start) { return solve_incident(problem, start, options, advance); });
 }
@@ -209,10 +215,16 @@ RunTransfer MethodSolver::run_transfer(const Eigen::VectorXd& amplitudes, Progre
 
 PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                               const IterationCallback& advance, Progress& progress) {
-  const MethodSettings settings{method.iterations, method.free_amplitudes};
+  MethodSettings settings{method.iterations, method.free_amplitudes, method.free_level};
   const SkinProblem& problem = skin_problem(amplitudes, progress);
   if (!method.kind->iterates) {
     return method.kind->solve(problem, {}, settings, advance);
+  }
+  settings.search = method.kind->searches && (method.start.kind == StartSpec::Kind::kAuto || method.start.among);
+  if (settings.search) {
+    const Eigen::MatrixXcd others =
+        method.start.among ? start_drives(method, problem) : Eigen::MatrixXcd(problem.channel_count(), 0);
+    return method.kind->solve(problem, others, settings, advance);
   }
   return best_of(start_drives(method, problem),
                  [&](const auto& start) { return method.kind->solve(problem, start, settings, advance); });

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <map>
 #include <optional>
 
 #include "sim/solve/skin_scattering.h"
 #include "sim/solve/transfer.h"
+#include "sim/target/gram.h"
 #include "sim/target/target.h"
 #include "solvers/phase/incident_problem.h"
 #include "solvers/phase/phase_solution.h"
@@ -49,8 +51,10 @@ class MethodSolver {
                                       const IterationCallback& advance);
   PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                   const IterationCallback& advance, Progress& progress);
-  IncidentProblem unscattered(const Eigen::VectorXd& amplitudes);
-  IncidentProblem scattered(const Eigen::VectorXd& amplitudes);
+  IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
+  IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
+  static const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
+                                                  FaceWeights faces, std::map<FaceWeights, Eigen::MatrixXcd>& kept);
   const Transfer& transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress);
   const Eigen::RowVectorXcd& central_row();
 
@@ -60,11 +64,11 @@ class MethodSolver {
   SolveSpec spec_;
   // Empty until needed:
   std::optional<Transfer> transfer_;
-  Eigen::MatrixXcd gram_free_;       // of the incident pressures
-  Eigen::MatrixXcd b_;               // of every channel, where it is not the incident pressure
-  Eigen::MatrixXcd gram_b_;          // likewise
-  Eigen::MatrixXcd columns_;         // B_T
-  Eigen::RowVectorXcd central_row_;  // of H
+  std::map<FaceWeights, Eigen::MatrixXcd> gram_free_;  // of the incident pressures
+  Eigen::MatrixXcd b_;                                 // of every channel, where it is not the incident pressure
+  std::map<FaceWeights, Eigen::MatrixXcd> gram_b_;     // likewise
+  Eigen::MatrixXcd columns_;                           // B_T
+  Eigen::RowVectorXcd central_row_;                    // of H
 };
 
 }  // namespace touchfield

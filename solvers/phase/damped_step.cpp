@@ -30,11 +30,24 @@ void reserve(std::vector<Real>& buffer, Eigen::Index size) {
 bool DampedStep::solve(const SkinJacobian& jacobian, const Eigen::VectorXd& d, Eigen::VectorXd& h) {
   scale_ = d.array().rsqrt();
   prepare(jacobian);
+  in_double_ = false;
   if (factorise(jacobian, single_) && refine(jacobian, single_, h)) {
     return true;
   }
   ++double_count_;
+  in_double_ = true;
   return factorise(jacobian, double_) && refine(jacobian, double_, h);
+}
+
+bool DampedStep::solve_again(const SkinJacobian& jacobian, const Eigen::VectorXd& y, Eigen::VectorXd& h) {
+  apart_.resize(0);
+  if (by_rows_) {
+    right_ = y;
+  } else {
+    jacobian.apply_transpose(y, right_);
+    right_.array() *= scale_.array();
+  }
+  return in_double_ ? refine(jacobian, double_, h) : refine(jacobian, single_, h);
 }
 
 /// Chooses the side and sets the right-hand side.

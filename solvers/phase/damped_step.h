@@ -21,6 +21,10 @@ class DampedStep {
   /// returns   false where the matrix is singular to working precision, h then holds nothing of use
   bool solve(const SkinJacobian& jacobian, const Eigen::VectorXd& d, Eigen::VectorXd& h);
 
+  /// h = -(J^T J + diag(d))^-1 J^T y by the factor of the last call of solve, which was true; y of rows() entries.
+  /// returns   false where it does not converge
+  bool solve_again(const SkinJacobian& jacobian, const Eigen::VectorXd& y, Eigen::VectorXd& h);
+
   /// How many of the calls needed double precision.
   int double_count() const { return double_count_; }
 
@@ -40,7 +44,8 @@ class DampedStep {
   void apply(const SkinJacobian& jacobian, const Eigen::VectorXd& y);
 
   bool by_rows_ = true;
-  Eigen::VectorXd scale_;  // the diagonal of S
+  bool in_double_ = false;  // the last factor
+  Eigen::VectorXd scale_;   // the diagonal of S
   Factor<float> single_;
   Factor<double> double_;
   int double_count_ = 0;

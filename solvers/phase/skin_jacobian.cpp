@@ -15,6 +15,8 @@ using Complex = std::complex<double>;
 
 constexpr Eigen::Index kBlock = 16;  // columns: a block of 500 rows stays in a core's cache for its second use
 
+constexpr double kLeastLoudness = 0.25;  // of what is wanted
+
 Complex tangent(Complex phasor) { return {-phasor.imag(), phasor.real()}; }
 
 /// Complex numbers as their parts, one after another: Re t_1, Im t_1, Re t_2, ...
@@ -136,6 +138,22 @@ void SkinJacobian::apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const {
   }
   send(problem_, drives_, kept_, field_);
   gather(field_, y);
+}
+
+void SkinJacobian::second_derivative(const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& turns,
+                                     Eigen::VectorXd& y) const {
+  const Eigen::Index faces = problem_.target_count();
+  drives_ = amplitudes.array() * turns.array() * phasors_.array() * Complex(0.0, 1.0);
+  send(problem_, drives_, 0, field_);
+  const Eigen::VectorXd across = (directions_.array().conjugate() * field_.target.array()).imag();
+  drives_ = drives_.array() * turns.array() * Complex(0.0, 1.0);
+  send(problem_, drives_, kept_, field_);
+  gather(field_, y);
+  for (Eigen::Index j = 0; j < faces; ++j) {
+    const double wanted = root_weights_(j) * problem_.amplitudes(j);
+    const double loudness = std::max(residual_(j) + wanted, kLeastLoudness * wanted);
+    y(j) += loudness > 0 ? across(j) * across(j) / loudness : 0.0;
+  }
 }
 
 void SkinJacobian::apply_transpose(const Eigen::VectorXd& y, Eigen::VectorXd& x) const {

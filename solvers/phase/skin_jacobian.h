@@ -44,6 +44,17 @@ class SkinJacobian {
   /// y = J x.
   void apply(const Eigen::VectorXd& x, Eigen::VectorXd& y) const;
 
+  /// The residual's second derivative along phi + s turns at s = 0, with the amplitudes as they are:
+  ///
+  ///   sqrt(w_j) (Re(conj(e_j) u''_j) + Im(conj(e_j) u'_j)^2 / |u_j|);  Re, Im of t'',   u' = H i (turns .* q),
+  ///   u'' = -H (turns^2 .* q)
+  ///
+  /// e_j the pressure's direction. Where |u_j| < p'_j / 4 that stands in for |u_j|: closer to silence the parabola holds
+  /// for no step of use.
+  ///
+  /// turns   N [rad]
+  void second_derivative(const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& turns, Eigen::VectorXd& y) const;
+
   /// x = J^T y.
   void apply_transpose(const Eigen::VectorXd& y, Eigen::VectorXd& x) const;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -20,19 +21,21 @@ using Complex = std::complex<double>;
 // Share of the curvature of |q_n| = 1 that joins the linear model. The other part of what Gauss-Newton leaves out, from
 // |u_j|, has the other sign and fewer rows: with all of the curvature the model is too stiff.
 constexpr double kCurvature = 0.3;
+constexpr double kLargestBend = 0.3;  // of a step: what second order adds, twice, over what first order moves
 constexpr double kFull = 1.0 - 1e-6;  // amplitudes from here on count as full drive
 constexpr double kRounding = 1e-14;   // of the cost, a sum of thousands of squares
 constexpr double kSettled = 0.003;    // an accepted step that lowers the cost by less lets the amplitudes go
 
-void require_options(const SkinProblem& problem, const Eigen::VectorXcd& start, const SurfaceOptions& options) {
-  if (start.size() != problem.channel_count()) {
+void require_options(const SkinProblem& problem, const Eigen::MatrixXcd& starts, const SurfaceOptions& options) {
+  if (starts.rows() != problem.channel_count() || starts.cols() == 0) {
     throw std::invalid_argument("solve_surface: the start has another size than the problem has channels");
   }
-  if (!start.allFinite()) {
+  if (!starts.allFinite()) {
     throw std::invalid_argument("solve_surface: the start holds a value that is not finite");
   }
-  if (options.iterations < 1 || !(options.initial_damping > 0) || !std::isfinite(options.initial_damping) ||
-      !(options.gradient_tolerance >= 0) || !(options.step_tolerance >= 0) || !(options.cost_tolerance >= 0)) {
+  if (options.iterations < 1 || options.trial < 1 || !(options.initial_damping > 0) ||
+      !std::isfinite(options.initial_damping) || !(options.gradient_tolerance >= 0) || !(options.step_tolerance >= 0) ||
+      !(options.cost_tolerance >= 0) || !(options.standstill >= 0)) {
     throw std::invalid_argument("solve_surface: an option is out of range");
   }
 }
@@ -58,11 +61,13 @@ struct Point {
   }
 };
 
-Point starting_point(const SkinProblem& problem, const Eigen::VectorXcd& start, bool free_amplitudes) {
+Point starting_point(const SkinProblem& problem, const Eigen::VectorXcd& start, const SurfaceOptions& options) {
   Point point;
   point.phases = start.unaryExpr([](Complex q) { return q == Complex(0.0) ? 0.0 : std::arg(q); }).real();
-  point.amplitudes = Eigen::VectorXd::Ones(start.size());
-  if (free_amplitudes) {
+  const double loudest = start.cwiseAbs().maxCoeff();
+  const bool quieter = options.free_level && loudest > 0 && loudest < 1;
+  point.amplitudes = Eigen::VectorXd::Constant(start.size(), quieter ? loudest : 1.0);
+  if (options.free_amplitudes) {
     point.amplitudes = start.cwiseAbs().cwiseMin(1.0);
   }
   point.evaluate(problem);
@@ -72,8 +77,9 @@ Point starting_point(const SkinProblem& problem, const Eigen::VectorXcd& start, 
 /// Where Levenberg-Marquardt is, with the linear model there, in moves of the drives in their own frames (see
 /// SkinJacobian). The model is |f + J h|^2 + h^T diag(curvature) h:
 ///
-///   a channel held at full drive   moves along the tangent and back onto the circle, phi += atan(t); the circle's own
-///                                  curvature is the outward pull of the cost, max(0, -Re(conj(q_n) g_n))
+///   a channel that only turns      moves along the tangent and back onto its circle of radius a, phi += atan(t / a), or
+///                                  further by the bend of the valley; the circle's own curvature is the outward pull of
+///                                  the cost, max(0, -Re(conj(phasor_n) g_n)) / a
 ///   a free one                     moves in the plane; an outward pull is damped by pull / (1 - a), so that alone it
 ///                                  reaches the bound and does not pass it
 class Surface {
@@ -81,10 +87,10 @@ class Surface {
   Surface(const SkinProblem& problem, const Eigen::VectorXcd& start, const SurfaceOptions& options)
       : problem_(problem),
         options_(options),
-        point_(starting_point(problem, start, options.free_amplitudes)),
+        point_(starting_point(problem, start, options)),
         candidate_(point_),
         jacobian_(problem),
-        only_phases_((point_.amplitudes.array() == 1.0).all()) {
+        only_phases_(!options.free_amplitudes || (point_.amplitudes.array() == 1.0).all()) {
     linearise();
   }
 
@@ -103,6 +109,7 @@ class Surface {
     if (!solver_.solve(jacobian_, damping_, step_)) {
       return false;
     }
+    accelerate();
     const bool clipped = move();
     candidate_.evaluate(problem_);
     if (clipped) {
@@ -154,11 +161,24 @@ class Surface {
   double accept() {
     const double gain = (point_.cost - candidate_.cost) / predicted_;
     std::swap(point_, candidate_);
+    if (level_moves()) {
+      settle_level();
+    }
     linearise();
     return gain;
   }
 
+  /// Brings all drives to the level at which the cost is least, at most to full drive.
+  void settle_level() {
+    const double level = point_.amplitudes(0) * best_level(problem_, point_.drives);
+    point_.amplitudes.setConstant(std::min(1.0, level));
+    point_.evaluate(problem_);
+  }
+
  private:
+  /// At full drive a level that fell on the way would not come back where the phases need all of it in the end.
+  bool level_moves() const { return options_.free_level && only_phases_ && point_.amplitudes(0) < 1.0; }
+
   bool is_pinned(Eigen::Index n) const { return where_radial_[static_cast<std::size_t>(n)] < 0; }
 
   /// A channel at full drive that the cost would push beyond it only turns; any other free one moves in the disc.
@@ -189,7 +209,7 @@ class Surface {
     for (Eigen::Index n = 0; n < channels; ++n) {
       const double push = std::max(0.0, outward(n));
       if (is_pinned(n)) {
-        curvature_(n) = kCurvature * push;
+        curvature_(n) = kCurvature * push / point_.amplitudes(n);
       } else {
         curvature_(where_radial_[static_cast<std::size_t>(n)]) = push / (1.0 - std::min(point_.amplitudes(n), kFull));
       }
@@ -201,13 +221,31 @@ class Surface {
     return -(std::conj(point_.phasors(n)) * jacobian_.drive_gradient()(n)).real();
   }
 
+  /// The second-order part of the step where phases alone move, which bends it along the valley.
+  void accelerate() {
+    bent_ = false;
+    if (!radial_.empty()) {
+      return;
+    }
+    turns_ = step_.cwiseQuotient(point_.amplitudes);
+    jacobian_.second_derivative(point_.amplitudes, turns_, second_derivative_);
+    if (!solver_.solve_again(jacobian_, second_derivative_, bend_)) {
+      return;
+    }
+    bent_ = true;
+    const double longest = kLargestBend * step_.norm();
+    const double length = bend_.norm();
+    bend_ *= 0.5 * (length > longest ? longest / length : 1.0);
+  }
+
   /// The candidate's phases and amplitudes. Returns whether an amplitude met its bound, the step is cut with it.
   bool move() {
     bool clipped = false;
     for (Eigen::Index n = 0; n < point_.phases.size(); ++n) {
       if (is_pinned(n)) {
-        candidate_.phases(n) = point_.phases(n) + std::atan(step_(n));
-        candidate_.amplitudes(n) = 1.0;
+        const double a = point_.amplitudes(n);
+        candidate_.phases(n) = point_.phases(n) + (bent_ ? (step_(n) + bend_(n)) / a : std::atan(step_(n) / a));
+        candidate_.amplitudes(n) = only_phases_ ? a : 1.0;
         continue;
       }
       const Eigen::Index radial = where_radial_[static_cast<std::size_t>(n)];
@@ -240,6 +278,10 @@ class Surface {
   Eigen::VectorXd curvature_;
   Eigen::VectorXd damping_;
   Eigen::VectorXd step_;
+  Eigen::VectorXd turns_;
+  Eigen::VectorXd second_derivative_;
+  Eigen::VectorXd bend_;
+  bool bent_ = false;
   Eigen::VectorXd moved_residual_;
   double predicted_ = 0.0;
 };
@@ -272,31 +314,80 @@ PhaseStatus tried(Surface& surface, MadsenDamping& damping, const SurfaceOptions
   return damping.exhausted() ? PhaseStatus::kStalled : PhaseStatus::kIterationLimit;
 }
 
+/// The way from one start.
+class Path {
+ public:
+  Path(const SkinProblem& problem, const Eigen::VectorXcd& start, const SurfaceOptions& options)
+      : options_(options), surface_(problem, start, options), damping_(first_damping()) {
+    const bool done = surface_.is_flat() && !(surface_.free_amplitudes() && !surface_.is_flat());
+    solution_.status = done ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
+    solution_.cost_history.reserve(static_cast<std::size_t>(std::min(options.iterations, 1000)) + 1);
+    solution_.cost_history.push_back(surface_.cost());
+  }
+
+  double cost() const { return surface_.cost(); }
+
+  /// Until so many steps are done from the start on, or it ends by itself.
+  void go_on(int steps, const IterationCallback& callback) {
+    iterate(solution_, steps, callback, [&](PhaseStatus& status) {
+      status = tried(surface_, damping_, options_);
+      if (status != PhaseStatus::kIterationLimit && surface_.free_amplitudes() && !surface_.is_flat()) {
+        status = PhaseStatus::kIterationLimit;  // only the phases had come to rest
+        damping_ = MadsenDamping(first_damping());
+      }
+      if (status == PhaseStatus::kIterationLimit && stands_still()) {
+        status = PhaseStatus::kConverged;
+      }
+      return surface_.cost();
+    });
+  }
+
+  PhaseSolution solution() {
+    if (options_.free_level && !options_.free_amplitudes) {
+      surface_.settle_level();
+      solution_.cost_history.back() = surface_.cost();
+    }
+    PhaseSolution solution = solution_;
+    solution.phases = wrapped(surface_.point().phases);
+    solution.amplitudes = surface_.point().amplitudes;
+    return solution;
+  }
+
+ private:
+  /// With the step that is not in the history yet.
+  bool stands_still() const {
+    constexpr std::size_t kSteps = 4;
+    const std::vector<double>& costs = solution_.cost_history;
+    return costs.size() >= kSteps &&
+           costs[costs.size() - kSteps] - surface_.cost() < options_.standstill * surface_.cost();
+  }
+
+  double first_damping() const { return options_.initial_damping * surface_.largest_row(); }
+
+  const SurfaceOptions& options_;
+  Surface surface_;
+  MadsenDamping damping_;
+  PhaseSolution solution_;
+};
+
 }  // namespace
 
-PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::VectorXcd& start, const SurfaceOptions& options,
+PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts, const SurfaceOptions& options,
                             const IterationCallback& callback) {
   require_valid(problem, "solve_surface");
-  require_options(problem, start, options);
-  Surface surface(problem, start, options);
-  MadsenDamping damping(options.initial_damping * surface.largest_row());
-
-  PhaseSolution solution;
-  const bool done = surface.is_flat() && !(surface.free_amplitudes() && !surface.is_flat());
-  solution.status = done ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
-  solution.cost_history.reserve(static_cast<std::size_t>(std::min(options.iterations, 1000)) + 1);
-  solution.cost_history.push_back(surface.cost());
-  iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
-    status = tried(surface, damping, options);
-    if (status != PhaseStatus::kIterationLimit && surface.free_amplitudes() && !surface.is_flat()) {
-      status = PhaseStatus::kIterationLimit;  // only the phases had come to rest
-      damping = MadsenDamping(options.initial_damping * surface.largest_row());
+  require_options(problem, starts, options);
+  std::unique_ptr<Path> best;
+  for (Eigen::Index i = 0; i < starts.cols(); ++i) {
+    auto path = std::make_unique<Path>(problem, starts.col(i), options);
+    if (starts.cols() > 1) {
+      path->go_on(std::min(options.trial, options.iterations), {});
     }
-    return surface.cost();
-  });
-  solution.phases = wrapped(surface.point().phases);
-  solution.amplitudes = surface.point().amplitudes;
-  return solution;
+    if (!best || path->cost() < best->cost()) {
+      best = std::move(path);
+    }
+  }
+  best->go_on(options.iterations, callback);
+  return best->solution();
 }
 
 }  // namespace touchfield

@@ -6,12 +6,15 @@
 namespace touchfield {
 
 struct SurfaceOptions {
-  int iterations = kUsualIterations;  // steps tried, accepted or not; >= 1
+  int iterations = kUsualIterations;  // steps tried, accepted or not, from the start that goes on; >= 1
+  int trial = 3;                      // of them, from each start where there are several; >= 1
   bool free_amplitudes = false;       // bounded 0..1 beside the phases; else all 1
+  bool free_level = false;            // one amplitude of all drives, where these are not free, may be below 1
   double initial_damping = 0.01;      // tau: mu_0 = tau max diag(J J^T); > 0
   double gradient_tolerance = 1e-10;  // converged if max |J^T f| <= this times the cost; >= 0
   double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0
   double cost_tolerance = 0.0;        // converged if an accepted step lowers the cost by less than this share; >= 0
+  double standstill = 0.0;            // converged if four steps together lower the cost by less than this share; >= 0
 };
 
 /// Minimises skin_cost over the phases, and the amplitudes if they are free, by Levenberg-Marquardt with Madsen's
@@ -19,14 +22,20 @@ struct SurfaceOptions {
 ///
 ///   f = [ sqrt(w_j) (|h_j q| - p'_j);  Re R q;  Im R q ],
 ///   h = -D^-1 J^T (J D^-1 J^T + I)^-1 f,   D = mu I + 0.3 diag(max(0, -Re(conj(q_n) g_n))),
-///   phi_n += atan h_n,
+///   phi_n += h_n + b_n,   b = -D^-1 J^T (J D^-1 J^T + I)^-1 f'' / 2,   2 |b| <= 0.3 |h|,
 ///
-/// g the cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of |q_n| = 1, without which
-/// the last per cent takes twice as many iterations. Rows at the end of R that are weaker than the damping (see
+/// f'' the residual's second derivative along h (see SkinJacobian): the geodesic acceleration, by the same factor, that
+/// follows the bend of a narrow valley; without it half as many steps again reach the same cost. Where amplitudes move
+/// too, phi_n += atan h_n. g is cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of |q_n| = 1. Rows at the end of R that are weaker than the damping (see
 /// SkinJacobian::leave_out_up_to, mu) stay out of J^T J, not out of the cost and its gradient: they bend the model less
 /// than the damping does. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is
 /// formed and factorised in single precision, the step refined in double to 1e-8; in double throughout where that
 /// fails.
+///
+/// From several starts `trial` steps each are taken, and the path that is lowest then goes on.
+///
+/// Free level: all drives have one amplitude, at first that of the start's loudest. From below 1 it goes to its best value
+/// (best_level) after each step, from 1 at the end: an array that is too strong for what is wanted is turned down.
 ///
 /// Free amplitudes: the start's phases settle first if it is at full drive; then drives move in the disc |q_n| <= 1,
 /// those on its edge that the cost pulls outwards along it only. A step that pushes a drive out is cut at the edge.
@@ -36,13 +45,16 @@ struct SurfaceOptions {
 /// silence is left. A start at any other stationary point, saddle points and the maxima of symmetric arrays too, is
 /// returned as converged after 0 iterations.
 ///
-/// start     drives, N: their phases, 0 where a drive is 0 (and amplitudes, clipped to 0..1, if these are free)
+/// starts    drives, N a column: their phases, 0 where a drive is 0 (and amplitudes, clipped to 0..1, if these or
+///           the level are free)
 /// returns   kConverged too where the fall that the model promises is below the rounding of the cost; kStalled if no
 ///           damping up to 1e30 times the first helps
-/// throws    std::invalid_argument as require_valid, on a start of another size or not finite, options out of range
+/// throws    std::invalid_argument as require_valid, on no start or one of another size or not finite, options out of
+///           range
 /// source    Madsen, Nielsen, Tingleff, Methods for Non-Linear Least Squares Problems, 2004, ch. 3.2 (damping); Coleman
-///           and Li, SIAM J. Optim. 6 (1996) 418 (damping towards a bound)
-PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::VectorXcd& start, const SurfaceOptions& options,
+///           and Li, SIAM J. Optim. 6 (1996) 418 (damping towards a bound); Transtrum, Machta, Sethna, Phys. Rev. E 83
+///           (2011) 036701 (geodesic acceleration)
+PhaseSolution solve_surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts, const SurfaceOptions& options,
                             const IterationCallback& callback = {});
 
 /// Drives of amplitude 1 to start from.

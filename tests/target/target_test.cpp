@@ -99,21 +99,41 @@ TEST(Gram, BlocksEqualTheProductOfTheStackedMatrix) {
   const Eigen::MatrixXcd g = Eigen::MatrixXcd::Random(30, 7);
   const Eigen::MatrixXcd columns = Eigen::MatrixXcd::Random(30, 4);
   const Eigen::VectorXd amplitudes = Eigen::VectorXd::LinSpaced(4, 1.0, 2.5);
-  const Eigen::MatrixXcd gram_g = g.adjoint() * g;
-  Eigen::MatrixXcd c(30, 11);
-  c << columns * amplitudes.asDiagonal(), -g;
-  const IncidentProblem scattered = scattered_problem(columns, g, gram_g, amplitudes);
-  EXPECT_LT((scattered.gram - c.adjoint() * c).norm(), 1e-13 * scattered.gram.norm());
-  EXPECT_EQ(scattered.target_count, 4);
-
   const std::vector<Eigen::Index> faces = {3, 8, 9, 29};
   Eigen::MatrixXcd identity = Eigen::MatrixXcd::Zero(30, 4);
   for (int i = 0; i < 4; ++i) {
     identity(faces[static_cast<std::size_t>(i)], i) = 1.0;
   }
-  c << identity * amplitudes.asDiagonal(), -g;
-  const IncidentProblem unscattered = unscattered_problem(faces, g, gram_g, amplitudes);
-  EXPECT_LT((unscattered.gram - c.adjoint() * c).norm(), 1e-13 * unscattered.gram.norm());
+  for (const Eigen::VectorXd& weights :
+       {Eigen::VectorXd(Eigen::VectorXd::Ones(30)), Eigen::VectorXd(Eigen::VectorXd::LinSpaced(30, 0.1, 3.0))}) {
+    const Eigen::MatrixXcd gram_g = weighted_gram(g, weights);
+    const auto roots = weights.cwiseSqrt().asDiagonal();
+    Eigen::MatrixXcd c(30, 11);
+    c << columns * amplitudes.asDiagonal(), -g;
+    c = roots * c;
+    const IncidentProblem scattered = scattered_problem(columns, g, gram_g, amplitudes, weights);
+    EXPECT_LT((scattered.gram - c.adjoint() * c).norm(), 1e-13 * scattered.gram.norm());
+    EXPECT_EQ(scattered.target_count, 4);
+    c << identity * amplitudes.asDiagonal(), -g;
+    c = roots * c;
+    const IncidentProblem unscattered = unscattered_problem(faces, g, gram_g, amplitudes, weights);
+    EXPECT_LT((unscattered.gram - c.adjoint() * c).norm(), 1e-13 * unscattered.gram.norm());
+  }
+}
+
+TEST(Gram, WeighsManyRowsInBlocks) {
+  std::srand(6);
+  const Eigen::MatrixXcd g = Eigen::MatrixXcd::Random(5000, 3);
+  const Eigen::VectorXd weights = Eigen::VectorXd::LinSpaced(5000, 0.5, 1.5);
+  const Eigen::MatrixXcd expected = g.adjoint() * weights.asDiagonal() * g;
+  EXPECT_LT((weighted_gram(g, weights) - expected).norm(), 1e-13 * expected.norm());
+}
+
+TEST(Gram, AreaWeighsFacesByTheirShareAndInteriorPointsAsOneFace) {
+  const Eigen::VectorXd areas = (Eigen::VectorXd(3) << 1e-6, 2e-6, 6e-6).finished();
+  const Eigen::VectorXd weights = row_weights(FaceWeights::kArea, areas, 5);
+  EXPECT_LT((weights - (Eigen::VectorXd(5) << 1.0 / 3, 2.0 / 3, 2.0, 1.0, 1.0).finished()).norm(), 1e-15);
+  EXPECT_EQ(row_weights(FaceWeights::kEqual, areas, 5), Eigen::VectorXd::Ones(5));
 }
 
 }  // namespace

@@ -145,6 +145,24 @@ TEST(SkinJacobian, EqualsCentralDifferencesOfTheResidual) {
   }
 }
 
+TEST(SkinJacobian, SecondDerivativeEqualsDifferencesAlongTheTurns) {
+  const Linearised at(random_problem(5, 4, 8, 0.02, 105), {}, 105);  // no face near silence, where it is another one
+  Uniform uniform(106);
+  Eigen::VectorXd turns(8);
+  for (double& turn : turns) {
+    turn = uniform(-1.0, 1.0);
+  }
+  Eigen::VectorXd y;
+  at.jacobian.second_derivative(at.q.cwiseAbs(), turns, y);
+  constexpr double kStep = 1e-3;  // truncation 1e-6 of it, rounding 1e-10
+  const auto residual = [&](double s) {
+    const Eigen::VectorXcd turned = at.q.array() * (Complex(0, s) * turns.cast<Complex>()).array().exp();
+    return direct_residual(at.problem, turned);
+  };
+  const Eigen::VectorXd difference = (residual(kStep) - 2.0 * residual(0.0) + residual(-kStep)) / (kStep * kStep);
+  EXPECT_LT((y - difference).norm(), 1e-4 * difference.norm());
+}
+
 TEST(SkinJacobian, TransposeGradientAndFilledMatrixAgree) {
   const Linearised at(5, 4, 37, {0, 3, 17, 36}, 110);  // three blocks of columns
   const Eigen::MatrixXd j = at.dense();
@@ -258,6 +276,10 @@ TEST(DampedStep, SolvesTheNormalEquationsOnEitherSide) {
     EXPECT_EQ(solver.double_count(), 0);
     // Residual 1e-8, condition about 1e3.
     EXPECT_LT((h - expected).norm(), 1e-6 * expected.norm()) << channels << " channels";
+    const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(j.rows(), -1.0, 2.0);
+    const Eigen::VectorXd again = normal.ldlt().solve(-j.transpose() * y);
+    ASSERT_TRUE(solver.solve_again(at.jacobian, y, h));
+    EXPECT_LT((h - again).norm(), 1e-6 * again.norm()) << channels << " channels";
   }
 }
 

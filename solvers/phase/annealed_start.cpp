@@ -1,0 +1,285 @@
+#include "solvers/phase/annealed_start.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <cstddef>
+#include <random>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Eigenvalues>
+
+#include "solvers/linear/blas_product.h"
+#include "solvers/phase/phase_solution.h"
+
+namespace touchfield {
+
+namespace {
+
+using Single = std::complex<float>;
+using Eigen::Index;
+using Eigen::MatrixXcf;
+using Eigen::VectorXf;
+
+constexpr std::array kBounds = {0.8F, 0.65F, 0.5F, 0.4F, 0.3F, 0.2F, 0.1F, 0.0F};
+constexpr Index kPass = 16;   // columns of A that stay in a core's cache for their second use
+constexpr Index kShares = 8;  // sums over the drives, so many whatever the number of threads
+constexpr int kPowerSteps = 12;
+constexpr unsigned kSeeds = 6;
+constexpr int kFollowed = 2;  // of them
+constexpr int kLevelTrials = 8;
+constexpr double kNearLevel = 0.9;
+constexpr double kTooStrong = 0.5;  // above it phases find a use for full drive
+constexpr float kGrow = 1.05F;      // of the length of a step that lowered F
+constexpr float kShrink = 0.7F;
+
+/// Makes a row of length one, what is beyond its first number of length `bound` at most.
+void confine(Eigen::Ref<Eigen::RowVectorXcf, 0, Eigen::InnerStride<>> row, float bound) {
+  const float length = row.norm();
+  if (!(length > 0)) {
+    row.setZero();
+    row(0) = 1;
+    return;
+  }
+  row /= length;
+  auto rest = row.tail(row.size() - 1);
+  const float others = rest.norm();
+  if (others > bound) {
+    rest *= bound / others;
+    const float first = std::abs(row(0));
+    row(0) = (first > 0 ? row(0) / first : Single(1)) * std::sqrt(1 - bound * bound);
+  }
+}
+
+/// F with its rows scaled to a largest singular value of A of about one.
+class RelaxedMisfit {
+ public:
+  explicit RelaxedMisfit(const SkinProblem& problem)
+      : faces_(problem.target_count()), a_(faces_ + problem.quiet.rows(), problem.channel_count()) {
+    const Eigen::VectorXd roots = problem.weights.cwiseSqrt();
+    // Normalised in double, so that single precision holds a problem in any unit.
+    const double unit = std::hypot((roots.asDiagonal() * problem.target).norm(), problem.quiet.norm());
+    if (!(unit > 0)) {
+      return;
+    }
+    a_.topRows(faces_) = ((roots / unit).asDiagonal() * problem.target).cast<Single>();
+    a_.bottomRows(problem.quiet.rows()) = (problem.quiet / unit).cast<Single>();
+    wanted_at_full_ = (roots.cwiseProduct(problem.amplitudes) / unit).cast<float>();
+    wanted_ = wanted_at_full_;
+    silent_ = false;
+  }
+
+  /// Drives of length one stand for some of length `level` from here on.
+  void set_level(double level) { wanted_ = wanted_at_full_ / static_cast<float>(level); }
+
+  bool is_silent() const { return silent_; }
+  Index channels() const { return a_.cols(); }
+
+  /// An estimate of ||A||^2, from below.
+  float squared_norm() {
+    if (squared_norm_ > 0) {
+      return squared_norm_;
+    }
+    Eigen::VectorXcf x = Eigen::VectorXcf::Ones(channels());
+    Eigen::VectorXcf sent(a_.rows());
+    for (int step = 0; step < kPowerSteps; ++step) {
+      x.normalize();
+      multiply(Op::kPlain, a_, x, 0.0F, sent);
+      multiply(Op::kAdjoint, a_, sent, 0.0F, x);
+      squared_norm_ = x.norm();
+    }
+    return squared_norm_;
+  }
+
+  /// A Y.
+  MatrixXcf send(const MatrixXcf& y) const {
+    MatrixXcf sent(a_.rows(), y.cols());
+    for (Index i = 0; i < y.cols(); ++i) {
+      Eigen::VectorXcf column(a_.rows());
+      multiply(Op::kPlain, a_, y.col(i), 0.0F, column);
+      sent.col(i) = column;
+    }
+    return sent;
+  }
+
+  double cost(const MatrixXcf& sent) const {
+    const VectorXf loudness = sent.topRows(faces_).rowwise().norm();
+    return (loudness - wanted_).cast<double>().squaredNorm() +
+           sent.bottomRows(sent.rows() - faces_).cast<std::complex<double>>().squaredNorm();
+  }
+
+  /// sent <- what is left of it beside what is wanted: half of F's gradient there.
+  void leave_misfit(MatrixXcf& sent) const {
+    for (Index j = 0; j < faces_; ++j) {
+      const float loudness = sent.row(j).norm();
+      sent.row(j) *= loudness > 0 ? 1 - wanted_(j) / loudness : 0;
+    }
+  }
+
+  /// to = from - length A^H misfit with its rows confined, and sent = A to, in one pass over A.
+  void step(const MatrixXcf& from, const MatrixXcf& misfit, float length, float bound, MatrixXcf& to, MatrixXcf& sent) {
+    to.resize(from.rows(), from.cols());
+    const Index width = from.cols();
+    const Index each = (channels() + kShares - 1) / kShares;
+    shares_.resize(kShares);
+#pragma omp parallel for schedule(static)
+    for (Index share = 0; share < kShares; ++share) {
+      MatrixXcf& sum = shares_[static_cast<std::size_t>(share)];
+      sum.setZero(a_.rows(), width);
+      const Index end = std::min(channels(), (share + 1) * each);
+      for (Index at = share * each; at < end; at += kPass) {
+        const Index count = std::min(kPass, end - at);
+        const auto columns = a_.middleCols(at, count);
+        auto rows = to.middleRows(at, count);
+        for (Index i = 0; i < width; ++i) {
+          multiply(Op::kAdjoint, columns, misfit.col(i), 0.0F, rows.col(i));
+        }
+        rows = from.middleRows(at, count) - length * rows;
+        for (Index n = 0; n < count; ++n) {
+          confine(rows.row(n), bound);
+        }
+        for (Index i = 0; i < width; ++i) {
+          multiply(Op::kPlain, columns, rows.col(i), 1.0F, sum.col(i));
+        }
+      }
+    }
+    sent = shares_[0];
+    for (std::size_t share = 1; share < shares_.size(); ++share) {
+      sent += shares_[share];
+    }
+  }
+
+ private:
+  Index faces_;
+  MatrixXcf a_;
+  VectorXf wanted_at_full_;
+  VectorXf wanted_;
+  bool silent_ = true;
+  float squared_norm_ = 0;
+  std::vector<MatrixXcf> shares_;
+};
+
+/// Y with A Y, which go down together.
+class AnnealedDescent {
+ public:
+  AnnealedDescent(RelaxedMisfit& misfit, MatrixXcf y)
+      : misfit_(misfit), y_(std::move(y)), length_(1 / misfit.squared_norm()) {}
+
+  /// Y turned so that its columns are orthogonal, the strongest first: F does not see that.
+  void turn() {
+    const Eigen::SelfAdjointEigenSolver<MatrixXcf> eigen(y_.adjoint() * y_);
+    y_ = y_ * eigen.eigenvectors().rowwise().reverse();
+  }
+
+  void run(int steps, float bound) {
+    for (Index n = 0; n < y_.rows(); ++n) {
+      confine(y_.row(n), bound);
+    }
+    MatrixXcf sent = misfit_.send(y_);
+    MatrixXcf ahead = y_;
+    MatrixXcf ahead_sent = sent;
+    MatrixXcf next;
+    MatrixXcf next_sent;
+    double cost = misfit_.cost(sent);
+    float t = 1;
+    for (int i = 0; i < steps; ++i) {
+      misfit_.leave_misfit(ahead_sent);
+      misfit_.step(ahead, ahead_sent, length_, bound, next, next_sent);
+      const double next_cost = misfit_.cost(next_sent);
+      if (!(next_cost <= cost)) {
+        t = 1;
+        length_ *= kShrink;
+        ahead = y_;
+        ahead_sent = sent;
+        continue;
+      }
+      const float t_next = (1 + std::sqrt(1 + 4 * t * t)) / 2;
+      const float momentum = (t - 1) / t_next;
+      ahead = next + momentum * (next - y_);
+      ahead_sent = next_sent + momentum * (next_sent - sent);
+      std::swap(y_, next);
+      std::swap(sent, next_sent);
+      cost = next_cost;
+      t = t_next;
+      length_ *= kGrow;
+    }
+  }
+
+  const MatrixXcf& rows() const { return y_; }
+
+ private:
+  RelaxedMisfit& misfit_;
+  MatrixXcf y_;
+  float length_;
+};
+
+MatrixXcf random_rows(Index channels, int width, unsigned seed) {
+  std::mt19937_64 generator(seed);
+  const auto share = [&] { return static_cast<float>(static_cast<double>(generator() >> 11) * 0x1p-52 - 1.0); };
+  MatrixXcf rows(channels, width);
+  for (Single& y : rows.reshaped()) {
+    const float real = share();
+    y = {real, share()};
+  }
+  return rows;
+}
+
+Eigen::VectorXcd anneal(RelaxedMisfit& misfit, const AnnealingOptions& options) {
+  if (misfit.is_silent()) {
+    return Eigen::VectorXcd::Constant(misfit.channels(), options.level);
+  }
+  misfit.set_level(options.level);
+  AnnealedDescent descent(misfit, random_rows(misfit.channels(), options.width, options.seed));
+  descent.run(options.descent, 1.0F);
+  descent.turn();
+  for (const float bound : kBounds) {
+    descent.run(options.stage, bound);
+  }
+  return options.level * phasors_of(descent.rows().col(0).cast<std::complex<double>>());
+}
+
+}  // namespace
+
+Eigen::VectorXcd annealed_start(const SkinProblem& problem, const AnnealingOptions& options) {
+  require_valid(problem, "annealed_start");
+  if (options.width < 2 || options.width > 8 || options.descent < 1 || options.stage < 1 || !(options.level > 0)) {
+    throw std::invalid_argument("annealed_start: an option is out of range");
+  }
+  RelaxedMisfit misfit(problem);
+  return anneal(misfit, options);
+}
+
+Eigen::MatrixXcd annealed_starts(const SkinProblem& problem, double level) {
+  require_valid(problem, "annealed_starts");
+  RelaxedMisfit misfit(problem);
+  std::vector<std::pair<double, Eigen::VectorXcd>> starts;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    Eigen::VectorXcd drives = anneal(misfit, {.level = level, .seed = seed});
+    starts.emplace_back(skin_cost(problem, drives), std::move(drives));
+  }
+  std::ranges::stable_sort(starts, {}, &std::pair<double, Eigen::VectorXcd>::first);
+  Eigen::MatrixXcd followed(problem.channel_count(), kFollowed);
+  for (int i = 0; i < kFollowed; ++i) {
+    followed.col(i) = starts[static_cast<std::size_t>(i)].second;
+  }
+  return followed;
+}
+
+double annealed_level(const SkinProblem& problem) {
+  require_valid(problem, "annealed_level");
+  RelaxedMisfit misfit(problem);
+  double level = 1.0;
+  for (int trial = 0; trial < kLevelTrials; ++trial) {
+    const double wanted = best_level(problem, phasors_of(anneal(misfit, {.level = level})));
+    if (wanted > kNearLevel * level || !(wanted > 0)) {
+      break;
+    }
+    level = wanted;
+  }
+  return level < kTooStrong ? level : 1.0;
+}
+
+}  // namespace touchfield

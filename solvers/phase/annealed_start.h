@@ -1,0 +1,39 @@
+#pragma once
+
+#include "solvers/phase/skin_problem.h"
+
+namespace touchfield {
+
+struct AnnealingOptions {
+  int width = 2;       // l, 2 to 8
+  int descent = 24;    // steps with rows of any direction, >= 1
+  int stage = 4;       // steps at each of the eight bounds, >= 1
+  double level = 1.0;  // amplitude of all drives, > 0
+  unsigned seed = 1;
+};
+
+/// Drives of amplitude `level` to start from, by way of a problem with fewer traps: every drive is a row of l numbers of length
+/// `level` together, Y is N x l, and
+///
+///   F(Y) = sum_j w_j (|h_j Y| - p'_j)^2 + || R Y ||^2
+///
+/// as in low_rank_relaxation.h. From random rows F falls by accelerated projected gradient steps (of 1 / ||A||^2 at
+/// first, A = [diag(sqrt w) H_T; R]); then Y is turned so that its first column is the strongest and what is left in the
+/// others is bounded more tightly in each stage, sqrt(sum_i>1 |y_ni|^2) <= 0.8, 0.65, ... 0, while F goes on falling.
+///
+/// cost      one pass over A in single precision a step; the result is the same to the last bit for every number of
+///           threads
+/// throws    std::invalid_argument as require_valid, on options out of range
+/// source    Nesterov's acceleration with restarts: O'Donoghue and Candes, Found. Comput. Math. 15 (2015) 715
+Eigen::VectorXcd annealed_start(const SkinProblem& problem, const AnnealingOptions& options = {});
+
+/// Annealed starts worth following: the two of the lowest cost of six, N x 2, the lowest first. On problems with traps
+/// they end in different ones, and their costs tell early which is low. All six cost about as much as 15 steps of
+/// solve_surface.
+Eigen::MatrixXcd annealed_starts(const SkinProblem& problem, double level = 1.0);
+
+/// The level at which an annealed start wants to be, to a tenth: 1 but where the array is far too strong for what is
+/// wanted. Found by annealing again and again at the level that was best.
+double annealed_level(const SkinProblem& problem);
+
+}  // namespace touchfield

@@ -1,0 +1,167 @@
+#include "solvers/phase/surface_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "solvers/phase/annealed_start.h"
+#include "tests/support/skin_support.h"
+
+namespace touchfield {
+namespace {
+
+/// More faces than channels can serve: single starts end in different traps.
+SkinProblem trapped(unsigned seed) { return random_problem(60, 20, 48, 0.3, seed); }
+
+double reached(const PhaseSolution& solution) { return solution.cost_history.back(); }
+
+TEST(AnnealedStart, IsOfTheLevelAskedForAndFarBelowChance) {
+  for (const double level : {1.0, 0.2}) {
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      SkinProblem problem = trapped(seed);
+      problem.amplitudes *= level;
+      const Eigen::VectorXcd q = annealed_start(problem, {.level = level});
+      EXPECT_LT((q.array().abs() - level).abs().maxCoeff(), 1e-6);
+      double chance = 1e300;
+      for (unsigned i = 0; i < 20; ++i) {
+        chance = std::min(chance, skin_cost(problem, level * random_start(problem.channel_count(), i)));
+      }
+      EXPECT_LT(skin_cost(problem, q), 0.6 * chance) << "problem " << seed << ", level " << level;
+    }
+  }
+}
+
+TEST(AnnealedStart, UnitsAndTheNumberOfThreadsChangeNothing) {
+  const SkinProblem problem = trapped(3);
+  const Eigen::VectorXcd q = annealed_start(problem);
+  SkinProblem other = problem;
+  other.target *= 1024.0;  // powers of two, which round alike
+  other.quiet *= 1024.0;
+  other.amplitudes *= 1024.0;
+  EXPECT_EQ(annealed_start(other), q);
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  EXPECT_EQ(annealed_start(problem), q);
+  omp_set_num_threads(3);
+  EXPECT_EQ(annealed_start(problem), q);
+  omp_set_num_threads(threads);
+}
+
+TEST(AnnealedStart, ChannelsThatReachNothingAndSilentProblemsAreNoHarm) {
+  SkinProblem problem = trapped(4);
+  problem.target.col(7).setZero();
+  problem.quiet.col(7).setZero();
+  EXPECT_TRUE(annealed_start(problem).allFinite());
+  problem.target.setZero();
+  problem.quiet.setZero();
+  EXPECT_TRUE(annealed_starts(problem).allFinite());
+  EXPECT_DOUBLE_EQ(annealed_level(problem), 1.0);
+}
+
+TEST(AnnealedStart, TheLevelIsBelowOneOnlyWhereTheArrayIsFarTooStrong) {
+  SkinProblem problem = trapped(5);
+  EXPECT_DOUBLE_EQ(annealed_level(problem), 1.0);
+  problem.amplitudes *= 0.02;
+  const double level = annealed_level(problem);
+  EXPECT_LT(level, 0.2);
+  EXPECT_NEAR(best_level(problem, annealed_start(problem, {.level = level})), 1.0, 0.12);
+}
+
+TEST(AnnealedStart, RefusesOptionsOutOfRange) {
+  const SkinProblem problem = trapped(6);
+  for (const AnnealingOptions& options : {AnnealingOptions{.width = 1},
+                                          {.width = 9},
+                                          {.descent = 0},
+                                          {.stage = 0},
+                                          {.level = 0.0},
+                                          {.level = std::nan("")}}) {
+    EXPECT_THROW(annealed_start(problem, options), std::invalid_argument);
+  }
+}
+
+TEST(SurfaceSearch, EndsBelowWhatSingleStartsReachOnAverage) {
+  double searched = 0.0;
+  double single = 0.0;
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    const SkinProblem problem = trapped(seed);
+    const double cost = reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {}));
+    searched += cost;
+    for (unsigned start = 1; start <= 4; ++start) {
+      single += 0.25 * reached(solve_surface(problem, random_start(48, start), {}));
+    }
+  }
+  EXPECT_LT(searched, 0.99 * single);
+}
+
+TEST(SurfaceSearch, KeepsAStartThatIsBetterThanItsOwn) {
+  const SkinProblem problem = trapped(7);
+  PhaseSolution best;
+  for (unsigned start = 1; start <= 40; ++start) {
+    SurfaceOptions options;
+    options.iterations = 200;
+    PhaseSolution solution = solve_surface(problem, random_start(48, start), options);
+    if (best.cost_history.empty() || reached(solution) < reached(best)) {
+      best = std::move(solution);
+    }
+  }
+  const PhaseSolution found = search_surface(problem, drive(best), {});
+  EXPECT_LE(reached(found), reached(best) * (1.0 + 1e-12));
+}
+
+TEST(SurfaceSearch, TurnsAnArrayDownThatIsFarTooStrong) {
+  SkinProblem problem = trapped(8);
+  problem.amplitudes *= 0.02;
+  const Eigen::MatrixXcd none(48, 0);
+  const PhaseSolution full = search_surface(problem, none, {});
+  SurfaceOptions options;
+  options.free_level = true;
+  const PhaseSolution quieter = search_surface(problem, none, options);
+  EXPECT_TRUE((full.amplitudes.array() == 1.0).all());
+  EXPECT_EQ(quieter.amplitudes.minCoeff(), quieter.amplitudes.maxCoeff());
+  EXPECT_LT(quieter.amplitudes(0), 0.2);
+  EXPECT_LT(reached(quieter), 0.5 * reached(full));
+  EXPECT_NEAR(reached(quieter), skin_cost(problem, drive(quieter)), 1e-12 * reached(quieter));
+  EXPECT_NEAR(best_level(problem, drive(quieter)), 1.0, 1e-9);
+}
+
+TEST(SurfaceSearch, AFreeLevelIsNeverWorseFromAnyStart) {
+  for (const double wanted : {0.02, 0.3, 2.0}) {
+    SkinProblem problem = trapped(9);
+    problem.amplitudes *= wanted;
+    SurfaceOptions options;
+    const double full = reached(solve_surface(problem, random_start(48, 1), options));
+    options.free_level = true;
+    const PhaseSolution free = solve_surface(problem, random_start(48, 1), options);
+    EXPECT_LE(reached(free), full * (1.0 + 1e-12));
+    EXPECT_LE(free.amplitudes.maxCoeff(), 1.0);
+  }
+}
+
+TEST(SurfaceSearch, StopsAtAStandstillAndNeverRises) {
+  const SkinProblem problem = random_problem(3, 0, 40, 0.2, 11);  // can be met nearly exactly
+  const PhaseSolution solution = search_surface(problem, Eigen::MatrixXcd(40, 0), {});
+  EXPECT_TRUE(std::ranges::is_sorted(solution.cost_history, std::greater<>()));
+  const SkinProblem hard = trapped(12);
+  SurfaceOptions options;
+  options.iterations = 1000;
+  const PhaseSolution long_way = search_surface(hard, Eigen::MatrixXcd(48, 0), options);
+  EXPECT_LT(long_way.iterations, 300);
+  EXPECT_EQ(long_way.status, PhaseStatus::kConverged);
+}
+
+TEST(SurfaceSearch, TheNumberOfThreadsChangesNothingBeyondRounding) {
+  const SkinProblem problem = trapped(13);
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const double one = reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {}));
+  omp_set_num_threads(3);
+  const double three = reached(search_surface(problem, Eigen::MatrixXcd(48, 0), {}));
+  omp_set_num_threads(threads);
+  EXPECT_NEAR(one, three, 1e-6 * one);
+}
+
+}  // namespace
+}  // namespace touchfield
