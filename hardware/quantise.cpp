@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/phase_step.h"
 
 namespace touchfield {
 
@@ -23,12 +24,6 @@ void require_range(const std::string& device, const char* what, Eigen::Index n, 
     throw InputError(fmt::format("{}: the {} of transducer {} is {}, it must be >= {:g} and <= {:g}", device, what, n,
                                  value, least, most));
   }
-}
-
-std::uint8_t phase_step(double phase, int levels) {
-  const double turns = phase / kTurn;
-  const auto step = static_cast<int>(std::floor((turns - std::floor(turns)) * levels + 0.5));
-  return static_cast<std::uint8_t>(step % levels);
 }
 
 std::uint8_t intensity_step(double amplitude, int levels, const std::string& device) {
@@ -70,7 +65,7 @@ QuantisedDrive quantise(const Eigen::VectorXd& phases, const Eigen::VectorXd& am
     require_range(device, "phase", n, phases(n), -kMostPhase, kMostPhase);
     require_range(device, "amplitude", n, amplitudes(n), 0, 1);
     const double amplitude = level * amplitudes(n);
-    out.frame.phase.push_back(phase_step(phases(n), steps.phase_levels));
+    out.frame.phase.push_back(static_cast<std::uint8_t>(phase_step(phases(n), steps.phase_levels)));
     out.frame.intensity.push_back(intensity_step(amplitude, steps.intensity_levels, device));
     if (amplitude == 0) continue;
     const double error = std::remainder(kTurn * out.frame.phase.back() / steps.phase_levels - phases(n), kTurn);

@@ -9,9 +9,11 @@
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/compare_points.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/scene_changes.h"
+#include "sim/core/errors.h"
 #include "sim/store/run_compare.h"
 #include "sim/store/run_file.h"
 
@@ -93,6 +95,8 @@ Json array_json(const ArrayDifference& array) {
           {"largest_distance_m", number_or_null(array.distance)},
           {"largest_tilt_rad", number_or_null(array.tilt)},
           {"amplitudes", numbers_json(array.amplitudes)},
+          {"responses", numbers_json(array.responses)},
+          {"true_responses", numbers_json(array.true_responses)},
           {"relative", number_or_null(array.relative)}};
 }
 
@@ -183,6 +187,7 @@ Json difference_json(const RunDifference& difference) {
 struct CompareCommand {
   std::string a;  // run.h5, or the directory that holds one
   std::string b;
+  PointsComparison points;          // instead of b
   std::optional<double> tolerance;  // relative
 };
 
@@ -199,6 +204,12 @@ std::string tolerance_line(double tolerance, const Deviation& largest) {
 }
 
 int compare_command(const CompareCommand& command, const CommonFlags& flags) {
+  if (!command.points.points.empty()) {
+    return compare_points(command.a, command.points, command.tolerance, flags);
+  }
+  if (command.b.empty()) {
+    throw InputError("compare: B is missing: another run, or --points FILE");
+  }
   const std::string path_a = run_file_at(command.a);
   const std::string path_b = run_file_at(command.b);
   const Run a = read_run_file(path_a);
@@ -225,11 +236,24 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
 
 void add_compare_command(CLI::App& app, Invocation& invocation) {
   const auto compare = std::make_shared<CompareCommand>();
-  CLI::App* command = app.add_subcommand("compare", "Say how two runs differ");
+  CLI::App* command = app.add_subcommand("compare", "Say how two runs differ, or a run and a measured field");
   command->add_option("A", compare->a, "run.h5, or the directory that holds it")->required();
-  command->add_option("B", compare->b, "The other one")->required();
+  CLI::Option* other = command->add_option("B", compare->b, "The other one");
+  PointsComparison& points = compare->points;
+  CLI::Option* file =
+      command
+          ->add_option("--points", points.points,
+                       "Compare the field with measured points instead: a table x_mm,y_mm,z_mm and p_pa, "
+                       "or p_re,p_im")
+          ->excludes(other);
+  command->add_option("--method", points.method, "Whose field; default: the run's first")->needs(file);
+  command->add_option("--out", points.rows, "Write a CSV file with a row a point")->needs(file);
+  command->add_option("--picture", points.picture, "Draw measured against computed: a .png, .pdf or .svg file")
+      ->needs(file);
+  command->add_flag("--force", points.force, "Replace these files")->needs(file);
   command
-      ->add_option("--tolerance", compare->tolerance, "Exit code 1 if a result differs by more than this, relatively")
+      ->add_option("--tolerance", compare->tolerance,
+                   "Exit code 1 if a result, or the field at measured points, differs by more than this, relatively")
       ->check(CLI::NonNegativeNumber);
   finish_command(command, invocation,
                  [compare](const Invocation& invoked) { return compare_command(*compare, invoked.flags); });

@@ -112,29 +112,38 @@ void for_panels(const TransducerArray& array, const Points& points, const Fill& 
   }
 }
 
-/// sum over channels n of the value n at point j times q_n, at every point j: values of a panel of points meet all
+/// sum over channels n of the value n at point j times c_n q_n, at every point j: values of a panel of points meet all
 /// drives in one product.
 template <typename Fill>
 Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, const Eigen::MatrixXcd& drive,
                         const Fill& fill) {
   Eigen::MatrixXcd sums = Eigen::MatrixXcd::Zero(points.cols(), drive.cols());
-  if (drive.size() > 0) {
-    for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
-      Eigen::MatrixXcd products(kPanel, drive.cols());
-      multiply(Op::kTransposed, values.leftCols(count), Op::kPlain, drive, products.topRows(count));
-      sums.middleRows(begin, count) = products.topRows(count);
-    });
+  if (drive.size() == 0) {
+    return sums;
   }
+  Eigen::MatrixXcd responses;
+  if (!array.response.as_designed()) {
+    responses = factors(array.response).asDiagonal() * drive;
+  }
+  const Eigen::MatrixXcd& q = array.response.as_designed() ? drive : responses;
+  for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
+    Eigen::MatrixXcd products(kPanel, q.cols());
+    multiply(Op::kTransposed, values.leftCols(count), Op::kPlain, q, products.topRows(count));
+    sums.middleRows(begin, count) = products.topRows(count);
+  });
   return sums;
 }
 
-/// The values of all channels at every point, points by channels.
+/// The values of all channels at every point times c_n, points by channels.
 template <typename Fill>
 Eigen::MatrixXcd matrix_of(const TransducerArray& array, const Points& points, const Fill& fill) {
   Eigen::MatrixXcd g(points.cols(), array.size());
   for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
     g.middleRows(begin, count) = values.leftCols(count).transpose();
   });
+  if (!array.response.as_designed()) {
+    g *= factors(array.response).asDiagonal();
+  }
   return g;
 }
 

@@ -6,7 +6,9 @@ namespace touchfield {
 
 /// Incident pressure of every channel at unit drive at every point, the matrix G.
 ///
-///   G(j, n) = a_n d(theta_jn) exp(i k r_jn) / r_jn      (plane wave: a exp(i k axis.x_j))
+///   G(j, n) = c_n a_n d(theta_jn) exp(i k r_jn) / r_jn      (plane wave: c a exp(i k axis.x_j))
+///
+/// c_n is the response of channel n, 1 if it is as designed.
 ///
 /// points    3 x J [m], none on a transducer
 /// returns   J x N [Pa]

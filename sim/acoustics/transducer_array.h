@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "sim/acoustics/channel_response.h"
 #include "sim/acoustics/directivity.h"
 #include "sim/acoustics/medium.h"
 #include "sim/core/rigid_motion.h"
@@ -18,7 +19,7 @@ inline constexpr double kAutd3Pitch = 10.16e-3;
 /// The channels a run can drive.
 ///
 /// A transducer n at full drive radiates p(x) = amplitude_n d(theta) exp(i k r)/r. A plane wave is one channel with
-/// p(x) = amplitude exp(i k axis.x).
+/// p(x) = amplitude exp(i k axis.x). Either is multiplied by the channel's response.
 struct TransducerArray {
   enum class Kind { kTransducers, kPlaneWave };
 
@@ -29,6 +30,7 @@ struct TransducerArray {
   Directivity directivity = Directivity::omni();
   Eigen::VectorXi device;   // N: unit number from 0
   Eigen::VectorXi channel;  // N: number on its unit from 0
+  ChannelResponse response{};
 
   Eigen::Index size() const { return positions.cols(); }
 };

@@ -1,43 +1,14 @@
 #include "sim/body/random_field.h"
 
 #include <cmath>
-#include <limits>
-#include <numbers>
-#include <random>
+
+#include "sim/core/normal_pairs.h"
 
 namespace touchfield {
 
 namespace {
 
 constexpr Eigen::Index kWaves = 1024;
-
-/// A point of the plane with two independent normal coordinates, in polar form.
-class NormalPairs {
- public:
-  struct Polar {
-    double radius;
-    double angle;  // [rad]
-
-    double first() const { return radius * std::cos(angle); }
-    double second() const { return radius * std::sin(angle); }
-  };
-
-  explicit NormalPairs(std::uint64_t seed) : bits_(seed) {}
-
-  Polar next() {
-    const double radius = std::sqrt(-2.0 * std::log(uniform()));
-    return {radius, 2.0 * std::numbers::pi * uniform()};
-  }
-
- private:
-  /// Uniform in 0 < u <= 1.
-  double uniform() {
-    constexpr int kDigits = std::numeric_limits<double>::digits;
-    return std::ldexp(static_cast<double>((bits_() >> (64 - kDigits)) + 1), -kDigits);
-  }
-
-  std::mt19937_64 bits_;
-};
 
 }  // namespace
 

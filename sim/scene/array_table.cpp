@@ -142,7 +142,16 @@ Codec<ArraySpec> array_codec() {
       .key("level", &ArraySpec::level, number(kPlain, above_to(0, 1)), "Drive of every transducer, 1 at full.")
       .key("source_pa_m", &ArraySpec::source_strength, number(kPlain, above(0)),
            "Pressure amplitude of a transducer at full drive on its axis times the distance [Pa m].")
+      .maybe("calibration", &ArraySpec::calibration, calibration_codec(), "",
+             "Responses of the channels as they were measured.")
+      .maybe("spread", &ArraySpec::spread, spread_codec(), "",
+             "Responses of the channels drawn at random; beside a calibration they multiply.")
+      .maybe(
+          "phase_levels", &ArraySpec::phase_levels, integer(between(2, 65536)), "256",
+          "Steps a turn that the true array rounds the solved phases to, as a device does; not at all if left out. The "
+          "solver does not know.")
       .exactly_one({"grid", "autd3", "sonicsurface", "positions", "plane_wave"})
+      .check([](const Input& in, ArraySpec& spec, bool good) { return !good || check_calibration(in, spec); })
       .codec();
 }
 

@@ -41,6 +41,10 @@ Codec<JudgeSpec> judge_codec() {
 
 bool check_judge(const Input& in, const Scene& scene) {
   const Entry* entry = in.node().find("judge");
+  if (entry && scene.judge.kind == JudgeSpec::Kind::kNone && solver_mistakes_channels(scene.array)) {
+    in.at(*entry).problem("none, but the solver does not know what the channels do: the scene must have a judge");
+    return false;
+  }
   if (!entry || entry->value.kind != Node::Kind::kMap) {
     return true;
   }

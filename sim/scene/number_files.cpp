@@ -2,53 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ranges>
 #include <string_view>
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
-#include "sim/core/whole_file.h"
-#include "sim/scene/quantity.h"
-#include "sim/scene/schema.h"
-#include "sim/scene/text_file.h"
+#include "sim/scene/number_table.h"
 
 namespace touchfield::schema {
 
 namespace {
 
 constexpr int kMilliPower = -3;
-
-/// Lines of a text without comments and end marks, with their numbers from 1.
-template <class Visit>
-void for_each_line(std::string_view text, const Visit& visit) {
-  for (int number = 1; !text.empty(); ++number) {
-    const auto end = text.find('\n');
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (!line.empty() && line.back() == '\r') {
-      line.remove_suffix(1);
-    }
-    visit(number, line.substr(0, line.find('#')));
-  }
-}
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-// Parts between single commas.
-std::vector<std::string_view> cells(std::string_view line) {
-  std::vector<std::string_view> parts;
-  for (const auto part : std::views::split(line, ',')) {
-    parts.push_back(trimmed({part.begin(), part.end()}));
-  }
-  return parts;
-}
 
 // Parts between commas and white space of any length.
 std::vector<std::string_view> words(std::string_view line) {
@@ -62,60 +26,6 @@ std::vector<std::string_view> words(std::string_view line) {
   return parts;
 }
 
-/// Reports what is wrong with a file; stops after a few lines, since the rest is usually wrong in the same way.
-class FileReport {
- public:
-  FileReport(const Input& in, const std::string& path) : in_(in), path_(path) {}
-
-  bool failed() const { return count_ > 0; }
-  bool full() const { return count_ >= kMost; }
-  void add(int line, const std::string& text) { report(fmt::format("{}:{}: {}", path_, line, text)); }
-  void add(const std::string& text) { report(fmt::format("{}: {}", path_, text)); }
-
-  void require_few(std::size_t count, const char* what) {
-    if (count > kMostListed) {
-      add(fmt::format("{} {}, must be at most {}", count, what, kMostListed));
-    }
-  }
-
-  /// A number within the bounds every number of a scene has; reports and returns nothing otherwise.
-  std::optional<double> number(int line, std::string_view text, int power = 0) {
-    const auto value = parse_decimal(text);
-    const auto rule = value ? Range{}.broken_by(*value) : std::optional<std::string>("a number");
-    if (!rule) {
-      return parse_decimal(text, power);
-    }
-    add(line, fmt::format("{} must be {}", text.empty() ? "no value" : quoted_for_message(std::string(text)), *rule));
-    return std::nullopt;
-  }
-
- private:
-  static constexpr int kMost = 10;
-
-  void report(const std::string& text) {
-    in_.reading().add_elsewhere(in_.node().place, text);
-    ++count_;
-  }
-
-  const Input& in_;
-  const std::string& path_;
-  int count_ = 0;
-};
-
-std::optional<std::string> load(const Input& in, const std::string& path) {
-  try {
-    std::string text = read_whole_file(path, kMostTextBytes);
-    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-    if (text.starts_with(kByteOrderMark)) {
-      text.erase(0, kByteOrderMark.size());
-    }
-    return text;
-  } catch (const InputError& error) {
-    in.problem(error.what());
-    return std::nullopt;
-  }
-}
-
 bool looks_like_header(const std::vector<std::string_view>& parts) {
   return std::ranges::none_of(parts, [](std::string_view part) { return part.empty() || parse_decimal(part); });
 }
@@ -123,11 +33,11 @@ bool looks_like_header(const std::vector<std::string_view>& parts) {
 }  // namespace
 
 std::optional<std::vector<double>> read_phases(const Input& in, const std::string& path) {
-  const auto text = load(in, path);
+  FileReport report(in, path);
+  const auto text = report.text();
   if (!text) {
     return std::nullopt;
   }
-  FileReport report(in, path);
   std::vector<double> phases;
   for_each_line(*text, [&](int number, std::string_view line) {
     for (const auto part : words(line)) {
@@ -150,11 +60,11 @@ std::optional<std::vector<double>> read_phases(const Input& in, const std::strin
 }
 
 std::optional<PositionsFile> read_positions(const Input& in, const std::string& path) {
-  const auto text = load(in, path);
+  FileReport report(in, path);
+  const auto text = report.text();
   if (!text) {
     return std::nullopt;
   }
-  FileReport report(in, path);
   std::vector<double> values;
   std::size_t columns = 0;
   bool first = true;
@@ -209,6 +119,55 @@ std::optional<PositionsFile> read_positions(const Input& in, const std::string& 
     file.axes = table.bottomRows(3);
   }
   return file;
+}
+
+std::optional<CalibrationFile> read_calibration(const Input& in, const std::string& path, std::size_t channels) {
+  const Unit plain = Unit::power_of_ten(0);
+  const std::vector<TableColumn> known = {{"channel", plain, at_least(0), true},
+                                          {"gain", plain, at_least(0), true},
+                                          {"phase_rad", plain, {}},
+                                          {"phase_deg", Unit::degree(), {}},
+                                          {"alive", plain, between(0, 1)}};
+  FileReport report(in, path);
+  const auto table = read_number_table(report, known, "channels");
+  if (!table) {
+    return std::nullopt;
+  }
+  if (table->has("phase_rad") == table->has("phase_deg")) {
+    report.add("the header must name phase_rad or phase_deg, one of them");
+    return std::nullopt;
+  }
+  const auto& phases = table->columns.at(table->has("phase_rad") ? "phase_rad" : "phase_deg");
+  CalibrationFile file{std::vector<double>(channels), std::vector<double>(channels)};
+  std::vector<int> line_of(channels, 0);
+  for (std::size_t row = 0; row < table->rows() && !report.full(); ++row) {
+    const int line = table->lines[row];
+    const double number = table->columns.at("channel")[row];
+    const double alive = table->has("alive") ? table->columns.at("alive")[row] : 1.0;
+    if (number != std::floor(number) || number >= static_cast<double>(channels)) {
+      report.add(line, fmt::format("channel = {:.15g} must be an integer from 0 to {}, the array has {} channel{}",
+                                   number, channels - 1, channels, channels == 1 ? "" : "s"));
+      continue;
+    }
+    const auto channel = static_cast<std::size_t>(number);
+    if (line_of[channel] != 0) {
+      report.add(line, fmt::format("channel = {} is in line {} already", channel, line_of[channel]));
+    }
+    if (alive != 0.0 && alive != 1.0) {
+      report.add(line, fmt::format("alive = {:.15g} must be 0 or 1", alive));
+    }
+    line_of[channel] = line;
+    file.gain[channel] = alive * table->columns.at("gain")[row];
+    file.phase[channel] = phases[row];
+  }
+  const auto missing = std::ranges::count(line_of, 0);
+  if (!report.failed() && missing > 0) {
+    const auto first = std::ranges::find(line_of, 0) - line_of.begin();
+    report.add(table->lines.back(),
+               fmt::format("the last row, and {} of the array's {} channels {} missing, the first is {}", missing,
+                           channels, missing == 1 ? "is" : "are", first));
+  }
+  return report.failed() ? std::nullopt : std::optional(std::move(file));
 }
 
 }  // namespace touchfield::schema

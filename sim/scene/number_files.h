@@ -21,6 +21,18 @@ struct PositionsFile {
 /// returns nothing after a report
 std::optional<std::vector<double>> read_phases(const Input& in, const std::string& path);
 
+/// Gains and phases of a calibration file, a value a channel.
+struct CalibrationFile {
+  std::vector<double> gain;
+  std::vector<double> phase;  // [rad]
+};
+
+/// A table with a header and a row a channel, in any order: channel (from 0), gain >= 0, phase_rad or phase_deg and, if
+/// the file has it, alive, 0 or 1; the gain of a dead channel counts as 0. Every channel must be there once.
+///
+/// channels   of the array
+std::optional<CalibrationFile> read_calibration(const Input& in, const std::string& path, std::size_t channels);
+
 /// Lines x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,ax,ay,az, all alike; # starts a comment, and the first line may be a header.
 std::optional<PositionsFile> read_positions(const Input& in, const std::string& path);
 

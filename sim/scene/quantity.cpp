@@ -88,6 +88,7 @@ std::optional<std::string> Range::broken_by(double value) const {
 }
 
 Range above(double low) { return {.low = low, .high = std::nullopt, .low_excluded = true}; }
+Range at_least(double low) { return {.low = low, .high = std::nullopt, .low_excluded = false}; }
 Range above_to(double low, double high) { return {.low = low, .high = high, .low_excluded = true}; }
 Range between(double low, double high) { return {.low = low, .high = high, .low_excluded = false}; }
 

@@ -24,6 +24,7 @@ struct Range {
 };
 
 Range above(double low);
+Range at_least(double low);
 Range above_to(double low, double high);
 Range between(double low, double high);
 

@@ -56,6 +56,22 @@ struct PlaneWaveArray {
   double amplitude = 1;  // [Pa]
 };
 
+/// Which of the two arrays a response belongs to: the one that the solver reckons with, the one that sounds.
+enum class ResponseOf { kBoth, kSolver, kTruth };
+
+/// Measured responses of the channels.
+struct CalibrationSpec {
+  std::vector<double> gain;   // one a channel; 0: dead
+  std::vector<double> phase;  // [rad]
+  std::string file;           // that they are read from; empty in a scene that is read
+  ResponseOf in = ResponseOf::kBoth;
+};
+
+/// Responses drawn at random.
+struct SpreadSpec : ResponseSpread {
+  ResponseOf in = ResponseOf::kTruth;
+};
+
 struct ArraySpec {
   std::variant<GridArray, Autd3Array, SonicsurfaceArray, PositionsArray, PlaneWaveArray> layout;
   Vector3 at = Vector3::Zero();
@@ -64,7 +80,23 @@ struct ArraySpec {
   double piston_radius = 4.5e-3;                  // [m]
   double level = 1.0;                             // 0 < level <= 1
   double source_strength = kAutd3SourceStrength;  // [Pa m]
+  std::optional<CalibrationSpec> calibration;
+  std::optional<SpreadSpec> spread;
+  std::optional<int> phase_levels;  // steps a turn that the true array rounds solved phases to
 };
+
+/// How many channels an array will have.
+Eigen::Index channel_count(const ArraySpec& spec);
+
+/// Responses that a scene gives its channels: calibration times spread, of those that belong to the array.
+struct ChannelResponses {
+  ChannelResponse solver;  // what the solver reckons with
+  ChannelResponse truth;   // what sounds
+};
+ChannelResponses channel_responses(const ArraySpec& spec);
+
+/// Whether the solver reckons with other channels than those that sound, as far as the keys say.
+bool solver_mistakes_channels(const ArraySpec& spec);
 
 struct HandShape {
   std::string pose = HandOptions{}.pose;

@@ -235,7 +235,10 @@ bool in_use(const KeyInfo& key, const MapInfo& info) {
   }
   if (key.type.kind == Kind::kMap && !key.required) {  // a map without a line in use would read as nothing
     const MapInfo& inner = *key.type.map;
-    return std::any_of(inner.keys.begin(), inner.keys.end(), [&](const KeyInfo& part) { return in_use(part, inner); });
+    const auto used = [&](const KeyInfo& part) { return in_use(part, inner); };
+    const auto names_file = [&](const KeyInfo& part) { return part.type.kind == Kind::kFile && used(part); };
+    return std::any_of(inner.keys.begin(), inner.keys.end(), used) &&
+           std::none_of(inner.keys.begin(), inner.keys.end(), names_file);  // there is no such file
   }
   return key.required || !key.fallback.empty();
 }

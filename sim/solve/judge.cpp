@@ -1,24 +1,35 @@
 #include "sim/solve/judge.h"
 
+#include <memory>
+
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/solve/judge_comparison.h"
+#include "sim/solve/kept_models.h"
+#include "sim/solve/run_field.h"
 #include "sim/solve/stages.h"
 
 namespace touchfield {
 
 namespace {
 
-/// A column a method.
-template <class Column>
-Eigen::MatrixXcd columns_of(const Run& run, Eigen::Index rows, const Column& column) {
-  Eigen::MatrixXcd columns(rows, static_cast<Eigen::Index>(run.methods.size()));
-  for (std::size_t s = 0; s < run.methods.size(); ++s) {
-    columns.col(static_cast<Eigen::Index>(s)) = column(run.methods[s]);
+/// The judge's pressures of the drives that sound. Where only the channels are others the system is the solver's, made
+/// and factorised already.
+std::unique_ptr<SkinScattering> judge_scattering(const Model& model, const SolveOptions& options,
+                                                 const TriangleMesh& mesh, Scheme scheme,
+                                                 const std::function<SkinScattering&()>& own, Run& run,
+                                                 Progress& progress) {
+  const ChannelResponse& response = model.array_truth ? model.array_truth->response : model.array.response;
+  if (model.scene.judge.kind == JudgeSpec::Kind::kSame && !model.truth) {
+    return std::make_unique<SkinScattering>(own(), response);
   }
-  return columns;
+  SolverSpec spec = model.scene.solve.solver;
+  spec.solver = SolverChoice::kAuto;
+  spec.precision = PrecisionChoice::kAuto;
+  return make_scattering("judge", mesh, scheme, spec, static_cast<Eigen::Index>(run.methods.size()), model, response,
+                         options.models, run.solves, progress);
 }
 
 }  // namespace
@@ -34,14 +45,6 @@ void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
   if (!pressure.allFinite()) {
     throw NumericalError(fmt::format("{}: the scattered pressure is not finite", what));
   }
-}
-
-Eigen::MatrixXcd drives_of(const Run& run) {
-  return columns_of(run, run.array.size(), [](const MethodResult& method) { return drive(method.solution); });
-}
-
-Eigen::MatrixXcd pressures_of(const Run& run) {
-  return columns_of(run, run.mesh.face_count(), [](const MethodResult& method) { return method.pressure; });
 }
 
 Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
@@ -62,7 +65,8 @@ void set_metrics(MethodResult& result, Metrics metrics) {
   result.metrics = metrics;
 }
 
-void judge_elsewhere(const Model& model, const SolveOptions& options, Run& run, Progress& progress) {
+void judge_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
+                     Run& run, Progress& progress) {
   const Scene& scene = model.scene;
   const JudgeMesh judge_mesh = timed(progress, run.seconds, "judge_mesh", "mesh of the judge",
                                      [&] { return build_judge_mesh(model, options.bodies); });
@@ -75,31 +79,25 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, Run& run, 
       judge_model.target->amplitudes *= run.target->amplitudes.maxCoeff() / judge_model.target->amplitudes.maxCoeff();
     }
   }
-  SolverSpec spec = scene.solve.solver;
-  spec.solver = SolverChoice::kAuto;
-  spec.precision = PrecisionChoice::kAuto;
-  auto scattering =
-      timed(progress, run.seconds, "judge_set_up",
-            fmt::format("set up the judge: {} on {} faces", judge_model.scheme, mesh.face_count()), [&] {
-              return make_scattering("judge", mesh, scheme, spec, static_cast<Eigen::Index>(run.methods.size()), model,
-                                     options.models, run.solves, progress);
-            });
+  auto scattering = timed(progress, run.seconds, "judge_set_up",
+                          fmt::format("set up the judge: {} on {} faces", judge_model.scheme, mesh.face_count()),
+                          [&] { return judge_scattering(model, options, mesh, scheme, own, run, progress); });
   progress.note(describe_decision(*scattering));
   const Eigen::MatrixXcd pressures =
       timed(progress, run.seconds, "judge", fmt::format("judge {} methods", run.methods.size()),
-            [&] { return scattering->pressure(drives_of(run), "judge"); });
+            [&] { return scattering->pressure(sounding_drives(run), "judge"); });
   note_solve(run, progress);
   require_finite("judge", pressures);
-  const Eigen::MatrixXcd own = pressures_of(run);
+  const Eigen::MatrixXcd believed = pressures_of(run);
   const Eigen::VectorXd differences =
-      JudgeComparison(run.mesh, mesh, judge_mesh.splits, model.skin).differences(own, pressures);
+      JudgeComparison(run.mesh, mesh, judge_mesh.splits, model.skin).differences(believed, pressures);
   Eigen::VectorXd target_differences = Eigen::VectorXd::Constant(differences.size(), kNotComputed);
   if (run.target) {
     std::vector<unsigned char> near = target_surroundings(run.mesh, run.target->faces);
     for (std::size_t f = 0; f < near.size(); ++f) {
       near[f] = near[f] != 0 && model.skin[f] != 0 ? 1 : 0;
     }
-    target_differences = JudgeComparison(run.mesh, mesh, judge_mesh.splits, near).differences(own, pressures);
+    target_differences = JudgeComparison(run.mesh, mesh, judge_mesh.splits, near).differences(believed, pressures);
   }
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     const auto column = static_cast<Eigen::Index>(s);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -17,13 +18,12 @@ Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::opti
 /// A judge's metrics take the place of what was there; what the method itself knows stays.
 void set_metrics(MethodResult& result, Metrics metrics);
 
-/// Every method on the judge's own mesh, all of them at once.
+/// Every method by the judge's own model, all of them at once.
+///
+/// own      the solving model in the scene's scheme: of use where only the channels are others
 /// throws   NumericalError if a pressure is not finite
-void judge_elsewhere(const Model& model, const SolveOptions& options, Run& run, Progress& progress);
-
-/// Drives and pressures of all methods of a run, a column each.
-Eigen::MatrixXcd drives_of(const Run& run);
-Eigen::MatrixXcd pressures_of(const Run& run);
+void judge_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
+                     Run& run, Progress& progress);
 
 /// A line on the last solve of a run.
 void note_solve(const Run& run, Progress& progress);

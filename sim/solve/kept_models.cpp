@@ -42,15 +42,17 @@ KeptModels::Count KeptModels::take_count() { return std::exchange(count_, {}); }
 
 std::unique_ptr<SkinScattering> make_scattering(const std::string& role, const TriangleMesh& mesh, Scheme scheme,
                                                 const SolverSpec& spec, Eigen::Index right_hand_sides,
-                                                const Model& model, KeptModels* kept, std::vector<SolveRecord>& records,
-                                                Progress& progress) {
+                                                const Model& model, const ChannelResponse& response, KeptModels* kept,
+                                                std::vector<SolveRecord>& records, Progress& progress) {
+  TransducerArray array = model.array;
+  array.response = response;
   if (kept == nullptr || model.array.kind != TransducerArray::Kind::kTransducers) {
-    return std::make_unique<SkinScattering>(mesh, model.wave, scheme, spec, model.array, records, progress,
+    return std::make_unique<SkinScattering>(mesh, model.wave, scheme, spec, std::move(array), records, progress,
                                             right_hand_sides);
   }
   const TriangleMesh own(model.own_frame(mesh.vertices()), mesh.triangles());
   return std::make_unique<SkinScattering>(kept->get(role, own, model.wave, scheme, spec, right_hand_sides),
-                                          moved(model.array, model.own_frame), records, progress);
+                                          moved(array, model.own_frame), records, progress);
 }
 
 }  // namespace touchfield

@@ -47,11 +47,12 @@ class KeptModels {
 /// A body of a scene in a scheme with the scene's array. Where models are kept it is set up in the first body's own
 /// frame, in which a scene that only moves has the same mesh.
 ///
-/// kept      may be null
-/// records   as SkinScattering's
+/// response   of the array's channels
+/// kept       may be null
+/// records    as SkinScattering's
 std::unique_ptr<SkinScattering> make_scattering(const std::string& role, const TriangleMesh& mesh, Scheme scheme,
                                                 const SolverSpec& spec, Eigen::Index right_hand_sides,
-                                                const Model& model, KeptModels* kept, std::vector<SolveRecord>& records,
-                                                Progress& progress);
+                                                const Model& model, const ChannelResponse& response, KeptModels* kept,
+                                                std::vector<SolveRecord>& records, Progress& progress);
 
 }  // namespace touchfield

@@ -163,12 +163,6 @@ Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels)
   return found->solution.phases;
 }
 
-Eigen::Index channel_count(const ArraySpec& spec) {
-  return std::holds_alternative<PlaneWaveArray>(spec.layout)
-             ? 1
-             : std::visit(LayoutBuilder{}, spec.layout).positions.cols();
-}
-
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
   const auto count = static_cast<Eigen::Index>(method.phases.size());
   if (method.kind->model == MethodModel::kGiven && count != 1 && count != channels) {
@@ -203,7 +197,7 @@ Target build_target(const Model& model, const TriangleMesh& mesh) {
 bool judged_elsewhere(const Scene& scene) {
   const JudgeSpec::Kind kind = scene.judge.kind;
   return kind == JudgeSpec::Kind::kEdge || kind == JudgeSpec::Kind::kSplit ||
-         (kind == JudgeSpec::Kind::kSame && scene.sensing);
+         (kind == JudgeSpec::Kind::kSame && (scene.sensing || solver_mistakes_channels(scene.array)));
 }
 
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
@@ -223,7 +217,7 @@ JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
       return {std::move(mesh), scene.judge.splits};
     }
     case JudgeSpec::Kind::kSame:
-      if (model.truth) {
+      if (judged_elsewhere(scene)) {
         return {own, 0};
       }
       break;
@@ -240,6 +234,8 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   }
   const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
   TransducerArray array = build_array(scene.array, wave);
+  ChannelResponses responses = channel_responses(scene.array);
+  array.response = std::move(responses.solver);
   const auto near_array = [&](const TriangleMesh& mesh) { return nearest_to_array(array, mesh); };
   BodyPlan plan = plan_bodies(scene, near_array, kept);
   PlacedBodies bodies = build_bodies(scene, plan, nullptr, false, kept);
@@ -254,6 +250,7 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   Model model{scene,
               wave,
               std::move(array),
+              std::nullopt,
               std::move(plan),
               own_frame,
               std::move(bodies.body),
@@ -263,6 +260,9 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
               {},
               {},
               {}};
+  if (solver_mistakes_channels(scene.array)) {
+    model.array_truth = {std::move(responses.truth), scene.array.phase_levels.value_or(0)};
+  }
   if (scene.target) {
     model.boxes = build_boxes(*scene.target, model.body);  // where the skin is, not where it is seen
   }

@@ -9,6 +9,7 @@
 #include "sim/mesh/query/inspect.h"
 #include "sim/scene/scene.h"
 #include "sim/solve/bodies.h"
+#include "sim/store/run_data.h"
 
 namespace touchfield {
 
@@ -16,7 +17,8 @@ namespace touchfield {
 struct Model {
   Scene scene;
   Wave wave;
-  TransducerArray array;
+  TransducerArray array;                  // as the solver reckons with it
+  std::optional<ArrayTruth> array_truth;  // what it does instead
   BodyPlan plan;
   RigidMotion own_frame;              // from the world's frame into the first body's own
   Body body;                          // what the solver sees: of several bodies one mesh, one behind the other
@@ -48,9 +50,6 @@ struct JudgeMesh {
 /// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept = nullptr);
 
-/// How many channels an array will have.
-Eigen::Index channel_count(const ArraySpec& spec);
-
 /// Phases of the finished run that a method starts from (`start: {previous: RUN.h5}`), of its method of the same name
 /// or, if the start names none and there is none, of its first.
 ///
@@ -62,7 +61,7 @@ Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels)
 ///          that run cannot be read
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);
 
-/// Whether a scene is judged on a mesh other than the one that was solved.
+/// Whether a scene is judged by a model other than the one that was solved: on another mesh, or by other channels.
 bool judged_elsewhere(const Scene& scene);
 
 /// The medium of a scene at its frequency.

@@ -55,6 +55,11 @@ SkinScattering::SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme schem
     : SkinScattering(std::make_shared<SkinModel>(std::move(mesh), wave, scheme, spec, right_hand_sides),
                      std::move(array), records, progress) {}
 
+SkinScattering::SkinScattering(const SkinScattering& other, ChannelResponse response)
+    : SkinScattering(other.model_, other.array_, other.records_, other.progress_) {
+  array_.response = std::move(response);
+}
+
 const IncidentField& SkinScattering::unit_field() {
   if (!unit_) {
     unit_ = system().incident(array_);

@@ -45,6 +45,8 @@ class SkinScattering {
   /// A model of its own.
   SkinScattering(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec, TransducerArray array,
                  std::vector<SolveRecord>& records, Progress& progress, Eigen::Index right_hand_sides = 1);
+  /// The model and the array of another, whose channels respond otherwise.
+  SkinScattering(const SkinScattering& other, ChannelResponse response);
 
   const ScatteringSystem& system() const { return model_->system(); }
   const SolverDecision& decision() const { return model_->decision(); }

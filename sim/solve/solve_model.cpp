@@ -10,12 +10,12 @@
 
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
-#include "sim/field/evaluate.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/alarm.h"
 #include "sim/solve/judge.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/methods.h"
+#include "sim/solve/run_field.h"
 #include "sim/solve/speed.h"
 #include "sim/solve/stages.h"
 #include "sim/solve/warnings.h"
@@ -31,6 +31,9 @@ constexpr double kSmallestReciprocalCondition = 1e-8;
 
 std::string used_seeds(const Scene& scene) {
   std::string seeds = scene.sensing ? fmt::format("sensing={}", scene.sensing->seed) : "";
+  if (scene.array.spread) {
+    seeds += fmt::format("{}spread={}", seeds.empty() ? "" : " ", scene.array.spread->seed);
+  }
   for (const MethodSpec& method : scene.solve.methods) {
     if (method.start.kind == StartSpec::Kind::kRandom) {
       seeds += fmt::format("{}{}={}", seeds.empty() ? "" : " ", method.name, method.start.seed);
@@ -55,6 +58,7 @@ Run begin_run(const Model& model, const SolveOptions& options) {
           .scene = text,
           .mesh = model.body.mesh,
           .array = model.array,
+          .array_truth = model.array_truth,
           .judge = judge,
           .provenance = std::move(provenance)};
   if (!scene.bodies.front().name.empty()) {
@@ -67,6 +71,16 @@ Run begin_run(const Model& model, const SolveOptions& options) {
     run.target = build_target(model);
   }
   return run;
+}
+
+/// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
+void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
+  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
+    if (response.gain(n) == 0) {
+      solution.phases(n) = 0.0;
+      solution.amplitudes(n) = 0.0;
+    }
+  }
 }
 
 void warn(const std::vector<std::string>& warnings, Run& run, Progress& progress) {
@@ -108,7 +122,7 @@ class Models {
                         return make_scattering("solve " + name, run_.mesh, scheme, solve().solver,
                                                largest_block(model_.scene, scheme, model_.array.size(),
                                                              options_.models != nullptr && options_.models->shared()),
-                                               model_, options_.models, run_.solves, progress_);
+                                               model_, model_.array.response, options_.models, run_.solves, progress_);
                       });
     progress_.note(describe_decision(*made));
     return made;
@@ -171,6 +185,9 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
   result.scheme = scheme_of(method);
   result.solution = timed(progress, result.seconds, "solve", fmt::format("solve {}", method.name),
                           [&] { return solver.solve(method, amplitudes, progress); });
+  if (method.kind->model != MethodModel::kGiven) {
+    leave_out_dead(model.array.response, result.solution);
+  }
   const Eigen::MatrixXcd drives = drive(result.solution);
   result.pressure = timed(progress, result.seconds, "pressure", fmt::format("scattered pressure of {}", method.name),
                           [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });
@@ -215,8 +232,7 @@ void raise_alarm(const SolveSpec& solve, Models& models, Run& run, Progress& pro
 }
 
 FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& run) {
-  FieldValues values =
-      evaluate_field(run.mesh, run.array, model.wave, grid.points(), pressures_of(run), drives_of(run));
+  FieldValues values = run_field(run, model.wave, grid.points());
   FieldResult field{grid, std::move(values.inside), {}};
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     field.pressure.emplace_back(run.methods[s].name, values.pressure.col(static_cast<Eigen::Index>(s)));
@@ -268,7 +284,8 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   warn_of_conditioning(models.of(first.scheme), run, progress);
   raise_alarm(spec, models, run, progress);
   if (judged_elsewhere(model.scene)) {
-    judge_elsewhere(model, options, run, progress);
+    judge_elsewhere(
+        model, options, [&]() -> SkinScattering& { return models.of(spec.scheme).scattering(); }, run, progress);
   }
   if (model.scene.write.transfer) {
     keep_transfers(spec, models, run, progress);

@@ -25,6 +25,16 @@ LowRank spanning_drives(SkinScattering& scattering) {
   return compressed(scattering.system().right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
 }
 
+/// What a dead channel does is 0, not what rounding leaves of it.
+void silence_dead(const ChannelResponse& response, SkinProblem& problem) {
+  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
+    if (response.gain(n) == 0) {
+      problem.target.col(n).setZero();
+      problem.quiet.col(n).setZero();
+    }
+  }
+}
+
 }  // namespace
 
 double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, double wavelength) {
@@ -72,12 +82,14 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
     transfer.reduction.problem.amplitudes = target.amplitudes;
     transfer.reduction.problem.weights = areas(target.faces);
     transfer.reduction.problem.quiet.resize(0, drives.basis.rows());
+    silence_dead(scattering.array().response, transfer.reduction.problem);
     return transfer;
   }
   transfer.solves = drives.rank();
   transfer.channels_left_out = drives.left_out;
   const Eigen::MatrixXcd pressures = scattering.spanned_pressure(drives, "transfer");
   transfer.reduction = reduced_skin_problem(pressures, drives.basis, areas, target, quiet_weight, kQuietTolerance);
+  silence_dead(scattering.array().response, transfer.reduction.problem);
   return transfer;
 }
 

@@ -102,6 +102,16 @@ std::vector<double> shared_amplitudes(const Target& target, const Target& other)
   return amplitudes;
 }
 
+/// The parts of the factors of a response.
+std::vector<double> factor_parts(const ChannelResponse& response, Eigen::Index channels) {
+  const Eigen::VectorXcd values = response.as_designed() ? Eigen::VectorXcd::Ones(channels) : factors(response);
+  std::vector<double> parts;
+  for (const Complex& value : values) {
+    parts.insert(parts.end(), {value.real(), value.imag()});
+  }
+  return parts;
+}
+
 }  // namespace
 
 bool same_value(double a, double b) {
@@ -231,6 +241,11 @@ MeshDifference compare_meshes(const TriangleMesh& a, const TriangleMesh& b) {
   return result;
 }
 
+NumbersDifference compare_responses(const ChannelResponse& a, Eigen::Index channels_a, const ChannelResponse& b,
+                                    Eigen::Index channels_b) {
+  return compare_numbers(factor_parts(a, channels_a), factor_parts(b, channels_b));
+}
+
 ArrayDifference compare_arrays(const TransducerArray& a, const TransducerArray& b) {
   ArrayDifference result;
   result.channels = {a.size(), b.size()};
@@ -238,16 +253,17 @@ ArrayDifference compare_arrays(const TransducerArray& a, const TransducerArray& 
   add_change(result.texts, "directivity", directivity_text(a.directivity), directivity_text(b.directivity));
   result.same_numbering = a.size() == b.size() && a.device == b.device && a.channel == b.channel;
   result.amplitudes = compare_numbers(numbers(a.amplitudes), numbers(b.amplitudes));
+  result.responses = compare_responses(a.response, a.size(), b.response, b.size());
   if (a.size() == b.size()) {
     result.distance = largest_distance(a.positions, b.positions);
     result.tilt = 2.0 * std::asin(std::min(1.0, 0.5 * largest_distance(a.axes, b.axes)));
   }
   const bool same_kind = result.texts.empty() && result.same_numbering;
-  result.identical = same_kind && result.amplitudes.identical &&
+  result.identical = same_kind && result.amplitudes.identical && result.responses.identical &&
                      compare_numbers(numbers(a.positions), numbers(b.positions)).identical &&
                      compare_numbers(numbers(a.axes), numbers(b.axes)).identical;
   result.relative = same_kind ? std::max({relative_to_extent(*result.distance, a.positions, b.positions), *result.tilt,
-                                          result.amplitudes.relative})
+                                          result.amplitudes.relative, result.responses.relative})
                               : kInfinite;
   return result;
 }

@@ -105,10 +105,17 @@ struct ArrayDifference {
   std::optional<double> distance;  // largest of a channel [m]; none: other numbers of channels
   std::optional<double> tilt;      // largest angle between axes [rad]
   NumbersDifference amplitudes;
-  double relative = 0.0;  // the largest of all; a distance over the larger extent of the arrays
+  NumbersDifference responses;       // of what the solver reckons with
+  NumbersDifference true_responses;  // of what sounds
+  double relative = 0.0;             // the largest of all; a distance over the larger extent of the arrays
 };
 
+/// All but the true responses.
 ArrayDifference compare_arrays(const TransducerArray& a, const TransducerArray& b);
+
+/// Real and imaginary parts of gain exp(i phase); 1 where channels are as designed.
+NumbersDifference compare_responses(const ChannelResponse& a, Eigen::Index channels_a, const ChannelResponse& b,
+                                    Eigen::Index channels_b);
 
 struct TargetDifference {
   bool identical = true;

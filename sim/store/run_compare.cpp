@@ -51,6 +51,19 @@ JudgeDifference compare_judges(const Run& a, const Run& b) {
   return result;
 }
 
+/// The arrays with what they really do.
+ArrayDifference compare_run_arrays(const Run& a, const Run& b) {
+  const auto response = [](const Run& run) { return run.array_truth ? run.array_truth->response : run.array.response; };
+  const auto levels = [](const Run& run) { return run.array_truth ? run.array_truth->phase_levels : 0; };
+  ArrayDifference result = compare_arrays(a.array, b.array);
+  result.true_responses = compare_responses(response(a), a.array.size(), response(b), b.array.size());
+  add_change(result.texts, "phase_levels", fmt::to_string(levels(a)), fmt::to_string(levels(b)));
+  const bool same_levels = levels(a) == levels(b);
+  result.identical = result.identical && same_levels && result.true_responses.identical;
+  result.relative = same_levels ? std::max(result.relative, result.true_responses.relative) : kInfinite;
+  return result;
+}
+
 /// How a stage's system was solved, where that differs.
 std::vector<TextChange> compare_solvers(const std::vector<SolveRecord>& a, const std::vector<SolveRecord>& b) {
   const auto how = [](const SolveRecord& solve) { return fmt::format("{}, {}", solve.solver, solve.precision); };
@@ -332,7 +345,7 @@ RunDifference compare_runs(const Run& a, const Run& b, std::vector<TextChange> s
   result.provenance = compare_provenance(a.provenance, b.provenance);
   result.scene = std::move(scene);
   result.mesh = compare_meshes(a.mesh, b.mesh);
-  result.array = compare_arrays(a.array, b.array);
+  result.array = compare_run_arrays(a, b);
   result.target = compare_targets(a.target, b.target);
   result.judge = compare_judges(a, b);
   result.solvers = compare_solvers(a.solves, b.solves);

@@ -110,8 +110,12 @@ std::string array_text(const ArrayDifference& array) {
   if (*array.tilt > 0.0) {
     parts.push_back(fmt::format("axes up to {:.4g} deg apart", kDegreesInARadian * *array.tilt));
   }
-  if (array.amplitudes.relative > 0.0) {
-    parts.push_back(fmt::format("amplitudes differ by {:.1e}", array.amplitudes.relative));
+  for (const auto& [what, numbers] :
+       {std::pair{"amplitudes", &array.amplitudes}, std::pair{"responses", &array.responses},
+        std::pair{"true responses", &array.true_responses}}) {
+    if (numbers->relative > 0.0) {
+      parts.push_back(fmt::format("{} differ by {:.1e}", what, numbers->relative));
+    }
   }
   return parts.empty() ? "the same but for signs of zeros" : fmt::format("{}", fmt::join(parts, "; "));
 }

@@ -83,12 +83,19 @@ struct RunTransfer {
   double quiet_left_out = 0;     // of what they do to the quiet skin that R leaves out
 };
 
+/// What the array really does, where that is not what the solver reckons with.
+struct ArrayTruth {
+  ChannelResponse response;
+  int phase_levels = 0;  // steps a turn that phases are rounded to; 0: they are not
+};
+
 /// Everything a run computed; grows as the run goes on.
 struct Run {
   std::string name;
-  std::string scene;  // resolved YAML text
-  TriangleMesh mesh;  // in the world's frame; of several bodies one behind the other
-  TransducerArray array{};
+  std::string scene;                        // resolved YAML text
+  TriangleMesh mesh;                        // in the world's frame; of several bodies one behind the other
+  TransducerArray array{};                  // as the solver reckons with it
+  std::optional<ArrayTruth> array_truth{};  // then judge and fields are of it
   std::optional<Target> target{};
   std::string judge = "none";               // none, same (the solving mesh), truth, edge, split
   std::optional<JudgeModel> judge_model{};  // there if judge is truth, edge or split

@@ -63,6 +63,12 @@ void directivity_parts(const GroupReader& io, Directivity& directivity) {
   }
 }
 
+template <class Io, class Response>
+void response_parts(const Io& io, Response& response) {
+  io.optional_list("gain", response.gain, "1");
+  io.optional_list("phase", response.phase, "rad");
+}
+
 template <class Io, class Array>
 void array_parts(const Io& io, Array& array) {
   io.choice("kind", array.kind,
@@ -73,6 +79,13 @@ void array_parts(const Io& io, Array& array) {
   io.list("amplitude", array.amplitudes, array.kind == TransducerArray::Kind::kPlaneWave ? "Pa" : "Pa m");
   io.list("device", array.device, "1");
   io.list("channel", array.channel, "1");
+  response_parts(io, array.response);
+}
+
+template <class Io, class Truth>
+void truth_parts(const Io& io, Truth& truth) {
+  io.attribute("phase_levels", truth.phase_levels);
+  response_parts(io, truth.response);
 }
 
 template <class Io, class Target>
@@ -238,7 +251,15 @@ void field_parts(const Io& io, Field& field) {
 /// All but what is said of the run in the root itself, and its mesh.
 template <class Io, class TheRun>
 void run_parts(const Io& io, TheRun& run) {
-  io.part("array", true, [&](const Io& part) { array_parts(part, run.array); });
+  io.part("array", true, [&](const Io& part) {
+    array_parts(part, run.array);
+    part.part("truth", run.array_truth.has_value(), [&](const Io& truth) {
+      if constexpr (Io::kReads) {
+        run.array_truth.emplace();
+      }
+      truth_parts(truth, *run.array_truth);
+    });
+  });
   optional_target(io, run.target);
   io.part("methods", !run.methods.empty(), [&](const Io& methods) {
     methods.parts(

@@ -58,12 +58,20 @@ void require_no_conflict(const MethodResult& method) {
   }
 }
 
+void check_response(const std::string& what, const ChannelResponse& response, Eigen::Index channels) {
+  if (!response.as_designed() || response.phase.size() != 0) {
+    require_size(what + ": gain", response.gain.size(), channels);
+    require_size(what + ": phase", response.phase.size(), channels);
+  }
+}
+
 void check_array(const TransducerArray& array) {
   const Eigen::Index channels = array.size();
   require_size("array: axes", array.axes.cols(), channels);
   require_size("array: amplitudes", array.amplitudes.size(), channels);
   require_size("array: device", array.device.size(), channels);
   require_size("array: channel", array.channel.size(), channels);
+  check_response("array", array.response, channels);
 }
 
 void check_target(const std::string& what, const Target& target, Eigen::Index faces) {
@@ -173,6 +181,12 @@ void check_bodies(const Run& run) {
 
 void check_run(const Run& run) {
   check_array(run.array);
+  if (run.array_truth) {
+    check_response("array's truth", run.array_truth->response, run.array.size());
+    if (run.array_truth->phase_levels < 0) {
+      throw InputError(fmt::format("array's truth: phase_levels = {} must be >= 0", run.array_truth->phase_levels));
+    }
+  }
   if (run.target) {
     check_target("target", *run.target, run.mesh.face_count());
   }

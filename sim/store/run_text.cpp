@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/atomic_file.h"
+#include "sim/core/units.h"
 #include "sim/store/run_file.h"
 #include "sim/store/run_layout.h"
 #include "sim/store/text_table.h"
@@ -24,6 +25,31 @@ std::string array_line(const TransducerArray& array) {
   const int devices = array.device.size() == 0 ? 0 : *std::ranges::max_element(array.device) + 1;
   return fmt::format("array     {} transducers on {} device{}, directivity {}\n", array.size(), devices,
                      devices == 1 ? "" : "s", directivity_name(array.directivity.kind()));
+}
+
+/// What channels respond with, those that are alive.
+std::string response_text(const ChannelResponse& response) {
+  const Eigen::ArrayXd alive = (response.gain.array() > 0).cast<double>();
+  const double count = alive.sum();
+  if (response.as_designed() || count == 0) {
+    return response.as_designed() ? "as designed" : "all dead";
+  }
+  const double mean = response.gain.sum() / count;
+  const double gain = std::sqrt((alive * (response.gain.array() - mean).square()).sum() / count);
+  const double phase = std::sqrt((alive * response.phase.array().square()).sum() / count);
+  return fmt::format("gain {:.3f} +- {:.3f}, phase {:.3g} deg rms, {:.0f} of {} dead", mean, gain, phase / kDegree,
+                     static_cast<double>(response.gain.size()) - count, response.gain.size());
+}
+
+/// How the channels differ from their design; empty if they do not.
+std::string channels_text(const Run& run) {
+  if (!run.array_truth) {
+    return run.array.response.as_designed() ? "" : fmt::format("channels  {}\n", response_text(run.array.response));
+  }
+  const int levels = run.array_truth->phase_levels;
+  return fmt::format("channels  the solver's: {}\nchannels  the true ones: {}{}\n", response_text(run.array.response),
+                     response_text(run.array_truth->response),
+                     levels == 0 ? "" : fmt::format(", phases in {} steps", levels));
 }
 
 std::string fields_text(const Run& run) {
@@ -121,6 +147,7 @@ std::string describe_run(const Run& run) {
   text += fmt::format("mesh      {} faces, {} vertices, {:.4g} cm2, mean edge {:.3g} mm\n", run.mesh.face_count(),
                       run.mesh.vertex_count(), 1e4 * run.mesh.total_area(), 1e3 * run.mesh.mean_edge());
   text += array_line(run.array);
+  text += channels_text(run);
   text += run.target ? fmt::format("target    {} faces, up to {:.6g} Pa\n", run.target->size(),
                                    *std::ranges::max_element(run.target->amplitudes))
                      : "target    none\n";

@@ -177,6 +177,70 @@ class Compare(CommandTest):
             self.assertEqual(self.touchfield("compare", *arguments).returncode, 2, arguments)
 
 
+class Points(CommandTest):
+    """A run against measured points."""
+
+    SCAN = SHORT + "field: [{name: below, plane: xz, through_mm: [0, 0, 40], size_mm: [40, 60], spacing_mm: 5}]\n"
+
+    def scan(self, name, factor, complex_values):
+        """Writes the run's own field on its grid as somebody else would have measured it, scaled and turned."""
+        with h5py.File(self.folder / "a/run.h5") as run:
+            grid = run["field/below"]
+            values = factor * grid["pressure/focus"][:]
+            inside = grid["inside"][:]
+            rows = ["x_mm,y_mm,z_mm," + ("p_re,p_im" if complex_values else "p_pa")]
+            for z, y, x in numpy.ndindex(values.shape):
+                at = 1e3 * (grid["origin"][:] + grid["spacing"][:] * [x, y, z])
+                p = values[z, y, x]
+                rows.append(",".join(f"{v:.12g}" for v in [*at, *([p.real, p.imag] if complex_values else [abs(p)])]))
+        self.write(name, "\n".join(rows) + "\n")
+        return int((inside == 0).sum()), len(rows) - 1
+
+    def test_a_scan_of_the_run_itself_fits(self):
+        self.run_ok("run", self.write("scene.yaml", self.SCAN), "-o", "a", "--quiet")
+        for complex_values in (True, False):
+            outside, points = self.scan("scan.csv", 0.02 * numpy.exp(0.5j), complex_values)
+            done = self.run_ok("compare", "a", "--points", "scan.csv", "--method", "focus", "--out", "rows.csv",
+                               "--picture", "plot.png", "--force", "--tolerance", "1e-6", "--json")
+            found = json.loads(done.stdout, parse_constant=self.fail)
+            self.assertAlmostEqual(found["scale"], 0.02, 9)
+            self.assertLess(found["relative"], 1e-8)
+            self.assertTrue(found["within_tolerance"])
+            self.assertEqual(len(found["points"]), points)
+            self.assertLessEqual(found["used"], outside)  # those too near the skin do not count
+            self.assertGreater(found["used"], 0.8 * outside)
+            if complex_values:
+                self.assertAlmostEqual(found["turn_rad"], 0.5, 6)
+            else:
+                self.assertIsNone(found["turn_rad"])
+            rows = (self.folder / "rows.csv").read_text().splitlines()
+            self.assertEqual(len(rows), points + 1)
+            self.assertEqual(sum(row.endswith(",") for row in rows), found["used"])
+            self.assertTrue((self.folder / "plot.png").read_bytes().startswith(b"\x89PNG"))
+        refused = self.touchfield("compare", "a", "--points", "scan.csv", "--out", "rows.csv")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("rows.csv: there is a file of that name", refused.stderr)
+        other = self.touchfield("compare", "a", "--points", "scan.csv", "--method", "paper", "--tolerance", "0.001")
+        self.assertEqual(other.returncode, 1)
+        self.assertIn("EXCEEDED", other.stdout)
+        self.assertIn("correlation", other.stdout)
+
+    def test_what_is_no_scan_is_bad_input(self):
+        self.run_ok("run", self.write("scene.yaml", SHORT), "-o", "a", "--quiet")
+        self.write("bad.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,1,1\n0,0,two,1\n")
+        self.write("good.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,10,1\n0,0,20,1\n")
+        for arguments, says in [(("--points", "bad.csv"), "bad.csv:3: z_mm = two must be a number"),
+                                (("--points", "none.csv"), "none.csv"),
+                                (("--points", "good.csv", "--method", "gs"), "method gs"),
+                                (("--points", "good.csv", "--picture", "plot.jpg"), "plot.jpg"),
+                                (("a", "--points", "good.csv"), "--points"),
+                                (("--out", "rows.csv"), "--points")]:
+            done = self.touchfield("compare", "a", *arguments)
+            self.assertEqual(done.returncode, 2, done.stdout)
+            self.assertIn(says, done.stderr)
+        self.assertFalse((self.folder / "rows.csv").exists())
+
+
 class Repeat(CommandTest):
     def test_a_run_is_repeated_from_its_file_alone(self):
         scene = self.write("scene.yaml", FINGER)

@@ -1,0 +1,37 @@
+#include "sim/acoustics/channel_response.h"
+
+#include <algorithm>
+#include <complex>
+
+#include "sim/core/normal_pairs.h"
+
+namespace touchfield {
+
+Eigen::VectorXcd factors(const ChannelResponse& response) {
+  Eigen::VectorXcd values(response.gain.size());
+  for (Eigen::Index n = 0; n < values.size(); ++n) {
+    values(n) = std::polar(response.gain(n), response.phase(n));
+  }
+  return values;
+}
+
+ChannelResponse product(const ChannelResponse& first, const ChannelResponse& second) {
+  if (first.as_designed() || second.as_designed()) {
+    return first.as_designed() ? second : first;
+  }
+  return {first.gain.cwiseProduct(second.gain), first.phase + second.phase};
+}
+
+ChannelResponse random_response(Eigen::Index channels, const ResponseSpread& spread) {
+  ChannelResponse response{Eigen::VectorXd(channels), Eigen::VectorXd(channels)};
+  NormalPairs random(spread.seed);
+  for (Eigen::Index n = 0; n < channels; ++n) {
+    const NormalPairs::Polar normal = random.next();
+    const bool dead = random.uniform() <= spread.dead;
+    response.gain(n) = dead ? 0.0 : std::max(0.0, 1.0 + spread.gain * normal.first());
+    response.phase(n) = spread.phase * normal.second();
+  }
+  return response;
+}
+
+}  // namespace touchfield

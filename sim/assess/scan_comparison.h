@@ -1,0 +1,58 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/scene/measured_points.h"
+#include "sim/store/run_data.h"
+
+namespace touchfield {
+
+/// How a computed field c has to be scaled and turned to meet a measured one m in the least squares' sense:
+///
+///   complex      s exp(i turn) = c^H m / c^H c,   r = |c^H m| / (|c| |m|)
+///   magnitudes   s = |c|.|m| / |c|.|c|,           r = |c|.|m| / (||c|| ||m||)
+///
+/// What is left, |s exp(i turn) c - m| / |m|, is sqrt(1 - r^2).
+struct ScanFit {
+  double scale = kNotComputed;     // s, measured over computed
+  double turn = kNotComputed;      // [rad], -pi..pi; not computed of magnitudes
+  double relative = kNotComputed;  // of all points, L2
+  double correlation = kNotComputed;
+};
+
+/// throws   InputError if all of one of the two are 0
+ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measured, bool complex);
+
+/// A measured point and what the run has there.
+struct ScanPoint {
+  int line = 0;           // of the file
+  Vector3 at;             // [m]
+  Complex measured;       // as in the file
+  Complex computed;       // scaled and turned; of magnitudes its magnitude
+  double difference = 0;  // |computed - measured|
+  std::string left_out;   // why it does not count; empty: it does
+};
+
+/// A run's field against measured points.
+struct ScanComparison {
+  ScanFit fit;
+  double conjugate_correlation = kNotComputed;  // of complex data had it the time factor exp(+i omega t)
+  std::vector<ScanPoint> points;
+  std::size_t used = 0;
+  std::size_t largest = 0;                 // number of the point with the largest difference
+  double largest_relative = kNotComputed;  // that over the largest |measured|
+};
+
+/// Compares the field of one method with what was measured. Points that lie inside the body, nearer to its skin than the
+/// longest edge of the face there (nearer the pressure of a face, constant on it, shows), or on a transducer do not
+/// count.
+///
+/// throws   InputError if the run has no such method, no field (see run_field) or fewer than two points count
+ScanComparison compare_scan(Run run, const Wave& wave, const std::string& method, const MeasuredPoints& measured);
+
+/// The result as lines for a person, and as a CSV file with a row a point.
+std::string describe_scan(const ScanComparison& comparison, bool complex);
+void write_scan_csv(const std::string& path, const ScanComparison& comparison, bool complex);
+
+}  // namespace touchfield

@@ -1,0 +1,90 @@
+#include <fmt/format.h>
+
+#include "sim/scene/number_files.h"
+#include "sim/scene/scene_table.h"
+
+namespace touchfield::schema {
+
+namespace {
+
+Codec<ResponseOf> response_of_codec() {
+  return choice<ResponseOf>(
+      {{"both", ResponseOf::kBoth}, {"solver", ResponseOf::kSolver}, {"truth", ResponseOf::kTruth}});
+}
+
+constexpr const char* kIn =
+    "Whose channels have it: both, the solver's alone (what it wrongly reckons with), or the true array's alone (what "
+    "it "
+    "does not know, and the judge and the fields do).";
+
+/// What a calibration lists must be one a channel.
+bool check_listed(const Input& calibration, const char* key, std::size_t count, Eigen::Index channels) {
+  if (count == static_cast<std::size_t>(channels)) {
+    return true;
+  }
+  const Entry* entry = calibration.node().find(key);
+  (entry ? calibration.at(*entry) : calibration)
+      .problem(fmt::format("{} value{}, must be {} as there are channels", count, count == 1 ? "" : "s", channels));
+  return false;
+}
+
+}  // namespace
+
+Codec<CalibrationSpec> calibration_codec() {
+  const auto path = file();
+  return Map<CalibrationSpec>()
+      .add(
+          {.name = "file",
+           .type = path.type,
+           .help =
+               "A table with a header and a row a channel: channel (from 0), gain, phase_rad or phase_deg and, if it "
+               "is there, alive (0 or 1).",
+           .example = "calibration.csv"},
+          [path](const Input& in, CalibrationSpec& spec) { return path.read(in, spec.file); },
+          [](const CalibrationSpec&) { return std::nullopt; })
+      .maybe("gain", &CalibrationSpec::gain, list_of(number(kPlain, at_least(0)), 1, kMostListed), "[1, 0.9]",
+             "Or the gains themselves, one a channel: the sound it makes over that it was designed to make; 0 is dead.")
+      .maybe("phase_rad", &CalibrationSpec::phase, list_of(number(kPlain, {}), 1, kMostListed), "[0, 0.2]",
+             "And their phases, one a channel [rad], each added to that of its drive.")
+      .needed_with({"gain"})
+      .key("in", &CalibrationSpec::in, response_of_codec(), kIn)
+      .exactly_one({"file", "gain"})
+      .codec();
+}
+
+Codec<SpreadSpec> spread_codec() {
+  const Unit percent = Unit::power_of_ten(-2);
+  return Map<SpreadSpec>()
+      .key("gain_percent", &SpreadSpec::gain, number(percent, between(0, 100)),
+           "Standard deviation of the gains, normal about 1 [%]; what would be below 0 is 0.")
+      .key("phase_deg", &SpreadSpec::phase, number(kDegrees, between(0, 360)),
+           "Standard deviation of the phases, normal about 0 [deg].")
+      .key("dead_percent", &SpreadSpec::dead, number(percent, between(0, 100)), "Chance of a channel to be dead [%].")
+      .key("seed", &SpreadSpec::seed, seed(), "Of the draw.")
+      .key("in", &SpreadSpec::in, response_of_codec(), kIn)
+      .codec();
+}
+
+bool check_calibration(const Input& array, ArraySpec& spec) {
+  const Entry* entry = array.node().find("calibration");
+  if (!entry || !spec.calibration) {
+    return true;
+  }
+  const Input in = array.at(*entry);
+  CalibrationSpec& calibration = *spec.calibration;
+  const Eigen::Index channels = channel_count(spec);
+  if (calibration.file.empty()) {
+    const bool good = check_listed(in, "gain", calibration.gain.size(), channels);
+    return check_listed(in, "phase_rad", calibration.phase.size(), channels) && good;
+  }
+  auto file = read_calibration(in.at(*in.node().find("file")), calibration.file, static_cast<std::size_t>(channels));
+  if (!file) {
+    return false;
+  }
+  calibration.gain = std::move(file->gain);
+  calibration.phase = std::move(file->phase);
+  calibration.file.clear();
+  return true;
+}
+
+}  // namespace touchfield::schema

@@ -1,0 +1,25 @@
+#pragma once
+
+#include "sim/field/evaluate.h"
+#include "sim/store/run_data.h"
+
+namespace touchfield {
+
+/// Drives of all methods of a run as they were solved, N x S, and the pressures that the solver finds for them, M x S.
+Eigen::MatrixXcd drives_of(const Run& run);
+Eigen::MatrixXcd pressures_of(const Run& run);
+
+/// The drives that sound: rounded to the steps of the true array.
+Eigen::MatrixXcd sounding_drives(const Run& run);
+
+/// The mesh on which run_field knows the pressures: the solving one, or the judge's where the array has a truth.
+const TriangleMesh& field_mesh(const Run& run);
+
+/// The field of all methods off the skin, a column each. Where the array has a truth it is the truth's: its channels,
+/// what sounds, and the judge's pressures on the judge's mesh.
+///
+/// points   3 x J [m]
+/// throws   InputError if the array has a truth and a method no pressure of the judge
+FieldValues run_field(const Run& run, const Wave& wave, const Points& points);
+
+}  // namespace touchfield

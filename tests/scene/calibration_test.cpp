@@ -1,0 +1,187 @@
+#include <numbers>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/scene/measured_points.h"
+#include "tests/support/error_support.h"
+#include "tests/support/scene_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::message_of;
+using ::testing::ElementsAre;
+using ::testing::EndsWith;
+using ::testing::HasSubstr;
+using testing::kSmallScene;
+using testing::lines_of;
+using testing::problems_of;
+using testing::TempFolder;
+
+/// A scene over 2 x 2 channels with more keys of its array.
+std::string scene_with(const std::string& keys) {
+  std::string text = kSmallScene;
+  const std::string array = "{grid: {}}";
+  return text.replace(text.find(array), array.size(), "{grid: {count: [2, 2]}, " + keys + "}");
+}
+
+/// The problems of a calibration file, each without the folder.
+std::vector<std::string> faults_of(const std::string& table) {
+  const TempFolder folder;
+  folder.write("cal.csv", table);
+  std::vector<std::string> faults = problems_of(folder.write("s.yaml", scene_with("calibration: {file: cal.csv}")));
+  for (std::string& fault : faults) {
+    const std::string path = folder.path().string() + "/";
+    if (const auto at = fault.find(path); at != std::string::npos) fault.erase(at, path.size());
+  }
+  return faults;
+}
+
+ArraySpec array_of(const std::string& keys, const std::string& table = "") {
+  const TempFolder folder;
+  folder.write("cal.csv", table);
+  return read_scene(folder.write("s.yaml", scene_with(keys))).array;
+}
+
+const std::string kTable =
+    "# measured in a box\n"
+    "gain, channel, phase_deg, alive\n"
+    "0.9, 2, -90, 1\n"
+    "1.1, 0, 180, 1\n"
+    "\n"
+    "1, 1, 0, 0   # mute\n"
+    "1, 3, 0, 1\n";
+
+TEST(Calibration, IsReadInAnyOrderOfRowsAndColumns) {
+  const ArraySpec array = array_of("calibration: {file: cal.csv}", kTable);
+  EXPECT_THAT(array.calibration->gain, ElementsAre(1.1, 0.0, 0.9, 1.0));
+  EXPECT_THAT(array.calibration->phase, ElementsAre(std::numbers::pi, 0.0, -std::numbers::pi / 2, 0.0));
+  const ArraySpec radians =
+      array_of("calibration: {file: cal.csv}", "channel,gain,phase_rad\n0,1,0.5\n1,1,0\n2,1,0\n3,1,0\n");
+  EXPECT_EQ(radians.calibration->phase.front(), 0.5);
+}
+
+TEST(Calibration, IsOfBothArraysUnlessTheSceneSays) {
+  EXPECT_FALSE(solver_mistakes_channels(array_of("calibration: {file: cal.csv}", kTable)));
+  for (const bool solver : {true, false}) {
+    const ArraySpec array =
+        array_of(fmt::format("calibration: {{file: cal.csv, in: {}}}", solver ? "solver" : "truth"), kTable);
+    EXPECT_TRUE(solver_mistakes_channels(array));
+    const ChannelResponses responses = channel_responses(array);
+    EXPECT_EQ(responses.solver.as_designed(), !solver);
+    EXPECT_EQ(responses.truth.as_designed(), solver);
+  }
+}
+
+TEST(Calibration, AndSpreadMultiply) {
+  const ArraySpec array =
+      array_of("calibration: {file: cal.csv}, spread: {gain_percent: 10, phase_deg: 5, seed: 4}", kTable);
+  const ChannelResponse drawn = random_response(4, *array.spread);
+  const ChannelResponses responses = channel_responses(array);
+  EXPECT_NEAR(responses.solver.gain(2), 0.9, 1e-15);  // spread is of the truth alone unless the scene says
+  EXPECT_NEAR(responses.truth.gain(2), 0.9 * drawn.gain(2), 1e-15);
+  EXPECT_NEAR(responses.truth.phase(0), std::numbers::pi + drawn.phase(0), 1e-15);
+  EXPECT_EQ(responses.truth.gain(1), 0.0);
+}
+
+TEST(Calibration, TheResolvedSceneHoldsItsNumbers) {
+  const TempFolder folder;
+  folder.write("cal.csv", kTable);
+  const Scene scene = read_scene(folder.write(
+      "s.yaml", scene_with("calibration: {file: cal.csv, in: truth}, phase_levels: 16, "
+                           "spread: {gain_percent: 5, phase_deg: 10, dead_percent: 1, seed: 7, in: both}")));
+  const std::string resolved = resolved_yaml(scene);
+  EXPECT_THAT(resolved, HasSubstr("gain: [1.1, 0, 0.9, 1]"));
+  const Scene again = read_scene_text(resolved, "resolved", "/nowhere");
+  EXPECT_EQ(again.array.calibration->gain, scene.array.calibration->gain);
+  EXPECT_EQ(again.array.calibration->phase, scene.array.calibration->phase);
+  EXPECT_EQ(again.array.calibration->in, ResponseOf::kTruth);
+  EXPECT_EQ(again.array.spread->gain, 0.05);
+  EXPECT_EQ(again.array.spread->dead, 0.01);
+  EXPECT_EQ(again.array.spread->seed, 7U);
+  EXPECT_EQ(again.array.spread->in, ResponseOf::kBoth);
+  EXPECT_EQ(again.array.phase_levels, 16);
+  EXPECT_EQ(resolved_yaml(again), resolved);
+}
+
+TEST(Calibration, FaultsAreNamedWithTheirLine) {
+  const std::string head = "channel,gain,phase_rad\n";
+  EXPECT_THAT(faults_of(head + "0,1,0\n1,1,0\n3,1,0\n"),
+              ElementsAre("cal.csv:4: the last row, and 1 of the array's 4 channels is missing, the first is 2"));
+  EXPECT_THAT(faults_of(head + "0,1,0\n1,1,0\n2,1,0\n3,1,0\n4,1,0\n"),
+              ElementsAre("cal.csv:6: channel = 4 must be an integer from 0 to 3, the array has 4 channels"));
+  EXPECT_THAT(faults_of(head + "0,1,0\n1.5,1,0\n"),
+              ElementsAre("cal.csv:3: channel = 1.5 must be an integer from 0 to 3, the array has 4 channels"));
+  EXPECT_THAT(faults_of(head + "0,1,0\n0,1,0\n"), ElementsAre("cal.csv:3: channel = 0 is in line 2 already"));
+  EXPECT_THAT(
+      faults_of(head + "0,nan,0\n1,-0.1,0\n2,1,inf\n3,1\n"),
+      ElementsAre("cal.csv:2: gain = nan must be a number", "cal.csv:3: gain = -0.1 must be >= 0",
+                  "cal.csv:4: phase_rad = inf must be a number", "cal.csv:5: 2 values, must be 3 as in the header"));
+  EXPECT_THAT(faults_of("channel,gain,phase_rad,alive\n0,1,0,0.5\n"),
+              ElementsAre("cal.csv:2: alive = 0.5 must be 0 or 1"));
+  EXPECT_THAT(faults_of("channel,gain\n0,1\n"),
+              ElementsAre("cal.csv: the header must name phase_rad or phase_deg, one of them"));
+  EXPECT_THAT(faults_of("0,1,0\n"), ElementsAre(HasSubstr("cal.csv:1: column 0 must be one of channel, gain,"),
+                                                HasSubstr("column 1 must"), HasSubstr("column 0 must")));
+  EXPECT_THAT(faults_of("channel,phase_rad\n0,1\n"),
+              ElementsAre("cal.csv:1: a header with the column gain must come first"));
+  EXPECT_THAT(faults_of("channel,gain,gain\n"), ElementsAre("cal.csv:1: column gain is there twice"));
+  EXPECT_THAT(faults_of("# nothing\n"), ElementsAre("cal.csv: no channels in it, must hold at least one"));
+}
+
+TEST(Calibration, WhatTheSceneListsItselfFitsTheChannels) {
+  const TempFolder folder;
+  const auto said = [&](const std::string& keys) { return problems_of(folder.write("s.yaml", scene_with(keys))); };
+  EXPECT_THAT(said("calibration: {gain: [1, 0, 1, 1], phase_rad: [0, 0, 0, 0]}"), ElementsAre());
+  EXPECT_THAT(said("calibration: {gain: [1, 0, 1], phase_rad: [0, 0, 0, 0]}"),
+              ElementsAre(EndsWith("array.calibration.gain: 3 values, must be 4 as there are channels")));
+  EXPECT_THAT(said("calibration: {gain: [1, 0, 1, 1]}"), ElementsAre(HasSubstr("phase_rad")));
+  EXPECT_THAT(said("calibration: {gain: [1, 0, -1, 1], phase_rad: [0, 0, 0, 0]}"),
+              ElementsAre(EndsWith("array.calibration.gain[2] = -1 must be >= 0")));
+  EXPECT_THAT(said("calibration: {file: none.csv}"), ElementsAre(HasSubstr("none.csv")));
+}
+
+TEST(Calibration, ATruthTheSolverDoesNotKnowNeedsAJudge) {
+  const TempFolder folder;
+  for (const char* keys : {"spread: {gain_percent: 5}", "phase_levels: 16"}) {
+    EXPECT_THAT(problems_of(folder.write("s.yaml", scene_with(keys) + "judge: none\n")),
+                ElementsAre(HasSubstr("judge: none, but the solver does not know")));
+  }
+  EXPECT_THAT(problems_of(folder.write("s.yaml", scene_with("spread: {gain_percent: 5, in: both}") + "judge: none\n")),
+              ElementsAre());
+}
+
+TEST(MeasuredPoints, AreMagnitudesOrComplex) {
+  const TempFolder folder;
+  const MeasuredPoints plain =
+      read_measured_points(folder.write("a.csv", "x_mm,y_mm,z_mm,p_pa\n1,-2,150,3\n\n0,0,160,4 # far\n"));
+  EXPECT_FALSE(plain.complex);
+  EXPECT_EQ(plain.points.col(0), Vector3(1e-3, -2e-3, 0.15));
+  EXPECT_EQ(plain.pressure(1), Complex(4.0));
+  EXPECT_THAT(plain.lines, ElementsAre(2, 4));
+  const MeasuredPoints turned = read_measured_points(folder.write("b.csv", "p_im,p_re,x_mm,y_mm,z_mm\n1,2,0,0,5\n"));
+  EXPECT_TRUE(turned.complex);
+  EXPECT_EQ(turned.pressure(0), Complex(2, 1));
+}
+
+TEST(MeasuredPoints, FaultsAreNamedWithTheirLine) {
+  const TempFolder folder;
+  const auto said = [&](const std::string& text) {
+    const std::string path = folder.write("m.csv", text);
+    std::string message = message_of<InputError>([&] { read_measured_points(path); });
+    for (auto at = message.find(path); at != std::string::npos; at = message.find(path)) message.erase(at, path.size());
+    return lines_of(message);
+  };
+  EXPECT_THAT(said("x_mm,y_mm,z_mm,p_pa\n0,0,1,x\n0,0,1,-1\n0,0,1\n"),
+              ElementsAre(":2: p_pa = x must be a number", ":3: p_pa = -1 must be >= 0",
+                          ":4: 3 values, must be 4 as in the header"));
+  EXPECT_THAT(said("x_mm,y_mm,p_pa\n"), ElementsAre(":1: a header with the column z_mm must come first"));
+  for (const char* head : {"x_mm,y_mm,z_mm\n0,0,1\n", "x_mm,y_mm,z_mm,p_re\n0,0,1,2\n",
+                           "x_mm,y_mm,z_mm,p_pa,p_re,p_im\n0,0,1,2,3,4\n", "x_mm,y_mm,z_mm,p_pa,p_im\n0,0,1,2,3\n"}) {
+    EXPECT_THAT(said(head), ElementsAre(": the header must name p_pa, or p_re and p_im"));
+  }
+}
+
+}  // namespace
+}  // namespace touchfield
