@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -160,9 +161,15 @@ CheckReport check_model(const Model& model, int sharing) {
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
   report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + points * (m + n));
-  const double alarm = alarm_seconds(!traits(scene.solve.methods.front().scheme).burton_miller, product);
-  if (wants_alarm(scene.solve.solver.alarm, alarm, own.seconds)) {
-    report.seconds += alarm;
+  std::set<Scheme> alarmed;
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (alarmed.empty() || !has_cure(method.scheme)) {
+      alarmed.insert(method.scheme);
+    }
+  }
+  for (const Scheme alarming : alarmed) {
+    const double alarm = alarm_seconds(!traits(alarming).burton_miller, product);
+    report.seconds += wants_alarm(scene.solve.solver.alarm, alarm, own.seconds) ? alarm : 0.0;
   }
   report.note = own.note;
   const auto flops = [&] {
@@ -245,8 +252,12 @@ std::string describe_check(const Model& model, const CheckReport& report) {
   if (report.judge_faces > 0) {
     text += fmt::format("  judge    {} on about {} faces\n", to_string(scene.judge.scheme), report.judge_faces);
   }
-  for (const std::string& warning : model_warnings(model)) {
+  const Remarks remarks = model_remarks(model);
+  for (const std::string& warning : remarks.warnings) {
     text += fmt::format("  warning  {}\n", warning);
+  }
+  for (const std::string& note : remarks.notes) {
+    text += fmt::format("  note     {}\n", note);
   }
   if (!report.note.empty()) {
     text += fmt::format("  note     {}\n", report.note);

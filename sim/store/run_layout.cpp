@@ -172,6 +172,7 @@ void check_bodies(const Run& run) {
 }
 
 void check_run(const Run& run) {
+  require_stages("alarms", run.alarms);
   check_array(run.array);
   if (run.target) {
     check_target("target", *run.target, run.mesh.face_count());

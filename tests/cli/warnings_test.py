@@ -40,9 +40,14 @@ class Warnings(CommandTest):
         done = self.run_ok("run", scene, "-o", "out", "--force", "--json", *arguments)
         names = warning_names(done.stderr)
         with open_run(self.folder / "out") as run:
-            kept = list(run["warnings"].asstr()[:]) if "warnings" in run else []
+            kept, self.notes = (list(run[kind].asstr()[:]) if kind in run else [] for kind in ("warnings", "notes"))
         self.assertEqual([text.split(":")[0] for text in kept], names)
         self.assertEqual(json.loads(done.stdout)["warnings"], kept)
+        self.assertEqual(json.loads(done.stdout)["notes"], self.notes)
+        log = (self.folder / "out/run.log").read_text()
+        for text in self.notes:
+            self.assertIn(f" note: {text}\n", log)
+            self.assertRegex(text, r"^[a-z_]+: .*\d")
         for text in kept:
             self.assertIn(f"touchfield: warning: {text}\n", done.stderr)
             self.assertRegex(text, r"^[a-z_]+: .*\d")
@@ -108,6 +113,63 @@ class Warnings(CommandTest):
         fixed = "solve.methods=[{fixed: {phases_rad: 0}}]"
         self.assertEqual(self.warned(FINGER, fixed, "target.box.at=top"), ["deep_shadow"])
         self.assertEqual(self.warned(FINGER, fixed), [])
+
+    def test_cutting_faces(self):
+        ball = icosphere(2, 8)
+        for apart, names in [(12, ["cutting_faces"]), (20, [])]:
+            pair = together(ball, (ball[0] + [apart, 0, 0], ball[1]))
+            self.assertEqual([name for name in self.warned(MESH, mesh=pair) if name != "narrow_gap"], names, apart)
+
+    def test_coarse_mesh_near_the_target(self):
+        fine_above = "body.edge_mm={near: {top: 0.8}, far: 3.3, within_mm: 10}"
+        large = "body.capsule={radius_mm: 14, length_mm: 10}"
+        self.assertEqual(self.warned(FINGER, large, fine_above), ["coarse_mesh"])
+        self.assertEqual(self.warned(FINGER, large, fine_above, "target.box.at=top", "solve.methods=[focus]"), [])
+
+    def test_both_sides(self):
+        plate = "body={box: {size_mm: [30, 30, 6]}, edge_mm: 2, place: {landmark: bottom, at_mm: [0, 0, 60]}}"
+        self.assertEqual(self.warned(FINGER, plate, "target.box.size_mm=[12, 12, 20]"), ["both_sides"])
+        self.assertEqual(self.warned(FINGER, plate, "target.box.size_mm=[12, 12, 6]"), [])
+
+    def note_names(self):
+        return [text.split(":")[0] for text in self.notes]
+
+    def test_notes_are_told_and_kept_apart_from_warnings(self):
+        self.warned(FINGER)
+        self.assertEqual(self.note_names(), ["judged_by_itself"])
+        said = self.run_ok("run", self.write("scene.yaml", FINGER), "-o", "out", "--force").stderr
+        self.assertIn(f"touchfield: note: {self.notes[0]}\n", said)
+        self.assertIn(f"note      {self.notes[0]}\n", self.run_ok("info", "out").stdout)
+        self.assertEqual(json.loads(self.run_ok("check", "scene.yaml", "--json").stdout)["notes"], self.notes)
+        self.warned(FINGER, "judge={split: 1}")
+        self.assertEqual(self.notes, [])
+
+    def test_truncated(self):
+        kept = ["body.keep_within_mm=16", "judge={edge_mm: 2.4}"]
+        self.warned(FINGER, *kept)
+        self.assertEqual(self.note_names(), ["truncated"])
+        self.warned(FINGER, *kept, "judge.whole=true")
+        self.assertEqual(self.notes, [])
+
+    def test_nonlinear(self):
+        # 64 transducers of a pitch of 10.16 mm in focus 60 mm above them; the source's strength sets sigma.
+        focus = ["solve.methods=[focus]", "judge={split: 1}"]
+        sigmas = []
+        for strength, names, notes in [(1, [], []), (8, [], ["nonlinear"]), (30, ["nonlinear"], [])]:
+            self.assertEqual(self.warned(FINGER, *focus, f"array.source_pa_m={strength}"), names, strength)
+            self.assertEqual(self.note_names(), notes, strength)
+            with open_run(self.folder / "out") as run:
+                sigmas.append(run["methods/focus"].attrs["shock_distance_share"])
+        self.assertAlmostEqual(sigmas[1] / sigmas[0], 8, delta=1e-6)
+        self.assertTrue(0.3 < sigmas[1] < 1 < sigmas[2], sigmas)
+
+    def test_fictitious_frequency_of_every_scheme(self):
+        mesh = icosphere(2, math.pi / K * 1e3)
+        two = "solve.methods=[{fixed: {phases_rad: 0}}, {fixed: {as: plain, phases_rad: 0, scheme: paper}}]"
+        self.assertEqual(self.warned(MESH, two, "solve.alarm=always", mesh=mesh), ["mesh_unit", "fictitious_frequency"])
+        with open_run(self.folder / "out") as run:
+            self.assertEqual(list(run["alarms"].attrs["stages"]), ["paper"])
+            self.assertGreater(run["alarms"].attrs["paper"], 0.1)
 
     def test_not_converged(self):
         self.assertEqual(self.warned(MESH, "solve.max_steps=2", mesh=icosphere(2, 8)), ["not_converged"])
