@@ -149,8 +149,9 @@ void note_truncation(const Model& model, Remarks& remarks) {
       radius = std::min(radius, body.keep_within.value_or(radius));
     }
     remarks.notes.push_back(
-        fmt::format("truncated: the judge too knows of the body what lies within keep_within_mm = {:.4g} of the "
-                    "target; judge.whole: true takes all of it",
+        fmt::format("truncated: found and judged on what lies within keep_within_mm = {:.4g} of the target alone; what "
+                    "the array does to the rest of the body is neither avoided nor counted in error and leakage: "
+                    "judge.whole: true counts it",
                     radius / kMillimetre));
   }
 }

@@ -19,8 +19,8 @@ struct Remarks {
 /// Warnings:
 ///   mesh_unit       a mesh file in a unit that makes it no body of a person
 ///   cutting_faces   faces of the body cut each other
-///   coarse_mesh     too few edges a wavelength: below 3 by the mean face, or on a twentieth of the skin below COARSE
-///                   near the target or below COARSEST anywhere
+///   coarse_mesh     too few edges a wavelength: below 3 by the mean face; or, on a twentieth of the skin, below 2
+///                   anywhere or below 2.5 within 15 mm of the target
 ///   slivers         an angle below 10 degrees
 ///   size_jump       faces that share an edge differ more than 3 times in size
 ///   narrow_gap      two parts of the skin look at each other through less than one edge of air

@@ -100,6 +100,7 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
 }
 
 OppositeSides opposite_sides(const TriangleMesh& mesh, const Target& target) {
+  constexpr double kOpposite = -0.8;  // of the normals
   OppositeSides sides{0.0, 0.0, Vector3::Zero()};
   double area = 0.0;
   double opposed = 0.0;
@@ -109,7 +110,8 @@ OppositeSides opposite_sides(const TriangleMesh& mesh, const Target& target) {
     double nearest = std::numeric_limits<double>::infinity();
     for (std::size_t j = 0; j < target.faces.size(); ++j) {
       const Eigen::Index g = target.faces[j];
-      if (target.box[i] == target.box[j] && facing(mesh, f, g) == Facing::kThroughBody) {
+      if (target.box[i] == target.box[j] && mesh.normals().col(f).dot(mesh.normals().col(g)) < kOpposite &&
+          facing(mesh, f, g) == Facing::kThroughBody) {
         nearest = std::min(nearest, (mesh.centroids().col(g) - mesh.centroids().col(f)).norm());
       }
     }

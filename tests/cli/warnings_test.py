@@ -8,7 +8,7 @@ import numpy
 
 from meshes import icosphere, together, write_ply
 from sphere_series import K
-from support import FINGER, CommandTest, open_run, warning_names
+from support import FINGER, SOURCE, CommandTest, open_run, warning_names
 
 MESH = """\
 name: mesh
@@ -145,7 +145,7 @@ class Warnings(CommandTest):
         self.assertEqual(self.notes, [])
 
     def test_truncated(self):
-        kept = ["body.keep_within_mm=16", "judge={edge_mm: 2.4}"]
+        kept = ["body.keep_within_mm=13", "judge={edge_mm: 2.4}"]
         self.warned(FINGER, *kept)
         self.assertEqual(self.note_names(), ["truncated"])
         self.warned(FINGER, *kept, "judge.whole=true")
@@ -170,6 +170,17 @@ class Warnings(CommandTest):
         with open_run(self.folder / "out") as run:
             self.assertEqual(list(run["alarms"].attrs["stages"]), ["paper"])
             self.assertGreater(run["alarms"].attrs["paper"], 0.1)
+
+    def test_shipped_scenes_explain_what_they_warn_of(self):
+        scenes = [path for path in sorted((SOURCE / "scenes").glob("*.yaml")) if path.stem != "template"]
+        self.assertGreaterEqual(len(scenes), 7)
+        explained = set()
+        for scene in scenes:
+            comment = " ".join(line for line in scene.read_text().splitlines() if line.startswith("#"))
+            for warning in json.loads(self.run_ok("check", scene, "--json").stdout)["warnings"]:
+                explained.add(warning.split(":")[0])
+                self.assertIn(f"`{warning.split(':')[0]}`", comment, f"{scene.name}: {warning}")
+        self.assertIn("narrow_gap", explained)  # between the fingers of grasp
 
     def test_not_converged(self):
         self.assertEqual(self.warned(MESH, "solve.max_steps=2", mesh=icosphere(2, 8)), ["not_converged"])

@@ -92,7 +92,7 @@ TEST(ModelRemarks, APatternJudgedWhereItWasFoundIsNoted) {
 }
 
 TEST(ModelRemarks, AJudgeOfAPartIsNoted) {
-  const std::string kept = "body.keep_within_mm=14";
+  const std::string kept = "body.keep_within_mm=11";
   EXPECT_THAT(notes_of({kept, kFinerJudge}), ElementsAre(StartsWith("truncated: ")));
   EXPECT_THAT(notes_of({kept, "judge={scheme: burton_miller, edge_mm: 2, whole: true}"}), IsEmpty());
   EXPECT_THAT(notes_of({kept, "judge=none"}), IsEmpty());
