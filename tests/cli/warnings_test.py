@@ -18,6 +18,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}], alarm: never}
 judge: none
 write: [h5]
 """
+SOFT = FINGER.replace("array:\n", "array:\n  source_pa_m: 0.4\n")  # far from nonlinear
 BOX = MESH.replace("{mesh: {file: skin.ply, unit: mm}}", "{box: {size_mm: [16, 16, 2]}, edge_mm: 1.6}")
 
 
@@ -116,15 +117,15 @@ class Warnings(CommandTest):
 
     def test_cutting_faces(self):
         ball = icosphere(2, 8)
-        for apart, names in [(12, ["cutting_faces"]), (20, [])]:
+        for apart, cut in [(12, True), (20, False)]:
             pair = together(ball, (ball[0] + [apart, 0, 0], ball[1]))
-            self.assertEqual([name for name in self.warned(MESH, mesh=pair) if name != "narrow_gap"], names, apart)
+            self.assertEqual("cutting_faces" in self.warned(MESH, mesh=pair), cut, apart)
 
     def test_coarse_mesh_near_the_target(self):
         fine_above = "body.edge_mm={near: {top: 0.8}, far: 3.3, within_mm: 10}"
         large = "body.capsule={radius_mm: 14, length_mm: 10}"
         self.assertEqual(self.warned(FINGER, large, fine_above), ["coarse_mesh"])
-        self.assertEqual(self.warned(FINGER, large, fine_above, "target.box.at=top", "solve.methods=[focus]"), [])
+        self.assertNotIn("coarse_mesh", self.warned(FINGER, large, fine_above, "target.box.at=top"))
 
     def test_both_sides(self):
         plate = "body={box: {size_mm: [30, 30, 6]}, edge_mm: 2, place: {landmark: bottom, at_mm: [0, 0, 60]}}"
@@ -135,32 +136,32 @@ class Warnings(CommandTest):
         return [text.split(":")[0] for text in self.notes]
 
     def test_notes_are_told_and_kept_apart_from_warnings(self):
-        self.warned(FINGER)
+        self.warned(SOFT)
         self.assertEqual(self.note_names(), ["judged_by_itself"])
-        said = self.run_ok("run", self.write("scene.yaml", FINGER), "-o", "out", "--force").stderr
+        said = self.run_ok("run", self.write("scene.yaml", SOFT), "-o", "out", "--force").stderr
         self.assertIn(f"touchfield: note: {self.notes[0]}\n", said)
         self.assertIn(f"note      {self.notes[0]}\n", self.run_ok("info", "out").stdout)
         self.assertEqual(json.loads(self.run_ok("check", "scene.yaml", "--json").stdout)["notes"], self.notes)
-        self.warned(FINGER, "judge={split: 1}")
+        self.warned(SOFT, "judge={split: 1}")
         self.assertEqual(self.notes, [])
 
     def test_truncated(self):
         kept = ["body.keep_within_mm=13", "judge={edge_mm: 2.4}"]
-        self.warned(FINGER, *kept)
+        self.warned(SOFT, *kept)
         self.assertEqual(self.note_names(), ["truncated"])
-        self.warned(FINGER, *kept, "judge.whole=true")
+        self.warned(SOFT, *kept, "judge.whole=true")
         self.assertEqual(self.notes, [])
 
     def test_nonlinear(self):
         # 64 transducers of a pitch of 10.16 mm in focus 60 mm above them; the source's strength sets sigma.
         focus = ["solve.methods=[focus]", "judge={split: 1}"]
         sigmas = []
-        for strength, names, notes in [(1, [], []), (8, [], ["nonlinear"]), (30, ["nonlinear"], [])]:
+        for strength, names, notes in [(1, [], []), (4, [], ["nonlinear"]), (30, ["nonlinear"], [])]:
             self.assertEqual(self.warned(FINGER, *focus, f"array.source_pa_m={strength}"), names, strength)
             self.assertEqual(self.note_names(), notes, strength)
             with open_run(self.folder / "out") as run:
                 sigmas.append(run["methods/focus"].attrs["shock_distance_share"])
-        self.assertAlmostEqual(sigmas[1] / sigmas[0], 8, delta=1e-6)
+        self.assertAlmostEqual(sigmas[1] / sigmas[0], 4, delta=1e-6)
         self.assertTrue(0.3 < sigmas[1] < 1 < sigmas[2], sigmas)
 
     def test_fictitious_frequency_of_every_scheme(self):
