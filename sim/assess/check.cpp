@@ -96,6 +96,22 @@ double judge_faces(const Model& model) {
   return 0.0;
 }
 
+/// Seconds of the alarms that a run raises: of its first method's scheme and of each without a cure.
+double alarms_seconds(const Scene& scene, double product, double spent) {
+  std::set<Scheme> schemes = {scene.solve.methods.front().scheme};
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (!has_cure(method.scheme)) {
+      schemes.insert(method.scheme);
+    }
+  }
+  double seconds = 0.0;
+  for (const Scheme scheme : schemes) {
+    const double alarm = alarm_seconds(!traits(scheme).burton_miller, product);
+    seconds += wants_alarm(scene.solve.solver.alarm, alarm, spent) ? alarm : 0.0;
+  }
+  return seconds;
+}
+
 /// What is known without an estimate.
 CheckReport sizes_of(const Model& model) {
   const Scene& scene = model.scene;
@@ -161,16 +177,7 @@ CheckReport check_model(const Model& model, int sharing) {
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
   report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + points * (m + n));
-  std::set<Scheme> alarmed;
-  for (const MethodSpec& method : scene.solve.methods) {
-    if (alarmed.empty() || !has_cure(method.scheme)) {
-      alarmed.insert(method.scheme);
-    }
-  }
-  for (const Scheme alarming : alarmed) {
-    const double alarm = alarm_seconds(!traits(alarming).burton_miller, product);
-    report.seconds += wants_alarm(scene.solve.solver.alarm, alarm, own.seconds) ? alarm : 0.0;
-  }
+  report.seconds += alarms_seconds(scene, product, own.seconds);
   report.note = own.note;
   const auto flops = [&] {
     const Speed& speed = measured_speed();
