@@ -97,6 +97,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
     accuracy = measure_accuracy(model, progress);
   }
   if (flags.json) {
+    const Remarks remarks = model_remarks(model);
     nlohmann::ordered_json json = {{"name", scene.name},
                                    {"faces", report.faces},
                                    {"channels", report.channels},
@@ -111,7 +112,8 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
                                    {"seconds", report.seconds},
                                    {"note", report.note},
                                    {"mesh_notes", model.plan.notes},
-                                   {"warnings", model_warnings(model)},
+                                   {"warnings", remarks.warnings},
+                                   {"notes", remarks.notes},
                                    {"faults", model.report.faults}};
     if (accuracy) {
       json["accuracy_l2"] = number_or_null(accuracy->body.rms);

@@ -178,6 +178,7 @@ Json difference_json(const RunDifference& difference) {
           {"judge", judge_json(difference.judge)},
           {"solvers", changes_json(difference.solvers)},
           {"warnings_in_one_alone", only_json(difference.warnings)},
+          {"notes_in_one_alone", only_json(difference.notes)},
           {"methods_in_one_alone", only_json(difference.methods)},
           {"fields_in_one_alone", only_json(difference.fields)},
           {"methods", list_json(difference.both_methods, method_json)},

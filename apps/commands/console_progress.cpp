@@ -54,6 +54,16 @@ void ConsoleProgress::end(double seconds) {
   stages_.pop_back();
 }
 
+void ConsoleProgress::remark(std::string_view message) {
+  clear_bar();
+  if (!quiet_) {
+    say(fmt::format("touchfield: note: {}\n", message));
+  }
+  if (log_) {
+    log_->info("note: {}", message);
+  }
+}
+
 void ConsoleProgress::warn(std::string_view message) {
   clear_bar();
   say(fmt::format("touchfield: warning: {}\n", message));

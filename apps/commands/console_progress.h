@@ -26,6 +26,7 @@ class ConsoleProgress : public Progress {
   void advance(double fraction) override;
   void end(double seconds) override;
   void note(std::string_view line) override;
+  void remark(std::string_view message) override;
   void warn(std::string_view message) override;
 
  private:

@@ -42,7 +42,8 @@ nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
           {"channels", run.array.size()},
           {"methods", methods_json(run)},
           {"seconds", seconds},
-          {"warnings", run.warnings}};
+          {"warnings", run.warnings},
+          {"notes", run.notes}};
 }
 
 std::shared_ptr<RunDirectory> claim(const RunCommand& command, const std::string& name,

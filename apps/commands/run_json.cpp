@@ -15,6 +15,7 @@ nlohmann::ordered_json methods_json(const Run& run) {
     for (const MetricField& field : metric_fields()) {
       entry[field.name] = number_or_null(method.metrics.*field.value);
     }
+    entry["shock_distance_share"] = number_or_null(method.shock_distance_share);
     entry["status"] = to_string(method.solution.status);
     methods.push_back(std::move(entry));
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -95,6 +96,22 @@ double judge_faces(const Model& model) {
   return 0.0;
 }
 
+/// Seconds of the alarms that a run raises: of its first method's scheme and of each without a cure.
+double alarms_seconds(const Scene& scene, double product, double spent) {
+  std::set<Scheme> schemes = {scene.solve.methods.front().scheme};
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (!has_cure(method.scheme)) {
+      schemes.insert(method.scheme);
+    }
+  }
+  double seconds = 0.0;
+  for (const Scheme scheme : schemes) {
+    const double alarm = alarm_seconds(!traits(scheme).burton_miller, product);
+    seconds += wants_alarm(scene.solve.solver.alarm, alarm, spent) ? alarm : 0.0;
+  }
+  return seconds;
+}
+
 /// What is known without an estimate.
 CheckReport sizes_of(const Model& model) {
   const Scene& scene = model.scene;
@@ -160,10 +177,7 @@ CheckReport check_model(const Model& model, int sharing) {
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
   report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + points * (m + n));
-  const double alarm = alarm_seconds(!traits(scene.solve.methods.front().scheme).burton_miller, product);
-  if (wants_alarm(scene.solve.solver.alarm, alarm, own.seconds)) {
-    report.seconds += alarm;
-  }
+  report.seconds += alarms_seconds(scene, product, own.seconds);
   report.note = own.note;
   const auto flops = [&] {
     const Speed& speed = measured_speed();
@@ -245,8 +259,12 @@ std::string describe_check(const Model& model, const CheckReport& report) {
   if (report.judge_faces > 0) {
     text += fmt::format("  judge    {} on about {} faces\n", to_string(scene.judge.scheme), report.judge_faces);
   }
-  for (const std::string& warning : model_warnings(model)) {
+  const Remarks remarks = model_remarks(model);
+  for (const std::string& warning : remarks.warnings) {
     text += fmt::format("  warning  {}\n", warning);
+  }
+  for (const std::string& note : remarks.notes) {
+    text += fmt::format("  note     {}\n", note);
   }
   if (!report.note.empty()) {
     text += fmt::format("  note     {}\n", report.note);

@@ -41,6 +41,7 @@ class FileProgress : public Progress {
     stages_.pop_back();
   }
   void note(std::string_view line) override { log_ << utc_now() << ' ' << line << std::endl; }
+  void remark(std::string_view message) override { note(fmt::format("note: {}", message)); }
   void warn(std::string_view message) override { note(fmt::format("warning: {}", message)); }
 
  private:

@@ -22,19 +22,23 @@ constexpr double kShare = 0.5;         // of the run's own solving
 
 double alarm_seconds(bool plain, double product) { return (plain ? 15.0 : kMaxSteps) * product; }
 
+bool has_cure(Scheme scheme) { return traits(scheme).burton_miller || traits(scheme).interior_points; }
+
 bool wants_alarm(AlarmChoice choice, double seconds, double spent) {
   return choice == AlarmChoice::kAlways ||
          (choice == AlarmChoice::kAuto && seconds <= std::max(kFreeSeconds, kShare * spent));
 }
 
-double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const Eigen::VectorXcd& drive,
-                        const Eigen::VectorXcd& own, double spent, std::vector<SolveRecord>& records,
-                        Progress& progress) {
+double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured, const SolverSpec& spec,
+                        const Eigen::VectorXcd& drive, const Eigen::VectorXcd& own, double spent,
+                        std::vector<SolveRecord>& records, Progress& progress) {
   const double nothing = std::numeric_limits<double>::quiet_NaN();
   const TriangleMesh& mesh = scattering.system().mesh();
   const Wave& wave = scattering.system().wave();
   const bool plain = !traits(scattering.system().scheme()).burton_miller;
-  const Scheme other = plain ? Scheme::kBurtonMiller : Scheme::kPaperCorrected;
+  SkinScattering* ready = plain ? cured : nullptr;
+  const Scheme other =
+      ready != nullptr ? ready->system().scheme() : (plain ? Scheme::kBurtonMiller : Scheme::kPaperCorrected);
   if (spec.alarm == AlarmChoice::kNever) {
     return nothing;
   }
@@ -50,13 +54,14 @@ double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec
   quick.refine = false;
   quick.tolerance = kTolerance;
   quick.max_steps = kMaxSteps;
-  SkinScattering compared(mesh, wave, other, quick, scattering.array(), records, progress);
-  const Eigen::VectorXcd p = compared.pressure(drive, "alarm");
+  const auto solved = [&] { return SkinScattering(mesh, wave, other, quick, scattering.array(), records, progress); };
+  const Eigen::VectorXcd p = ready != nullptr ? ready->pressure(drive, "alarm") : solved().pressure(drive, "alarm");
   const Eigen::VectorXcd& reference = plain ? p : own;
   const double alarm = relative_difference(mesh.areas(), plain ? own : p, reference);
   const bool settled = records.back().residual <= 2.0 * kTolerance;
   progress.note(fmt::format(
-      "  alarm: plain and Burton-Miller pressures differ by {:.2f} %{}", 100.0 * alarm,
+      "  alarm: pressures of {} and {} differ by {:.2f} %{}", to_string(scattering.system().scheme()), to_string(other),
+      100.0 * alarm,
       settled ? "" : fmt::format(" ({} stopped at a residual of {:.1e})", to_string(other), records.back().residual)));
   return alarm;
 }

@@ -11,6 +11,9 @@ namespace touchfield {
 /// product   seconds of a product on its mesh (speed.h)
 double alarm_seconds(bool plain, double product);
 
+/// Whether a scheme has a cure for fictitious frequencies: Burton-Miller's terms or interior points.
+bool has_cure(Scheme scheme);
+
 /// Whether the alarm is computed, in a run that has spent so many seconds on solving.
 bool wants_alarm(AlarmChoice choice, double seconds, double spent);
 
@@ -23,11 +26,13 @@ bool wants_alarm(AlarmChoice choice, double seconds, double spent);
 /// in at most 60 steps. `auto` leaves it out where that would take longer than half of what the run has spent solving,
 /// but for half a second.
 ///
+/// cured     a model of the same body by a Burton-Miller scheme, if the run has one: stands in for burton_miller where
+///           the run's own scheme is a plain one; may be null
 /// own       the pressures that `scattering` found for the drive, M [Pa]
 /// spent     seconds the run has spent on solving so far
 /// returns   NaN if it was left out
-double fictitious_alarm(const SkinScattering& scattering, const SolverSpec& spec, const Eigen::VectorXcd& drive,
-                        const Eigen::VectorXcd& own, double spent, std::vector<SolveRecord>& records,
-                        Progress& progress);
+double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured, const SolverSpec& spec,
+                        const Eigen::VectorXcd& drive, const Eigen::VectorXcd& own, double spent,
+                        std::vector<SolveRecord>& records, Progress& progress);
 
 }  // namespace touchfield

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/acoustics/nonlinearity.h"
 #include "sim/core/errors.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/solve/judge_comparison.h"
@@ -47,12 +48,10 @@ void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
   }
 }
 
-Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
-                   const Eigen::VectorXcd& pressure) {
-  return target ? metrics_of(mesh, model.wave, model.boxes, *target, pressure) : metrics_of(mesh, model.wave, pressure);
-}
-
-void set_metrics(MethodResult& result, Metrics metrics) {
+void judge_method(MethodResult& result, const TriangleMesh& mesh, const Model& model,
+                  const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
+  Metrics metrics =
+      target ? metrics_of(mesh, model.wave, model.boxes, *target, pressure) : metrics_of(mesh, model.wave, pressure);
   if (!result.solution.cost_history.empty()) {
     metrics.cost = result.solution.cost_history.back();
   }
@@ -63,6 +62,17 @@ void set_metrics(MethodResult& result, Metrics metrics) {
     metrics.seconds_total += seconds;
   }
   result.metrics = metrics;
+  if (model.array.kind == TransducerArray::Kind::kTransducers) {
+    Eigen::Index loudest = 0;
+    pressure.cwiseAbs().maxCoeff(&loudest);
+    const Vector3 at = mesh.centroids().col(loudest);
+    TransducerArray array = model.array;
+    if (model.array_truth) {
+      array.response = model.array_truth->response;
+    }
+    result.shock_distance_share = shock_distance_share(array, model.wave, drive(result.solution),
+                                                       wave_front_begin(array, model.wave, at), at);
+  }
 }
 
 void judge_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
@@ -102,7 +112,7 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     const auto column = static_cast<Eigen::Index>(s);
     run.methods[s].judge_pressure = pressures.col(column);
-    set_metrics(run.methods[s], metrics_on(mesh, model, judge_model.target, pressures.col(column)));
+    judge_method(run.methods[s], mesh, model, judge_model.target, pressures.col(column));
     run.methods[s].metrics.judge_difference = differences(column);
     run.methods[s].metrics.judge_difference_target = target_differences(column);
   }

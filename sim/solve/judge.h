@@ -11,12 +11,10 @@
 
 namespace touchfield {
 
-/// The scores of a pressure on a mesh: against the target where the scene has one.
-Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
-                   const Eigen::VectorXcd& pressure);
-
-/// A judge's metrics take the place of what was there; what the method itself knows stays.
-void set_metrics(MethodResult& result, Metrics metrics);
+/// The scores of a method by its pressure on a mesh, against the target where there is one, and how far its sound has
+/// steepened on the way to the loudest face (not of a plane wave). A judge's take the place of what was there.
+void judge_method(MethodResult& result, const TriangleMesh& mesh, const Model& model,
+                  const std::optional<Target>& target, const Eigen::VectorXcd& pressure);
 
 /// Every method by the judge's own model, all of them at once.
 ///

@@ -1,6 +1,7 @@
 #include "sim/solve/solve_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <set>
@@ -83,10 +84,14 @@ void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
   }
 }
 
-void warn(const std::vector<std::string>& warnings, Run& run, Progress& progress) {
-  for (const std::string& warning : warnings) {
+void say(const Remarks& remarks, Run& run, Progress& progress) {
+  for (const std::string& warning : remarks.warnings) {
     run.warnings.push_back(warning);
     progress.warn(warning);
+  }
+  for (const std::string& note : remarks.notes) {
+    run.notes.push_back(note);
+    progress.remark(note);
   }
 }
 
@@ -142,7 +147,7 @@ void certify_methods(Scheme scheme, Models& models, Run& run, Progress& progress
     try {
       return certify(problem);
     } catch (const std::exception& error) {  // what is finished stays
-      warn({fmt::format("certificate: no bound was found: {}", error.what())}, run, progress);
+      say({{fmt::format("certificate: no bound was found: {}", error.what())}, {}}, run, progress);
       return Certificate{};
     }
   };
@@ -201,7 +206,7 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
     require_finite("judge of " + method.name, result.judge_pressure);
   }
   const bool elsewhere = result.judge_pressure.size() > 0;
-  set_metrics(result, metrics_on(run.mesh, model, run.target, elsewhere ? result.judge_pressure : result.pressure));
+  judge_method(result, run.mesh, model, run.target, elsewhere ? result.judge_pressure : result.pressure);
   if (elsewhere) {
     result.metrics.judge_difference = relative_difference(run.mesh.areas(), result.pressure, result.judge_pressure);
   }
@@ -212,23 +217,43 @@ void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progre
   const double reciprocal = timed(progress, run.seconds, "condition", "estimate the condition number of B",
                                   [&] { return solver.scattering().reciprocal_condition(); });
   if (reciprocal < kSmallestReciprocalCondition) {
-    warn({fmt::format("ill_conditioned: B has a condition number of about {:.1e}; the pressure may keep fewer than "
+    say({{fmt::format("ill_conditioned: B has a condition number of about {:.1e}; the pressure may keep fewer than "
                       "eight digits of its own system",
                       1.0 / reciprocal)},
-         run, progress);
+         {}},
+        run, progress);
   }
 }
 
-void raise_alarm(const SolveSpec& solve, Models& models, Run& run, Progress& progress) {
-  const MethodSpec& first = solve.methods.front();
-  double spent = 0.0;
-  for (const SolveRecord& record : run.solves) {
-    spent += record.seconds;
+/// The alarm of the first method's scheme, and that of every other scheme without a cure on the first method by it. A
+/// Burton-Miller scheme that the run has solved anyway is what they are compared with.
+void raise_alarms(const SolveSpec& solve, Models& models, Run& run, Progress& progress) {
+  const auto cured =
+      std::ranges::find_if(solve.methods, [](const MethodSpec& method) { return traits(method.scheme).burton_miller; });
+  std::set<Scheme> seen;
+  for (std::size_t m = 0; m < solve.methods.size(); ++m) {
+    const Scheme scheme = solve.methods[m].scheme;
+    if (!seen.insert(scheme).second || (m > 0 && has_cure(scheme))) {
+      continue;
+    }
+    double spent = 0.0;
+    for (const SolveRecord& record : run.solves) {
+      spent += record.seconds;
+    }
+    const std::string name = to_string(scheme);
+    const double alarm = timed(
+        progress, run.seconds, m == 0 ? "alarm" : "alarm_" + name, "compare plain and Burton-Miller pressures", [&] {
+          SkinScattering* reference = cured != solve.methods.end() ? &models.of(cured->scheme).scattering() : nullptr;
+          return fictitious_alarm(models.of(scheme).scattering(), reference, solve.solver,
+                                  drive(run.methods[m].solution), run.methods[m].pressure, spent, run.solves, progress);
+        });
+    if (m == 0) {
+      run.alarm = alarm;
+    }
+    if (!has_cure(scheme) && !std::isnan(alarm)) {
+      run.alarms.emplace_back(name, alarm);
+    }
   }
-  run.alarm = timed(progress, run.seconds, "alarm", "compare plain and Burton-Miller pressures", [&] {
-    return fictitious_alarm(models.of(first.scheme).scattering(), solve.solver, drive(run.methods.front().solution),
-                            run.methods.front().pressure, spent, run.solves, progress);
-  });
 }
 
 FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& run) {
@@ -267,7 +292,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   if (const std::string slow = blas_warning(); !slow.empty()) {
     progress.warn(slow);  // of this process, not of the result
   }
-  warn(model_warnings(model), run, progress);
+  say(model_remarks(model), run, progress);
   Models models(model, options, run, progress);
   const MethodSpec& first = spec.methods.front();
   if (run.target && !model.scene.target->pressure) {
@@ -282,7 +307,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
     finished(run);
   }
   warn_of_conditioning(models.of(first.scheme), run, progress);
-  raise_alarm(spec, models, run, progress);
+  raise_alarms(spec, models, run, progress);
   if (judged_elsewhere(model.scene)) {
     judge_elsewhere(
         model, options, [&]() -> SkinScattering& { return models.of(spec.scheme).scattering(); }, run, progress);
@@ -293,7 +318,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   if (spec.certificate && run.target) {
     certify_methods(spec.scheme, models, run, progress);
   }
-  warn(result_warnings(run, first.scheme), run, progress);
+  say(result_remarks(run), run, progress);
   for (const FieldGrid& grid : model.fields) {
     run.fields.push_back(timed(progress, run.seconds, "field_" + grid.name,
                                fmt::format("field {}: {} points", grid.name, grid.size()),

@@ -3,30 +3,35 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/mesh_risks.h"
+#include "sim/mesh/query/self_intersections.h"
+#include "sim/mesh/remesh/mesh_quality.h"
+#include "sim/solve/judge_comparison.h"
 
 namespace touchfield {
 
 namespace {
 
-constexpr double kFewestEdges = 3.0;  // a wavelength
+constexpr double kFewestEdges = 3.0;       // a wavelength, by the mean face
+constexpr double kFewestNearTarget = 2.5;  // on all but a twentieth of the target's surroundings
+constexpr double kFewestAnywhere = 2.0;    // on all but a twentieth of the skin
 constexpr double kSmallestAngle = 10.0 * kDegree;
 constexpr double kLargestJump = 3.0;
-constexpr double kNearestParts = 1.0;   // edges
-constexpr double kThinnestBody = 2.0;   // edges: at one, the dark side of a plate is 11 % off
-constexpr double kNearestSource = 1.0;  // edges
-constexpr double kLargestAlarm = 0.1;
-constexpr double kLargestAmplification = 2.0;
+constexpr double kNearestParts = 1.0;    // edges
+constexpr double kThinnestBody = 2.0;    // edges: at one, the dark side of a plate is 11 % off
+constexpr double kNearestSource = 1.0;   // edges
+constexpr double kLargestOpposed = 0.1;  // share of the target
 
 std::string at(const Vector3& point) { return "at " + place_text(point); }
 
 /// The transducer that is nearest to the skin, counted in edges of the face it is nearest to.
-void warn_of_near_source(const Model& model, std::vector<std::string>& warnings) {
+void warn_of_near_source(const Model& model, Remarks& remarks) {
   if (model.array.kind == TransducerArray::Kind::kPlaneWave) {
     return;
   }
@@ -44,7 +49,7 @@ void warn_of_near_source(const Model& model, std::vector<std::string>& warnings)
     }
   }
   if (least < kNearestSource) {
-    warnings.push_back(
+    remarks.warnings.push_back(
         fmt::format("near_source: transducer {} is {:.2f} edges from the skin; its field is sampled once a face, which "
                     "needs at least {:.0f}",
                     nearest, least, kNearestSource));
@@ -53,7 +58,7 @@ void warn_of_near_source(const Model& model, std::vector<std::string>& warnings)
 
 /// Transducers are made to radiate ahead of them; what their directivity says of the half space behind was not
 /// measured.
-void warn_of_body_behind(const Model& model, std::vector<std::string>& warnings) {
+void warn_of_body_behind(const Model& model, Remarks& remarks) {
   const TransducerArray& array = model.array;
   if (array.kind == TransducerArray::Kind::kPlaneWave || array.directivity.kind() == Directivity::Kind::kOmni) {
     return;
@@ -69,84 +74,126 @@ void warn_of_body_behind(const Model& model, std::vector<std::string>& warnings)
   const Eigen::RowVectorXd ahead = array.axes.cwiseProduct((-array.positions).colwise() + middle).colwise().sum();
   const Eigen::Index behind = (ahead.array() <= 0).count();
   if (2 * behind > array.size()) {
-    warnings.push_back(fmt::format(
+    remarks.warnings.push_back(fmt::format(
         "behind_array: {} of {} transducers point away from the {}, {}; nobody measured what they radiate behind them: "
         "turn the array by array.rotate_deg, or move it or the body",
         behind, array.size(), model.boxes.empty() ? "body" : "target", at(middle)));
   }
 }
 
+void warn_of_crossings(const TriangleMesh& mesh, Remarks& remarks) {
+  constexpr std::size_t kMost = 1000;
+  const auto pairs = self_intersections(mesh, kMost);
+  if (!pairs.empty()) {
+    remarks.warnings.push_back(
+        fmt::format("cutting_faces: {}; no scheme knows there which side is air: `touchfield mesh --resurface` or "
+                    "body.mesh.resurface_mm makes one skin of them",
+                    self_intersections_text(mesh, pairs, kMost)));
+  }
+}
+
+void warn_of_coarse_mesh(const Model& model, const std::optional<Target>& target, Remarks& remarks) {
+  const TriangleMesh& mesh = model.body.mesh;
+  const double wavelength = model.wave.wavelength();
+  const Resolution all = mesh_quality(mesh, wavelength).resolution;
+  std::string where;
+  if (all.mean < kFewestEdges) {
+    where = fmt::format("{:.2f} edges a wavelength; below {:.0f}", all.mean, kFewestEdges);
+  } else if (all.least_5 < kFewestAnywhere) {
+    where =
+        fmt::format("{:.2f} edges a wavelength on a twentieth of the skin; below {:.0f}", all.least_5, kFewestAnywhere);
+  } else if (target) {
+    const auto near = resolution_where(mesh, wavelength, target_surroundings(mesh, target->faces));
+    if (near->least_5 < kFewestNearTarget) {
+      where =
+          fmt::format("{:.2f} edges a wavelength on a twentieth of the skin within {:.0f} mm of the target; below {}",
+                      near->least_5, kTargetReach / kMillimetre, kFewestNearTarget);
+    }
+  }
+  if (!where.empty()) {
+    remarks.warnings.push_back(fmt::format(
+        "coarse_mesh: {} the pressure of any scheme is an estimate (check --accuracy measures it on this mesh)",
+        where));
+  }
+}
+
+void warn_of_both_sides(const TriangleMesh& mesh, const Target& target, Remarks& remarks) {
+  const OppositeSides sides = opposite_sides(mesh, target);
+  if (sides.share > kLargestOpposed) {
+    remarks.warnings.push_back(fmt::format(
+        "both_sides: {:.0f} % of the target lies on two sides of {:.1f} mm of a body, e.g. {}; sound comes to one of "
+        "them: make the box thinner, or move it",
+        100.0 * sides.share, sides.thickness / kMillimetre, at(sides.at)));
+  }
+}
+
+/// A pattern fits the mesh that it was found on, errors included.
+void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks) {
+  const Scene& scene = model.scene;
+  const bool found = std::ranges::any_of(
+      scene.solve.methods, [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
+  if (scene.target && found && scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene)) {
+    remarks.notes.push_back(
+        fmt::format("judged_by_itself: the pattern is judged by {} on the mesh it was found on, {:.2f} edges a "
+                    "wavelength, whose errors it fits too; judge: {{scheme, edge_mm}} takes another",
+                    to_string(scene.solve.scheme), mean_resolution));
+  }
+}
+
+void note_truncation(const Model& model, Remarks& remarks) {
+  const bool cut = std::ranges::any_of(model.skin, [](unsigned char skin) { return skin == 0; });
+  const bool whole = model.scene.judge.kind == JudgeSpec::Kind::kEdge && model.scene.judge.whole;
+  if (cut && !whole && model.scene.judge.kind != JudgeSpec::Kind::kNone) {
+    double radius = std::numeric_limits<double>::infinity();
+    for (const BodySpec& body : model.scene.bodies) {
+      radius = std::min(radius, body.keep_within.value_or(radius));
+    }
+    remarks.notes.push_back(
+        fmt::format("truncated: found and judged on what lies within keep_within_mm = {:.4g} of the target alone; what "
+                    "the array does to the rest of the body is neither avoided nor counted in error and leakage: "
+                    "judge.whole: true counts it",
+                    radius / kMillimetre));
+  }
+}
+
 }  // namespace
 
-std::vector<std::string> model_warnings(const Model& model) {
+Remarks model_remarks(const Model& model) {
   const TriangleMesh& mesh = model.body.mesh;
-  std::vector<std::string> warnings = model.plan.warnings;
-  const double epw = edges_per_wavelength(mesh, model.wave.wavelength());
-  if (epw < kFewestEdges) {
-    warnings.push_back(
-        fmt::format("coarse_mesh: {:.2f} edges a wavelength; below {:.0f} the pressure of any scheme is an estimate "
-                    "(check --accuracy measures it on this mesh)",
-                    epw, kFewestEdges));
-  }
+  const auto target = model.scene.target ? std::optional(build_target(model)) : std::nullopt;
+  Remarks remarks{model.plan.warnings, {}};
+  warn_of_crossings(mesh, remarks);
+  warn_of_coarse_mesh(model, target, remarks);
   const MeshRisks risks = mesh_risks(mesh);
   if (risks.smallest_angle < kSmallestAngle) {
-    warnings.push_back(fmt::format("slivers: a face has an angle of {:.2f} degrees {}; it should have {:.0f} or more",
-                                   risks.smallest_angle / kDegree, at(risks.angle_at), kSmallestAngle / kDegree));
+    remarks.warnings.push_back(
+        fmt::format("slivers: a face has an angle of {:.2f} degrees {}; it should have {:.0f} or more",
+                    risks.smallest_angle / kDegree, at(risks.angle_at), kSmallestAngle / kDegree));
   }
   if (risks.size_jump > kLargestJump) {
-    warnings.push_back(fmt::format(
+    remarks.warnings.push_back(fmt::format(
         "size_jump: two faces that share an edge differ {:.1f} times in size {}; it should be {:.0f} at most",
         risks.size_jump, at(risks.jump_at), kLargestJump));
   }
   if (risks.gap < kNearestParts) {
-    warnings.push_back(fmt::format(
+    remarks.warnings.push_back(fmt::format(
         "narrow_gap: two parts of the skin are {:.2f} edges of air apart {}; what lies between them needs edges no "
         "longer than the gap",
         risks.gap, at(risks.gap_at)));
   }
   if (risks.thickness < kThinnestBody) {
-    warnings.push_back(
+    remarks.warnings.push_back(
         fmt::format("thin_body: the body is {:.2f} edges thick {}; its two sides need edges no longer than that",
                     risks.thickness, at(risks.thickness_at)));
   }
-  warn_of_body_behind(model, warnings);
-  warn_of_near_source(model, warnings);
-  return warnings;
-}
-
-std::vector<std::string> result_warnings(const Run& run, Scheme scheme) {
-  std::vector<std::string> warnings;
-  for (const SolveRecord& solve : run.solves) {
-    if (!solve.converged && solve.stage != "alarm") {
-      warnings.push_back(fmt::format("not_converged: {}: scheme {} by {} reached a residual of {:.1e} in {} steps",
-                                     solve.stage, solve.scheme, solve.solver, solve.residual, solve.steps));
-    }
+  warn_of_body_behind(model, remarks);
+  warn_of_near_source(model, remarks);
+  if (target) {
+    warn_of_both_sides(mesh, *target, remarks);
   }
-  const bool plain = !traits(scheme).burton_miller && !traits(scheme).interior_points;
-  if (plain && run.alarm > kLargestAlarm) {
-    warnings.push_back(fmt::format(
-        "fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: this body resonates inside "
-        "near this frequency, or the mesh is too coarse",
-        to_string(scheme), 100.0 * run.alarm));
-  }
-  if (run.target && !run.methods.empty() && run.methods.front().pressure.size() > 0) {
-    const Eigen::VectorXd power = run.methods.front().pressure.cwiseAbs2();
-    const Eigen::VectorXd& area = run.mesh.areas();
-    double inside = 0.0;
-    double inside_area = 0.0;
-    for (const Eigen::Index f : run.target->faces) {
-      inside += area(f) * power(f);
-      inside_area += area(f);
-    }
-    const double amplification = std::sqrt(area.dot(power) / area.sum() / (inside / inside_area));
-    if (amplification > kLargestAmplification) {
-      warnings.push_back(
-          fmt::format("deep_shadow: the target is {:.1f} times as quiet as the skin on average with method {}; errors "
-                      "count that many times there",
-                      amplification, run.methods.front().name));
-    }
-  }
-  return warnings;
+  note_own_judge(model, edges_per_wavelength(mesh, model.wave.wavelength()), remarks);
+  note_truncation(model, remarks);
+  return remarks;
 }
 
 }  // namespace touchfield

@@ -8,24 +8,40 @@
 
 namespace touchfield {
 
-/// What in a model makes its results less than trustworthy, each as "name: what, with the figure". docs/stability.md
-/// says what was measured on such cases.
+/// What is to be said of a result beside its numbers, each line "name: what, with the figure".
+struct Remarks {
+  std::vector<std::string> warnings;  // what makes it less than trustworthy
+  std::vector<std::string> notes;     // what is worth knowing besides
+};
+
+/// What a model says of its results. docs/stability.md says what was measured on such cases.
 ///
+/// Warnings:
 ///   mesh_unit       a mesh file in a unit that makes it no body of a person
-///   coarse_mesh     fewer than 3 edges a wavelength
+///   cutting_faces   faces of the body cut each other
+///   coarse_mesh     too few edges a wavelength: below 3 by the mean face; or, on a twentieth of the skin, below 2
+///                   anywhere or below 2.5 within 15 mm of the target
 ///   slivers         an angle below 10 degrees
 ///   size_jump       faces that share an edge differ more than 3 times in size
 ///   narrow_gap      two parts of the skin look at each other through less than one edge of air
 ///   thin_body       the same through less than two edges of the body
 ///   behind_array    more than half of the transducers, which radiate ahead, point away from the target or the body
 ///   near_source     a transducer nearer to the skin than a local edge
-std::vector<std::string> model_warnings(const Model& model);
+///   both_sides      a target box holds two sides of a body: more than a tenth of its faces look at each other through it
+/// Notes:
+///   judged_by_itself  the pattern was found on the very mesh and scheme that it is judged on
+///   truncated         the judge too lacks what keep_within leaves out
+Remarks model_remarks(const Model& model);
 
-/// The same for what a run found, in its present state.
+/// What a run found, in its present state.
 ///
+/// Warnings:
 ///   not_converged         a solve that missed its tolerance
 ///   fictitious_frequency  a scheme without a cure for them differs from Burton-Miller by more than 10 %
 ///   deep_shadow           the target is so quiet that errors of the loud skin count twice or more there
-std::vector<std::string> result_warnings(const Run& run, Scheme scheme);
+///   nonlinear             a method's sound has steepened to a shock: shock_distance_share of 1 and more
+/// Notes:
+///   nonlinear             the same from 0.3 on
+Remarks result_remarks(const Run& run);
 
 }  // namespace touchfield

@@ -352,6 +352,7 @@ RunDifference compare_runs(const Run& a, const Run& b, std::vector<TextChange> s
   // A warning's name is the word before its first colon; the rest holds figures.
   const auto warning_name = [](const std::string& warning) { return warning.substr(0, warning.find(':')); };
   result.warnings = unshared(names_of(a.warnings, warning_name), names_of(b.warnings, warning_name));
+  result.notes = unshared(names_of(a.notes, warning_name), names_of(b.notes, warning_name));
   const auto method_name = [](const MethodResult& method) { return method.name; };
   result.methods = unshared(names_of(a.methods, method_name), names_of(b.methods, method_name));
   for (const MethodResult& method : a.methods) {

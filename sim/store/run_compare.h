@@ -82,6 +82,7 @@ struct RunDifference {
   JudgeDifference judge;
   std::vector<TextChange> solvers;  // how a stage's system was solved
   OnlyIn warnings;                  // by name
+  OnlyIn notes;                     // likewise
   OnlyIn methods;
   std::vector<MethodDifference> both_methods;  // those of both runs
   OnlyIn fields;

@@ -299,6 +299,7 @@ std::string describe_difference(const RunDifference& difference) {
     text += line("solve", fmt::format("{}: {} -> {}", change.what, *change.a, *change.b));
   }
   text += only_lines("warnings", difference.warnings);
+  text += only_lines("notes", difference.notes);
   text += only_lines("methods", difference.methods);
   text += only_lines("fields", difference.fields);
   if (!difference.both_methods.empty()) {

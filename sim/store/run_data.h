@@ -24,6 +24,7 @@ struct MethodResult {
   Eigen::VectorXcd pressure;        // M, on the solving mesh [Pa]
   Eigen::VectorXcd judge_pressure;  // on the judge's mesh [Pa]; empty: no judge, or `pressure` is the judge's
   Metrics metrics;
+  double shock_distance_share = kNotComputed;  // sigma on the way to the loudest place of the skin (nonlinearity.h)
   std::vector<std::pair<std::string, double>> seconds;  // stage -> seconds
 };
 
@@ -103,8 +104,10 @@ struct Run {
   std::vector<FieldResult> fields{};
   std::vector<SolveRecord> solves{};                      // in the order of the run
   std::vector<std::pair<std::string, double>> seconds{};  // stage of the whole run -> seconds
-  double alarm = kNotComputed;                            // |plain - Burton-Miller| / |Burton-Miller| of the pressures
-  std::vector<std::string> warnings{};
+  double alarm = kNotComputed;  // |plain - Burton-Miller| / |Burton-Miller|, first method's scheme
+  std::vector<std::pair<std::string, double>> alarms{};  // the same of each scheme without a cure: scheme -> alarm
+  std::vector<std::string> warnings{};                   // what makes it less than trustworthy, "name: what"
+  std::vector<std::string> notes{};                      // what is worth knowing besides, likewise
   Provenance provenance{};
   bool complete = false;
   std::vector<std::string> bodies{};     // names of the bodies; empty if there is one without a name

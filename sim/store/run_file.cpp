@@ -120,6 +120,7 @@ void method_parts(const Io& io, Method& result) {
   for (const MetricField& field : metric_fields()) {
     io.later_attribute(field.name, result.metrics.*field.value);
   }
+  io.later_attribute("shock_distance_share", result.shock_distance_share);
   io.stages("seconds_", result.seconds);
   io.list("phase", result.solution.phases, "rad");
   io.list("amplitude", result.solution.amplitudes, "1");
@@ -275,7 +276,9 @@ void run_parts(const Io& io, TheRun& run) {
         [](const Io& part, auto& field) { field_parts(part, field); });
   });
   io.part("seconds", !run.seconds.empty(), [&](const Io& part) { part.stages("", run.seconds); });
+  io.part("alarms", !run.alarms.empty(), [&](const Io& part) { part.stages("", run.alarms); });
   io.optional_texts("warnings", run.warnings);
+  io.optional_texts("notes", run.notes);
   io.part("provenance", true, [&](const Io& part) { provenance_parts(part, run.provenance); });
 }
 

@@ -180,6 +180,7 @@ void check_bodies(const Run& run) {
 }
 
 void check_run(const Run& run) {
+  require_stages("alarms", run.alarms);
   check_array(run.array);
   if (run.array_truth) {
     check_response("array's truth", run.array_truth->response, run.array.size());

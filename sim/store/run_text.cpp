@@ -164,12 +164,18 @@ std::string describe_run(const Run& run) {
   if (!std::isnan(run.alarm)) {
     text += fmt::format("alarm     plain and Burton-Miller pressures differ by {}\n", percent(run.alarm));
   }
+  for (const auto& [scheme, alarm] : run.alarms) {
+    text += fmt::format("alarm     {} and Burton-Miller differ by {}\n", scheme, percent(alarm));
+  }
   for (const auto& [stage, seconds] : run.seconds) {
     text += fmt::format("seconds   {}: {:.3f}\n", stage, seconds);
   }
   text += provenance_text(run.provenance);
   for (const std::string& warning : run.warnings) {
     text += fmt::format("warning   {}\n", warning);
+  }
+  for (const std::string& note : run.notes) {
+    text += fmt::format("note      {}\n", note);
   }
   return text + (run.methods.empty() ? "no method has finished\n" : '\n' + methods_table(run));
 }

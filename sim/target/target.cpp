@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/mesh/query/mesh_risks.h"
 
 namespace touchfield {
 
@@ -96,6 +97,35 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
     target.amplitudes = pressure / depths.maxCoeff() * depths;
   }
   return target;
+}
+
+OppositeSides opposite_sides(const TriangleMesh& mesh, const Target& target) {
+  constexpr double kOpposite = -0.8;  // of the normals
+  OppositeSides sides{0.0, 0.0, Vector3::Zero()};
+  double area = 0.0;
+  double opposed = 0.0;
+  for (std::size_t i = 0; i < target.faces.size(); ++i) {
+    const Eigen::Index f = target.faces[i];
+    area += mesh.areas()(f);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 0; j < target.faces.size(); ++j) {
+      const Eigen::Index g = target.faces[j];
+      if (target.box[i] == target.box[j] && mesh.normals().col(f).dot(mesh.normals().col(g)) < kOpposite &&
+          facing(mesh, f, g) == Facing::kThroughBody) {
+        nearest = std::min(nearest, (mesh.centroids().col(g) - mesh.centroids().col(f)).norm());
+      }
+    }
+    if (std::isfinite(nearest)) {
+      sides.at = opposed == 0.0 ? Vector3(mesh.centroids().col(f)) : sides.at;
+      opposed += mesh.areas()(f);
+      sides.thickness += mesh.areas()(f) * nearest;
+    }
+  }
+  if (opposed > 0.0) {
+    sides.share = opposed / area;
+    sides.thickness /= opposed;
+  }
+  return sides;
 }
 
 Eigen::Index central_face(const TriangleMesh& mesh, const Target& target) {

@@ -38,6 +38,18 @@ struct Target {
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
                    double pressure);
 
+/// A target that holds two sides of a body.
+struct OppositeSides {
+  double share;      // of the target's area: faces that look at another of the same box through the body (Facing) and
+                     // whose normal is within 37 degrees of opposite to its normal
+  double thickness;  // [m], mean over them of the distance to the nearest such face
+  Vector3 at;        // [m], centroid of one of them
+};
+
+/// share is 0 where a box lies over one side, even of a ball up to 71 degrees from its pole, and where facing pads meet
+/// through the air.
+OppositeSides opposite_sides(const TriangleMesh& mesh, const Target& target);
+
 /// The target face nearest to the target's area centroid: where a single focus belongs.
 Eigen::Index central_face(const TriangleMesh& mesh, const Target& target);
 

@@ -8,7 +8,7 @@ import numpy
 
 from meshes import icosphere, together, write_ply
 from sphere_series import K
-from support import FINGER, CommandTest, open_run, warning_names
+from support import FINGER, SOURCE, CommandTest, open_run, warning_names
 
 MESH = """\
 name: mesh
@@ -18,6 +18,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}], alarm: never}
 judge: none
 write: [h5]
 """
+SOFT = FINGER.replace("array:\n", "array:\n  source_pa_m: 0.4\n")  # far from nonlinear
 BOX = MESH.replace("{mesh: {file: skin.ply, unit: mm}}", "{box: {size_mm: [16, 16, 2]}, edge_mm: 1.6}")
 
 
@@ -40,9 +41,14 @@ class Warnings(CommandTest):
         done = self.run_ok("run", scene, "-o", "out", "--force", "--json", *arguments)
         names = warning_names(done.stderr)
         with open_run(self.folder / "out") as run:
-            kept = list(run["warnings"].asstr()[:]) if "warnings" in run else []
+            kept, self.notes = (list(run[kind].asstr()[:]) if kind in run else [] for kind in ("warnings", "notes"))
         self.assertEqual([text.split(":")[0] for text in kept], names)
         self.assertEqual(json.loads(done.stdout)["warnings"], kept)
+        self.assertEqual(json.loads(done.stdout)["notes"], self.notes)
+        log = (self.folder / "out/run.log").read_text()
+        for text in self.notes:
+            self.assertIn(f" note: {text}\n", log)
+            self.assertRegex(text, r"^[a-z_]+: .*\d")
         for text in kept:
             self.assertIn(f"touchfield: warning: {text}\n", done.stderr)
             self.assertRegex(text, r"^[a-z_]+: .*\d")
@@ -108,6 +114,74 @@ class Warnings(CommandTest):
         fixed = "solve.methods=[{fixed: {phases_rad: 0}}]"
         self.assertEqual(self.warned(FINGER, fixed, "target.box.at=top"), ["deep_shadow"])
         self.assertEqual(self.warned(FINGER, fixed), [])
+
+    def test_cutting_faces(self):
+        ball = icosphere(2, 8)
+        for apart, cut in [(12, True), (20, False)]:
+            pair = together(ball, (ball[0] + [apart, 0, 0], ball[1]))
+            self.assertEqual("cutting_faces" in self.warned(MESH, mesh=pair), cut, apart)
+
+    def test_coarse_mesh_near_the_target(self):
+        fine_above = "body.edge_mm={near: {top: 0.8}, far: 3.3, within_mm: 10}"
+        large = "body.capsule={radius_mm: 14, length_mm: 10}"
+        self.assertEqual(self.warned(FINGER, large, fine_above), ["coarse_mesh"])
+        self.assertNotIn("coarse_mesh", self.warned(FINGER, large, fine_above, "target.box.at=top"))
+
+    def test_both_sides(self):
+        plate = "body={box: {size_mm: [30, 30, 6]}, edge_mm: 2, place: {landmark: bottom, at_mm: [0, 0, 60]}}"
+        self.assertEqual(self.warned(FINGER, plate, "target.box.size_mm=[12, 12, 20]"), ["both_sides"])
+        self.assertEqual(self.warned(FINGER, plate, "target.box.size_mm=[12, 12, 6]"), [])
+
+    def note_names(self):
+        return [text.split(":")[0] for text in self.notes]
+
+    def test_notes_are_told_and_kept_apart_from_warnings(self):
+        self.warned(SOFT)
+        self.assertEqual(self.note_names(), ["judged_by_itself"])
+        said = self.run_ok("run", self.write("scene.yaml", SOFT), "-o", "out", "--force").stderr
+        self.assertIn(f"touchfield: note: {self.notes[0]}\n", said)
+        self.assertIn(f"note      {self.notes[0]}\n", self.run_ok("info", "out").stdout)
+        self.assertEqual(json.loads(self.run_ok("check", "scene.yaml", "--json").stdout)["notes"], self.notes)
+        self.warned(SOFT, "judge={split: 1}")
+        self.assertEqual(self.notes, [])
+
+    def test_truncated(self):
+        kept = ["body.keep_within_mm=13", "judge={edge_mm: 2.4}"]
+        self.warned(SOFT, *kept)
+        self.assertEqual(self.note_names(), ["truncated"])
+        self.warned(SOFT, *kept, "judge.whole=true")
+        self.assertEqual(self.notes, [])
+
+    def test_nonlinear(self):
+        # 64 transducers of a pitch of 10.16 mm in focus 60 mm above them; the source's strength sets sigma.
+        focus = ["solve.methods=[focus]", "judge={split: 1}"]
+        sigmas = []
+        for strength, names, notes in [(1, [], []), (4, [], ["nonlinear"]), (30, ["nonlinear"], [])]:
+            self.assertEqual(self.warned(FINGER, *focus, f"array.source_pa_m={strength}"), names, strength)
+            self.assertEqual(self.note_names(), notes, strength)
+            with open_run(self.folder / "out") as run:
+                sigmas.append(run["methods/focus"].attrs["shock_distance_share"])
+        self.assertAlmostEqual(sigmas[1] / sigmas[0], 4, delta=1e-6)
+        self.assertTrue(0.3 < sigmas[1] < 1 < sigmas[2], sigmas)
+
+    def test_fictitious_frequency_of_every_scheme(self):
+        mesh = icosphere(2, math.pi / K * 1e3)
+        two = "solve.methods=[{fixed: {phases_rad: 0}}, {fixed: {as: plain, phases_rad: 0, scheme: paper}}]"
+        self.assertEqual(self.warned(MESH, two, "solve.alarm=always", mesh=mesh), ["mesh_unit", "fictitious_frequency"])
+        with open_run(self.folder / "out") as run:
+            self.assertEqual(list(run["alarms"].attrs["stages"]), ["paper"])
+            self.assertGreater(run["alarms"].attrs["paper"], 0.1)
+
+    def test_shipped_scenes_explain_what_they_warn_of(self):
+        scenes = [path for path in sorted((SOURCE / "scenes").glob("*.yaml")) if path.stem != "template"]
+        self.assertGreaterEqual(len(scenes), 7)
+        explained = set()
+        for scene in scenes:
+            comment = " ".join(line for line in scene.read_text().splitlines() if line.startswith("#"))
+            for warning in json.loads(self.run_ok("check", scene, "--json").stdout)["warnings"]:
+                explained.add(warning.split(":")[0])
+                self.assertIn(f"`{warning.split(':')[0]}`", comment, f"{scene.name}: {warning}")
+        self.assertIn("narrow_gap", explained)  # between the fingers of grasp
 
     def test_not_converged(self):
         self.assertEqual(self.warned(MESH, "solve.max_steps=2", mesh=icosphere(2, 8)), ["not_converged"])

@@ -107,6 +107,10 @@ def check(run):
 
     assert run["seconds"].attrs["mesh"] == 0.125
     assert list(run["warnings"].asstr()) == ["coarse mesh", 'two, with "quotes"']
+    assert list(run["notes"].asstr()) == ["truncated: at 50 mm"]
+    assert list(run["alarms"].attrs["stages"]) == ["paper_corrected", "paper"]
+    assert run["alarms"].attrs["paper"] == 1 / 3
+    assert run["methods/surface"].attrs["shock_distance_share"] == 2 / 3
     provenance = run["provenance"].attrs
     assert provenance["version"] == "0.1.0" and provenance["threads"] == 2 and provenance["seeds"] == ""
     assert provenance["start"] == "2026-01-01T00:00:00Z" and provenance["scene_hash"] == "abc"

@@ -456,9 +456,12 @@ TEST(CompareRuns, FilesThatASceneNamesAreACause) {
 TEST(CompareRuns, WarningsAreComparedByName) {
   const RunDifference difference = changed([](RunData& run) {
     run.warnings = {"coarse mesh", "ill_conditioned: about 1e9"};
+    run.notes = {"nonlinear: 0.4", "truncated: at 40 mm"};
   });
   EXPECT_THAT(difference.warnings.a, ElementsAre("two, with \"quotes\""));
   EXPECT_THAT(difference.warnings.b, ElementsAre("ill_conditioned"));
+  EXPECT_THAT(difference.notes.a, IsEmpty());
+  EXPECT_THAT(difference.notes.b, ElementsAre("nonlinear"));
   EXPECT_EQ(difference.verdict, Verdict::kIdentical);
 }
 

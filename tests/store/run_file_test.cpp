@@ -51,6 +51,7 @@ void expect_same(const MethodResult& a, const MethodResult& b) {
   expect_same_bits(a.solution.amplitudes, b.solution.amplitudes);
   expect_same_bits(a.pressure, b.pressure);
   expect_same_bits(a.judge_pressure, b.judge_pressure);
+  expect_same_bits(a.shock_distance_share, b.shock_distance_share);
   for (const MetricField& field : metric_fields()) {
     SCOPED_TRACE(field.name);
     expect_same_bits(a.metrics.*field.value, b.metrics.*field.value);
@@ -133,7 +134,9 @@ void expect_same(const Run& a, const Run& b) {
   EXPECT_EQ(a.judge, b.judge);
   EXPECT_EQ(a.complete, b.complete);
   EXPECT_EQ(a.seconds, b.seconds);
+  EXPECT_EQ(a.alarms, b.alarms);
   EXPECT_EQ(a.warnings, b.warnings);
+  EXPECT_EQ(a.notes, b.notes);
   expect_same(a.provenance, b.provenance);
   expect_same(a.mesh, b.mesh);
   EXPECT_EQ(a.array.kind, b.array.kind);
@@ -185,7 +188,8 @@ TEST(RunFile, ARunOfNothingButAMeshAndAnArray) {
   write_run_file(path, run);
   expect_same(run, read_run_file(path));
   const hdf5::Content content = hdf5::read_content(path);
-  for (const char* absent : {"target", "methods", "judge", "transfer", "solves", "field", "seconds", "warnings"}) {
+  for (const char* absent :
+       {"target", "methods", "judge", "transfer", "solves", "field", "seconds", "alarms", "warnings", "notes"}) {
     EXPECT_FALSE(content.has(absent)) << absent;
   }
 }

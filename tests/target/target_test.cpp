@@ -8,6 +8,7 @@
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/target/gram.h"
+#include "tests/support/mesh_support.h"
 
 namespace touchfield {
 namespace {
@@ -134,6 +135,31 @@ TEST(Gram, AreaWeighsFacesByTheirShareAndInteriorPointsAsOneFace) {
   const Eigen::VectorXd weights = row_weights(FaceWeights::kArea, areas, 5);
   EXPECT_LT((weights - (Eigen::VectorXd(5) << 1.0 / 3, 2.0 / 3, 2.0, 1.0, 1.0).finished()).norm(), 1e-15);
   EXPECT_EQ(row_weights(FaceWeights::kEqual, areas, 5), Eigen::VectorXd::Ones(5));
+}
+
+Target held(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
+  return make_target(mesh, boxes, TargetProfile::kUniform, 1.0);
+}
+
+TEST(OppositeSides, OfABoxThroughAPlate) {
+  const TriangleMesh plate = touchfield::box({40e-3, 40e-3, 6e-3}, 1.5e-3).mesh;  // about its own middle
+  const double top = plate.vertices().row(2).maxCoeff();
+  const Vector3 middle(0, 0, top - 3e-3);
+  const OppositeSides through = opposite_sides(plate, held(plate, {{middle, {20e-3, 20e-3, 10e-3}}}));
+  EXPECT_NEAR(through.share, 1.0, 1e-12);
+  EXPECT_NEAR(through.thickness, 6e-3, 0.2e-3);
+  EXPECT_NEAR(std::abs(through.at.z() - middle.z()), 3e-3, 1e-9);
+  EXPECT_EQ(opposite_sides(plate, held(plate, {{{0, 0, top}, {20e-3, 20e-3, 4e-3}}})).share, 0.0);
+  // A box a side: each is right by itself.
+  const std::vector<TargetBox> sides = {{{0, 0, top}, {20e-3, 20e-3, 4e-3}},
+                                        {{0, 0, top - 6e-3}, {20e-3, 20e-3, 4e-3}}};
+  EXPECT_EQ(opposite_sides(plate, held(plate, sides)).share, 0.0);
+}
+
+TEST(OppositeSides, AreNoneOfACapNorOfPadsThatFaceEachOther) {
+  EXPECT_EQ(opposite_sides(ball(), held(ball(), {{{0, 0, -10e-3}, {20e-3, 20e-3, 12e-3}}})).share, 0.0);
+  const TriangleMesh pads = together(ball(), shifted(ball(), {30e-3, 0, 0}));
+  EXPECT_EQ(opposite_sides(pads, held(pads, {{{15e-3, 0, 0}, {16e-3, 10e-3, 10e-3}}})).share, 0.0);
 }
 
 }  // namespace

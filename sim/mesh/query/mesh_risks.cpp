@@ -80,9 +80,7 @@ Vector3 midway(const TriangleMesh& mesh, const std::vector<Opposite>& opposites,
 }
 
 void measure_distances(const TriangleMesh& mesh, const Eigen::VectorXd& sizes, MeshRisks& risks) {
-  constexpr double kReach = 5.0;     // local edges
-  constexpr double kAgainst = -0.5;  // of the normals: 60 degrees short of opposite
-  constexpr double kAlong = 0.5;     // of a normal and the line: 60 degrees
+  constexpr double kReach = 5.0;  // local edges
   const FaceTree tree(mesh);
   const auto faces = static_cast<std::size_t>(mesh.face_count());
   std::vector<Opposite> through_air(faces);
@@ -92,22 +90,16 @@ void measure_distances(const TriangleMesh& mesh, const Eigen::VectorXd& sizes, M
     std::vector<Index> found;
 #pragma omp for schedule(dynamic, 64)
     for (Index i = 0; i < mesh.face_count(); ++i) {
-      const Vector3 normal = mesh.normals().col(i);
       tree.centroids_within(mesh.centroids().col(i), kReach * sizes(i), found);
       for (const Index j : found) {
         // A pair counts once, from its larger face.
-        if (mesh.normals().col(j).dot(normal) >= kAgainst || sizes(j) > sizes(i)) {
+        const Facing how = sizes(j) > sizes(i) ? Facing::kNot : facing(mesh, i, j);
+        if (how == Facing::kNot) {
           continue;
         }
-        const Vector3 line = mesh.centroids().col(j) - mesh.centroids().col(i);
-        const double distance = line.norm();
-        const double leaves = line.dot(normal);
-        const double arrives = -line.dot(mesh.normals().col(j));
-        if (std::min(leaves, arrives) > kAlong * distance) {
-          through_air[static_cast<std::size_t>(i)].consider(distance / sizes(i), j);
-        } else if (std::max(leaves, arrives) < -kAlong * distance) {
-          through_body[static_cast<std::size_t>(i)].consider(distance / sizes(i), j);
-        }
+        const double distance = (mesh.centroids().col(j) - mesh.centroids().col(i)).norm();
+        auto& opposites = how == Facing::kThroughAir ? through_air : through_body;
+        opposites[static_cast<std::size_t>(i)].consider(distance / sizes(i), j);
       }
     }
   }
@@ -116,6 +108,22 @@ void measure_distances(const TriangleMesh& mesh, const Eigen::VectorXd& sizes, M
 }
 
 }  // namespace
+
+Facing facing(const TriangleMesh& mesh, Index i, Index j) {
+  constexpr double kAgainst = -0.5;  // of the normals: 60 degrees short of opposite
+  constexpr double kAlong = 0.5;     // of a normal and the line: 60 degrees
+  if (mesh.normals().col(j).dot(mesh.normals().col(i)) >= kAgainst) {
+    return Facing::kNot;
+  }
+  const Vector3 line = mesh.centroids().col(j) - mesh.centroids().col(i);
+  const double distance = line.norm();
+  const double leaves = line.dot(mesh.normals().col(i));
+  const double arrives = -line.dot(mesh.normals().col(j));
+  if (std::min(leaves, arrives) > kAlong * distance) {
+    return Facing::kThroughAir;
+  }
+  return std::max(leaves, arrives) < -kAlong * distance ? Facing::kThroughBody : Facing::kNot;
+}
 
 MeshRisks mesh_risks(const TriangleMesh& mesh) {
   const Eigen::VectorXd local_edges = (mesh.areas().array() * (4.0 / std::sqrt(3.0))).sqrt();

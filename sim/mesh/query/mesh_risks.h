@@ -4,10 +4,13 @@
 
 namespace touchfield {
 
+/// How two faces i, j look at each other: if n_i . n_j < -0.5 and the line between their centroids is within 60 degrees
+/// of both normals, through the air if it leaves i along n_i, else through the body.
+enum class Facing { kNot, kThroughAir, kThroughBody };
+Facing facing(const TriangleMesh& mesh, Eigen::Index i, Eigen::Index j);
+
 /// What makes boundary elements untrustworthy on a mesh, each with its worst place. The local edge of a face is the
-/// side of the equilateral triangle of its area. Two faces i, j look at each other if n_i . n_j < -0.5 and the line
-/// between their centroids is within 60 degrees of both normals: through the air if it leaves i along n_i, else through
-/// the body.
+/// side of the equilateral triangle of its area.
 struct MeshRisks {
   double size_jump;       // largest ratio of the local edges of two faces that share an edge, >= 1
   double size_range;      // longest edge over shortest edge

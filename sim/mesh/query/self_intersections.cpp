@@ -2,7 +2,11 @@
 
 #include <algorithm>
 
+#include <fmt/format.h>
+
+#include "sim/core/place_text.h"
 #include "sim/mesh/query/box_tree.h"
+#include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/triangle_pair.h"
 
 namespace touchfield {
@@ -51,6 +55,16 @@ Pairs self_intersections(const TriangleMesh& mesh, std::size_t most) {
   const std::vector<Box> boxes = boxes_round_faces(mesh, kTouch);
   return cutting_pairs(
       mesh, boxes, mesh, BoxTree(boxes), [](Index f) { return f + 1; }, most);
+}
+
+std::string self_intersections_text(const TriangleMesh& mesh, const Pairs& pairs, std::size_t most) {
+  if (pairs.empty()) {
+    return {};
+  }
+  const auto [one, other] = pairs.front();
+  return fmt::format("{} of faces cut each other, the first near {}",
+                     counted(static_cast<Index>(pairs.size()), "pair", pairs.size() < most ? "pairs" : "pairs or more"),
+                     place_text(0.5 * (mesh.centroids().col(one) + mesh.centroids().col(other)), 2));
 }
 
 Pairs intersections(const TriangleMesh& one, const TriangleMesh& other, std::size_t most) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,11 @@ namespace touchfield {
 /// accuracy  decided in double precision; a million faces of a closed skin take some seconds on one core
 std::vector<std::pair<Eigen::Index, Eigen::Index>> self_intersections(const TriangleMesh& mesh,
                                                                       std::size_t most = 1000);
+
+/// "3 pairs of faces cut each other, the first near (..) mm", from the pairs that self_intersections found; empty if
+/// there are none.
+std::string self_intersections_text(const TriangleMesh& mesh,
+                                    const std::vector<std::pair<Eigen::Index, Eigen::Index>>& pairs, std::size_t most);
 
 /// Pairs (face of one, face of other) of two meshes that cut each other, in order; the same rules.
 std::vector<std::pair<Eigen::Index, Eigen::Index>> intersections(const TriangleMesh& one, const TriangleMesh& other,

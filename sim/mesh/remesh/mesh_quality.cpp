@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -25,25 +26,26 @@ std::optional<Resolution> resolution_of(const TriangleMesh& mesh, double wavelen
   if (!(wavelength > 0) || !std::isfinite(wavelength)) {
     throw InputError(fmt::format("mesh quality: wavelength = {} m must be > 0 and finite", wavelength));
   }
-  Resolution resolution{0, 0, 0, Vector3::Zero()};
+  std::vector<std::pair<double, Eigen::Index>> faces;  // area, number
   double area = 0;
-  double largest = 0;
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     if (counts(f)) {
-      ++resolution.faces;
+      faces.emplace_back(mesh.areas()(f), f);
       area += mesh.areas()(f);
-      if (mesh.areas()(f) > largest) {
-        largest = mesh.areas()(f);
-        resolution.least_at = mesh.centroids().col(f);
-      }
     }
   }
-  if (resolution.faces == 0) {
+  if (faces.empty()) {
     return std::nullopt;
   }
-  resolution.mean = wavelength / side_of(area / static_cast<double>(resolution.faces));
-  resolution.least = wavelength / side_of(largest);
-  return resolution;
+  std::sort(faces.begin(), faces.end(), std::greater<>());
+  std::size_t fifth = 0;
+  for (double larger = faces[0].first; larger < 0.05 * area; larger += faces[fifth].first) {
+    ++fifth;
+  }
+  return Resolution{static_cast<Eigen::Index>(faces.size()),
+                    wavelength / side_of(area / static_cast<double>(faces.size())),
+                    wavelength / side_of(faces.front().first), wavelength / side_of(faces[fifth].first),
+                    mesh.centroids().col(faces.front().second)};
 }
 
 /// A flat triangle of the surface.
@@ -119,6 +121,11 @@ std::optional<Resolution> resolution_within(const TriangleMesh& mesh, double wav
                                             double radius) {
   return resolution_of(mesh, wavelength,
                        [&](Eigen::Index f) { return (mesh.centroids().col(f) - centre).norm() <= radius; });
+}
+
+std::optional<Resolution> resolution_where(const TriangleMesh& mesh, double wavelength,
+                                           const std::vector<unsigned char>& marked) {
+  return resolution_of(mesh, wavelength, [&](Eigen::Index f) { return marked[static_cast<std::size_t>(f)] != 0; });
 }
 
 double wanted_faces(const TriangleMesh& mesh, const EdgeSizing& sizing, double most) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "sim/mesh/remesh/edge_sizing.h"
 #include "sim/mesh/triangle_mesh.h"
@@ -12,6 +13,7 @@ struct Resolution {
   Eigen::Index faces;  // counted, >= 1
   double mean;         // wavelength over the side of the equilateral triangle of their mean area
   double least;        // wavelength over the longest local edge
+  double least_5;      // 5th percentile over their area: a twentieth of it has longer local edges
   Vector3 least_at;    // [m], centroid of that face
 };
 
@@ -49,6 +51,12 @@ MeshQuality mesh_quality(const TriangleMesh& mesh, double wavelength,
 /// throws   InputError if the wavelength is not positive
 std::optional<Resolution> resolution_within(const TriangleMesh& mesh, double wavelength, const Vector3& centre,
                                             double radius);
+
+/// Over the faces of a mesh that are marked, M; none if there are none.
+///
+/// throws   InputError if the wavelength is not positive
+std::optional<Resolution> resolution_where(const TriangleMesh& mesh, double wavelength,
+                                           const std::vector<unsigned char>& marked);
 
 EdgeFit edge_fit(const TriangleMesh& mesh, const EdgeSizing& sizing);
 

@@ -19,14 +19,9 @@ using Index = Eigen::Index;
 void find_crossings(const TriangleMesh& mesh, SkinReport& report) {
   const auto pairs = self_intersections(mesh, SkinReport::kMostCrossings);
   report.crossings = static_cast<Index>(pairs.size());
-  if (pairs.empty()) {
-    return;
+  if (!pairs.empty()) {
+    report.faults.push_back(self_intersections_text(mesh, pairs, SkinReport::kMostCrossings));
   }
-  const auto [one, other] = pairs.front();
-  const bool all = pairs.size() < SkinReport::kMostCrossings;
-  report.faults.push_back(fmt::format("{} of faces cut each other, the first near {}",
-                                      counted(report.crossings, "pair", all ? "pairs" : "pairs or more"),
-                                      place_text(0.5 * (mesh.centroids().col(one) + mesh.centroids().col(other)), 2)));
 }
 
 }  // namespace

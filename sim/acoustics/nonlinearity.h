@@ -1,0 +1,44 @@
+#pragma once
+
+#include "sim/acoustics/transducer_array.h"
+
+namespace touchfield {
+
+/// Coefficient of nonlinearity of air, beta = (gamma + 1) / 2.
+inline constexpr double kNonlinearityOfAir = 1.2;
+
+/// How far the sound of a driven array has steepened on a straight way, as a share of the way at which a shock forms:
+///
+///   sigma = integral over the way of beta k |p_inc| / (rho c^2) ds
+///
+/// of the incident field alone, by the midpoint rule. At 1 a plane wave without losses has a vertical front. A focused
+/// wave is counted by its local pressure, as if it were plane there.
+///
+/// drive     N: complex drives, amplitude 0..1
+/// from, to  ends of the way [m], at least a wavelength from every transducer (wave_front_begin)
+/// points    > 0
+/// accuracy  1e-4 relative at 400 points on a way of 30 wavelengths that begins one wavelength from a transducer
+/// source    Blackstock, Hamilton, Pierce in Hamilton, Blackstock: Nonlinear Acoustics (1998), ch. 4
+double shock_distance_share(const TransducerArray& array, const Wave& wave, const Eigen::VectorXcd& drive,
+                            const Vector3& from, const Vector3& to, int points = 400);
+
+/// Where the way from the array's centre (the mean of its transducers) to a point begins to be counted: the first point
+/// from which on no transducer is nearer than a wavelength; `to` itself if there is none.
+///
+/// Before that there is no front that belongs to the array, only each transducer's own near field, where the law of a
+/// point, P0 d/r, does not hold: its integral grows without bound towards a transducer that happens to sit in the
+/// centre, while the pressure before a real face of radius b and velocity u is at most 2 rho c u = 4 P0 / (k b^2). What
+/// is left out is therefore at most 4 beta P0 lambda / (rho c^2 b^2): 0.06 for an AUTD3's transducer.
+///
+/// array   of transducers; a plane wave has no centre
+/// throws  std::logic_error on a plane wave
+Vector3 wave_front_begin(const TransducerArray& array, const Wave& wave, const Vector3& to);
+
+/// Amplitude of the n-th harmonic of a plane wave without losses over the amplitude that it began with, by Fubini's
+/// series: 2 J_n(n sigma) / (n sigma).
+///
+/// n       1: the fundamental
+/// sigma   0 to 1, before the shock
+double plane_wave_harmonic(int n, double sigma);
+
+}  // namespace touchfield

@@ -1,0 +1,109 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "sim/acoustics/nonlinearity.h"
+#include "sim/solve/warnings.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kLargestAlarm = 0.1;
+constexpr double kLargestAmplification = 2.0;
+constexpr double kNotableSigma = 0.3;
+constexpr double kShock = 1.0;
+
+void remark_unconverged(const Run& run, Remarks& remarks) {
+  for (const SolveRecord& solve : run.solves) {
+    if (!solve.converged && solve.stage != "alarm") {
+      remarks.warnings.push_back(
+          fmt::format("not_converged: {}: scheme {} by {} reached a residual of {:.1e} in {} steps", solve.stage,
+                      solve.scheme, solve.solver, solve.residual, solve.steps));
+    }
+  }
+}
+
+void remark_alarms(const Run& run, Remarks& remarks) {
+  for (const auto& [scheme, alarm] : run.alarms) {
+    if (alarm > kLargestAlarm) {
+      remarks.warnings.push_back(
+          fmt::format("fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: this body resonates "
+                      "inside near this frequency, or the mesh is too coarse",
+                      scheme, 100.0 * alarm));
+    }
+  }
+}
+
+void remark_shadow(const Run& run, Remarks& remarks) {
+  if (run.target && !run.methods.empty() && run.methods.front().pressure.size() > 0) {
+    const Eigen::VectorXd power = run.methods.front().pressure.cwiseAbs2();
+    const Eigen::VectorXd& area = run.mesh.areas();
+    double inside = 0.0;
+    double inside_area = 0.0;
+    for (const Eigen::Index f : run.target->faces) {
+      inside += area(f) * power(f);
+      inside_area += area(f);
+    }
+    const double amplification = std::sqrt(area.dot(power) / area.sum() / (inside / inside_area));
+    if (amplification > kLargestAmplification) {
+      remarks.warnings.push_back(
+          fmt::format("deep_shadow: the target is {:.1f} times as quiet as the skin on average with method {}; errors "
+                      "count that many times there",
+                      amplification, run.methods.front().name));
+    }
+  }
+}
+
+/// Names and sigmas of the methods from `least` to below `end`, the largest of them in `largest`.
+std::string steepened(const Run& run, double least, double end, double& largest) {
+  std::string methods;
+  largest = 0.0;
+  for (const MethodResult& method : run.methods) {
+    const double sigma = method.shock_distance_share;
+    if (sigma >= least && sigma < end) {
+      methods += fmt::format("{}{} {:.2f}", methods.empty() ? "" : ", ", method.name, sigma);
+      largest = std::max(largest, sigma);
+    }
+  }
+  return methods;
+}
+
+/// What a plane wave without losses has lost at `sigma`: "1.2 % of its fundamental, with a second harmonic of 15 %".
+std::string plane_wave_text(double sigma) {
+  const double fundamental = plane_wave_harmonic(1, sigma);
+  return fmt::format("{:.2g} % of its fundamental and has a second harmonic of {:.0f} % of what is left",
+                     100.0 * (1.0 - fundamental), 100.0 * plane_wave_harmonic(2, sigma) / fundamental);
+}
+
+void remark_nonlinearity(const Run& run, Remarks& remarks) {
+  double largest = 0.0;
+  if (const std::string methods = steepened(run, kShock, HUGE_VAL, largest); !methods.empty()) {
+    remarks.warnings.push_back(
+        fmt::format("nonlinear: on the way to the loudest place of the skin sigma reaches {}: a shock forms at 1, "
+                    "where a plane wave "
+                    "without losses has lost {}; this linear model puts the pressure there too high",
+                    methods, plane_wave_text(kShock)));
+  }
+  if (const std::string methods = steepened(run, kNotableSigma, kShock, largest); !methods.empty()) {
+    remarks.notes.push_back(
+        fmt::format("nonlinear: on the way to the loudest place of the skin sigma reaches {}: at {:.2f} a plane wave "
+                    "without losses has lost {}",
+                    methods, largest, plane_wave_text(largest)));
+  }
+}
+
+}  // namespace
+
+Remarks result_remarks(const Run& run) {
+  Remarks remarks;
+  remark_unconverged(run, remarks);
+  remark_alarms(run, remarks);
+  remark_shadow(run, remarks);
+  remark_nonlinearity(run, remarks);
+  return remarks;
+}
+
+}  // namespace touchfield
