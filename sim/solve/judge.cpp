@@ -44,9 +44,10 @@ Eigen::MatrixXcd pressures_of(const Run& run) {
   return columns_of(run, run.mesh.face_count(), [](const MethodResult& method) { return method.pressure; });
 }
 
-Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
-                   const Eigen::VectorXcd& pressure) {
-  return target ? metrics_of(mesh, model.wave, model.boxes, *target, pressure) : metrics_of(mesh, model.wave, pressure);
+Metrics metrics_on(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
+                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
+  return target ? metrics_of(mesh, gradient, model.wave, model.boxes, *target, pressure)
+                : metrics_of(mesh, gradient, model.wave, pressure);
 }
 
 void set_metrics(MethodResult& result, Metrics metrics) {
@@ -101,10 +102,11 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, Run& run, 
     }
     target_differences = JudgeComparison(run.mesh, mesh, judge_mesh.splits, near).differences(own, pressures);
   }
+  const SurfaceGradient gradient(mesh, model.wave.k());
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     const auto column = static_cast<Eigen::Index>(s);
     run.methods[s].judge_pressure = pressures.col(column);
-    set_metrics(run.methods[s], metrics_on(mesh, model, judge_model.target, pressures.col(column)));
+    set_metrics(run.methods[s], metrics_on(mesh, gradient, model, judge_model.target, pressures.col(column)));
     run.methods[s].metrics.judge_difference = differences(column);
     run.methods[s].metrics.judge_difference_target = target_differences(column);
   }

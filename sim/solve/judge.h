@@ -4,6 +4,7 @@
 #include <string>
 
 #include "sim/core/progress.h"
+#include "sim/field/surface_gradient.h"
 #include "sim/solve/model.h"
 #include "sim/solve/solve_model.h"
 #include "sim/store/run_data.h"
@@ -11,8 +12,8 @@
 namespace touchfield {
 
 /// The scores of a pressure on a mesh: against the target where the scene has one.
-Metrics metrics_on(const TriangleMesh& mesh, const Model& model, const std::optional<Target>& target,
-                   const Eigen::VectorXcd& pressure);
+Metrics metrics_on(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
+                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure);
 
 /// A judge's metrics take the place of what was there; what the method itself knows stays.
 void set_metrics(MethodResult& result, Metrics metrics);
