@@ -1,5 +1,6 @@
 // Reciprocity and energy on a whole hand at 20 kHz: 4.3 edges a wavelength.
 #include <cmath>
+#include <memory>
 
 #include <gtest/gtest.h>
 

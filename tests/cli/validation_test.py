@@ -1,5 +1,6 @@
 """Scenes of scenes/validation: widths of foci against closed form and publication."""
 
+import math
 import unittest
 
 import numpy
@@ -26,21 +27,25 @@ class Validation(CommandTest):
             first = next(i for i in range(1, len(mean) - 1) if mean[i] < mean[i - 1] and mean[i] < mean[i + 1])
             return float(method.attrs["width_mm"]), 1e3 * float(method.attrs["force_target_n"]), 2 * steps[first]
 
+    def closed_form(self, aperture, height):
+        """Half-power width of an unshaded line of this length: 0.443 lambda / sin(half its angle)."""
+        return 0.443 * WAVELENGTH / math.sin(math.atan(0.5 * aperture / height))
+
     def test_the_published_focus_of_18_by_18_transducers(self):
         width, force, minima = self.focus("hoshi_2010")
-        sinc = 0.886 * WAVELENGTH * 200 / 180
-        print(f"18 x 18: width {width:.2f} mm (sinc {sinc:.2f}), minima {minima:.1f} mm apart (2 lambda R / D "
+        line = self.closed_form(180, 200)
+        print(f"18 x 18: width {width:.2f} mm (a line {line:.2f}), minima {minima:.1f} mm apart (2 lambda R / D "
               f"{2 * WAVELENGTH * 200 / 180:.1f}, published 20), {force:.1f} mN (published 16)")
-        self.assertAlmostEqual(width / sinc, 1, delta=0.12)
+        self.assertAlmostEqual(width / line, 1, delta=0.12)
         self.assertAlmostEqual(minima, 20, delta=2)  # bins of 1 mm a side
         self.assertGreater(force, 16)  # every transducer at full level, no losses
 
     def test_the_focus_of_an_autd3_unit(self):
         for turn, aperture in [(0, 18 * 10.16), (90, 14 * 10.16)]:
             width, _, _ = self.focus("autd3_focus", "--set", f"target.box.rotate_deg=[0, 0, {turn}]")
-            sinc = 0.886 * WAVELENGTH * 150 / aperture
-            print(f"AUTD3, turned by {turn}: width {width:.2f} mm, sinc {sinc:.2f}")
-            self.assertAlmostEqual(width / sinc, 1, delta=0.2)
+            line = self.closed_form(aperture, 150)
+            print(f"AUTD3, turned by {turn}: width {width:.2f} mm, a line {line:.2f}")
+            self.assertAlmostEqual(width / line, 1, delta=0.12)
 
 
 if __name__ == "__main__":
