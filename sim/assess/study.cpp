@@ -210,8 +210,7 @@ class Ladder {
     SkinScattering scattering(model.body.mesh, model.wave, Scheme::kBurtonMillerPolished, SolverSpec{}, model.array,
                               records, progress_);
     MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
-    const double pressure =
-        methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.boxes, progress_);
+    const double pressure = methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.boxes, progress_);
     for (Model& rung : models_) {
       rung.scene.target->pressure = pressure;
     }

@@ -225,8 +225,8 @@ const Eigen::RowVectorXcd& MethodSolver::central_row() {
   return central_row_;
 }
 
-double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& mesh,
-                                const std::vector<TargetBox>& boxes, Progress& progress) {
+double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
+                                Progress& progress) {
   const auto judged = [&](double scale) {
     const PhaseSolution trial = solve(method, scale * target_->amplitudes, progress);
     return pattern_metrics(mesh, boxes, *target_, scattering_.pressure(drive(trial), "scale"));

@@ -257,9 +257,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   Models models(model, options, run, progress);
   const MethodSpec& first = spec.methods.front();
   if (run.target && !model.scene.target->pressure) {
-    const auto find_scale = [&] {
-      return models.of(first.scheme).best_scale(first, run.mesh, model.boxes, progress);
-    };
+    const auto find_scale = [&] { return models.of(first.scheme).best_scale(first, run.mesh, model.boxes, progress); };
     run.target->amplitudes *= timed(progress, run.seconds, "scale",
                                     fmt::format("find the target's best pressure for {}", first.name), find_scale);
   }
