@@ -80,7 +80,7 @@ class Reference {
       return kNotComputed;
     }
     const Eigen::VectorXcd p = scattering_.pressure(drive(solution), "reference");
-    return metrics_of(mesh(), model_.wave, model_.boxes, *target_, p).relative_error;
+    return pattern_metrics(mesh(), model_.boxes, *target_, p).relative_error;
   }
 
  private:
@@ -210,8 +210,7 @@ class Ladder {
     SkinScattering scattering(model.body.mesh, model.wave, Scheme::kBurtonMillerPolished, SolverSpec{}, model.array,
                               records, progress_);
     MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
-    const double pressure =
-        methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.wave, model.boxes, progress_);
+    const double pressure = methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.boxes, progress_);
     for (Model& rung : models_) {
       rung.scene.target->pressure = pressure;
     }

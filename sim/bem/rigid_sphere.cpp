@@ -22,6 +22,9 @@ std::vector<Complex> spherical_hankel(int order, double x) {
   return h;
 }
 
+/// Beyond, the terms of a plane wave vanish.
+int highest_order(double ka) { return static_cast<int>(std::ceil(ka + 10.0 + 6.0 * std::cbrt(ka))); }
+
 /// i / (x^2 h_n'(x)) with h_n' = n/x h_n - h_(n+1).
 Complex surface_factor(const std::vector<Complex>& h, int n, double x) {
   const auto at = static_cast<std::size_t>(n);
@@ -59,7 +62,7 @@ Eigen::VectorXcd legendre_sum(const std::vector<Complex>& c, const Eigen::Vector
 Eigen::VectorXcd rigid_sphere_plane_wave(const Wave& wave, double radius, const Eigen::VectorXd& cos_theta) {
   require_sphere(wave, radius);
   const double ka = wave.k() * radius;
-  const int order = static_cast<int>(std::ceil(ka + 10.0 + 6.0 * std::cbrt(ka)));
+  const int order = highest_order(ka);
   const auto h = spherical_hankel(order + 1, ka);
   std::vector<Complex> c;
   Complex power = 1.0;  // i^n
@@ -97,6 +100,28 @@ Eigen::VectorXcd rigid_sphere_point_source(const Wave& wave, double radius, doub
     c.push_back(Complex(0, wave.k() / (4.0 * std::numbers::pi)) * term);
   }
   return legendre_sum(c, cos_theta);
+}
+
+double rigid_sphere_force(const Wave& wave, double radius, double amplitude) {
+  require_sphere(wave, radius);
+  const double ka = wave.k() * radius;
+  const int order = highest_order(ka);
+  const auto h = spherical_hankel(order + 2, ka);
+  const auto scattered = [&](int n) {  // s_n
+    const Complex slope =
+        static_cast<double>(n) / ka * h[static_cast<std::size_t>(n)] - h[static_cast<std::size_t>(n) + 1];
+    return -slope.real() / slope;
+  };
+  double sum = 0.0;
+  for (int n = 0; n <= order; ++n) {
+    const Complex here = scattered(n);
+    const Complex next = scattered(n + 1);
+    sum += (n + 1.0) * (here + next + 2.0 * here * std::conj(next)).real();
+  }
+  const Medium& medium = wave.medium();
+  const double energy_density =
+      amplitude * amplitude / (2.0 * medium.density * medium.sound_speed * medium.sound_speed);
+  return -4.0 / (ka * ka) * sum * std::numbers::pi * radius * radius * energy_density;
 }
 
 }  // namespace touchfield

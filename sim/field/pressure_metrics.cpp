@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Geometry>
-
 #include "sim/core/units.h"
 
 namespace touchfield {
@@ -71,32 +69,13 @@ double crossing(const WidthProfile& profile, int peak, int step, double level) {
 
 }  // namespace
 
-Eigen::VectorXd radiation_pressure(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure) {
-  Eigen::VectorXcd at_vertex = Eigen::VectorXcd::Zero(mesh.vertex_count());
-  Eigen::VectorXd weight = Eigen::VectorXd::Zero(mesh.vertex_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      const int v = mesh.triangles()(c, f);
-      at_vertex(v) += mesh.areas()(f) * pressure(f);
-      weight(v) += mesh.areas()(f);
-    }
-  }
+Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& wave,
+                                   const Eigen::VectorXcd& pressure) {
   const Medium& medium = wave.medium();
   const double potential = 1.0 / (4.0 * medium.density * medium.sound_speed * medium.sound_speed);
   // rho |v_t|^2 / 4 with |v_t| = |grad p| / (omega rho)
   const double kinetic = 1.0 / (4.0 * medium.density * wave.omega() * wave.omega());
-  Eigen::VectorXd radiation(mesh.face_count());
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    Eigen::Vector3cd gradient = Eigen::Vector3cd::Zero();
-    for (int c = 0; c < 3; ++c) {
-      const int v = mesh.triangles()(c, f);
-      const Vector3 opposite = mesh.corner(f, (c + 2) % 3) - mesh.corner(f, (c + 1) % 3);
-      const Vector3 slope = Vector3(mesh.normals().col(f)).cross(opposite) / (2.0 * mesh.areas()(f));
-      gradient += at_vertex(v) / weight(v) * slope;
-    }
-    radiation(f) = potential * std::norm(pressure(f)) - kinetic * gradient.squaredNorm();
-  }
-  return radiation;
+  return potential * pressure.cwiseAbs2() - kinetic * gradient.of(pressure).colwise().squaredNorm().transpose();
 }
 
 double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target) {
@@ -166,8 +145,8 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
   return crossing(profile, peak, 1, level) - crossing(profile, peak, -1, level);
 }
 
-Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
-                   const Target& target, const Eigen::VectorXcd& pressure) {
+Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
+                        const Eigen::VectorXcd& pressure) {
   const Eigen::VectorXd& area = mesh.areas();
   const Eigen::VectorXd reached = pressure.cwiseAbs();
   const Eigen::VectorXd wanted = wanted_amplitudes(mesh, target);
@@ -175,7 +154,8 @@ Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector
   const double wanted_energy = area.dot(wanted.cwiseAbs2());
   const double product = area.dot(reached.cwiseProduct(wanted));
 
-  Metrics metrics = metrics_of(mesh, wave, pressure);
+  Metrics metrics;
+  metrics.peak_pa = reached.maxCoeff();
   metrics.scale = product / energy;
   metrics.correlation = product / std::sqrt(energy * wanted_energy);
   const auto error_at = [&](double scale) {
@@ -184,32 +164,42 @@ Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector
   metrics.relative_error = error_at(metrics.scale);
   metrics.relative_error_raw = error_at(1.0);
 
-  const Eigen::VectorXd radiation = radiation_pressure(mesh, wave, pressure);
   double inside_area = 0.0;
   double inside_sum = 0.0;
   double inside_energy = 0.0;
-  double inside_force = 0.0;
   for (const Eigen::Index f : target.faces) {
     inside_area += area(f);
     inside_sum += area(f) * reached(f);
     inside_energy += area(f) * reached(f) * reached(f);
-    inside_force += area(f) * radiation(f);
   }
   metrics.leakage = 1.0 - inside_energy / energy;
   metrics.mean_inside_pa = inside_sum / inside_area;
   const double variance = inside_energy / inside_area - metrics.mean_inside_pa * metrics.mean_inside_pa;
   metrics.cv_inside = std::sqrt(std::max(variance, 0.0)) / metrics.mean_inside_pa;
-  metrics.force_target_n = inside_force;
-  metrics.force_elsewhere_n -= inside_force;
   metrics.width_mm = half_maximum_width(mesh, boxes.front(), target, pressure) / kMillimetre;
   metrics.width_wanted_mm = wanted_width(mesh, boxes.front(), target) / kMillimetre;
   return metrics;
 }
 
-Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure) {
+Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
+                   const std::vector<TargetBox>& boxes, const Target& target, const Eigen::VectorXcd& pressure) {
+  Metrics metrics = pattern_metrics(mesh, boxes, target, pressure);
+  const Eigen::VectorXd force = mesh.areas().cwiseProduct(radiation_pressure(gradient, wave, pressure));
+  metrics.force_target_n = force(target.faces).sum();
+  metrics.force_elsewhere_n = force.sum() - metrics.force_target_n;
+  return metrics;
+}
+
+Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
+                   const Target& target, const Eigen::VectorXcd& pressure) {
+  return metrics_of(mesh, SurfaceGradient(mesh, wave.k()), wave, boxes, target, pressure);
+}
+
+Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
+                   const Eigen::VectorXcd& pressure) {
   Metrics metrics;
   metrics.peak_pa = pressure.cwiseAbs().maxCoeff();
-  metrics.force_elsewhere_n = mesh.areas().dot(radiation_pressure(mesh, wave, pressure));
+  metrics.force_elsewhere_n = mesh.areas().dot(radiation_pressure(gradient, wave, pressure));
   return metrics;
 }
 

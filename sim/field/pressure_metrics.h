@@ -2,6 +2,7 @@
 
 #include "sim/acoustics/medium.h"
 #include "sim/field/metrics.h"
+#include "sim/field/surface_gradient.h"
 #include "sim/target/target.h"
 
 namespace touchfield {
@@ -10,8 +11,9 @@ namespace touchfield {
 ///
 ///   P = |p|^2 / (4 rho c^2) - rho |v_t|^2 / 4,   v_t = grad_t p / (i omega rho)
 ///
-/// p [Pa] peak, M; grad_t from pressures averaged to the vertices by area, linear on each face.
-Eigen::VectorXd radiation_pressure(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure);
+/// p [Pa] peak, M; grad_t by the SurfaceGradient of the mesh for the wave's k.
+/// accuracy   docs/accuracy.md, "Forces"
+Eigen::VectorXd radiation_pressure(const SurfaceGradient& gradient, const Wave& wave, const Eigen::VectorXcd& pressure);
 
 /// Full width at half maximum of |p|^2 across a box [m]: |p|^2 averaged by area over the skin that faces the target's
 /// side, within 2 mm of the box's middle plane across its second axis, in bins of 0.25 mm along the width axis; half of
@@ -25,7 +27,7 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
 /// Extent of the target faces of the first box along its width axis, vertices included [m].
 double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target);
 
-/// Every metric that pressure and target give; the rest stay NaN.
+/// The metrics of a pattern; the rest stay NaN.
 ///
 ///   relative_error       min over a of || a |p| - p' || / || p' ||, area-weighted over all faces, p' = 0 off target
 ///   relative_error_raw   the same at a = 1;  scale: that a
@@ -33,14 +35,25 @@ double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target
 ///   leakage              sum of A |p|^2 off target over that of all faces
 ///   mean_inside_pa, cv_inside   area-weighted mean of |p| on the target, standard deviation over mean
 ///   peak_pa              largest |p| on any face
-///   force_target_n, force_elsewhere_n   sum of A P over the target's faces and over the others
+///   width_mm, width_wanted_mm   half_maximum_width, wanted_width
 ///
 /// boxes      the target's; width is measured across the first
 /// pressure   M [Pa]
+Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
+                        const Eigen::VectorXcd& pressure);
+
+/// Those and
+///
+///   force_target_n, force_elsewhere_n   sum of A P over the target's faces and over the others
+///
+/// gradient   of the mesh, for the wave's k; left out, it is made anew
+Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
+                   const std::vector<TargetBox>& boxes, const Target& target, const Eigen::VectorXcd& pressure);
 Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const std::vector<TargetBox>& boxes,
                    const Target& target, const Eigen::VectorXcd& pressure);
 
 /// The metrics that need no target: peak_pa, and force_elsewhere_n over the whole body.
-Metrics metrics_of(const TriangleMesh& mesh, const Wave& wave, const Eigen::VectorXcd& pressure);
+Metrics metrics_of(const TriangleMesh& mesh, const SurfaceGradient& gradient, const Wave& wave,
+                   const Eigen::VectorXcd& pressure);
 
 }  // namespace touchfield

@@ -48,10 +48,10 @@ void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
   }
 }
 
-void judge_method(MethodResult& result, const TriangleMesh& mesh, const Model& model,
+void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
-  Metrics metrics =
-      target ? metrics_of(mesh, model.wave, model.boxes, *target, pressure) : metrics_of(mesh, model.wave, pressure);
+  Metrics metrics = target ? metrics_of(mesh, gradient, model.wave, model.boxes, *target, pressure)
+                           : metrics_of(mesh, gradient, model.wave, pressure);
   if (!result.solution.cost_history.empty()) {
     metrics.cost = result.solution.cost_history.back();
   }
@@ -109,10 +109,11 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
     }
     target_differences = JudgeComparison(run.mesh, mesh, judge_mesh.splits, near).differences(believed, pressures);
   }
+  const SurfaceGradient gradient(mesh, model.wave.k());
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     const auto column = static_cast<Eigen::Index>(s);
     run.methods[s].judge_pressure = pressures.col(column);
-    judge_method(run.methods[s], mesh, model, judge_model.target, pressures.col(column));
+    judge_method(run.methods[s], mesh, gradient, model, judge_model.target, pressures.col(column));
     run.methods[s].metrics.judge_difference = differences(column);
     run.methods[s].metrics.judge_difference_target = target_differences(column);
   }

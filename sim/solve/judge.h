@@ -5,6 +5,7 @@
 #include <string>
 
 #include "sim/core/progress.h"
+#include "sim/field/surface_gradient.h"
 #include "sim/solve/model.h"
 #include "sim/solve/solve_model.h"
 #include "sim/store/run_data.h"
@@ -13,7 +14,7 @@ namespace touchfield {
 
 /// The scores of a method by its pressure on a mesh, against the target where there is one, and how far its sound has
 /// steepened on the way to the loudest face (not of a plane wave). A judge's take the place of what was there.
-void judge_method(MethodResult& result, const TriangleMesh& mesh, const Model& model,
+void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure);
 
 /// Every method by the judge's own model, all of them at once.

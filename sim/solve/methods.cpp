@@ -237,11 +237,11 @@ const Eigen::RowVectorXcd& MethodSolver::central_row() {
   return central_row_;
 }
 
-double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& mesh, const Wave& wave,
-                                const std::vector<TargetBox>& boxes, Progress& progress) {
+double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
+                                Progress& progress) {
   const auto judged = [&](double scale) {
     const PhaseSolution trial = solve(method, scale * target_->amplitudes, progress);
-    return metrics_of(mesh, wave, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
+    return pattern_metrics(mesh, boxes, *target_, scattering_.pressure(drive(trial), "scale"));
   };
   if (!method.kind->iterates) {
     return 1.0 / judged(1.0).scale;

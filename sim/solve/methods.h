@@ -43,8 +43,8 @@ class MethodSolver {
   /// face; the others do not depend on the scale and get the one at which they fit best.
   ///
   /// mesh   in the frame of the boxes
-  double best_scale(const MethodSpec& method, const TriangleMesh& mesh, const Wave& wave,
-                    const std::vector<TargetBox>& boxes, Progress& progress);
+  double best_scale(const MethodSpec& method, const TriangleMesh& mesh, const std::vector<TargetBox>& boxes,
+                    Progress& progress);
 
  private:
   PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,

@@ -180,7 +180,8 @@ void keep_transfers(const SolveSpec& solve, Models& models, Run& run, Progress& 
   }
 }
 
-MethodResult solve_method(const MethodSpec& method, Models& models, const Model& model, Run& run, Progress& progress) {
+MethodResult solve_method(const MethodSpec& method, Models& models, const Model& model, const SurfaceGradient& gradient,
+                          Run& run, Progress& progress) {
   const Scene& scene = model.scene;
   const Eigen::VectorXd amplitudes = run.target ? run.target->amplitudes : Eigen::VectorXd();
   MethodSolver& solver = models.of(method.scheme);
@@ -206,7 +207,8 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
     require_finite("judge of " + method.name, result.judge_pressure);
   }
   const bool elsewhere = result.judge_pressure.size() > 0;
-  judge_method(result, run.mesh, model, run.target, elsewhere ? result.judge_pressure : result.pressure);
+  judge_method(result, run.mesh, gradient, model, run.target,
+               elsewhere ? result.judge_pressure : result.pressure);
   if (elsewhere) {
     result.metrics.judge_difference = relative_difference(run.mesh.areas(), result.pressure, result.judge_pressure);
   }
@@ -296,14 +298,13 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   Models models(model, options, run, progress);
   const MethodSpec& first = spec.methods.front();
   if (run.target && !model.scene.target->pressure) {
-    const auto find_scale = [&] {
-      return models.of(first.scheme).best_scale(first, run.mesh, model.wave, model.boxes, progress);
-    };
+    const auto find_scale = [&] { return models.of(first.scheme).best_scale(first, run.mesh, model.boxes, progress); };
     run.target->amplitudes *= timed(progress, run.seconds, "scale",
                                     fmt::format("find the target's best pressure for {}", first.name), find_scale);
   }
+  const SurfaceGradient gradient(run.mesh, model.wave.k());
   for (const MethodSpec& method : spec.methods) {
-    run.methods.push_back(solve_method(method, models, model, run, progress));
+    run.methods.push_back(solve_method(method, models, model, gradient, run, progress));
     finished(run);
   }
   warn_of_conditioning(models.of(first.scheme), run, progress);

@@ -49,6 +49,36 @@ TEST(RigidSphere, PointSourceAt200Millimetres) {
   }
 }
 
+TEST(RigidSphere, ForceIsTheIntegralOfItsOwnPressure) {
+  // 2,000 rings of |p|^2 / (4 rho c^2) - |grad p|^2 / (4 rho omega^2), by the midpoint rule and central differences.
+  const Wave w = wave();
+  const Eigen::VectorXd angle = (Eigen::VectorXd::LinSpaced(2000, 0.5, 1999.5) * std::numbers::pi / 2000.0).eval();
+  for (const double ka : {0.3, 1.0, 5.0, 13.0}) {
+    const double radius = ka / w.k();
+    const auto at = [&](double turn) {
+      return rigid_sphere_plane_wave(w, radius, (angle.array() + turn).cos().matrix());
+    };
+    const Eigen::ArrayXd slope = ((at(1e-5) - at(-1e-5)) / (2e-5 * ka)).cwiseAbs2().array();
+    const Eigen::ArrayXd push = at(0.0).cwiseAbs2().array() - slope;
+    const double sum = -(push * angle.array().cos() * angle.array().sin()).sum() * std::numbers::pi / 2000.0;
+    const Medium air = w.medium();
+    const double expected =
+        9.0 * 2.0 * std::numbers::pi * radius * radius * sum / (4.0 * air.density * air.sound_speed * air.sound_speed);
+    EXPECT_NEAR(rigid_sphere_force(w, radius, 3.0) / expected, 1.0, 1e-5) << "ka " << ka;
+  }
+}
+
+TEST(RigidSphere, ForceOfALongWaveIsKings) {
+  // A sphere held still: Y = (11/9) (ka)^4 (1 + O((ka)^2)) as its density goes to infinity.
+  const Wave w = wave();
+  const double ka = 0.1;
+  const double radius = ka / w.k();
+  const Medium air = w.medium();
+  const double energy_density = 0.5 / (air.density * air.sound_speed * air.sound_speed);
+  EXPECT_NEAR(rigid_sphere_force(w, radius, 1.0) / (std::numbers::pi * radius * radius * energy_density),
+              11.0 / 9.0 * std::pow(ka, 4), 0.02 * std::pow(ka, 4));
+}
+
 TEST(RigidSphere, ALongWaveFeelsNoSphere) {
   const Wave slow = wave(1.0);
   const Eigen::VectorXcd p = rigid_sphere_plane_wave(slow, 8e-3, kAxis);

@@ -9,6 +9,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/mesh/query/face_ring.h"
 
 namespace touchfield {
 
@@ -16,7 +17,6 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double kSameSide = 0.5;  // cosine of 60 degrees
 constexpr std::size_t kEnoughFaces = 9;
 
 /// The quadratic's terms, those of lower degree first.
@@ -29,27 +29,12 @@ Terms terms_at(double u, double v) { return Terms(1.0, u, v, u * u, u * v, v * v
 SurfaceFit::SurfaceFit(const TriangleMesh& mesh)
     : mesh_(mesh), tree_(mesh), round_(mesh.triangles(), mesh.vertex_count()) {}
 
-/// Adds the faces that share a vertex with one in the list and have about this normal.
-void SurfaceFit::add_ring(const Vector3& normal, std::vector<Index>& faces) const {
-  const std::size_t inner = faces.size();
-  for (std::size_t i = 0; i < inner; ++i) {
-    for (const int v : Eigen::Vector3i(mesh_.triangles().col(faces[i]))) {
-      for (const Index f : round_.of(v)) {
-        if (mesh_.normals().col(f).dot(normal) >= kSameSide &&
-            std::find(faces.begin(), faces.end(), f) == faces.end()) {
-          faces.push_back(f);
-        }
-      }
-    }
-  }
-}
-
 void SurfaceFit::gather(Index face, std::vector<Index>& faces) const {
   const Vector3 normal = mesh_.normals().col(face);
   faces.assign(1, face);
-  add_ring(normal, faces);
+  add_ring(mesh_, round_, normal, faces);
   if (faces.size() < kEnoughFaces) {
-    add_ring(normal, faces);
+    add_ring(mesh_, round_, normal, faces);
   }
 }
 

@@ -38,7 +38,6 @@ class SurfaceFit {
   };
 
   void gather(Eigen::Index face, std::vector<Eigen::Index>& faces) const;
-  void add_ring(const Vector3& normal, std::vector<Eigen::Index>& faces) const;
   void weigh(const Vector3& x, const Vector3& normal, Stencil& stencil) const;
 
   TriangleMesh mesh_;
