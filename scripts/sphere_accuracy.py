@@ -1,7 +1,7 @@
-#!/usr/bin/env python3
-"""Error of solved spheres against the exact series, for every scheme: relative L2 of the complex pressure, in per cent.
+#!/usr/bin/python3
+"""Error of solved spheres against the exact series, for every scheme: relative L2 of the complex pressure.
 
-usage: scripts/sphere_accuracy.py [PROGRAM]     (default: build/release/apps/touchfield)
+usage: scripts/sphere_accuracy.py [PROGRAM [CSV]]     (default: build/release/apps/touchfield, results/tables/spheres.csv)
 """
 
 import math
@@ -14,9 +14,10 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
 os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
-sys.path.insert(0, str(ROOT / "tests/cli"))
+sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "scripts/report")]
 
 import numpy  # noqa: E402
+from runs import made_by, write_table  # noqa: E402
 from sphere_series import K, plane_wave  # noqa: E402
 from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
 
@@ -48,9 +49,12 @@ def measure(ka, edges_a_wavelength):
     return len(area), [relative_l2(area, p, exact) for p in pressures]
 
 
-print("| ka | edges a wavelength | faces | " + " | ".join(SCHEMES) + " |\n" + "|---" * (3 + len(SCHEMES)) + "|")
+rows = []
 for ka in [5.10, 5.858277, math.pi, 4.493409, 9.424778]:
     for edges in [3, 4, 6, 10] if ka < 7 else [3, 4, 6]:
         count, errors = measure(ka, edges)
-        figures = " | ".join(f"{100 * error:.2f} %" for error in errors)
-        print(f"| {ka:.4f} | {edges} | {count} | {figures} |", flush=True)
+        rows.append({"ka": f"{ka:.4f}", "edges a wavelength": edges, "faces": count,
+                     **{scheme: f"{error:.6g}" for scheme, error in zip(SCHEMES, errors)}})
+        print(*rows[-1].values(), flush=True)
+write_table(sys.argv[2] if len(sys.argv) > 2 else ROOT / "results/tables/spheres.csv", rows,
+            made_by("scripts/sphere_accuracy.py", PROGRAM))
