@@ -70,7 +70,7 @@ for name, body, edge, splits, radius in BODIES:
         with tempfile.TemporaryDirectory() as folder:
             report, error = measure(body, edge, splits, radius, scheme, folder)
         split = report["accuracy_split"]
-        rows.append({"body": name, "edges a wavelength": f"{report['epw_mean']:.3f}", "faces": report["faces"], "scheme": scheme,
+        rows.append({"body": name, "edges a wavelength": f"{report['epw_mean']:.1f}", "faces": report["faces"], "scheme": scheme,
                      "indicator, rms": f"{report['accuracy_l2']:.6g}", "worst": f"{report['accuracy_max']:.6g}",
                      "split mesh": "" if split is None else f"{split:.6g}", "error": f"{error:.6g}"})
         print(*rows[-1].values(), flush=True)

@@ -101,9 +101,9 @@ def sentences(found):
     if not math.isfinite(bound):
         return said + ["Nothing is proved of them here: the run has no certificate."]
     gap, gain = surface / bound - 1, 1 - min(float(row["cost_pa2m2"]) for row in more) / surface
-    said.append(f"Proved: no sequence of any length, of patterns of at most full level, has a cost below {number(bound, 6)} Pa2 m2, "
-                f"{percent(gap, 2)} below that of the one pattern of `surface`. The best sequence found is "
-                + (f"{percent(gain, 3)} below it." if gain > 0 else f"{percent(-gain, 3)} above it."))
+    said.append(f"Proved: no sequence of any length, of patterns of at most full level, has a cost below {number(bound, 6)} Pa2 m2; "
+                f"the one pattern of `surface` is {percent(gap, 2)} above that. The best sequence found is "
+                + (f"{percent(gain, 3)} below the one pattern." if gain > 0 else f"{percent(-gain, 3)} above the one pattern."))
     said.append(f"That holds for the matrix that was computed, {found[0]['target_rows']} target faces and {found[0]['quiet_rows']} rows "
                 f"of the quiet skin by {found[0]['channels']} transducers, in the mean square alone. It says nothing of skin that feels "
                 "something else of a sequence, or of how far the matrix is from a real hand's.")

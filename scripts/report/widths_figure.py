@@ -21,7 +21,7 @@ def draw_shares(axes, result: Result, methods: list[str]) -> None:
             x = group + 0.24 * (k - (len(methods) - 1) / 2)
             spread = np.linspace(-0.045, 0.045, len(score.per_hand))
             axes.plot(x - 0.07 + spread / 2, score.per_hand, ".", color="0.6", markersize=5, zorder=1)
-            axes.errorbar(x + 0.03, score.share, [[score.share - score.low], [score.high - score.share]],
+            axes.errorbar(x + 0.03, score.share, [[max(0, score.share - score.low)], [max(0, score.high - score.share)]],
                           color=style["color"], marker=style["marker"], markersize=9, capsize=4,
                           label=LABELS[method] if group == 0 else None)
     for k, (method, share) in enumerate(PEOPLE.items()):
