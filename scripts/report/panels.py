@@ -147,7 +147,11 @@ def proved(rows, names):
     certified = [name for name in names if not math.isnan(float(known[name]["optimality_gap"]))]
     if not certified:
         return []
-    return ["For the matrix that was computed it is proved that no phases lower `surface`'s cost by more than the gap: "
+    said = ("For the matrix that was computed it is proved that no phases lower `surface`'s cost by more than the gap: "
             + ", ".join(f"{SCENES[name]} {percent(known[name]['optimality_gap'], 2)}" for name in certified)
-            + ". The model's own error is not in that. How far the judge's mesh is from the solving one: "
-            + ", ".join(f"{SCENES[name]} {percent(known[name]['judge_difference'])}" for name in certified) + "."]
+            + ". The model's own error is not in that.")
+    judged = [name for name in certified if not math.isnan(float(known[name]["judge_difference"]))]
+    if judged:
+        said += (" Between the pressures on the solving mesh and the judge's there are "
+                 + ", ".join(f"{percent(known[name]['judge_difference'])} ({SCENES[name]})" for name in judged) + ".")
+    return [said]

@@ -148,7 +148,8 @@ def made(work, *parts):
     """Where what these steps computed comes from."""
     stamps = steps_of(work, *parts)
     inputs = {pathlib.Path(path).name: text_hash[:12] for stamp in stamps for path, text_hash in stamp["inputs"].items()}
-    return Made("scripts/reproduce", sorted({revision_of(stamp["version"]) for stamp in stamps}), dict(sorted(inputs.items())))
+    quick = " --quick" * any(stamp.get("quick", False) for stamp in stamps)
+    return Made("scripts/reproduce" + quick, sorted({revision_of(stamp["version"]) for stamp in stamps}), dict(sorted(inputs.items())))
 
 
 def revision_of(said):

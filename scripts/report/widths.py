@@ -461,7 +461,8 @@ def covered(result: Result) -> str:
     """What an interval covers, in words."""
     hands = len(result.hands)
     shapes = {0: "", 1: " of one shape"}.get(result.shapes, f" of {result.shapes} shapes")
-    sizes = f" at {hands // result.shapes} scales each" if result.shapes and hands % result.shapes == 0 else ""
+    even = result.shapes and hands > result.shapes and hands % result.shapes == 0
+    sizes = f" at {hands // result.shapes} scales each" if even else ""
     return f"draws of this simulation over {hands} hands{shapes}{sizes}"
 
 
@@ -526,6 +527,6 @@ def test_sentence(c: Comparison, tests: int) -> str:
                  f" correction for {tests} tests, {c.p:.2g} before, {c.treatment}")
     ends = [f"{p:.2g}" for p in (c.p_sigma_low, c.p_sigma_high) if not math.isnan(p)]
     if len(ends) == 2:
-        clear += f"; with the internal noise at either end of its interval {ends[0]} and {ends[1]} before"
+        clear += f"; {ends[0]} and {ends[1]} before it with the internal noise at either end of its interval"
     return (f"{c.observer}: {c.first} is {size} (95 % interval {c.low:+.2f} to {c.high:+.2f}) on {c.hands} hands, {c.zeros} of"
             f" them without a difference ({clear}).")

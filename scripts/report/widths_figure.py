@@ -58,7 +58,7 @@ def draw_noise(axes, result: Result) -> None:
     axes.set(xscale="log", ylim=(0, 1.04), ylabel="share of answers correct [1]",
              xlabel=r"internal noise $\sigma$ in a cell [wanted pressure$^2$]")
     axes.legend(loc="lower left", fontsize=9)
-    axes.set_title("(b) ideal observers against their internal noise (circles: fitted, bars: 95 %)", **TITLE)
+    axes.set_title("(b) ideal observers against their noise (circles: fitted, 95 %)", **TITLE)
 
 
 def draw_confusions(page, grid, result: Result) -> None:

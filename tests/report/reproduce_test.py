@@ -102,7 +102,7 @@ class Reproduce(unittest.TestCase):
         revision = re.search(r"\(([^)]+)\)", said)[1]
         for table in sorted((self.folder / "report/tables").iterdir()):
             head = table.read_text().splitlines()[0]
-            self.assertRegex(head, rf"^# made by: scripts/reproduce; revision: {re.escape(revision)}; scenes: \S", table.name)
+            self.assertRegex(head, rf"^# made by: scripts/reproduce --quick; revision: {re.escape(revision)}; scenes: \S", table.name)
             self.assertIn(f"tables/{table.name}", text)
         scene = hashlib.sha256((SOURCE / "scenes/width_8mm.yaml").read_bytes()).hexdigest()[:12]
         for name in ("metrics.csv", "sequences.csv", "convergence.csv", "study.csv"):
