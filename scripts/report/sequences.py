@@ -96,7 +96,7 @@ def sentences(found):
     more = [row for row in found if int(row["frames"]) > 1]
     bound, surface = float(found[0]["bound_pa2m2"]), float(found[0]["surface_cost_pa2m2"])
     said = ["Misfit: root of `surface`'s cost over that of silence, the root of the mean square over the patterns in the place of "
-            f"abs p. One pattern, `surface`: {one:.4f}. Sequences of " + ", ".join(row["frames"] for row in more)
+            f"abs p. One pattern, `surface`: {one:.4f}. Sequences of " + ", ".join(str(row["frames"]) for row in more)
             + " patterns, the least found: " + ", ".join(f"{float(row['misfit']):.4f}" for row in more) + "."]
     if not math.isfinite(bound):
         return said + ["Nothing is proved of them here: the run has no certificate."]
