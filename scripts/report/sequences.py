@@ -77,6 +77,7 @@ def rows(problem, frames=FRAMES, seeds=SEEDS, steps=STEPS):
                       "worst_start_pa2m2": f"{max(costs):.9g}", "misfit": f"{numpy.sqrt(min(costs) / silence):.6f}",
                       "above_bound": f"{min(costs) / problem.bound - 1:.6g}", "bound_pa2m2": f"{problem.bound:.9g}",
                       "surface_cost_pa2m2": f"{problem.surface:.9g}", "surface_misfit": f"{numpy.sqrt(problem.surface / silence):.6f}",
+                      "surface_above_bound": f"{problem.surface / problem.bound - 1:.6g}",
                       "target_rows": len(problem.target), "quiet_rows": len(problem.quiet), "channels": problem.target.shape[1]})
     return found
 
