@@ -13,6 +13,8 @@ import panels
 import sequences
 import widths
 import widths_figure
+import widths_trials
+import widths_words
 from runs import SCENES, made, markdown_table, number, provenance, settings, size_of, write_table
 
 STYLE = """body { max-width: 62em; margin: 2em auto; padding: 0 1em; font: 16px/1.5 sans-serif; color: #111; background: #fff; }
@@ -179,7 +181,7 @@ def add_assumptions(page, work, report):
 
 
 def add_widths(page, work, report):
-    trials = widths.load(work / "hands")
+    trials = widths_trials.load(work / "hands")
     result = widths.analyse(trials)
     origin = made(work, "hands")
     widths.write_tables(result, report / "tables", origin)
@@ -195,10 +197,10 @@ def add_widths(page, work, report):
              "ideal one for patterns that vary as these do, with noise of its own; one is the same where every pattern was first brought "
              "to the same mean level, since a louder pattern stands out of the noise whatever its shape.")
     page.figure("widths.png", "Share correct by observer and method, the ideal observer's share against its own noise, what is taken for what, "
-                f"and the mean profiles. Intervals: 95 %, of {widths.covered(result)}, not of people; the ideal observers' noise fitted "
+                f"and the mean profiles. Intervals: 95 %, of {widths_words.covered(result)}, not of people; the ideal observers' noise fitted "
                 "anew to each. Numbers: " + ", ".join(f"[{name}](tables/{name}.csv)" for name in (
                     "widths", "widths_confusion", "widths_wilcoxon", "widths_sigma", "widths_fit", "widths_noise")) + ".", origin)
-    page.add(lines_of(widths.sentences(result)))
+    page.add(lines_of(widths_words.sentences(result)))
 
 
 def write_report(work, report, quick):

@@ -7,17 +7,15 @@ device puts on the skin, not what people feel.
 """
 
 import dataclasses
-import json
 import math
 import pathlib
 
-import h5py
 import numpy as np
 import scipy.stats
 
-from runs import LABELS, scene_of, setting, table, write_table
+from runs import write_table
+from widths_trials import WIDTHS, Trials, classes, evened
 
-WIDTHS = np.array([5.0, 8.0, 11.0])  # mm
 CHANCE = 1 / len(WIDTHS)
 PEOPLE = {"paper": 0.56, "unscattered": 0.47}  # Matsubayashi, Makino, Shinoda, EuroHaptics 2020
 METHODS = ["surface", "paper", "unscattered"]
@@ -28,26 +26,8 @@ DRAWS = 20  # of the internal noise, a trial
 SIGMAS = np.concatenate([[0], np.geomspace(0.02, 10, 12)])
 FITTED = np.geomspace(0.5, 2, 15)  # times the fitted sigma: where resamples look for theirs
 RESAMPLES = 10000  # of the hands
-REACH_MM, CELL_MM, PROFILE_MM = 12, 1.5, 0.5
 NOTE = ("This is a model of the device and of an observer, not of people: it shows what the pressure on the skin would let an"
         " observer tell apart, not what anybody feels.")
-
-
-@dataclasses.dataclass
-class Trials:
-    """A row a trial and method; `pattern` and `profile` are abs(p)^2 over the wanted pressure squared [1]."""
-    hand: np.ndarray  # [N] name of the folder
-    width_mm: np.ndarray  # [N] wanted: 5, 8 or 11
-    method: np.ndarray  # [N] surface, paper or unscattered
-    reading: np.ndarray  # [N] width at half maximum [mm], NaN where there is none
-    noise: np.ndarray  # [N] of the sensed surface [mm RMS]
-    pattern: np.ndarray  # [N, cells] averages over cells of 1.5 mm
-    profile: np.ndarray | None = None  # [N, bins] along x, over abs(y) <= 2 mm
-    profile_x: np.ndarray | None = None  # [bins] middles [mm]
-    failed: int = 0  # cases left out as their status is not ok
-    sizes: dict = dataclasses.field(default_factory=dict)  # hand: (breadth, length) [mm]
-    correlation_mm: float = math.nan  # of the sensed surface's noise
-    offset_mm_rms: float = math.nan  # of the misplacement, along an axis
 
 
 @dataclasses.dataclass
@@ -111,73 +91,6 @@ class Result:
         return next(s for s in self.scores if (s.observer, s.method) == (observer, method))
 
 
-def cell_averages(triangles: np.ndarray, area: np.ndarray, value: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Averages by area of one value a face over the cells between the edges x and y [mm]; NaN where no skin is.
-
-    `triangles` [M, 3, 3] in mm. A face is cut in 16 so that it counts in every cell that it touches, by its part there.
-    """
-    n = 4
-    corner = [(i + 1 / 3, j + 1 / 3) for i in range(n) for j in range(n - i)]
-    corner += [(i + 2 / 3, j + 2 / 3) for i in range(n - 1) for j in range(n - 1 - i)]
-    u, v = np.array(corner).T / n
-    points = np.einsum("ck,mkd->mcd", np.stack([1 - u - v, u, v], axis=1), triangles)[..., :2].reshape(-1, 2)
-    weight = np.repeat(area, n * n)
-    total = np.histogram2d(*points.T, bins=[x, y], weights=weight)[0]
-    with np.errstate(invalid="ignore"):
-        return np.histogram2d(*points.T, bins=[x, y], weights=weight * np.repeat(value, n * n))[0] / total
-
-
-def load(hands_folder: str | pathlib.Path) -> Trials:
-    """Reads every hand_* of the folder.
-
-    Of the pattern only the cells are kept that have skin on every hand. To fill the others with their neighbours' values
-    would show the same skin twice, with fresh internal noise.
-    """
-    edges = np.arange(-REACH_MM, REACH_MM + CELL_MM / 2, CELL_MM)
-    fine = np.arange(-REACH_MM, REACH_MM + PROFILE_MM / 2, PROFILE_MM)
-    rows, patterns, profiles, failed, sizes, offsets, correlation = [], [], [], set(), {}, [], math.nan
-    for folder in sorted(pathlib.Path(hands_folder).glob("hand_*")):
-        cases: dict[int, list[dict]] = {}
-        for row in table(folder / "sweep.csv"):
-            if row["status"] == "ok":
-                cases.setdefault(int(row["case"]), []).append(row)
-            else:
-                failed.add((folder.name, row["case"]))
-        for case, lines in cases.items():
-            with h5py.File(folder / "cases" / f"{case:05d}" / "run.h5") as run:
-                scene = scene_of(run)
-                sizes[folder.name] = tuple(float(setting(scene, f"body.hand.{key}_mm")) for key in ("breadth", "length"))
-                correlation = float(setting(scene, "sensing.correlation_mm"))
-                offsets.append(json.loads(setting(scene, "sensing.offset_mm")))
-                judge = run["judge"]
-                corners = 1e3 * judge["mesh/vertices"][:][judge["mesh/triangles"][:]]
-                normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-                seen = normal[:, 2] < -0.3 * np.linalg.norm(normal, axis=1)
-                corners, area = corners[seen], judge["mesh/area"][:][seen]
-                wanted = judge["target/amplitude"][:].max()
-                for row in lines:
-                    energy = np.abs(judge["methods"][row["name"]]["pressure"][:][seen] / wanted) ** 2
-                    patterns.append(cell_averages(corners, area, energy, edges, edges).ravel())
-                    profiles.append(cell_averages(corners, area, energy, fine, np.array([-2.0, 2.0]))[:, 0])
-                    rows.append((folder.name, json.loads(row["target.box.size_mm"])[0], row["name"],
-                                 float(row["width_mm"] or "nan"), float(row["sensing.noise_mm_rms"])))
-    if not rows:
-        raise ValueError(f"{hands_folder}: no case with status ok in any hand_*/sweep.csv")
-    hand, width, method, reading, noise = map(np.array, zip(*rows))
-    pattern, profile = np.array(patterns), np.array(profiles)
-    skin, line = np.isfinite(pattern).all(axis=0), np.isfinite(profile).all(axis=0)
-    return Trials(hand, width.astype(float), method, reading, noise, pattern[:, skin], profile[:, line],
-                  (fine[:-1] + PROFILE_MM / 2)[line], len(failed), sizes, correlation,
-                  float(np.sqrt((np.array(offsets) ** 2).mean())))
-
-
-def evened(trials: Trials) -> Trials:
-    """The same with every pattern scaled to one mean: what loudness alone tells is taken away, and an observer's noise
-    weighs on every method alike."""
-    level = trials.pattern[trials.method == "paper"].mean()
-    return dataclasses.replace(trials, pattern=trials.pattern * (level / trials.pattern.mean(axis=1, keepdims=True)))
-
-
 def shrunk_covariance(residuals: np.ndarray) -> tuple[np.ndarray, float]:
     """Covariance of rows of mean 0, shrunk towards a multiple of the identity, and by how much (0 to 1).
 
@@ -207,11 +120,6 @@ def gaussian_answers(means: np.ndarray, covariance: np.ndarray, patterns: np.nda
         score = (patterns @ weights.T)[:, None] + sigma * (draws @ weights.T) - (weights * means).sum(axis=1) / 2
         answers.append((score.argmax(axis=2)[..., None] == np.arange(len(means))).mean(axis=1))
     return np.array(answers)
-
-
-def classes(trials: Trials) -> np.ndarray:
-    """Index of the wanted width in WIDTHS, one a row."""
-    return np.abs(trials.width_mm[:, None] - WIDTHS).argmin(axis=1)
 
 
 def ideal_observer(trials: Trials, method: str, sigmas: np.ndarray, seed: int) -> np.ndarray:
@@ -455,78 +363,3 @@ def write_tables(result: Result, folder: str | pathlib.Path, origin) -> None:
           [{"observer": observer, "sigma": result.sigma[observer], "low": result.sigma_interval[observer][0],
             "high": result.sigma_interval[observer][1], "fitted": int(result.calibrated[observer])} for observer in result.curves])
     write("widths_noise", list(result.noise[0]), result.noise)
-
-
-def covered(result: Result) -> str:
-    """What an interval covers, in words."""
-    hands = len(result.hands)
-    shapes = {0: "", 1: " of one shape"}.get(result.shapes, f" of {result.shapes} shapes")
-    even = result.shapes and hands > result.shapes and hands % result.shapes == 0
-    sizes = f" at {hands // result.shapes} scales each" if even else ""
-    return f"draws of this simulation over {hands} hands{shapes}{sizes}"
-
-
-def sentences(result: Result) -> list[str]:
-    """The findings in words, each computed from the numbers."""
-    tests = sum(not math.isnan(c.p) for c in result.comparisons)
-    said = [result.note, f"{len(result.hands)} hands, {result.scores[0].trials} trials a method, {result.failed} cases left out"
-            f" as failed; published shares of people: {PEOPLE['paper']:.2f} with scattering, {PEOPLE['unscattered']:.2f} without.",
-            f"Intervals are of 95 % and cover {covered(result)}, not people and not hands of other shapes: the hands are resampled"
-            f" {RESAMPLES:,} times, what an observer was taught is kept. Tests are Wilcoxon's by hand, {tests} of them, corrected"
-            " together by Holm's procedure; both p are given."]
-    said += fit_sentences(result)
-    for observer in OBSERVERS:
-        for score in (s for s in result.scores if s.observer == observer):
-            if result.calibrated[observer] and score.method == "paper":
-                said.append(f"{observer}, {LABELS[score.method]}: {score.share:.2f} correct, which was fitted.")
-                continue
-            beside = "below" if score.high < CHANCE else "above" if score.low > CHANCE else "not told from"
-            said.append(f"{observer}, {LABELS[score.method]}: {score.share:.2f} correct (95 % interval {score.low:.2f} to"
-                        f" {score.high:.2f}, {score.hands} hands), {beside} chance.")
-        said += [test_sentence(c, tests) for c in result.comparisons if c.observer == observer]
-        for method in PEOPLE:
-            low, mid, high = (row for row in result.noise if (row["observer"], row["method"]) == (observer, method))
-            said.append(f"{observer}, {method}: {low['share']:.2f}, {mid['share']:.2f} and {high['share']:.2f} correct in the thirds"
-                        f" of the camera's noise (up to {low['noise_high_mm']:.2f}, {mid['noise_high_mm']:.2f} and"
-                        f" {high['noise_high_mm']:.2f} mm RMS).")
-    found = {c.observer: c for c in result.comparisons if (c.first, c.second) == ("paper", "unscattered")}
-    said.append("In short, with scattering in the solver against without: " + "; ".join(
-        f"{observer} " + ("no clear difference" if not c.p_holm < 0.05 else f"{c.difference:+.2f}")
-        for observer, c in found.items()) + f"; people {PEOPLE['paper'] - PEOPLE['unscattered']:+.2f}.")
-    if IDEAL in found:
-        said.append(f"Bringing all patterns to one level moves that difference of the ideal observer from"
-                    f" {found[IDEAL].difference:+.2f} to {found[EVEN].difference:+.2f}.")
-    return said
-
-
-def fit_sentences(result: Result) -> list[str]:
-    """What the ideal observers do without noise of their own, and with how much they do as people."""
-    said = []
-    for observer, curves in result.curves.items():
-        bare = ", ".join(f"{values[0]:.2f} {method}" for method, values in curves.items())
-        said.append(f"Without internal noise the {observer} is right in {bare} (chance {CHANCE:.2f}).")
-        sigma, (low, high) = result.sigma[observer], result.sigma_interval[observer]
-        if result.calibrated[observer]:
-            said.append(f"An internal noise of {sigma:.3g} of the wanted pressure squared (95 % interval {low:.3g} to {high:.3g}, fitted"
-                        f" anew to each resample; that people were right in {PEOPLE['paper']:.2f} is taken as exact) makes it as good"
-                        " with paper as people were; that was fitted, what the other methods give there is not, and their intervals"
-                        " hold what the fit leaves open.")
-        else:
-            said.append(f"No internal noise from {SIGMAS[1]:g} to {SIGMAS[-1]:g} makes it as good with paper as people were;"
-                        f" {sigma:.3g} is taken instead.")
-    return said
-
-
-def test_sentence(c: Comparison, tests: int) -> str:
-    size = f"{'better' if c.difference > 0 else 'worse'} than {c.second} by {abs(c.difference):.2f}"
-    if abs(c.difference) < 0.005:
-        size = f"as good as {c.second} within 0.005"
-    clear = "no test, " + c.treatment
-    if not math.isnan(c.p):
-        clear = (f"{'significant' if c.p_holm < 0.05 else 'not significant'} at 5 %, Wilcoxon p = {c.p_holm:.2g} after Holm's"
-                 f" correction for {tests} tests, {c.p:.2g} before, {c.treatment}")
-    ends = [f"{p:.2g}" for p in (c.p_sigma_low, c.p_sigma_high) if not math.isnan(p)]
-    if len(ends) == 2:
-        clear += f"; {ends[0]} and {ends[1]} before it with the internal noise at either end of its interval"
-    return (f"{c.observer}: {c.first} is {size} (95 % interval {c.low:+.2f} to {c.high:+.2f}) on {c.hands} hands, {c.zeros} of"
-            f" them without a difference ({clear}).")

@@ -9,7 +9,8 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 from runs import LABELS, STYLES  # noqa: E402
-from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, WIDTHS, Result, Trials, classes  # noqa: E402
+from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, Result  # noqa: E402
+from widths_trials import WIDTHS, Trials, classes  # noqa: E402
 
 TITLE = {"loc": "left", "fontweight": "bold", "fontsize": 12}
 

@@ -25,6 +25,8 @@ sys.path.insert(0, str(SOURCE / "scripts/report"))
 import runs  # noqa: E402
 import widths  # noqa: E402
 import widths_figure  # noqa: E402
+import widths_trials  # noqa: E402
+import widths_words  # noqa: E402
 
 CELLS = 12
 
@@ -35,7 +37,7 @@ def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface"
     rows = []
     for hand in range(hands):
         for method in methods:
-            for k, width in enumerate(widths.WIDTHS):
+            for k, width in enumerate(widths_trials.WIDTHS):
                 for _ in range(draws):
                     pattern = numpy.ones(CELLS) + spread * generator.standard_normal(CELLS)
                     pattern[k] += apart
@@ -43,7 +45,7 @@ def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface"
                                  generator.uniform(0.25, 1), pattern))
     hand, width, method, reading, noise, pattern = map(numpy.array, zip(*rows))
     profile = numpy.abs(pattern[:, :5])
-    return widths.Trials(hand, width, method, reading, noise, pattern, profile, numpy.linspace(-5, 5, 5))
+    return widths_trials.Trials(hand, width, method, reading, noise, pattern, profile, numpy.linspace(-5, 5, 5))
 
 
 class Observers(unittest.TestCase):
@@ -86,17 +88,17 @@ class Observers(unittest.TestCase):
         data = trials(hands=5)
         mixed = dataclasses.replace(data, width_mm=data.width_mm.copy())
         own = data.hand == "hand_02"
-        mixed.width_mm[own] = numpy.roll(widths.WIDTHS, 1)[widths.classes(data)[own]]
+        mixed.width_mm[own] = numpy.roll(widths_trials.WIDTHS, 1)[widths_trials.classes(data)[own]]
         before, after = (widths.ideal_observer(each, "paper", numpy.array([0.0]), 1)[0] for each in (data, mixed))
         rows = data.hand[data.method == "paper"]
         numpy.testing.assert_array_equal(before[rows == "hand_02"], after[rows == "hand_02"])  # answers, not rightness
-        label = widths.classes(mixed)[mixed.method == "paper"]
+        label = widths_trials.classes(mixed)[mixed.method == "paper"]
         right = after[numpy.arange(len(label)), label]
         self.assertEqual(right[rows == "hand_02"].max(), 0.0)
 
     def test_an_even_level_takes_away_what_loudness_tells(self):
         data = trials(apart=0.0, spread=0.05)
-        data.pattern *= 1 + widths.classes(data)[:, None]  # nothing but loudness differs
+        data.pattern *= 1 + widths_trials.classes(data)[:, None]  # nothing but loudness differs
         self.assertEqual(widths.analyse(data).curves[widths.IDEAL]["paper"][0], 1.0)
         self.assertLess(widths.analyse(data).curves[widths.EVEN]["paper"][0], 0.5)
 
@@ -174,30 +176,30 @@ class Observers(unittest.TestCase):
 
     def test_other_numbers_give_other_words(self):
         result = widths.analyse(trials(hands=8, apart=1.2, spread=0.25))
-        said = " ".join(widths.sentences(result))
+        said = " ".join(widths_words.sentences(result))
         self.assertIn("draws of this simulation over 8 hands, not people", said)
         self.assertIn("95 % interval", said)
         for c in result.comparisons:
             c.p, c.p_holm, c.difference, c.treatment = 0.011, 0.066, 0.2, "exact"
-        said = " ".join(widths.sentences(result))
+        said = " ".join(widths_words.sentences(result))
         self.assertEqual(said.count("not significant at 5 %, Wilcoxon p = 0.066 after Holm's correction for 6 tests, 0.011 before"), 6)
         self.assertIn("ideal observer no clear difference", said)
         for c in result.comparisons:
             c.p_holm = 0.044
-        said = " ".join(widths.sentences(result))
+        said = " ".join(widths_words.sentences(result))
         self.assertNotIn("not significant", said)
         self.assertIn("ideal observer +0.20", said)
         result.calibrated[widths.IDEAL] = False
-        self.assertIn("No internal noise from", " ".join(widths.sentences(result)))
+        self.assertIn("No internal noise from", " ".join(widths_words.sentences(result)))
         sizes = {f"hand_{i}": (88.3 * scale, 193.3 * scale) for i, scale in enumerate((1, 0.9))}
         sizes |= {f"other_{i}": (78.2 * scale, 181.1 * scale) for i, scale in enumerate((1, 0.9))}
         two = widths.analyse(dataclasses.replace(trials(hands=4), sizes=sizes))
-        self.assertEqual(widths.covered(two), "draws of this simulation over 4 hands of 2 shapes at 2 scales each")
+        self.assertEqual(widths_words.covered(two), "draws of this simulation over 4 hands of 2 shapes at 2 scales each")
 
     def test_words_and_figure_follow_the_numbers(self):
         result = widths.analyse(trials(hands=3))
-        said = " ".join(widths.sentences(result))
-        self.assertIn("not of people", widths.sentences(result)[0])
+        said = " ".join(widths_words.sentences(result))
+        self.assertIn("not of people", widths_words.sentences(result)[0])
         self.assertIn("too few hands", said)
         self.assertNotIn("nan", said)
         with tempfile.TemporaryDirectory() as folder:
