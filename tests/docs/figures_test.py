@@ -85,7 +85,8 @@ class Figures(unittest.TestCase):
                                ("scheme=chief", "scheme=cheif", "0 rows"), ("max errors error:.1%", "errors error:.1%", "3 rows"),
                                ("error:.1%", "err:.1%", "no such column"), ("error:.1%", "error:.1q", "no format"),
                                ("error:.1%", "scheme:.1%", "no number"), ("<!-- /table -->", "", "not closed"),
-                               ("scheme=chief", "scheme", "not COLUMN=VALUE")):
+                               ("scheme=chief", "scheme", "not COLUMN=VALUE"),
+                               ("The worst is <!--", "The worst is\n<!--", "may not begin with a value's mark")):
             with self.subTest(new=new):
                 self.page.write_text(PAGE.replace(old, new, 1))
                 self.assert_found(said)
