@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -77,8 +78,17 @@ class Figures(unittest.TestCase):
         shutil.copy(SOURCE / "README.md", self.root)
         self.assertEqual(self.figures("--check").returncode, 0)
         page = self.root / "docs/accuracy.md"
-        page.write_text(page.read_text().replace("| 1.87 % |", "| 1.78 % |", 1))
+        text = page.read_text()
+        self.assertIn("| 1.87 % |", text)
+        page.write_text(text.replace("| 1.87 % |", "| 1.78 % |", 1))
         self.assert_found("docs/accuracy.md")
+        page.write_text(text)
+        kept = self.root / "results/study/tables/metrics.csv"
+        row, = re.findall(r"^width_8mm,surface,.*$", kept.read_text(), re.MULTILINE)
+        cells = row.split(",")
+        gap = kept.read_text().splitlines()[1].split(",").index("optimality_gap")
+        kept.write_text(kept.read_text().replace(row, ",".join([*cells[:gap], "0.0321", *cells[gap + 1:]])))
+        self.assert_found("README.md")
 
     def test_marks_that_cannot_be_filled_are_named(self):
         for old, new, said in (("table: errors", "table: mistakes", "no table results/tables/mistakes.csv"),
