@@ -1,10 +1,10 @@
-#!/usr/bin/env python3
+#!/usr/bin/python3
 """How the accuracy indicator relates to the error in scattering: scheme, mesh, indicator, split mesh, error.
 
 The error is that of the pressure in a plane wave: against the exact series on spheres, against polished on the mesh
 with every face split in four (twice on the capsule) elsewhere.
 
-usage: scripts/indicator_study.py [PROGRAM]     (default: build/release/apps/touchfield)
+usage: scripts/indicator_study.py [PROGRAM [CSV]]     (default: build/release/apps/touchfield, results/tables/indicator.csv)
 """
 
 import json
@@ -17,9 +17,10 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
 os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
-sys.path.insert(0, str(ROOT / "tests/cli"))
+sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "scripts/report")]
 
 import numpy  # noqa: E402
+from runs import made_by, write_table  # noqa: E402
 from sphere_series import K, plane_wave  # noqa: E402
 from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
 
@@ -63,13 +64,15 @@ def measure(body, edge, splits, radius, scheme, folder):
         return report, relative_l2(area, run["methods/fixed/pressure"][:], exact)
 
 
-print("| body | edges a wavelength | faces | scheme | indicator, rms | worst | split mesh | error |")
-print("|---|---|---|---|---|---|---|---|")
+rows = []
 for name, body, edge, splits, radius in BODIES:
     for scheme in ["paper_corrected", "burton_miller", "burton_miller_polished"]:
         with tempfile.TemporaryDirectory() as folder:
             report, error = measure(body, edge, splits, radius, scheme, folder)
         split = report["accuracy_split"]
-        print(f"| {name} | {report['epw_mean']:.1f} | {report['faces']:,} | {scheme} | "
-              f"{100 * report['accuracy_l2']:.2f} % | {100 * report['accuracy_max']:.2f} % | "
-              f"{'-' if split is None else format(100 * split, '.2f') + ' %'} | {100 * error:.2f} % |", flush=True)
+        rows.append({"body": name, "edges a wavelength": f"{report['epw_mean']:.1f}", "faces": report["faces"], "scheme": scheme,
+                     "indicator, rms": f"{report['accuracy_l2']:.6g}", "worst": f"{report['accuracy_max']:.6g}",
+                     "split mesh": "" if split is None else f"{split:.6g}", "error": f"{error:.6g}"})
+        print(*rows[-1].values(), flush=True)
+write_table(sys.argv[2] if len(sys.argv) > 2 else ROOT / "results/tables/indicator.csv", rows,
+            made_by("scripts/indicator_study.py", PROGRAM))

@@ -1,7 +1,9 @@
-#!/usr/bin/env python3
-"""Error of solved spheres against the exact series, for every scheme: relative L2 of the complex pressure, in per cent.
+#!/usr/bin/python3
+"""Error of solved spheres against the exact series, for every scheme: relative L2 of the complex pressure.
 
-usage: scripts/sphere_accuracy.py [PROGRAM]     (default: build/release/apps/touchfield)
+usage: scripts/sphere_accuracy.py [PROGRAM [FOLDER]]     (default: build/release/apps/touchfield, results/tables)
+
+Writes spheres.csv, on the built-in sphere, and spheres_from_files.csv, on finer icospheres from mesh files.
 """
 
 import math
@@ -14,9 +16,11 @@ import tempfile
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
 os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
-sys.path.insert(0, str(ROOT / "tests/cli"))
+sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "scripts/report")]
 
 import numpy  # noqa: E402
+from meshes import icosphere, write_ply  # noqa: E402
+from runs import made_by, write_table  # noqa: E402
 from sphere_series import K, plane_wave  # noqa: E402
 from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
 
@@ -24,33 +28,56 @@ SCHEMES = ["paper", "paper_corrected", "chief", "burton_miller", "burton_miller_
 SCENE = """\
 name: sphere
 array: {{plane_wave: {{direction: [0, 0, 1]}}}}
-body: {{sphere: {{radius_mm: {radius!r}}}, edge_mm: {edge!r}}}
+body: {body}
 solve: {{methods: [{methods}], alarm: never}}
 judge: none
 write: [h5]
 """
 
 
-def measure(ka, edges_a_wavelength):
-    """Number of faces, and the error of each scheme."""
-    wavelength = 2 * math.pi / K * 1e3
-    radius = ka / K * 1e3
-    methods = ", ".join(f"{{fixed: {{as: {scheme}, scheme: {scheme}, phases_rad: 0}}}}" for scheme in SCHEMES)
+def errors(body, radius, schemes, folder):
+    """Number of faces of the body, a sphere of this radius [m], and the error of each scheme."""
+    methods = ", ".join(f"{{fixed: {{as: {scheme}, scheme: {scheme}, phases_rad: 0}}}}" for scheme in schemes)
+    scene = pathlib.Path(folder) / "scene.yaml"
+    scene.write_text(SCENE.format(body=body, methods=methods))
+    subprocess.run([PROGRAM, "run", str(scene), "-o", folder + "/out", "--quiet"], check=True,
+                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    with open_run(folder + "/out") as run:
+        centroid, area = faces(run)
+        exact = plane_wave(radius, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
+        return len(area), {scheme: relative_l2(area, run[f"methods/{scheme}/pressure"][:], exact) for scheme in schemes}
+
+
+def built_in(ka, edges_a_wavelength):
+    edge = 2 * math.pi / K * 1e3 / edges_a_wavelength
     with tempfile.TemporaryDirectory() as folder:
-        scene = pathlib.Path(folder) / "scene.yaml"
-        scene.write_text(SCENE.format(radius=radius, edge=wavelength / edges_a_wavelength, methods=methods))
-        subprocess.run([PROGRAM, "run", str(scene), "-o", folder + "/out", "--quiet"], check=True,
-                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        with open_run(folder + "/out") as run:
-            centroid, area = faces(run)
-            pressures = [run[f"methods/{scheme}/pressure"][:] for scheme in SCHEMES]
-    exact = plane_wave(radius * 1e-3, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
-    return len(area), [relative_l2(area, p, exact) for p in pressures]
+        return errors(f"{{sphere: {{radius_mm: {ka / K * 1e3!r}}}, edge_mm: {edge!r}}}", ka / K, SCHEMES, folder)
 
 
-print("| ka | edges a wavelength | faces | " + " | ".join(SCHEMES) + " |\n" + "|---" * (3 + len(SCHEMES)) + "|")
+def from_file(ka, splits, schemes):
+    """On 20 x 4^splits faces, by way of a mesh file."""
+    with tempfile.TemporaryDirectory() as folder:
+        write_ply(pathlib.Path(folder) / "sphere.ply", *icosphere(splits, ka / K * 1e3))
+        return errors("{mesh: {file: sphere.ply, unit: mm}}", ka / K, schemes, folder)
+
+
+tables = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else ROOT / "results/tables")
+made = made_by("scripts/sphere_accuracy.py", PROGRAM)
+rows = []
 for ka in [5.10, 5.858277, math.pi, 4.493409, 9.424778]:
     for edges in [3, 4, 6, 10] if ka < 7 else [3, 4, 6]:
-        count, errors = measure(ka, edges)
-        figures = " | ".join(f"{100 * error:.2f} %" for error in errors)
-        print(f"| {ka:.4f} | {edges} | {count} | {figures} |", flush=True)
+        count, found = built_in(ka, edges)
+        rows.append({"ka": f"{ka:.4f}", "edges a wavelength": edges, "faces": count,
+                     **{scheme: f"{error:.6g}" for scheme, error in found.items()}})
+        print(*rows[-1].values(), flush=True)
+write_table(tables / "spheres.csv", rows, made)
+
+rows = []
+for ka, splits, schemes in [(13, 4, SCHEMES[1:]), (25, 5, SCHEMES[3:])]:
+    count, found = from_file(ka, splits, schemes)
+    edge = math.sqrt(4 / math.sqrt(3) * 4 * math.pi * ka**2 / count)  # times k, of an equilateral face
+    for scheme, error in found.items():
+        rows.append({"ka": ka, "faces": count, "edges a wavelength": f"{2 * math.pi / edge:.1f}", "scheme": scheme,
+                     "error": f"{error:.6g}"})
+        print(*rows[-1].values(), flush=True)
+write_table(tables / "spheres_from_files.csv", rows, made)

@@ -8,7 +8,7 @@ import numpy
 matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
-from runs import LABELS, STYLES, attributes, cases, costs, percent, size_of, table  # noqa: E402
+from runs import LABELS, STYLES, attributes, cases, costs, number, percent, size_of, table  # noqa: E402
 
 METHODS = ["surface", "paper", "unscattered"]
 MARKED = (5, 10, 30)  # iterations the published study speaks of
@@ -73,17 +73,30 @@ def convergence_figure(work, path):
     pyplot.close(drawing)
 
 
-def convergence_sentences(work):
+def from_there_on(counts, values, last, within=0.005):
+    """The first count from which on every value stays within reach of the last; None if the last one does not."""
+    found = None
+    for count, value in zip(counts, values):
+        near = abs(value - last) < within
+        found = (count if found is None else found) if near else None
+    return found
+
+
+def convergence_sentences(rows):
+    """What rows of convergence.csv say."""
     said = []
-    cold, warm = (errors(work / "convergence" / start) for start in ("cold", "warm"))
     for method in METHODS:
-        counts, values = cold[method]
-        last = values[-1]
-        near = next(count for count, value in zip(counts, values) if value - last < 0.005)
-        again, values_again = warm[method]
-        soon = next(count for count, value in zip(again, values_again) if value - last < 0.005)
-        said.append(f"`{method}` is within half a point of per cent of its judged error after {counts[-1]} iterations "
-                    f"({percent(last)}) from iteration {near} on from zero, and {soon} on from the frame before.")
+        points = {start: [(int(row["iterations"]), float(row["relative_error"])) for row in rows
+                          if (row["method"], row["start"]) == (method, start)] for start in ("cold", "warm")}
+        final, last = points["cold"][-1]
+
+        def since(start):
+            found = from_there_on(*zip(*points[start]), last)
+            return "never" if found is None else f"from iteration {found} on"
+
+        said.append(f"`{method}` stays within half a point of per cent of its judged error after {final} iterations from zero "
+                    f"({percent(last)}): {since('cold')} from zero, {since('warm')} from the frame before (tried: "
+                    f"{', '.join(str(count) for count, _ in points['cold'])}).")
     return said
 
 
@@ -103,6 +116,27 @@ def iteration_times(folder):
         row["paper_once_s"] = f"{known['paper_once']['seconds_solve']:.3g}"
         rows.append(row)
     return rows
+
+
+def spread(rows, column, unit):
+    values = [float(row[column]) for row in rows]
+    return f"{number(min(values))} to {number(max(values))} {unit}"
+
+
+def times_sentences(by_faces, by_channels):
+    """What the two tables say of an iteration and of what comes once."""
+    def times(rows, key):
+        return f"{int(rows[-1][key]) / int(rows[0][key]):.1f} times the {key}"
+
+    said = []
+    for rows, key in ((by_faces, "faces"), (by_channels, "channels")):
+        said.append(f"From {rows[0][key]} to {rows[-1][key]} {key}, {times(rows, key)}, an iteration takes "
+                    + " and ".join(f"{number(rows[0][column])} to {number(rows[-1][column])} ms by `{method}` (all: "
+                                   f"{spread(rows, column, 'ms')})" for method in ("surface", "paper")
+                                   for column in (f"{method}_ms_an_iteration",))
+                    + ", what comes once " + " and ".join(f"{number(rows[0][f'{method}_once_s'])} to "
+                                                          f"{number(rows[-1][f'{method}_once_s'])} s" for method in ("surface", "paper")) + ".")
+    return said
 
 
 def times_figure(by_faces, by_channels, path):

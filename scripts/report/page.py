@@ -4,16 +4,18 @@ import base64
 import json
 import pathlib
 import re
-import shutil
 
 import markdown
 
 import assumptions
 import curves
 import panels
+import sequences
 import widths
 import widths_figure
-from runs import SCENES, markdown_table, provenance, write_table
+import widths_trials
+import widths_words
+from runs import SCENES, made, markdown_table, number, provenance, settings, size_of, write_table
 
 STYLE = """body { max-width: 62em; margin: 2em auto; padding: 0 1em; font: 16px/1.5 sans-serif; color: #111; background: #fff; }
 img { max-width: 100%; } table { border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto; }
@@ -21,10 +23,25 @@ th, td { border: 1px solid #bbb; padding: .2em .5em; text-align: left; } code { 
 
 OPEN = """The published study does not say how fast sound was taken to be, how the transducers' directivity and amplitude were
 modelled, where the array was, how high the finger was above it, which mesh the hand had, how strong and how long the boxes
-were. Taken here: 343.2 m/s (20 C), the measured directivity of the T4010A1, 4.386 Pa m a transducer, a flat array of 44 x 34 (1,496
-transducers, 10.16 mm apart) at z = 0, the pad 200 mm above its middle, the built-in hand, edges of 1.2 mm near the target
-and 3 mm elsewhere, the skin within 50 mm of the target, boxes of 5 x 12, 8 x 8 and 11 x 6 mm, 6 mm deep and centred at the pad,
-15 kPa. What changing them changes, one at a time, for the 8 mm box:"""
+were."""
+
+
+def taken(work):
+    """What the scenes take for what the study leaves open, from the scene that ran."""
+    known = settings(work / "panels/width_8mm", [
+        "medium.temperature_c", "array.directivity", "array.source_pa_m", "array.grid.count", "array.grid.pitch_mm", "array.at_mm",
+        "body.place.at_mm", "body.edge_mm.near_target", "body.edge_mm.far", "body.keep_within_mm", "target.pressure_pa"])
+    columns, lines = json.loads(known["array.grid.count"])
+    boxes = [json.loads(settings(work / "panels" / name, ["target.box.size_mm"])["target.box.size_mm"])
+             for name in SCENES if name.startswith("width_")]
+    return (f"Taken here: air at {known['medium.temperature_c']} C, directivity `{known['array.directivity']}`, "
+            f"{known['array.source_pa_m']} Pa m a transducer, a flat array of {columns} x {lines} ({columns * lines:,} transducers, "
+            f"{known['array.grid.pitch_mm']} mm apart), its middle at {known['array.at_mm']} mm, the pad at "
+            f"{known['body.place.at_mm']} mm, the built-in hand, edges of {known['body.edge_mm.near_target']} mm near the target and "
+            f"{known['body.edge_mm.far']} mm elsewhere, the skin within {known['body.keep_within_mm']} mm of the target, boxes of "
+            + ", ".join(" x ".join(f"{side:g}" for side in box) for box in boxes)
+            + f" mm, centred at the pad, {number(float(known['target.pressure_pa']) / 1e3)} kPa. What changing them changes, one at a "
+            "time, for the 8 mm box:")
 
 
 def lines_of(items):
@@ -47,13 +64,20 @@ class Page:
     def __init__(self):
         self.parts = []
         self.figures = 0
+        self.tables = 0
 
     def add(self, text):
         self.parts.append(text)
 
-    def figure(self, name, caption):
+    def figure(self, name, caption, origin):
         self.figures += 1
-        self.add(f"![Figure {self.figures}](figures/{name})\n\n*Figure {self.figures}. {caption}*")
+        self.add(f"![Figure {self.figures}](figures/{name})\n\n*Figure {self.figures}. {caption} Made by {origin.caption()}*")
+
+    def table(self, name, header, rows, origin):
+        """A table of text, and where all of it is."""
+        self.tables += 1
+        self.add(markdown_table(header, rows))
+        self.add(f"*Table {self.tables}, of [tables/{name}](tables/{name}). Made by {origin.caption()}*")
 
     def text(self):
         return "\n\n".join(self.parts) + "\n"
@@ -71,88 +95,112 @@ def html_of(text, folder):
 
 def add_panels(page, work, report):
     names = list(SCENES)
+    origin = made(work, "panels")
     panels.figure(work, names, report / "figures/panels.png")
     rows = panels.metric_rows(work, names, "panels")
-    write_table(report / "tables/metrics.csv", rows)
+    write_table(report / "tables/metrics.csv", rows, origin)
     page.add("## Patterns on the skin")
     page.figure("panels.png", "What is wanted, and abs p on the skin by the published method with scattering in the solver, by the same "
                 "without, by `surface`, and by a plain focus. Seen from the array (x to the left), the target outlined in white; one "
                 "scale of colours a row, from 0 to 1.5 times the largest wanted pressure. Error: relative L2 of abs p over the whole "
-                "skin after the best scale; width: of |p|^2 at half of its maximum. Both of the judge, the most exact scheme on "
-                "another, finer mesh.")
+                "skin after the best scale; width: of |p|^2 at half of its maximum. Both of the judge that the scene names.", origin)
     page.add(lines_of(panels.sentences(rows, names)))
-    page.add(markdown_table(*panels.short_table(rows)))
-    page.add("`gap`: how far the method is, provably at most, from the best that any phases can do on `surface`'s cost. All metrics "
-             "(docs/metrics.md defines them): [tables/metrics.csv](tables/metrics.csv).")
+    page.table("metrics.csv", *panels.short_table(rows), origin)
+    page.add("`gap`: how far the method is, provably at most, from the best that any phases can do on `surface`'s cost, for the "
+             "matrix that was computed. docs/metrics.md defines the metrics.")
     if (work / "autd3").exists():
-        rows = panels.metric_rows(work, names, "autd3")
-        write_table(report / "tables/metrics_autd3.csv", rows)
-        page.add("### The same on six AUTD3 units\n\n1,494 transducers as a real array has them (scenes/autd3), whose phases "
+        rows, origin = panels.metric_rows(work, names, "autd3"), made(work, "autd3")
+        write_table(report / "tables/metrics_autd3.csv", rows, origin)
+        channels = size_of(work / "autd3" / names[0])[1]
+        page.add(f"### The same on AUTD3 units\n\n{channels:,} transducers as a real array has them (scenes/autd3), whose phases "
                  "`touchfield send` can push to the device.")
-        page.add(lines_of(panels.sentences(rows, names)[:4]))
-        page.add(markdown_table(*panels.short_table(rows)))
+        page.add(lines_of(panels.sentences(rows, names)))
+        page.table("metrics_autd3.csv", *panels.short_table(rows), origin)
+
+
+def add_sequences(page, work, report, quick):
+    origin = made(work, "panels/width_8mm")
+    rows = sequences.kept_rows(work, quick, origin)
+    write_table(report / "tables/sequences.csv", rows, origin)
+    page.add("## Several patterns in quick succession\n\nWould skin that feels the mean square of the pressure over a sequence of "
+             "patterns be served better by one? For the 8 mm box, sequences from random phases, each improved by limited-memory "
+             "BFGS as a whole (scripts/report/sequences.py).")
+    page.add(lines_of(sequences.sentences(rows)))
+    shown = ["frames", "starts", "cost_pa2m2", "misfit", "above_bound"]
+    page.table("sequences.csv", ["patterns", "starts", "least cost [Pa2 m2]", "misfit", "above the bound, as a share of it"],
+               [[row[key] for key in shown] for row in rows], origin)
 
 
 def add_curves(page, work, report):
     page.add("## Convergence")
+    origin = made(work, "convergence")
+    rows = curves.convergence_rows(work)
     curves.convergence_figure(work, report / "figures/convergence.png")
-    write_table(report / "tables/convergence.csv", curves.convergence_rows(work))
+    write_table(report / "tables/convergence.csv", rows, origin)
     page.figure("convergence.png", "The 8 mm box. Left: cost of each method, above the least it ever reached; each method has a cost of its "
                 "own. Right: judged error. Filled marks, thick: from zero. Hollow, thin: from the phases of the frame before, the hand "
-                "1 mm away (20 mm/s at the published 20 frames a second).")
-    page.add(lines_of(curves.convergence_sentences(work)))
+                "1 mm away (20 mm/s at the published 20 frames a second). Numbers: [tables/convergence.csv](tables/convergence.csv).",
+                origin)
+    page.add(lines_of(curves.convergence_sentences(rows)))
 
     page.add("## Time of an iteration")
-    by_faces = curves.iteration_times(work / "faces")
-    by_channels = curves.iteration_times(work / "parameters")
+    by_faces, by_channels = curves.iteration_times(work / "faces"), curves.iteration_times(work / "parameters")
     curves.times_figure(by_faces, by_channels, report / "figures/iteration_time.png")
-    write_table(report / "tables/iteration_faces.csv", by_faces)
-    write_table(report / "tables/iteration_channels.csv", by_channels)
     ran = provenance(work / "panels" / "width_8mm")
-    page.figure("iteration_time.png", f"Left: against the faces of the body, 1,496 transducers. Right: against the transducers, a "
-                f"fingertip. {ran['threads']} threads of a shared machine ({curves.processor()}): a figure may be off by a third. The "
-                "published times, 10 ms at 10,000 faces and 1,496 transducers on an RTX 2080 Ti, are of a graphics card.")
-    page.add("An iteration of either method does not see the faces: `paper` pays them once in its Gram matrix, `surface` in the transfer "
-             "matrix (columns `paper_once_s`, `surface_once_s`).")
-    for rows in (by_faces, by_channels):
-        page.add(markdown_table(list(rows[0]), [list(row.values()) for row in rows]))
+    page.figure("iteration_time.png", f"Left: against the faces of the body, {by_faces[0]['channels']} transducers. Right: against the "
+                f"transducers, {by_channels[0]['faces']} faces. {ran['threads']} threads of a machine that others may use as well "
+                f"({curves.processor()}): compare what lies side by side. The published times, 10 ms at 10,000 faces and 1,496 "
+                "transducers on an RTX 2080 Ti, are of a graphics card.", made(work, "faces", "parameters"))
+    page.add(lines_of(curves.times_sentences(by_faces, by_channels)))
+    for name, part, rows in (("iteration_faces", "faces", by_faces), ("iteration_channels", "parameters", by_channels)):
+        origin = made(work, part)
+        write_table(report / f"tables/{name}.csv", rows, origin)
+        page.table(f"{name}.csv", list(rows[0]), [list(row.values()) for row in rows], origin)
 
     page.add("## Speed against error")
+    origin = made(work, "study")
     curves.study_figure(work, report / "figures/speed_error.png")
-    shutil.copyfile(work / "study" / "study.csv", report / "tables/study.csv")
+    (report / "tables/study.csv").write_text(origin.head() + (work / "study" / "study.csv").read_text(), encoding="utf-8")
     page.figure("speed_error.png", "Ways to solve for the pressure of one drive on the skin of the 8 mm scene (`touchfield study`): scheme, mesh, solver, "
-                "precision. Error against the best scheme on a finer mesh than any of them.")
-    page.add(markdown_table(*curves.study_table(work)))
+                "precision. Error against the best scheme on a finer mesh than any of them.", origin)
+    page.table("study.csv", *curves.study_table(work), origin)
 
 
 def add_assumptions(page, work, report):
-    page.add("## What could not be compared\n\n" + OPEN)
+    origin = made(work, "assumptions")
+    page.add(f"## What could not be compared\n\n{OPEN} {taken(work)}")
     changes = assumptions.read(work / "assumptions")
     assumptions.figure(changes, report / "figures/assumptions.png")
     header, rows = assumptions.summary(changes)
-    write_table(report / "tables/assumptions.csv", [dict(zip([name.replace("`", "") for name in header], row)) for row in rows])
+    write_table(report / "tables/assumptions.csv", [dict(zip([name.replace("`", "") for name in header], row)) for row in rows],
+                origin)
     page.figure("assumptions.png", "Judged error and rendered width of the 8 mm box when one thing changes. The red line: the width that is "
-                "wanted, faces' edges included.")
+                "wanted in the scene as shipped, faces' edges included.", origin)
     page.add(lines_of(assumptions.sentences(changes)))
-    page.add(markdown_table(header, rows))
+    page.table("assumptions.csv", header, rows, origin)
 
 
 def add_widths(page, work, report):
-    trials = widths.load(work / "hands")
+    trials = widths_trials.load(work / "hands")
     result = widths.analyse(trials)
-    widths.write_tables(result, report / "tables")
+    origin = made(work, "hands")
+    widths.write_tables(result, report / "tables", origin)
     widths_figure.figure(result, trials, report / "figures/widths.png")
+    breadths, lengths = zip(*trials.sizes.values())
     page.add("## Can the widths be told apart?")
     page.add("The published study asked people to tell 5, 8 and 11 mm apart: 0.56 correct with scattering in the solver, 0.47 without, "
-             f"chance 0.33 (Wilcoxon p < 0.05). Here hands of {len(set(trials.hand))} sizes (the published means of men and women, "
-             "0.92 to 1.08 of their size) are seen by a simulated depth camera: noise along the normal of 0.25 to 1 mm rms, correlated over 5 mm, and "
-             "0.5 mm of misplacement along each axis. Phases are found on what the camera saw; what then presses on the true skin is "
-             "given to observers, each taught on the other hands: one reads the width at half maximum; one is the ideal one "
-             "for patterns that vary as these do, with noise of its own; one is the same where every pattern was first brought to "
-             "the same mean level, since a louder pattern stands out of the noise whatever its shape.")
+             f"chance 0.33 (Wilcoxon p < 0.05). Here {len(trials.sizes)} built-in hands, {min(breadths):g} to {max(breadths):g} mm broad and "
+             f"{min(lengths):g} to {max(lengths):g} mm long, are seen by a simulated depth camera: noise along the normal of "
+             f"{trials.noise.min():.2f} to {trials.noise.max():.2f} mm rms, correlated over {trials.correlation_mm:g} mm, and "
+             f"{trials.offset_mm_rms:.2f} mm rms of misplacement along an axis. Phases are found on what the camera saw; what then presses "
+             "on the true skin is given to observers, each taught on the other hands: one reads the width at half maximum; one is the "
+             "ideal one for patterns that vary as these do, with noise of its own; one is the same where every pattern was first brought "
+             "to the same mean level, since a louder pattern stands out of the noise whatever its shape.")
     page.figure("widths.png", "Share correct by observer and method, the ideal observer's share against its own noise, what is taken for what, "
-                "and the mean profiles.")
-    page.add(lines_of(widths.sentences(result)))
+                f"and the mean profiles. Intervals: 95 %, of {widths_words.covered(result)}, not of people; the ideal observers' noise fitted "
+                "anew to each. Numbers: " + ", ".join(f"[{name}](tables/{name}.csv)" for name in (
+                    "widths", "widths_confusion", "widths_wilcoxon", "widths_sigma", "widths_fit", "widths_noise")) + ".", origin)
+    page.add(lines_of(widths_words.sentences(result)))
 
 
 def write_report(work, report, quick):
@@ -169,8 +217,11 @@ def write_report(work, report, quick):
              "`paper`, its optimisation, on this program's model of scattering; `paper_original`, the same on the model of scattering "
              "as it was published; `unscattered`, its comparison, as if the hand did not scatter; `surface`, this program's; `focus`, "
              "phase conjugation. Definitions: docs/theory.md, docs/metrics.md.")
-    page.add(f"Computed by touchfield {ran['version']} ({ran['revision']}) with {ran['threads']} threads on {curves.processor()}.")
+    revisions = made(work, *{stamp.stem.split("-")[0] for stamp in (work / "steps").glob("*.json")}).revisions
+    page.add(f"Computed by touchfield {ran['version']} ({' and '.join(revisions)}) with {ran['threads']} threads on "
+             f"{curves.processor()}." + ("" if len(revisions) == 1 else " **Of several revisions: the captions say what is of which.**"))
     add_panels(page, work, report)
+    add_sequences(page, work, report, quick)
     add_curves(page, work, report)
     add_assumptions(page, work, report)
     add_widths(page, work, report)

@@ -3,7 +3,11 @@
 import csv
 import dataclasses
 import functools
+import hashlib
+import json
 import pathlib
+import re
+import subprocess
 
 import h5py
 import numpy
@@ -72,10 +76,37 @@ def provenance(folder):
         return dict(run["provenance"].attrs)
 
 
+def scene_of(run):
+    """The text of the scene in an open run.h5, every default written out."""
+    return run["scene"][()].decode()
+
+
+def setting(scene, path):
+    """A value in such a text, as it stands there; None where there is none. `path` is of keys, without lists."""
+    keys, depth = path.split("."), 0
+    for line in scene.splitlines():
+        level = (len(line) - len(line.lstrip())) // 2
+        key, _, value = line.strip().partition(":")
+        if level < depth:
+            return None
+        if level == depth and key == keys[depth]:
+            depth += 1
+            if depth == len(keys):
+                return value.strip()
+    return None
+
+
+def settings(folder, paths):
+    """{path: value} of a run."""
+    with h5py.File(pathlib.Path(folder) / "run.h5") as run:
+        scene = scene_of(run)
+    return {path: setting(scene, path) for path in paths}
+
+
 def table(path):
-    """Rows of a CSV file as dictionaries."""
+    """Rows of a CSV file as dictionaries; lines that begin with # are comments."""
     with open(path, newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def cases(folder):
@@ -83,9 +114,61 @@ def cases(folder):
     return [case for case in sorted(pathlib.Path(folder).glob("cases/*")) if (case / "run.h5").exists()]
 
 
-def write_table(path, rows):
-    """Dictionaries with the same keys as CSV."""
+@dataclasses.dataclass
+class Made:
+    """Where a table or a figure comes from."""
+
+    command: str
+    revisions: list  # of touchfield
+    inputs: dict  # {name of a scene or sweep: first 12 digits of its SHA-256}
+
+    def revision(self):
+        return " and ".join(self.revisions)
+
+    def scenes(self):
+        if len(self.inputs) <= 5:
+            return ", ".join(f"{name} {text_hash}" for name, text_hash in self.inputs.items())
+        together = hashlib.sha256("\n".join(self.inputs.values()).encode()).hexdigest()[:12]
+        return f"{len(self.inputs)} files, together {together}"
+
+    def head(self):
+        return f"# made by: {self.command}; revision: {self.revision()}; scenes: {self.scenes() or 'none'}\n"
+
+    def caption(self):
+        return f"touchfield {self.revision()} of {self.scenes()} (SHA-256)."
+
+
+def steps_of(work, *parts):
+    """What is kept of the steps of scripts/reproduce whose name is one of `parts` or in a folder of that name."""
+    kept = [(stamp.stem, json.loads(stamp.read_text())) for stamp in sorted((pathlib.Path(work) / "steps").glob("*.json"))]
+    return [stamp for name, stamp in kept if any(name == part.replace("/", "-") or name.startswith(part + "-") for part in parts)]
+
+
+def made(work, *parts):
+    """Where what these steps computed comes from."""
+    stamps = steps_of(work, *parts)
+    inputs = {pathlib.Path(path).name: text_hash[:12] for stamp in stamps for path, text_hash in stamp["inputs"].items()}
+    quick = " --quick" * any(stamp.get("quick", False) for stamp in stamps)
+    return Made("scripts/reproduce" + quick, sorted({revision_of(stamp["version"]) for stamp in stamps}), dict(sorted(inputs.items())))
+
+
+def revision_of(said):
+    """The revision in what `touchfield --version` says."""
+    found = re.search(r"\(([^)]+)\)", said)
+    return found[1] if found else said.strip() or "unknown"
+
+
+def made_by(command, program, scenes=()):
+    """Of a script that calls `program` on these scene files."""
+    said = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
+    return Made(command, [revision_of(said)],
+                {path.name: hashlib.sha256(path.read_bytes()).hexdigest()[:12] for path in map(pathlib.Path, scenes)})
+
+
+def write_table(path, rows, origin):
+    """Dictionaries with the same keys as CSV, below a line that says where they come from."""
     with open(path, "w", newline="", encoding="utf-8") as file:
+        file.write(origin.head())
         writer = csv.DictWriter(file, fieldnames=list(rows[0]), lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)

@@ -7,17 +7,15 @@ device puts on the skin, not what people feel.
 """
 
 import dataclasses
-import json
 import math
 import pathlib
 
-import h5py
 import numpy as np
 import scipy.stats
 
-from runs import LABELS, table, write_table
+from runs import write_table
+from widths_trials import WIDTHS, Trials, classes, evened
 
-WIDTHS = np.array([5.0, 8.0, 11.0])  # mm
 CHANCE = 1 / len(WIDTHS)
 PEOPLE = {"paper": 0.56, "unscattered": 0.47}  # Matsubayashi, Makino, Shinoda, EuroHaptics 2020
 METHODS = ["surface", "paper", "unscattered"]
@@ -26,28 +24,15 @@ READER, IDEAL, EVEN = "width reader", "ideal observer", "ideal observer, even le
 OBSERVERS = [READER, IDEAL, EVEN]
 DRAWS = 20  # of the internal noise, a trial
 SIGMAS = np.concatenate([[0], np.geomspace(0.02, 10, 12)])
-REACH_MM, CELL_MM, PROFILE_MM = 12, 1.5, 0.5
+FITTED = np.geomspace(0.5, 2, 15)  # times the fitted sigma: where resamples look for theirs
+RESAMPLES = 10000  # of the hands
 NOTE = ("This is a model of the device and of an observer, not of people: it shows what the pressure on the skin would let an"
         " observer tell apart, not what anybody feels.")
 
 
 @dataclasses.dataclass
-class Trials:
-    """A row a trial and method; `pattern` and `profile` are abs(p)^2 over the wanted pressure squared [1]."""
-    hand: np.ndarray  # [N] name of the folder
-    width_mm: np.ndarray  # [N] wanted: 5, 8 or 11
-    method: np.ndarray  # [N] surface, paper or unscattered
-    reading: np.ndarray  # [N] width at half maximum [mm], NaN where there is none
-    noise: np.ndarray  # [N] of the sensed surface [mm RMS]
-    pattern: np.ndarray  # [N, cells] averages over cells of 1.5 mm
-    profile: np.ndarray | None = None  # [N, bins] along x, over abs(y) <= 2 mm
-    profile_x: np.ndarray | None = None  # [bins] middles [mm]
-    failed: int = 0  # cases left out as their status is not ok
-
-
-@dataclasses.dataclass
 class Score:
-    """How one observer did with one method; shares from 0 to 1, `low` to `high` their 95 % confidence interval."""
+    """How one observer did with one method; shares from 0 to 1, `low` to `high` their 95 % interval over resamples."""
     observer: str
     method: str
     share: float
@@ -57,11 +42,17 @@ class Score:
     trials: int
     per_hand: list[float]
     confusion: list[list[float]]  # trials; row: width meant, column: width answered
+    confusion_low: list[list[float]] = dataclasses.field(default_factory=list)  # shares of a row, 95 % interval
+    confusion_high: list[list[float]] = dataclasses.field(default_factory=list)
 
 
 @dataclasses.dataclass
 class Comparison:
-    """Wilcoxon's signed-rank test, two-sided, of the shares correct by hand; `difference` is the mean of first - second."""
+    """Wilcoxon's signed-rank test, two-sided, of the shares correct by hand; `difference` is the mean of first - second.
+
+    `low` to `high` is its 95 % interval over resamples; `p_holm` is p corrected for all tests of a `Result`; `p_sigma_low` and
+    `p_sigma_high` are p where an observer's fitted noise is at either end of its interval.
+    """
     observer: str
     first: str
     second: str
@@ -71,6 +62,11 @@ class Comparison:
     hands: int
     zeros: int  # hands without a difference, which the test drops
     treatment: str
+    low: float = math.nan
+    high: float = math.nan
+    p_holm: float = math.nan
+    p_sigma_low: float = math.nan
+    p_sigma_high: float = math.nan
 
 
 @dataclasses.dataclass
@@ -82,77 +78,17 @@ class Result:
     cells: int
     seed: int
     sigma: dict[str, float]  # of each ideal observer: its headline
+    sigma_interval: dict[str, tuple[float, float]]  # 95 % over resamples; NaN where nothing was fitted
     calibrated: dict[str, bool]  # at `sigma` it does with `paper` as well as people did
     scores: list[Score]
     comparisons: list[Comparison]
     sigmas: list[float]
     curves: dict[str, dict[str, list[float]]]  # ideal observer: method: share correct, one a sigma
     noise: list[dict]  # rows: observer, method, third, noise_low_mm, noise_high_mm, share, trials
+    shapes: int = 0  # different ratios of breadth to length among the hands, 0 where sizes are unknown
 
     def score(self, observer: str, method: str) -> Score:
         return next(s for s in self.scores if (s.observer, s.method) == (observer, method))
-
-
-def cell_averages(triangles: np.ndarray, area: np.ndarray, value: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Averages by area of one value a face over the cells between the edges x and y [mm]; NaN where no skin is.
-
-    `triangles` [M, 3, 3] in mm. A face is cut in 16 so that it counts in every cell that it touches, by its part there.
-    """
-    n = 4
-    corner = [(i + 1 / 3, j + 1 / 3) for i in range(n) for j in range(n - i)]
-    corner += [(i + 2 / 3, j + 2 / 3) for i in range(n - 1) for j in range(n - 1 - i)]
-    u, v = np.array(corner).T / n
-    points = np.einsum("ck,mkd->mcd", np.stack([1 - u - v, u, v], axis=1), triangles)[..., :2].reshape(-1, 2)
-    weight = np.repeat(area, n * n)
-    total = np.histogram2d(*points.T, bins=[x, y], weights=weight)[0]
-    with np.errstate(invalid="ignore"):
-        return np.histogram2d(*points.T, bins=[x, y], weights=weight * np.repeat(value, n * n))[0] / total
-
-
-def load(hands_folder: str | pathlib.Path) -> Trials:
-    """Reads every hand_* of the folder.
-
-    Of the pattern only the cells are kept that have skin on every hand. To fill the others with their neighbours' values
-    would show the same skin twice, with fresh internal noise.
-    """
-    edges = np.arange(-REACH_MM, REACH_MM + CELL_MM / 2, CELL_MM)
-    fine = np.arange(-REACH_MM, REACH_MM + PROFILE_MM / 2, PROFILE_MM)
-    rows, patterns, profiles, failed = [], [], [], set()
-    for folder in sorted(pathlib.Path(hands_folder).glob("hand_*")):
-        cases: dict[int, list[dict]] = {}
-        for row in table(folder / "sweep.csv"):
-            if row["status"] == "ok":
-                cases.setdefault(int(row["case"]), []).append(row)
-            else:
-                failed.add((folder.name, row["case"]))
-        for case, lines in cases.items():
-            with h5py.File(folder / "cases" / f"{case:05d}" / "run.h5") as run:
-                judge = run["judge"]
-                corners = 1e3 * judge["mesh/vertices"][:][judge["mesh/triangles"][:]]
-                normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-                seen = normal[:, 2] < -0.3 * np.linalg.norm(normal, axis=1)
-                corners, area = corners[seen], judge["mesh/area"][:][seen]
-                wanted = judge["target/amplitude"][:].max()
-                for row in lines:
-                    energy = np.abs(judge["methods"][row["name"]]["pressure"][:][seen] / wanted) ** 2
-                    patterns.append(cell_averages(corners, area, energy, edges, edges).ravel())
-                    profiles.append(cell_averages(corners, area, energy, fine, np.array([-2.0, 2.0]))[:, 0])
-                    rows.append((folder.name, json.loads(row["target.box.size_mm"])[0], row["name"],
-                                 float(row["width_mm"] or "nan"), float(row["sensing.noise_mm_rms"])))
-    if not rows:
-        raise ValueError(f"{hands_folder}: no case with status ok in any hand_*/sweep.csv")
-    hand, width, method, reading, noise = map(np.array, zip(*rows))
-    pattern, profile = np.array(patterns), np.array(profiles)
-    skin, line = np.isfinite(pattern).all(axis=0), np.isfinite(profile).all(axis=0)
-    return Trials(hand, width.astype(float), method, reading, noise, pattern[:, skin], profile[:, line],
-                  (fine[:-1] + PROFILE_MM / 2)[line], len(failed))
-
-
-def evened(trials: Trials) -> Trials:
-    """The same with every pattern scaled to one mean: what loudness alone tells is taken away, and an observer's noise
-    weighs on every method alike."""
-    level = trials.pattern[trials.method == "paper"].mean()
-    return dataclasses.replace(trials, pattern=trials.pattern * (level / trials.pattern.mean(axis=1, keepdims=True)))
 
 
 def shrunk_covariance(residuals: np.ndarray) -> tuple[np.ndarray, float]:
@@ -184,11 +120,6 @@ def gaussian_answers(means: np.ndarray, covariance: np.ndarray, patterns: np.nda
         score = (patterns @ weights.T)[:, None] + sigma * (draws @ weights.T) - (weights * means).sum(axis=1) / 2
         answers.append((score.argmax(axis=2)[..., None] == np.arange(len(means))).mean(axis=1))
     return np.array(answers)
-
-
-def classes(trials: Trials) -> np.ndarray:
-    """Index of the wanted width in WIDTHS, one a row."""
-    return np.abs(trials.width_mm[:, None] - WIDTHS).argmin(axis=1)
 
 
 def ideal_observer(trials: Trials, method: str, sigmas: np.ndarray, seed: int) -> np.ndarray:
@@ -238,10 +169,10 @@ def calibrate(trials: Trials, sigmas: np.ndarray, shares: np.ndarray, seed: int)
     return float(finer[last] * (finer[last + 1] / finer[last]) ** part), True
 
 
-def compare(observer: str, first: Score, second: Score) -> Comparison:
-    """Wilcoxon's test by hand. Zeros are dropped; the p value is exact, with ties (midranks) by all signs of up to 13 hands
-    and by the normal approximation beyond; NaN if no hand differs."""
-    difference = np.round(np.array(first.per_hand) - second.per_hand, 12)
+def signed_ranks(first: np.ndarray, second: np.ndarray) -> tuple[float, float, str]:
+    """Wilcoxon's statistic (the smaller sum of ranks), p and how it was had. Zeros are dropped; p is exact, with ties (midranks)
+    by all signs of up to 13 hands and by the normal approximation beyond; NaN if no hand differs."""
+    difference = np.round(np.array(first) - second, 12)
     nonzero = difference[difference != 0]
     ranks = scipy.stats.rankdata(np.abs(nonzero))
     ties, p, treatment = len(set(ranks)) < len(ranks), math.nan, "no hand differs"
@@ -255,113 +186,180 @@ def compare(observer: str, first: Score, second: Score) -> Comparison:
             p = scipy.stats.wilcoxon(nonzero, method="exact" if exact else "approx").pvalue
         if len(nonzero) < 6:
             treatment += ", too few hands that differ: p cannot fall below 0.05"
-    statistic = min(ranks[nonzero > 0].sum(), ranks[nonzero < 0].sum())
-    return Comparison(observer, first.method, second.method, float(round(difference.mean(), 12)), float(statistic), float(p),
+    return float(min(ranks[nonzero > 0].sum(), ranks[nonzero < 0].sum())), float(p), treatment
+
+
+def compare(observer: str, first: Score, second: Score) -> Comparison:
+    """Wilcoxon's test by hand, of one observer with two methods."""
+    statistic, p, treatment = signed_ranks(first.per_hand, second.per_hand)
+    difference = np.round(np.array(first.per_hand) - second.per_hand, 12)
+    return Comparison(observer, first.method, second.method, float(round(difference.mean(), 12)), statistic, p,
                       len(difference), int((difference == 0).sum()), treatment)
 
 
+def holm(p: list[float]) -> list[float]:
+    """p values corrected for their number by Holm's step-down procedure; NaN (no test) counts for none."""
+    corrected, largest = [math.nan] * len(p), 0.0
+    order = sorted((value, i) for i, value in enumerate(p) if not math.isnan(value))
+    for rank, (value, i) in enumerate(order):
+        largest = max(largest, (len(order) - rank) * value)
+        corrected[i] = min(1.0, largest)
+    return corrected
+
+
+def tally(answers: np.ndarray, label: np.ndarray, number: np.ndarray, hands: int) -> np.ndarray:
+    """Answers [sigmas, trials, 3] counted by hand, width meant and width answered: [sigmas, hands, 3, 3]."""
+    counted = np.zeros((len(answers), hands, len(WIDTHS), len(WIDTHS)))
+    for trial, (k, hand) in enumerate(zip(label, number)):
+        counted[:, hand, k] += answers[:, trial]
+    return counted
+
+
+def share_of(counted: np.ndarray) -> np.ndarray:
+    """Share correct of counts [..., 3, 3]."""
+    return np.trace(counted, axis1=-2, axis2=-1) / counted.sum(axis=(-2, -1))
+
+
+def refitted(shares: np.ndarray, level: float) -> np.ndarray:
+    """Where rows of shares [resamples, sigmas] last fall below the level: fractional index, an end where they never do."""
+    falls = (shares[:, :-1] >= level) & (shares[:, 1:] < level)
+    last = shares.shape[1] - 2 - falls[:, ::-1].argmax(axis=1)
+    row = np.arange(len(shares))
+    before, after = shares[row, last], shares[row, last + 1]
+    part = (before - level) / np.where(before > after, before - after, 1)
+    return np.where(falls.any(axis=1), last + part, np.where(shares[:, 0] < level, 0, shares.shape[1] - 1))
+
+
+def between(values: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Row i of values [resamples, sigmas, ...] at the fractional index position[i]."""
+    if values.shape[1] == 1:
+        return values[:, 0]
+    low = np.clip(np.floor(position).astype(int), 0, values.shape[1] - 2)
+    part = (position - low).reshape(-1, *[1] * (values.ndim - 2))
+    row = np.arange(len(values))
+    return values[row, low] * (1 - part) + values[row, low + 1] * part
+
+
+def interval(values: np.ndarray) -> tuple:
+    """Their 2.5 and 97.5 percentiles, of each column."""
+    low, high = np.percentile(values, [2.5, 97.5], axis=0)
+    return low, high
+
+
+def observed(trials: Trials, observer: str, sigma: float, fitted: bool, seed: int) -> tuple[np.ndarray, dict]:
+    """Noises that an observer is looked at with, and of each method its counts there; the middle one is its own."""
+    hands, label = np.unique(trials.hand), classes(trials)
+    sigmas = sigma * FITTED if fitted else np.array([sigma])
+    counts = {}
+    for method in (m for m in METHODS if (trials.method == m).any()):
+        rows = trials.method == method
+        answers = width_reader(trials, method)[None] if observer == READER else ideal_observer(trials, method, sigmas, seed)
+        counts[method] = tally(answers, label[rows], np.searchsorted(hands, trials.hand[rows]), len(hands))
+    return sigmas, counts
+
+
+def by_thirds(trials: Trials, observer: str, method: str, right: np.ndarray) -> list[dict]:
+    """Share correct in each third of the camera's noise; `right` is of the trials of the method."""
+    thirds = np.quantile(trials.noise, [0, 1 / 3, 2 / 3, 1])
+    third = np.clip(np.searchsorted(thirds, trials.noise[trials.method == method]) - 1, 0, 2)
+    return [{"observer": observer, "method": method, "third": name, "noise_low_mm": float(thirds[k]),
+             "noise_high_mm": float(thirds[k + 1]), "trials": int((third == k).sum()),
+             "share": float(right[third == k].mean()) if (third == k).any() else math.nan}
+            for k, name in enumerate(["lowest", "middle", "highest"])]
+
+
+def judge_observer(trials: Trials, observer: str, sigma: float, fitted: bool, seed: int) -> tuple[list, list, tuple]:
+    """Scores and comparisons of one observer, and the interval of its noise.
+
+    Hands are resampled, the same ones for every method and observer; a fitted noise is fitted anew to each resample, so that
+    every interval holds what the fit leaves open. What the observer was taught stays.
+    """
+    sigmas, counts = observed(trials, observer, sigma, fitted, seed)
+    hands = counts["paper"].shape[1]
+    picks = np.random.default_rng([seed, RESAMPLES]).integers(hands, size=(RESAMPLES, hands))
+    weight = (picks[:, :, None] == np.arange(hands)).sum(axis=1).astype(float)
+    pooled = {method: np.einsum("bh,shij->bsij", weight, counted) for method, counted in counts.items()}
+    position = refitted(share_of(pooled["paper"]), PEOPLE["paper"]) if fitted else np.zeros(RESAMPLES)
+    own = {method: counted[len(sigmas) // 2] for method, counted in counts.items()}
+    drawn = {method: between(each, position) for method, each in pooled.items()}
+    scores, shares = [], {}
+    for method, counted in own.items():
+        total = counted.sum(axis=0)
+        shares[method] = share_of(drawn[method])
+        low, high = interval(shares[method])
+        rows_low, rows_high = interval(drawn[method] / drawn[method].sum(axis=2, keepdims=True))
+        scores.append(Score(observer, method, float(share_of(total)), float(low), float(high), hands,
+                            int(round(total.sum())), share_of(counted).tolist(), total.tolist(), rows_low.tolist(), rows_high.tolist()))
+    ends = interval(np.exp(np.interp(position, np.arange(len(sigmas)), np.log(sigmas)))) if fitted else (math.nan, math.nan)
+    comparisons = []
+    for first, second in ((a, b) for a, b in PAIRS if a in own and b in own):
+        found = compare(observer, *(next(s for s in scores if s.method == method) for method in (first, second)))
+        found.low, found.high = map(float, interval(shares[first] - shares[second]))
+        if fitted:
+            found.p_sigma_low, found.p_sigma_high = (
+                signed_ranks(*(share_of(at_sigma(counts[method], sigmas, end)) for method in (first, second)))[1]
+                for end in ends)
+        comparisons.append(found)
+    return scores, comparisons, (float(ends[0]), float(ends[1]))
+
+
+def at_sigma(counted: np.ndarray, sigmas: np.ndarray, sigma: float) -> np.ndarray:
+    """Counts [sigmas, hands, 3, 3] at one noise between them: [hands, 3, 3]."""
+    return between(counted[None], np.interp(np.log([sigma]), np.log(sigmas), np.arange(len(sigmas))))[0]
+
+
 def analyse(trials: Trials, seed: int = 1) -> Result:
-    """Both observers on every method; `seed` is that of the internal noise and of the bootstrap over hands (10,000)."""
+    """All observers on every method; `seed` is that of the internal noise and of the resamples of the hands."""
     hands, methods = np.unique(trials.hand), [m for m in METHODS if (trials.method == m).any()]
     if len(hands) < 2:
         raise ValueError("leaving one hand out needs two or more hands")
-    label, number = classes(trials), np.searchsorted(hands, trials.hand)
-    scores, noise = [], []
-    views = {IDEAL: trials, EVEN: evened(trials)}
-    curves: dict[str, dict[str, list[float]]] = {observer: {} for observer in views}
-    sigma, calibrated = {}, {}
-    for observer, view in views.items():
+    label = classes(trials)
+    views = {READER: trials, IDEAL: trials, EVEN: evened(trials)}
+    curves: dict[str, dict[str, list[float]]] = {observer: {} for observer in (IDEAL, EVEN)}
+    sigma, calibrated = {READER: math.nan}, {READER: False}
+    for observer in curves:
         for method in methods:
             right = label[trials.method == method]
-            answers = ideal_observer(view, method, SIGMAS, seed)
+            answers = ideal_observer(views[observer], method, SIGMAS, seed)
             curves[observer][method] = answers[:, np.arange(len(right)), right].mean(axis=1).tolist()
-        sigma[observer], calibrated[observer] = calibrate(view, SIGMAS, np.array(curves[observer]["paper"]), seed)
-    thirds = np.quantile(trials.noise, [0, 1 / 3, 2 / 3, 1])
+        sigma[observer], calibrated[observer] = calibrate(views[observer], SIGMAS, np.array(curves[observer]["paper"]), seed)
+    scores, comparisons, noise, intervals = [], [], [], {}
     for observer in OBSERVERS:
+        found, compared, intervals[observer] = judge_observer(views[observer], observer, sigma[observer], calibrated[observer], seed)
+        scores += found
+        comparisons += compared
         for method in methods:
-            rows = trials.method == method
             answers = (width_reader(trials, method) if observer == READER else
                        ideal_observer(views[observer], method, np.array([sigma[observer]]), seed)[0])
-            right = answers[np.arange(rows.sum()), label[rows]]
-            count = np.bincount(number[rows], minlength=len(hands))
-            correct = np.bincount(number[rows], right, len(hands))
-            # The same resamples for every method and observer.
-            picks = np.random.default_rng([seed, 10000]).integers(len(hands), size=(10000, len(hands)))
-            low, high = np.percentile(correct[picks].sum(axis=1) / count[picks].sum(axis=1), [2.5, 97.5])
-            confusion = [answers[label[rows] == k].sum(axis=0).tolist() for k in range(len(WIDTHS))]
-            scores.append(Score(observer, method, float(right.mean()), float(low), float(high), len(hands), int(rows.sum()),
-                                (correct / count).tolist(), confusion))
-            third = np.clip(np.searchsorted(thirds, trials.noise[rows]) - 1, 0, 2)
-            for k, name in enumerate(["lowest", "middle", "highest"]):
-                noise.append({"observer": observer, "method": method, "third": name, "noise_low_mm": float(thirds[k]),
-                              "noise_high_mm": float(thirds[k + 1]), "trials": int((third == k).sum()),
-                              "share": float(right[third == k].mean()) if (third == k).any() else math.nan})
-    result = Result(NOTE, hands.tolist(), trials.failed, trials.pattern.shape[1], seed, sigma, calibrated, scores, [],
-                    SIGMAS.tolist(), curves, noise)
-    result.comparisons = [compare(o, result.score(o, a), result.score(o, b)) for o in OBSERVERS for a, b in PAIRS
-                          if a in methods and b in methods]
-    return result
+            noise += by_thirds(trials, observer, method, answers[np.arange(len(answers)), label[trials.method == method]])
+    for comparison, corrected in zip(comparisons, holm([c.p for c in comparisons])):
+        comparison.p_holm = corrected
+    shapes = len({round(breadth / length, 2) for breadth, length in trials.sizes.values()})
+    return Result(NOTE, hands.tolist(), trials.failed, trials.pattern.shape[1], seed, sigma, intervals, calibrated, scores,
+                  comparisons, SIGMAS.tolist(), curves, noise, shapes)
 
 
-def write_tables(result: Result, folder: str | pathlib.Path) -> None:
-    """Writes widths.csv and widths_confusion, _wilcoxon, _sigma and _noise.csv."""
+def write_tables(result: Result, folder: str | pathlib.Path, origin) -> None:
+    """Writes widths.csv and widths_confusion, _wilcoxon, _sigma, _fit and _noise.csv; `origin` is a runs.Made."""
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
 
     def write(name: str, header: list[str], rows: list[dict]) -> None:
         write_table(folder / f"{name}.csv", [{key: f"{row[key]:.6g}" if isinstance(row[key], float) else row[key]
-                                              for key in header} for row in rows])
+                                              for key in header} for row in rows], origin)
 
     write("widths", ["observer", "method", "share", "low", "high", "hands", "trials"], [vars(s) for s in result.scores])
-    write("widths_confusion", ["observer", "method", "wanted_mm", "answered_mm", "trials"],
+    write("widths_confusion", ["observer", "method", "wanted_mm", "answered_mm", "trials", "share", "low", "high"],
           [{"observer": s.observer, "method": s.method, "wanted_mm": wanted, "answered_mm": answered,
-            "trials": s.confusion[i][j]} for s in result.scores
+            "trials": s.confusion[i][j], "share": s.confusion[i][j] / sum(s.confusion[i]), "low": s.confusion_low[i][j],
+            "high": s.confusion_high[i][j]} for s in result.scores
            for i, wanted in enumerate(WIDTHS) for j, answered in enumerate(WIDTHS)])
     write("widths_wilcoxon", [field.name for field in dataclasses.fields(Comparison)],
           [vars(c) for c in result.comparisons])
     write("widths_sigma", ["observer", "sigma", *METHODS],
           [{"observer": observer, "sigma": sigma, **{method: curves[method][i] for method in METHODS}}
            for observer, curves in result.curves.items() for i, sigma in enumerate(result.sigmas)])
+    write("widths_fit", ["observer", "sigma", "low", "high", "fitted"],
+          [{"observer": observer, "sigma": result.sigma[observer], "low": result.sigma_interval[observer][0],
+            "high": result.sigma_interval[observer][1], "fitted": int(result.calibrated[observer])} for observer in result.curves])
     write("widths_noise", list(result.noise[0]), result.noise)
-
-
-def sentences(result: Result) -> list[str]:
-    """The findings in words, each computed from the numbers."""
-    said = [result.note, f"{len(result.hands)} hands, {result.scores[0].trials} trials a method, {result.failed} cases left out"
-            f" as failed; published shares of people: {PEOPLE['paper']:.2f} with scattering, {PEOPLE['unscattered']:.2f} without."]
-    for observer, curves in result.curves.items():
-        bare = ", ".join(f"{values[0]:.2f} {method}" for method, values in curves.items())
-        said.append(f"Without internal noise the {observer} is right in {bare} (chance {CHANCE:.2f}).")
-        sigma = result.sigma[observer]
-        if result.calibrated[observer]:
-            said.append(f"An internal noise of {sigma:.3g} of the wanted pressure squared makes it as good with paper as people"
-                        f" were ({PEOPLE['paper']:.2f}); that was fitted, what the other methods give there is not.")
-        else:
-            said.append(f"No internal noise from {SIGMAS[1]:g} to {SIGMAS[-1]:g} makes it as good with paper as people were;"
-                        f" {sigma:.3g} is taken instead.")
-    for observer in OBSERVERS:
-        for score in (s for s in result.scores if s.observer == observer):
-            beside = "below" if score.high < CHANCE else "above" if score.low > CHANCE else "not told from"
-            said.append(f"{observer}, {LABELS[score.method]}: {score.share:.2f} correct (95 % interval {score.low:.2f} to"
-                        f" {score.high:.2f}, {score.hands} hands), {beside} chance.")
-        for c in (c for c in result.comparisons if c.observer == observer):
-            order = "better" if c.difference > 0 else "worse"
-            size = f"{order} than {c.second} by {abs(c.difference):.2f}"
-            if abs(c.difference) < 0.005:
-                size = f"as good as {c.second} within 0.005"
-            clear = ("no test, " + c.treatment if math.isnan(c.p) else
-                     f"{'significant' if c.p < 0.05 else 'not significant'} at 5 %, Wilcoxon p = {c.p:.2g}, {c.treatment}")
-            said.append(f"{observer}: {c.first} is {size} on {c.hands} hands, {c.zeros} of"
-                        f" them without a difference ({clear}).")
-        for method in PEOPLE:
-            low, mid, high = (row for row in result.noise if (row["observer"], row["method"]) == (observer, method))
-            said.append(f"{observer}, {method}: {low['share']:.2f}, {mid['share']:.2f} and {high['share']:.2f} correct in the thirds"
-                        f" of the camera's noise (up to {low['noise_high_mm']:.2f}, {mid['noise_high_mm']:.2f} and"
-                        f" {high['noise_high_mm']:.2f} mm RMS).")
-    found = {c.observer: c for c in result.comparisons if (c.first, c.second) == ("paper", "unscattered")}
-    said.append("In short, with scattering in the solver against without: " + "; ".join(
-        f"{observer} " + ("no clear difference" if not c.p < 0.05 else f"{c.difference:+.2f}")
-        for observer, c in found.items()) + f"; people {PEOPLE['paper'] - PEOPLE['unscattered']:+.2f}.")
-    if IDEAL in found and abs(found[IDEAL].difference) > abs(found[EVEN].difference):
-        said.append("What the ideal observer gains or loses depends more on how loud the patterns are than on their shapes.")
-    return said

@@ -9,7 +9,8 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 from runs import LABELS, STYLES  # noqa: E402
-from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, WIDTHS, Result, Trials, classes  # noqa: E402
+from widths import CHANCE, EVEN, IDEAL, OBSERVERS, PEOPLE, Result  # noqa: E402
+from widths_trials import WIDTHS, Trials, classes  # noqa: E402
 
 TITLE = {"loc": "left", "fontweight": "bold", "fontsize": 12}
 
@@ -21,7 +22,7 @@ def draw_shares(axes, result: Result, methods: list[str]) -> None:
             x = group + 0.24 * (k - (len(methods) - 1) / 2)
             spread = np.linspace(-0.045, 0.045, len(score.per_hand))
             axes.plot(x - 0.07 + spread / 2, score.per_hand, ".", color="0.6", markersize=5, zorder=1)
-            axes.errorbar(x + 0.03, score.share, [[score.share - score.low], [score.high - score.share]],
+            axes.errorbar(x + 0.03, score.share, [[max(0, score.share - score.low)], [max(0, score.high - score.share)]],
                           color=style["color"], marker=style["marker"], markersize=9, capsize=4,
                           label=LABELS[method] if group == 0 else None)
     for k, (method, share) in enumerate(PEOPLE.items()):
@@ -39,7 +40,7 @@ def draw_shares(axes, result: Result, methods: list[str]) -> None:
                  for name, observer in (("ideal observer", IDEAL), ("ideal, even level", EVEN))]
              + ["people\n(published)"])
     axes.legend(loc="lower left", ncol=2, columnspacing=1.2, handletextpad=0.4)
-    axes.set_title("(a) share correct, with 95 % interval over hands", **TITLE)
+    axes.set_title("(a) share correct, 95 % over resampled hands and the fit", **TITLE)
 
 
 def draw_noise(axes, result: Result) -> None:
@@ -50,6 +51,7 @@ def draw_noise(axes, result: Result) -> None:
                       label=LABELS[method] + ("" if filled else ", even level"))
         if result.calibrated[observer]:
             axes.plot(result.sigma[observer], PEOPLE["paper"], "o", color="k", fillstyle="none", markersize=17)
+            axes.plot(result.sigma_interval[observer], [PEOPLE["paper"]] * 2, "k|-", linewidth=1.4, markersize=12)
     axes.axhline(PEOPLE["paper"], color="0.8", linewidth=1, zorder=0)
     axes.text(result.sigmas[1], PEOPLE["paper"] + 0.01, "people, with scattering", color="0.3")
     axes.axhline(CHANCE, color="0.4", linewidth=1, dashes=(6, 4))
@@ -57,18 +59,20 @@ def draw_noise(axes, result: Result) -> None:
     axes.set(xscale="log", ylim=(0, 1.04), ylabel="share of answers correct [1]",
              xlabel=r"internal noise $\sigma$ in a cell [wanted pressure$^2$]")
     axes.legend(loc="lower left", fontsize=9)
-    axes.set_title("(b) ideal observers against their internal noise (circles: fitted)", **TITLE)
+    axes.set_title("(b) ideal observers against their noise (circles: fitted, 95 %)", **TITLE)
 
 
 def draw_confusions(page, grid, result: Result) -> None:
     parts = grid.subgridspec(1, 2, wspace=0.12)
     for k, method in enumerate(PEOPLE):
         axes = page.add_subplot(parts[k])
-        confusion = np.array(result.score(EVEN, method).confusion)
+        score = result.score(EVEN, method)
+        confusion = np.array(score.confusion)
         confusion /= confusion.sum(axis=1, keepdims=True)
         axes.imshow(confusion, cmap="Greys", vmin=0, vmax=1)
         for (i, j), share in np.ndenumerate(confusion):
-            axes.text(j, i, f"{share:.2f}", ha="center", va="center", color="w" if share > 0.5 else "k", fontsize=14)
+            axes.text(j, i, f"{share:.2f}\n{score.confusion_low[i][j]:.2f} to {score.confusion_high[i][j]:.2f}", ha="center",
+                      va="center", color="w" if share > 0.5 else "k", fontsize=10)
         ticks = [f"{width:g}" for width in WIDTHS]
         axes.set(xticks=range(3), yticks=range(3), xticklabels=ticks, yticklabels=ticks if k == 0 else [],
                  xlabel="width answered [mm]", ylabel="width meant [mm]" if k == 0 else "")

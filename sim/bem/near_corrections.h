@@ -10,7 +10,7 @@ namespace touchfield {
 /// What a sum with one point a face leaves out: for each pair of faces nearer than the rule's reach the integral over
 /// the face minus its one point, by rows.
 ///
-/// memory   20 bytes a pair; some 450 pairs a face with FaceRule's distances on a uniform mesh
+/// memory   20 bytes a pair; some 220 pairs a face with FaceRule's distances, 240 on a whole hand
 class NearCorrections {
  public:
   NearCorrections(const TriangleMesh& mesh, const Complex& wavenumber, double gamma, Layer layer, const FaceRule& rule);

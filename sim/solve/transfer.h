@@ -34,7 +34,7 @@ double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, d
 ///   by reciprocity rows of H at the target alone, K solves with B^T; no quiet rows
 ///
 /// quiet_weight   w_Z; at 0 the quiet skin is not needed, and the way with fewer solves is taken
-/// accuracy       V leaves out 1e-5 of b, the quiet rows eigenvalues below 1e-8 of the largest
+/// accuracy       V leaves out 1e-4 of b, the quiet rows eigenvalues below 1e-8 of the largest
 Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight);
 
 /// H of a mesh, p = H q, M x N [Pa]: the pressure of every channel at full drive on every face, in the forward way.

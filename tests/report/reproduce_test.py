@@ -1,6 +1,7 @@
 """The reduced reproduction from end to end: interrupted, gone on with, its report against the runs it is made of."""
 
 import csv
+import hashlib
 import html.parser
 import os
 import pathlib
@@ -64,8 +65,8 @@ class Reproduce(unittest.TestCase):
         return running.returncode, said + rest, errors
 
     def rows(self, name):
-        with open(self.folder / "report/tables" / name, newline="", encoding="utf-8") as file:
-            return list(csv.DictReader(file))
+        """Of a table, below the line that says where it comes from."""
+        return list(csv.DictReader((self.folder / "report/tables" / name).read_text().splitlines()[1:]))
 
     def test_an_interrupted_call_is_gone_on_with(self):
         code, said, errors = self.first
@@ -91,9 +92,26 @@ class Reproduce(unittest.TestCase):
                                            delta=None if row[metric] == "nan" else 1e-8 * abs(kept[metric]),
                                            msg=f"{row['scene']} {row['method']} {metric}")
         self.assertEqual(len(self.rows("convergence.csv")), 2 * 3 * 4)
-        for table in ("iteration_faces.csv", "iteration_channels.csv", "study.csv", "assumptions.csv", "widths.csv",
-                      "widths_wilcoxon.csv"):
+        for table in ("iteration_faces.csv", "iteration_channels.csv", "study.csv", "assumptions.csv", "sequences.csv",
+                      "widths.csv", "widths_wilcoxon.csv", "widths_fit.csv"):
             self.assertGreater(len(self.rows(table)), 1, table)
+
+    def test_tables_and_captions_say_which_program_and_which_scenes_made_them(self):
+        text = (self.folder / "report/report.md").read_text()
+        said = subprocess.run([PROGRAM, "--version"], capture_output=True, text=True, check=True).stdout
+        revision = re.search(r"\(([^)]+)\)", said)[1]
+        for table in sorted((self.folder / "report/tables").iterdir()):
+            head = table.read_text().splitlines()[0]
+            self.assertRegex(head, rf"^# made by: scripts/reproduce --quick; revision: {re.escape(revision)}; scenes: \S", table.name)
+            self.assertIn(f"tables/{table.name}", text)
+        scene = hashlib.sha256((SOURCE / "scenes/width_8mm.yaml").read_bytes()).hexdigest()[:12]
+        for name in ("metrics.csv", "sequences.csv", "convergence.csv", "study.csv"):
+            self.assertIn(f"width_8mm.yaml {scene}", (self.folder / "report/tables" / name).read_text().splitlines()[0], name)
+        captions = re.findall(r"^\*(?:Figure|Table) \d+[.,].*\*$", text, re.MULTILINE)
+        self.assertGreater(len(captions), 10)
+        for caption in captions:
+            self.assertRegex(caption, rf"Made by touchfield {re.escape(revision)} of .* \(SHA-256\)\.\*$")
+        self.assertNotIn(str(SOURCE), text)
 
     def test_claims_follow_from_the_tables(self):
         text = (self.folder / "report/report.md").read_text()
@@ -103,6 +121,12 @@ class Reproduce(unittest.TestCase):
         if helped < 5:
             self.assertIn("It does not help on: ", text)
         self.assertIn("Its numbers mean nothing", text)  # of a rehearsal
+        sequence, = (row for row in self.rows("sequences.csv") if row["frames"] == "2")
+        self.assertIn(f"the least found: {float(sequence['misfit']):.4f}.", text)
+        tried, = re.findall(r"`surface` stays within .*", text)
+        counts = [int(row["iterations"]) for row in self.rows("convergence.csv")
+                  if (row["start"], row["method"]) == ("cold", "surface")]
+        self.assertIn(f"(tried: {', '.join(map(str, counts))})", tried)
 
     def test_the_page_needs_nothing_else(self):
         text = (self.folder / "report/report.md").read_text()
@@ -132,7 +156,7 @@ class Reproduce(unittest.TestCase):
         self.assertEqual([line.split(":")[0] for line in done[:-1]], ["panels/width_8mm", "hands/hand_02"])
         self.assertEqual((self.folder / "report/tables/widths.csv").read_text(), widths)
         # Seconds differ, and the number of threads at work may change the last digits.
-        for old, new in zip(*(csv.DictReader(text.splitlines()) for text in (before, (
+        for old, new in zip(*(csv.DictReader(text.splitlines()[1:]) for text in (before, (
                 self.folder / "report/tables/metrics.csv").read_text()))):
             self.assertAlmostEqual(float(old["relative_error"]), float(new["relative_error"]), delta=1e-5)
 

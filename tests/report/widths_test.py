@@ -22,8 +22,11 @@ except ImportError as missing:
 SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
 sys.path.insert(0, str(SOURCE / "scripts/report"))
 
+import runs  # noqa: E402
 import widths  # noqa: E402
 import widths_figure  # noqa: E402
+import widths_trials  # noqa: E402
+import widths_words  # noqa: E402
 
 CELLS = 12
 
@@ -34,7 +37,7 @@ def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface"
     rows = []
     for hand in range(hands):
         for method in methods:
-            for k, width in enumerate(widths.WIDTHS):
+            for k, width in enumerate(widths_trials.WIDTHS):
                 for _ in range(draws):
                     pattern = numpy.ones(CELLS) + spread * generator.standard_normal(CELLS)
                     pattern[k] += apart
@@ -42,7 +45,7 @@ def trials(hands=6, draws=10, apart=3.0, spread=0.05, seed=1, methods=("surface"
                                  generator.uniform(0.25, 1), pattern))
     hand, width, method, reading, noise, pattern = map(numpy.array, zip(*rows))
     profile = numpy.abs(pattern[:, :5])
-    return widths.Trials(hand, width, method, reading, noise, pattern, profile, numpy.linspace(-5, 5, 5))
+    return widths_trials.Trials(hand, width, method, reading, noise, pattern, profile, numpy.linspace(-5, 5, 5))
 
 
 class Observers(unittest.TestCase):
@@ -85,17 +88,17 @@ class Observers(unittest.TestCase):
         data = trials(hands=5)
         mixed = dataclasses.replace(data, width_mm=data.width_mm.copy())
         own = data.hand == "hand_02"
-        mixed.width_mm[own] = numpy.roll(widths.WIDTHS, 1)[widths.classes(data)[own]]
+        mixed.width_mm[own] = numpy.roll(widths_trials.WIDTHS, 1)[widths_trials.classes(data)[own]]
         before, after = (widths.ideal_observer(each, "paper", numpy.array([0.0]), 1)[0] for each in (data, mixed))
         rows = data.hand[data.method == "paper"]
         numpy.testing.assert_array_equal(before[rows == "hand_02"], after[rows == "hand_02"])  # answers, not rightness
-        label = widths.classes(mixed)[mixed.method == "paper"]
+        label = widths_trials.classes(mixed)[mixed.method == "paper"]
         right = after[numpy.arange(len(label)), label]
         self.assertEqual(right[rows == "hand_02"].max(), 0.0)
 
     def test_an_even_level_takes_away_what_loudness_tells(self):
         data = trials(apart=0.0, spread=0.05)
-        data.pattern *= 1 + widths.classes(data)[:, None]  # nothing but loudness differs
+        data.pattern *= 1 + widths_trials.classes(data)[:, None]  # nothing but loudness differs
         self.assertEqual(widths.analyse(data).curves[widths.IDEAL]["paper"][0], 1.0)
         self.assertLess(widths.analyse(data).curves[widths.EVEN]["paper"][0], 0.5)
 
@@ -131,18 +134,83 @@ class Observers(unittest.TestCase):
         self.assertAlmostEqual(tied.p, 2 / 64)
         self.assertEqual(tied.zeros, 1)
 
+    def test_p_values_are_corrected_for_their_number(self):
+        numpy.testing.assert_allclose(widths.holm([0.01, 0.04, 0.03, 0.005]), [0.03, 0.06, 0.06, 0.02])
+        corrected = widths.holm([0.5, math.nan, 0.02, 0.7])
+        self.assertTrue(math.isnan(corrected[1]))  # no test, and none of those that p is corrected for
+        numpy.testing.assert_allclose([corrected[0], corrected[2], corrected[3]], [1, 0.06, 1])
+        result = widths.analyse(trials(hands=8, apart=0.5, spread=0.2))
+        for c in result.comparisons:
+            if not math.isnan(c.p):
+                self.assertGreaterEqual(c.p_holm, c.p)
+        self.assertEqual(len(result.comparisons), 6)
+
+    def test_where_shares_fall_below_a_level(self):
+        shares = numpy.array([[0.9, 0.7, 0.5, 0.3], [0.9, 0.5, 0.7, 0.3], [0.9, 0.8, 0.7, 0.65], [0.5, 0.4, 0.4, 0.3]])
+        numpy.testing.assert_allclose(widths.refitted(shares, 0.6), [1.5, 2.25, 3, 0])
+        values = numpy.arange(8.0).reshape(2, 4)
+        numpy.testing.assert_allclose(widths.between(values, numpy.array([1.5, 3.0])), [1.5, 7])
+
+    def test_intervals_hold_what_the_fit_leaves_open(self):
+        data = trials(hands=8, apart=1.2, spread=0.25)
+        loud = data.method == "unscattered"
+        data.pattern[loud] *= 1.1
+        result = widths.analyse(data)
+        self.assertTrue(result.calibrated[widths.IDEAL])
+        low, high = result.sigma_interval[widths.IDEAL]
+        self.assertLess(low, result.sigma[widths.IDEAL])
+        self.assertGreater(high, result.sigma[widths.IDEAL])
+        # With the noise held where it was fitted, the same hands give a narrower interval than with it fitted anew.
+        fitted = result.score(widths.IDEAL, "paper")
+        self.assertAlmostEqual(fitted.low, widths.PEOPLE["paper"], delta=0.01)  # that is what is fitted
+        self.assertAlmostEqual(fitted.high, widths.PEOPLE["paper"], delta=0.01)
+        scores, comparisons, ends = widths.judge_observer(data, widths.IDEAL, result.sigma[widths.IDEAL], False, 1)
+        held = next(score for score in scores if score.method == "paper")
+        self.assertGreater(held.high - held.low, 0.02)
+        self.assertTrue(math.isnan(ends[0]))
+        self.assertAlmostEqual(held.share, fitted.share, delta=1e-9)
+        for score in result.scores:
+            for share, at_least, at_most in zip(numpy.ravel(score.confusion) / (sum(score.confusion[0])),
+                                                numpy.ravel(score.confusion_low), numpy.ravel(score.confusion_high)):
+                self.assertTrue(at_least - 0.02 <= share <= at_most + 0.02, (score.observer, share, at_least, at_most))
+
+    def test_other_numbers_give_other_words(self):
+        result = widths.analyse(trials(hands=8, apart=1.2, spread=0.25))
+        said = " ".join(widths_words.sentences(result))
+        self.assertIn("draws of this simulation over 8 hands, not people", said)
+        self.assertIn("95 % interval", said)
+        for c in result.comparisons:
+            c.p, c.p_holm, c.difference, c.treatment = 0.011, 0.066, 0.2, "exact"
+        said = " ".join(widths_words.sentences(result))
+        self.assertEqual(said.count("not significant at 5 %, Wilcoxon p = 0.066 after Holm's correction for 6 tests, 0.011 before"), 6)
+        self.assertIn("ideal observer no clear difference", said)
+        for c in result.comparisons:
+            c.p_holm = 0.044
+        said = " ".join(widths_words.sentences(result))
+        self.assertNotIn("not significant", said)
+        self.assertIn("ideal observer +0.20", said)
+        result.calibrated[widths.IDEAL] = False
+        self.assertIn("No internal noise from", " ".join(widths_words.sentences(result)))
+        sizes = {f"hand_{i}": (88.3 * scale, 193.3 * scale) for i, scale in enumerate((1, 0.9))}
+        sizes |= {f"other_{i}": (78.2 * scale, 181.1 * scale) for i, scale in enumerate((1, 0.9))}
+        two = widths.analyse(dataclasses.replace(trials(hands=4), sizes=sizes))
+        self.assertEqual(widths_words.covered(two), "draws of this simulation over 4 hands of 2 shapes at 2 scales each")
+
     def test_words_and_figure_follow_the_numbers(self):
         result = widths.analyse(trials(hands=3))
-        said = " ".join(widths.sentences(result))
-        self.assertIn("not of people", widths.sentences(result)[0])
+        said = " ".join(widths_words.sentences(result))
+        self.assertIn("not of people", widths_words.sentences(result)[0])
         self.assertIn("too few hands", said)
         self.assertNotIn("nan", said)
         with tempfile.TemporaryDirectory() as folder:
-            widths.write_tables(result, folder)
+            widths.write_tables(result, folder, runs.Made("scripts/reproduce", ["0123abcd"], {"widths.yaml": "ab" * 6}))
             widths_figure.figure(result, trials(hands=3), pathlib.Path(folder) / "widths.png")
             self.assertGreater((pathlib.Path(folder) / "widths.png").stat().st_size, 20000)
-            for name in ("", "_confusion", "_wilcoxon", "_sigma", "_noise"):
-                self.assertGreater(len((pathlib.Path(folder) / f"widths{name}.csv").read_text().splitlines()), 1)
+            for name in ("", "_confusion", "_wilcoxon", "_sigma", "_fit", "_noise"):
+                path = pathlib.Path(folder) / f"widths{name}.csv"
+                self.assertEqual(path.read_text().splitlines()[0],
+                                 "# made by: scripts/reproduce; revision: 0123abcd; scenes: widths.yaml abababababab")
+                self.assertGreater(len(runs.table(path)), 1)
 
     def test_one_hand_is_not_enough(self):
         with self.assertRaisesRegex(ValueError, "two or more hands"):

@@ -1,0 +1,111 @@
+"""Whether several patterns in quick succession come nearer to a wanted mean square pressure than one pattern does.
+
+Skin that feels the mean square over a sequence of T patterns sees |h_j q|^2 averaged over T. Its cost is `surface`'s with that
+mean's root for |h_j q|, and a sequence holds one pattern as the case T = 1. The certificate's bound holds for both: it is linear
+in the matrix of the drives' products, of which a sequence has a mean, with the same diagonal of at most 1 (docs/theory.md).
+"""
+
+import dataclasses
+import math
+import pathlib
+
+import h5py
+import numpy
+import scipy.optimize
+
+from runs import number, percent, table, write_table
+
+FRAMES = [1, 2, 4, 8, 16]
+SEEDS = [1]
+STEPS = 400
+
+
+@dataclasses.dataclass
+class Problem:
+    """Rows of H [Pa] and what is wanted, of a run with the transfer matrix; `bound` is NaN where none was proved."""
+
+    target: numpy.ndarray  # [K, N]
+    quiet: numpy.ndarray  # [r, N]
+    weight: numpy.ndarray  # [K]
+    wanted: numpy.ndarray  # [K]
+    surface: float  # cost of method surface [Pa2 m2]
+    bound: float
+
+
+def read(folder):
+    with h5py.File(pathlib.Path(folder) / "run.h5") as run:
+        transfer, = run["transfer"].values()
+        known = run["methods/surface"].attrs
+        return Problem(*(transfer[name][:] for name in ("target", "quiet", "weight")), run["target/amplitude"][:],
+                       float(known["cost"]), float(known["cost_bound"]))
+
+
+def cost_and_slope(problem, phase):
+    """Cost of a sequence, phases [N, T], and its derivative by each phase."""
+    drives = numpy.exp(1j * phase) / numpy.sqrt(phase.shape[1])
+    loud, rest = problem.target @ drives, problem.quiet @ drives
+    root = numpy.sqrt((numpy.abs(loud) ** 2).sum(axis=1))
+    misfit = root - problem.wanted
+    cost = (problem.weight * misfit**2).sum() + (numpy.abs(rest) ** 2).sum()
+    pull = (problem.weight * misfit / numpy.maximum(root, 1e-300))[:, None] * loud
+    slope = problem.target.conj().T @ pull + problem.quiet.conj().T @ rest
+    return cost, 2 * numpy.imag(drives.conj() * slope)
+
+
+def least(problem, frames, seed, steps=STEPS):
+    """Least cost found by limited-memory BFGS from phases drawn at random, and the sequence, phases [N, T]."""
+    shape = problem.target.shape[1], frames
+    start = numpy.random.default_rng([seed, frames]).uniform(0, 2 * numpy.pi, shape)
+    scale = (problem.weight * problem.wanted**2).sum()
+
+    def of(flat):
+        cost, slope = cost_and_slope(problem, flat.reshape(shape))
+        return cost / scale, slope.ravel() / scale
+
+    found = scipy.optimize.minimize(of, start.ravel(), jac=True, method="L-BFGS-B",
+                                    options={"maxiter": steps, "maxfun": 2 * steps, "maxcor": 20, "ftol": 1e-12, "gtol": 1e-10})
+    return found.fun * scale, found.x.reshape(shape)
+
+
+def rows(problem, frames=FRAMES, seeds=SEEDS, steps=STEPS):
+    """A row a number of frames: the least and the largest cost of the seeds, the misfit, how far it is above the bound."""
+    silence = (problem.weight * problem.wanted**2).sum()
+    found = []
+    for count in frames:
+        costs = [least(problem, count, seed, steps)[0] for seed in seeds]
+        found.append({"frames": count, "starts": len(seeds), "cost_pa2m2": f"{min(costs):.9g}",
+                      "worst_start_pa2m2": f"{max(costs):.9g}", "misfit": f"{numpy.sqrt(min(costs) / silence):.6f}",
+                      "above_bound": f"{min(costs) / problem.bound - 1:.6g}", "bound_pa2m2": f"{problem.bound:.9g}",
+                      "surface_cost_pa2m2": f"{problem.surface:.9g}", "surface_misfit": f"{numpy.sqrt(problem.surface / silence):.6f}",
+                      "surface_above_bound": f"{problem.surface / problem.bound - 1:.6g}",
+                      "target_rows": len(problem.target), "quiet_rows": len(problem.quiet), "channels": problem.target.shape[1]})
+    return found
+
+
+def kept_rows(work, quick, origin):
+    """The rows, found anew only where the run is newer than what was found of it before."""
+    run, kept = work / "panels/width_8mm/run.h5", work / "sequences.csv"
+    if not kept.exists() or kept.stat().st_mtime < run.stat().st_mtime:
+        problem = read(run.parent)
+        write_table(kept, rows(problem, FRAMES[:2], SEEDS, 60) if quick else rows(problem), origin)
+    return table(kept)
+
+
+def sentences(found):
+    """What the rows say, and what of it is proved."""
+    one = float(found[0]["surface_misfit"])
+    more = [row for row in found if int(row["frames"]) > 1]
+    bound, surface = float(found[0]["bound_pa2m2"]), float(found[0]["surface_cost_pa2m2"])
+    said = ["Misfit: root of `surface`'s cost over that of silence, the root of the mean square over the patterns in the place of "
+            f"abs p. One pattern, `surface`: {one:.4f}. Sequences of " + ", ".join(str(row["frames"]) for row in more)
+            + " patterns, the least found: " + ", ".join(f"{float(row['misfit']):.4f}" for row in more) + "."]
+    if not math.isfinite(bound):
+        return said + ["Nothing is proved of them here: the run has no certificate."]
+    gap, gain = surface / bound - 1, 1 - min(float(row["cost_pa2m2"]) for row in more) / surface
+    said.append(f"Proved: no sequence of any length, of patterns of at most full level, has a cost below {number(bound, 6)} Pa2 m2; "
+                f"the one pattern of `surface` is {percent(gap, 2)} above that. The best sequence found is "
+                + (f"{percent(gain, 3)} below the one pattern." if gain > 0 else f"{percent(-gain, 3)} above the one pattern."))
+    said.append(f"That holds for the matrix that was computed, {found[0]['target_rows']} target faces and {found[0]['quiet_rows']} rows "
+                f"of the quiet skin by {found[0]['channels']} transducers, in the mean square alone. It says nothing of skin that feels "
+                "something else of a sequence, or of how far the matrix is from a real hand's.")
+    return said

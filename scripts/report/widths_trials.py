@@ -1,0 +1,103 @@
+"""The trials of the width discrimination: what the judge saw on every hand, for every width and method."""
+
+import dataclasses
+import json
+import math
+import pathlib
+
+import h5py
+import numpy as np
+
+from runs import scene_of, setting, table
+
+WIDTHS = np.array([5.0, 8.0, 11.0])  # mm
+REACH_MM, CELL_MM, PROFILE_MM = 12, 1.5, 0.5
+
+
+@dataclasses.dataclass
+class Trials:
+    """A row a trial and method; `pattern` and `profile` are abs(p)^2 over the wanted pressure squared [1]."""
+    hand: np.ndarray  # [N] name of the folder
+    width_mm: np.ndarray  # [N] wanted: 5, 8 or 11
+    method: np.ndarray  # [N] surface, paper or unscattered
+    reading: np.ndarray  # [N] width at half maximum [mm], NaN where there is none
+    noise: np.ndarray  # [N] of the sensed surface [mm RMS]
+    pattern: np.ndarray  # [N, cells] averages over cells of 1.5 mm
+    profile: np.ndarray | None = None  # [N, bins] along x, over abs(y) <= 2 mm
+    profile_x: np.ndarray | None = None  # [bins] middles [mm]
+    failed: int = 0  # cases left out as their status is not ok
+    sizes: dict = dataclasses.field(default_factory=dict)  # hand: (breadth, length) [mm]
+    correlation_mm: float = math.nan  # of the sensed surface's noise
+    offset_mm_rms: float = math.nan  # of the misplacement, along an axis
+
+
+def cell_averages(triangles: np.ndarray, area: np.ndarray, value: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Averages by area of one value a face over the cells between the edges x and y [mm]; NaN where no skin is.
+
+    `triangles` [M, 3, 3] in mm. A face is cut in 16 so that it counts in every cell that it touches, by its part there.
+    """
+    n = 4
+    corner = [(i + 1 / 3, j + 1 / 3) for i in range(n) for j in range(n - i)]
+    corner += [(i + 2 / 3, j + 2 / 3) for i in range(n - 1) for j in range(n - 1 - i)]
+    u, v = np.array(corner).T / n
+    points = np.einsum("ck,mkd->mcd", np.stack([1 - u - v, u, v], axis=1), triangles)[..., :2].reshape(-1, 2)
+    weight = np.repeat(area, n * n)
+    total = np.histogram2d(*points.T, bins=[x, y], weights=weight)[0]
+    with np.errstate(invalid="ignore"):
+        return np.histogram2d(*points.T, bins=[x, y], weights=weight * np.repeat(value, n * n))[0] / total
+
+
+def load(hands_folder: str | pathlib.Path) -> Trials:
+    """Reads every hand_* of the folder.
+
+    Of the pattern only the cells are kept that have skin on every hand. To fill the others with their neighbours' values
+    would show the same skin twice, with fresh internal noise.
+    """
+    edges = np.arange(-REACH_MM, REACH_MM + CELL_MM / 2, CELL_MM)
+    fine = np.arange(-REACH_MM, REACH_MM + PROFILE_MM / 2, PROFILE_MM)
+    rows, patterns, profiles, failed, sizes, offsets, correlation = [], [], [], set(), {}, [], math.nan
+    for folder in sorted(pathlib.Path(hands_folder).glob("hand_*")):
+        cases: dict[int, list[dict]] = {}
+        for row in table(folder / "sweep.csv"):
+            if row["status"] == "ok":
+                cases.setdefault(int(row["case"]), []).append(row)
+            else:
+                failed.add((folder.name, row["case"]))
+        for case, lines in cases.items():
+            with h5py.File(folder / "cases" / f"{case:05d}" / "run.h5") as run:
+                scene = scene_of(run)
+                sizes[folder.name] = tuple(float(setting(scene, f"body.hand.{key}_mm")) for key in ("breadth", "length"))
+                correlation = float(setting(scene, "sensing.correlation_mm"))
+                offsets.append(json.loads(setting(scene, "sensing.offset_mm")))
+                judge = run["judge"]
+                corners = 1e3 * judge["mesh/vertices"][:][judge["mesh/triangles"][:]]
+                normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+                seen = normal[:, 2] < -0.3 * np.linalg.norm(normal, axis=1)
+                corners, area = corners[seen], judge["mesh/area"][:][seen]
+                wanted = judge["target/amplitude"][:].max()
+                for row in lines:
+                    energy = np.abs(judge["methods"][row["name"]]["pressure"][:][seen] / wanted) ** 2
+                    patterns.append(cell_averages(corners, area, energy, edges, edges).ravel())
+                    profiles.append(cell_averages(corners, area, energy, fine, np.array([-2.0, 2.0]))[:, 0])
+                    rows.append((folder.name, json.loads(row["target.box.size_mm"])[0], row["name"],
+                                 float(row["width_mm"] or "nan"), float(row["sensing.noise_mm_rms"])))
+    if not rows:
+        raise ValueError(f"{hands_folder}: no case with status ok in any hand_*/sweep.csv")
+    hand, width, method, reading, noise = map(np.array, zip(*rows))
+    pattern, profile = np.array(patterns), np.array(profiles)
+    skin, line = np.isfinite(pattern).all(axis=0), np.isfinite(profile).all(axis=0)
+    return Trials(hand, width.astype(float), method, reading, noise, pattern[:, skin], profile[:, line],
+                  (fine[:-1] + PROFILE_MM / 2)[line], len(failed), sizes, correlation,
+                  float(np.sqrt((np.array(offsets) ** 2).mean())))
+
+
+def evened(trials: Trials) -> Trials:
+    """The same with every pattern scaled to one mean: what loudness alone tells is taken away, and an observer's noise
+    weighs on every method alike."""
+    level = trials.pattern[trials.method == "paper"].mean()
+    return dataclasses.replace(trials, pattern=trials.pattern * (level / trials.pattern.mean(axis=1, keepdims=True)))
+
+
+def classes(trials: Trials) -> np.ndarray:
+    """Index of the wanted width in WIDTHS, one a row."""
+    return np.abs(trials.width_mm[:, None] - WIDTHS).argmin(axis=1)

@@ -1,0 +1,161 @@
+"""The report's sentences follow from its tables: other numbers give other words."""
+
+import copy
+import os
+import pathlib
+import sys
+import unittest
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices, which threads slow down
+
+try:
+    import h5py  # noqa: F401
+    import matplotlib  # noqa: F401
+    import numpy
+    import scipy  # noqa: F401
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
+sys.path.insert(0, str(SOURCE / "scripts/report"))
+
+import curves  # noqa: E402
+import panels  # noqa: E402
+import runs  # noqa: E402
+import sequences  # noqa: E402
+
+NAMES = list(runs.SCENES)
+
+
+def metric_rows():
+    """Five scenes where scattering helps everywhere."""
+    errors = {"surface": 0.45, "paper": 0.47, "paper_original": 0.48, "unscattered": 0.54, "focus": 0.6}
+    return [{"scene": name, "method": method, "relative_error": str(error), "width_mm": str(5 + error), "leakage": str(error / 3),
+             "optimality_gap": "0.0123", "judge_difference": "0.006"} for name in NAMES for method, error in errors.items()]
+
+
+def convergence_rows(values):
+    return [{"start": start, "method": method, "iterations": str(count), "relative_error": str(value)}
+            for start in ("cold", "warm") for method in curves.METHODS for count, value in zip((1, 5, 10, 30), values)]
+
+
+class Sentences(unittest.TestCase):
+    def test_from_an_iteration_on_means_from_there_on(self):
+        self.assertEqual(curves.from_there_on([1, 5, 10, 30], [0.6, 0.461, 0.462, 0.461], 0.461), 5)
+        self.assertEqual(curves.from_there_on([1, 5, 10, 30], [0.6, 0.461, 0.5, 0.461], 0.461), 30)  # near at 5, and off again
+        self.assertEqual(curves.from_there_on([1, 5, 10, 30], [0.6, 0.461, 0.43, 0.461], 0.461), 30)  # lower is away too
+        self.assertIsNone(curves.from_there_on([1, 5], [0.461, 0.5], 0.461))
+        said = curves.convergence_sentences(convergence_rows([0.6, 0.461, 0.462, 0.461]))
+        self.assertIn("from iteration 5 on from zero", said[0])
+        rows = convergence_rows([0.6, 0.461, 0.5, 0.461])
+        self.assertIn("from iteration 30 on from zero", curves.convergence_sentences(rows)[0])
+        for row in rows:
+            if row["start"] == "warm":
+                row["relative_error"] = "0.5"
+        self.assertIn("never from the frame before", curves.convergence_sentences(rows)[0])
+
+    def test_what_scattering_brings_is_counted(self):
+        rows = metric_rows()
+        said = " ".join(panels.sentences(rows, NAMES))
+        self.assertIn("is lower than without (`unscattered`) on 5 of 5 scenes", said)
+        self.assertNotIn("does not help", said)
+        self.assertIn("smaller with scattering on 5 of 5", said)
+        self.assertIn("it is proved that no phases lower", said)
+        self.assertIn("5 mm box 1.23 %", said)
+        changed = copy.deepcopy(rows)
+        for row in changed:
+            if (row["scene"], row["method"]) == ("grasp", "paper"):
+                row["relative_error"] = row["leakage"] = "0.7"
+        said = " ".join(panels.sentences(changed, NAMES))
+        self.assertIn("on 4 of 5 scenes", said)
+        self.assertIn("It does not help on: grasped box.", said)
+        self.assertIn("smaller with scattering on 4 of 5", said)
+        self.assertIn("grasped box +16.0", said)
+
+    def test_without_a_certificate_nothing_is_proved(self):
+        rows = metric_rows()
+        for row in rows:
+            if row["scene"] != "grasp":
+                row["optimality_gap"] = "nan"
+        said, = panels.proved(rows, NAMES)
+        self.assertIn("grasped box 1.23 %", said)
+        self.assertNotIn("5 mm box", said)
+        for row in rows:
+            row["optimality_gap"] = "nan"
+        self.assertEqual(panels.proved(rows, NAMES), [])
+
+    def test_times_are_those_of_the_tables(self):
+        def rows(key, counts):
+            return [{key: count, "surface_ms_an_iteration": f"{3 + i}", "paper_ms_an_iteration": f"{20 - i}",
+                     "surface_once_s": f"{1 + i}", "paper_once_s": "0.5"} for i, count in enumerate(counts)]
+
+        by_faces, by_channels = curves.times_sentences(rows("faces", [1000, 2000, 4000]), rows("channels", [100, 300]))
+        self.assertIn("From 1000 to 4000 faces, 4.0 times the faces, an iteration takes 3 to 5 ms by `surface` (all: 3 to 5 ms)", by_faces)
+        self.assertIn("20 to 18 ms by `paper` (all: 18 to 20 ms)", by_faces)
+        self.assertIn("3.0 times the channels", by_channels)
+
+    # Sequences of patterns
+
+    def row(self, frames, cost, bound="3199", surface="3200"):
+        return {"frames": str(frames), "cost_pa2m2": str(cost), "misfit": f"{(cost / 14400) ** 0.5:.6f}", "bound_pa2m2": bound,
+                "surface_cost_pa2m2": surface, "surface_misfit": f"{(float(surface) / 14400) ** 0.5:.6f}", "target_rows": "106",
+                "quiet_rows": "158", "channels": "1496"}
+
+    def test_what_is_proved_of_sequences_follows_from_the_bound(self):
+        said = " ".join(sequences.sentences([self.row(1, 3200), self.row(2, 3199.5), self.row(16, 3199.2)]))
+        self.assertIn("Sequences of 2, 16 patterns, the least found: 0.4714, 0.4713.", said)
+        self.assertIn("has a cost below 3199 Pa2 m2; the one pattern of `surface` is 0.03 % above that", said)
+        self.assertIn("The best sequence found is 0.025 % below the one pattern.", said)
+        self.assertIn("106 target faces and 158 rows", said)
+        said = " ".join(sequences.sentences([self.row(1, 3200, "2800"), self.row(2, 3300, "2800")]))
+        self.assertIn("14.29 % above that", said)
+        self.assertIn("3.125 % above the one pattern", said)
+        said = " ".join(sequences.sentences([self.row(1, 3200, "nan"), self.row(2, 3300, "nan")]))
+        self.assertIn("Nothing is proved", said)
+        self.assertNotIn("Proved", said)
+
+    def test_two_patterns_do_what_one_cannot(self):
+        """|1 + z|, |1 - z| and |1 + i z| cannot all be sqrt 2 for one z of length 1, but can in the mean of z and -z."""
+        problem = sequences.Problem(numpy.array([[1, 1], [1, -1], [1, 1j]]), numpy.zeros((0, 2), complex), numpy.ones(3),
+                                    numpy.full(3, numpy.sqrt(2)), surface=1.0, bound=0.0)
+        one = min(sequences.least(problem, 1, seed)[0] for seed in range(4))
+        phase = numpy.linspace(0, 2 * numpy.pi, 100001)
+        z = numpy.exp(1j * phase)
+        best = sum((abs(a) - numpy.sqrt(2)) ** 2 for a in (1 + z, 1 - z, 1 + 1j * z)).min()
+        self.assertAlmostEqual(one, best, delta=1e-7)
+        self.assertGreater(one, 0.1)
+        self.assertLess(min(sequences.least(problem, 2, seed)[0] for seed in range(4)), 1e-9)
+
+    def test_slopes_are_those_of_the_cost(self):
+        generator = numpy.random.default_rng(1)
+
+        def normal(*shape):
+            return generator.standard_normal(shape) + 1j * generator.standard_normal(shape)
+
+        problem = sequences.Problem(normal(4, 9), normal(5, 9), generator.uniform(0.5, 1, 4), generator.uniform(1, 3, 4), 1.0, 0.0)
+        phase, way = generator.uniform(0, 6, (9, 3)), generator.standard_normal((9, 3))
+        slope = (sequences.cost_and_slope(problem, phase)[1] * way).sum()
+        step = 1e-6
+        ahead, behind = (sequences.cost_and_slope(problem, phase + sign * step * way)[0] for sign in (1, -1))
+        self.assertAlmostEqual((ahead - behind) / (2 * step), slope, delta=1e-6 * abs(slope))
+
+    # Where a table comes from
+
+    def test_many_inputs_have_one_hash(self):
+        few = runs.Made("scripts/some", ["0123abcd"], {"a.yaml": "1" * 12, "b.yaml": "2" * 12})
+        self.assertEqual(few.head(), "# made by: scripts/some; revision: 0123abcd; scenes: a.yaml 111111111111, b.yaml 222222222222\n")
+        many = runs.Made("scripts/some", ["0123abcd", "4567cdef"], {f"{i}.yaml": f"{i:012d}" for i in range(9)})
+        self.assertIn("revision: 0123abcd and 4567cdef; scenes: 9 files, together ", many.head())
+        many.inputs["3.yaml"] = "x" * 12
+        self.assertNotEqual(many.scenes(), runs.Made("", [], {f"{i}.yaml": f"{i:012d}" for i in range(9)}).scenes())
+
+    def test_settings_of_a_scene_are_read_by_their_path(self):
+        scene = "name: a\narray:\n  grid:\n    count: [4, 3]\n  at_mm: [0, 0, 1]\nbody:\n  place:\n    at_mm: [0, 0, 200]\n"
+        self.assertEqual(runs.setting(scene, "array.grid.count"), "[4, 3]")
+        self.assertEqual(runs.setting(scene, "body.place.at_mm"), "[0, 0, 200]")
+        self.assertIsNone(runs.setting(scene, "array.place.at_mm"))
+
+
+if __name__ == "__main__":
+    unittest.main()
