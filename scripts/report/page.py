@@ -214,8 +214,9 @@ def write_report(work, report, quick):
     if quick:
         page.add("**A quick rehearsal: coarse meshes, a quarter of the transducers, few cases. Its numbers mean nothing.**")
     page.add("The study: Matsubayashi, Makino, Shinoda, EuroHaptics 2020, doi 10.1007/978-3-030-58147-3_45. Methods: "
-             "`paper`, its optimisation, on this program's model of scattering; `paper_original`, the same on the model of scattering "
-             "as it was published; `unscattered`, its comparison, as if the hand did not scatter; `surface`, this program's; `focus`, "
+             "`paper`, its optimisation, on this program's model of scattering; `unscattered`, its comparison, as if the hand did not "
+             "scatter; both with faces weighed by area, since the mesh is finer about the target; `paper_original` and "
+             "`unscattered_original`, faces alike and the model of scattering as it was published; `surface`, this program's; `focus`, "
              "phase conjugation. Definitions: docs/theory.md, docs/metrics.md.")
     revisions = made(work, *{stamp.stem.split("-")[0] for stamp in (work / "steps").glob("*.json")}).revisions
     page.add(f"Computed by touchfield {ran['version']} ({' and '.join(revisions)}) with {ran['threads']} threads on "

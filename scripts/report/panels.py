@@ -121,9 +121,10 @@ def sentences(rows, names):
                 f"{differences(error, names, 'paper', 'unscattered')}.")
     if len(helps) < len(names):
         said.append("It does not help on: " + ", ".join(SCENES[name] for name in names if name not in helps) + ".")
-    original = [name for name in names if error[name, "paper_original"] < error[name, "unscattered"]]
-    said.append(f"On the model of scattering as it was published (`paper_original`) that holds on {len(original)} of "
-                f"{len(names)}; points with minus without: {differences(error, names, 'paper_original', 'unscattered')}.")
+    original = [name for name in names if error[name, "paper_original"] < error[name, "unscattered_original"]]
+    said.append(f"As it was published, model of scattering and faces counted alike (`paper_original` and `unscattered_original`), that "
+                f"holds on {len(original)} of {len(names)}; points with minus without: "
+                f"{differences(error, names, 'paper_original', 'unscattered_original')}.")
     ours = [name for name in names if error[name, "surface"] <= error[name, "paper"]]
     said.append(f"`surface` is at least as near as `paper` on {len(ours)} of {len(names)}; points of per cent, `surface` "
                 f"minus `paper`: {differences(error, names, 'surface', 'paper')}.")

@@ -15,12 +15,14 @@ import numpy
 SCENES = {"width_5mm": "5 mm box", "width_8mm": "8 mm box", "width_11mm": "11 mm box", "grasp": "grasped box",
           "penetration": "penetration depth"}
 LABELS = {"surface": "surface (ours)", "paper": "paper (with scattering)",
-          "paper_original": "paper on its own model", "unscattered": "unscattered (without)", "focus": "focus"}
+          "paper_original": "paper as published", "unscattered": "unscattered (without)",
+          "unscattered_original": "unscattered as published", "focus": "focus"}
 # Told apart by marker and line in grey as well.
 STYLES = {"surface": {"color": "#0072B2", "marker": "o", "linestyle": "-"},
           "paper": {"color": "#D55E00", "marker": "s", "linestyle": "--"},
           "paper_original": {"color": "#E69F00", "marker": "D", "linestyle": "-."},
           "unscattered": {"color": "#000000", "marker": "^", "linestyle": ":"},
+          "unscattered_original": {"color": "#56B4E9", "marker": "v", "linestyle": (0, (3, 1, 1, 1))},
           "focus": {"color": "#888888", "marker": "x", "linestyle": (0, (1, 3))}}
 METRICS = ["relative_error", "relative_error_raw", "scale", "correlation", "leakage", "mean_inside_pa", "cv_inside",
            "width_mm", "width_wanted_mm", "peak_pa", "force_target_n", "force_elsewhere_n", "cost", "cost_skin",

@@ -207,8 +207,7 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
     require_finite("judge of " + method.name, result.judge_pressure);
   }
   const bool elsewhere = result.judge_pressure.size() > 0;
-  judge_method(result, run.mesh, gradient, model, run.target,
-               elsewhere ? result.judge_pressure : result.pressure);
+  judge_method(result, run.mesh, gradient, model, run.target, elsewhere ? result.judge_pressure : result.pressure);
   if (elsewhere) {
     result.metrics.judge_difference = relative_difference(run.mesh.areas(), result.pressure, result.judge_pressure);
   }
@@ -299,7 +298,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   const MethodSpec& first = spec.methods.front();
   if (run.target && !model.scene.target->pressure) {
     const auto find_scale = [&] { return models.of(first.scheme).best_scale(first, run.mesh, model.boxes, progress); };
-    run.target->amplitudes *= timed(progress, run.seconds, "scale",
+    run.target->amplitudes *= timed(progress, run.seconds, kScaleStage,
                                     fmt::format("find the target's best pressure for {}", first.name), find_scale);
   }
   const SurfaceGradient gradient(run.mesh, model.wave.k());

@@ -90,6 +90,9 @@ struct ArrayTruth {
   int phase_levels = 0;  // steps a turn that phases are rounded to; 0: they are not
 };
 
+/// The stage of a run in which the best pressure of its target was found.
+inline constexpr const char* kScaleStage = "scale";
+
 /// Everything a run computed; grows as the run goes on.
 struct Run {
   std::string name;

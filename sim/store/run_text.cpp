@@ -139,7 +139,12 @@ std::string methods_table(const Run& run) {
     row.push_back(to_string(result.solution.status));
     rows.push_back(row);
   }
-  return aligned_table(rows);
+  const bool best = std::ranges::any_of(run.seconds, [](const auto& stage) { return stage.first == kScaleStage; });
+  const std::string pressure = best && run.target
+                                   ? fmt::format("wanted: {:.4g} Pa, where {} fits best\n",
+                                                 run.target->amplitudes.maxCoeff(), run.methods.front().name)
+                                   : "";
+  return aligned_table(rows) + pressure;
 }
 
 std::string describe_run(const Run& run) {
