@@ -27,8 +27,8 @@ using Eigen::VectorXf;
 constexpr std::array kBounds = {0.8F, 0.65F, 0.5F, 0.4F, 0.3F, 0.2F, 0.1F, 0.0F};
 constexpr Index kPass = 16;   // columns of A that stay in a core's cache for their second use
 constexpr Index kShares = 8;  // sums over the drives, so many whatever the number of threads
-constexpr int kPowerSteps = 12;
-constexpr unsigned kSeeds = 6;
+constexpr int kPowerSteps = 5;
+constexpr unsigned kSeeds = 5;
 constexpr int kFollowed = 2;  // of them
 constexpr int kLevelTrials = 8;
 constexpr double kNearLevel = 0.9;
@@ -83,26 +83,36 @@ class RelaxedMisfit {
     if (squared_norm_ > 0) {
       return squared_norm_;
     }
-    Eigen::VectorXcf x = Eigen::VectorXcf::Ones(channels());
-    Eigen::VectorXcf sent(a_.rows());
+    MatrixXcf x = MatrixXcf::Ones(channels(), 1);
+    MatrixXcf sent;
+    pass(1, sent, [&](Index at, const auto& columns) { return x.middleRows(at, columns.cols()); });
     for (int step = 0; step < kPowerSteps; ++step) {
-      x.normalize();
-      multiply(Op::kPlain, a_, x, 0.0F, sent);
-      multiply(Op::kAdjoint, a_, sent, 0.0F, x);
-      squared_norm_ = x.norm();
+      const MatrixXcf unit = sent.normalized();
+      pass(1, sent, [&](Index at, const auto& columns) {
+        auto rows = x.middleRows(at, columns.cols());
+        multiply(Op::kAdjoint, columns, unit.col(0), 0.0F, rows.col(0));
+        return rows;
+      });
+      squared_norm_ = sent.norm();
     }
     return squared_norm_;
   }
 
-  /// A Y.
-  MatrixXcf send(const MatrixXcf& y) const {
-    MatrixXcf sent(a_.rows(), y.cols());
-    for (Index i = 0; i < y.cols(); ++i) {
-      Eigen::VectorXcf column(a_.rows());
-      multiply(Op::kPlain, a_, y.col(i), 0.0F, column);
-      sent.col(i) = column;
+  /// What random numbers at the faces send back: rows that follow their channels, in whatever order these come.
+  MatrixXcf random_rows(int width, unsigned seed) const {
+    std::mt19937_64 generator(seed);
+    const auto number = [&] { return static_cast<float>(static_cast<double>(generator() >> 11) * 0x1p-52 - 1.0); };
+    MatrixXcf field(faces_, width);
+    for (Single& u : field.reshaped()) {
+      const float real = number();
+      u = {real, number()};
     }
-    return sent;
+    return a_.topRows(faces_).adjoint() * field;
+  }
+
+  /// sent = A Y.
+  void send(const MatrixXcf& y, MatrixXcf& sent) {
+    pass(y.cols(), sent, [&](Index at, const auto& columns) { return y.middleRows(at, columns.cols()); });
   }
 
   double cost(const MatrixXcf& sent) const {
@@ -122,7 +132,24 @@ class RelaxedMisfit {
   /// to = from - length A^H misfit with its rows confined, and sent = A to, in one pass over A.
   void step(const MatrixXcf& from, const MatrixXcf& misfit, float length, float bound, MatrixXcf& to, MatrixXcf& sent) {
     to.resize(from.rows(), from.cols());
-    const Index width = from.cols();
+    pass(from.cols(), sent, [&](Index at, const auto& columns) {
+      auto rows = to.middleRows(at, columns.cols());
+      for (Index i = 0; i < from.cols(); ++i) {
+        multiply(Op::kAdjoint, columns, misfit.col(i), 0.0F, rows.col(i));
+      }
+      rows = from.middleRows(at, columns.cols()) - length * rows;
+      for (Index n = 0; n < rows.rows(); ++n) {
+        confine(rows.row(n), bound);
+      }
+      return rows;
+    });
+  }
+
+ private:
+  /// sent = sum over blocks of A's columns of columns rows_of(at, columns), in an order that the number of threads does
+  /// not change; rows_of may work out its rows from these columns.
+  template <class RowsOf>
+  void pass(Index width, MatrixXcf& sent, const RowsOf& rows_of) {
     const Index each = (channels() + kShares - 1) / kShares;
     shares_.resize(kShares);
 #pragma omp parallel for schedule(static)
@@ -131,16 +158,8 @@ class RelaxedMisfit {
       sum.setZero(a_.rows(), width);
       const Index end = std::min(channels(), (share + 1) * each);
       for (Index at = share * each; at < end; at += kPass) {
-        const Index count = std::min(kPass, end - at);
-        const auto columns = a_.middleCols(at, count);
-        auto rows = to.middleRows(at, count);
-        for (Index i = 0; i < width; ++i) {
-          multiply(Op::kAdjoint, columns, misfit.col(i), 0.0F, rows.col(i));
-        }
-        rows = from.middleRows(at, count) - length * rows;
-        for (Index n = 0; n < count; ++n) {
-          confine(rows.row(n), bound);
-        }
+        const auto columns = a_.middleCols(at, std::min(kPass, end - at));
+        const auto rows = rows_of(at, columns);
         for (Index i = 0; i < width; ++i) {
           multiply(Op::kPlain, columns, rows.col(i), 1.0F, sum.col(i));
         }
@@ -152,7 +171,6 @@ class RelaxedMisfit {
     }
   }
 
- private:
   Index faces_;
   MatrixXcf a_;
   VectorXf wanted_at_full_;
@@ -178,7 +196,8 @@ class AnnealedDescent {
     for (Index n = 0; n < y_.rows(); ++n) {
       confine(y_.row(n), bound);
     }
-    MatrixXcf sent = misfit_.send(y_);
+    MatrixXcf sent;
+    misfit_.send(y_, sent);
     MatrixXcf ahead = y_;
     MatrixXcf ahead_sent = sent;
     MatrixXcf next;
@@ -216,23 +235,12 @@ class AnnealedDescent {
   float length_;
 };
 
-MatrixXcf random_rows(Index channels, int width, unsigned seed) {
-  std::mt19937_64 generator(seed);
-  const auto share = [&] { return static_cast<float>(static_cast<double>(generator() >> 11) * 0x1p-52 - 1.0); };
-  MatrixXcf rows(channels, width);
-  for (Single& y : rows.reshaped()) {
-    const float real = share();
-    y = {real, share()};
-  }
-  return rows;
-}
-
 Eigen::VectorXcd anneal(RelaxedMisfit& misfit, const AnnealingOptions& options) {
   if (misfit.is_silent()) {
     return Eigen::VectorXcd::Constant(misfit.channels(), options.level);
   }
   misfit.set_level(options.level);
-  AnnealedDescent descent(misfit, random_rows(misfit.channels(), options.width, options.seed));
+  AnnealedDescent descent(misfit, misfit.random_rows(options.width, options.seed));
   descent.run(options.descent, 1.0F);
   descent.turn();
   for (const float bound : kBounds) {
@@ -252,34 +260,36 @@ Eigen::VectorXcd annealed_start(const SkinProblem& problem, const AnnealingOptio
   return anneal(misfit, options);
 }
 
-Eigen::MatrixXcd annealed_starts(const SkinProblem& problem, double level) {
+AnnealedStarts annealed_starts(const SkinProblem& problem, bool free_level) {
   require_valid(problem, "annealed_starts");
   RelaxedMisfit misfit(problem);
+  AnnealedStarts result;
+  Eigen::VectorXcd first = anneal(misfit, {});
+  result.at_full = first;
+  for (int trial = 0; free_level && trial < kLevelTrials; ++trial) {
+    const double wanted = best_level(problem, phasors_of(first));
+    if (wanted > kNearLevel * result.level || !(wanted > 0)) {
+      break;
+    }
+    result.level = wanted;
+    first = anneal(misfit, {.level = wanted});
+  }
+  if (!(result.level < kTooStrong)) {
+    result.level = 1.0;
+    first = result.at_full;
+  }
   std::vector<std::pair<double, Eigen::VectorXcd>> starts;
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-    Eigen::VectorXcd drives = anneal(misfit, {.level = level, .seed = seed});
+  starts.emplace_back(skin_cost(problem, first), first);
+  for (unsigned seed = 2; seed <= kSeeds; ++seed) {
+    Eigen::VectorXcd drives = anneal(misfit, {.level = result.level, .seed = seed});
     starts.emplace_back(skin_cost(problem, drives), std::move(drives));
   }
   std::ranges::stable_sort(starts, {}, &std::pair<double, Eigen::VectorXcd>::first);
-  Eigen::MatrixXcd followed(problem.channel_count(), kFollowed);
+  result.drives.resize(problem.channel_count(), kFollowed);
   for (int i = 0; i < kFollowed; ++i) {
-    followed.col(i) = starts[static_cast<std::size_t>(i)].second;
+    result.drives.col(i) = starts[static_cast<std::size_t>(i)].second;
   }
-  return followed;
-}
-
-double annealed_level(const SkinProblem& problem) {
-  require_valid(problem, "annealed_level");
-  RelaxedMisfit misfit(problem);
-  double level = 1.0;
-  for (int trial = 0; trial < kLevelTrials; ++trial) {
-    const double wanted = best_level(problem, phasors_of(anneal(misfit, {.level = level})));
-    if (wanted > kNearLevel * level || !(wanted > 0)) {
-      break;
-    }
-    level = wanted;
-  }
-  return level < kTooStrong ? level : 1.0;
+  return result;
 }
 
 }  // namespace touchfield

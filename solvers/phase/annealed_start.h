@@ -17,7 +17,7 @@ struct AnnealingOptions {
 ///
 ///   F(Y) = sum_j w_j (|h_j Y| - p'_j)^2 + || R Y ||^2
 ///
-/// as in low_rank_relaxation.h. From random rows F falls by accelerated projected gradient steps (of 1 / ||A||^2 at
+/// as in low_rank_relaxation.h. From what random numbers at the faces send back, H_T^H G, F falls by accelerated projected gradient steps (of 1 / ||A||^2 at
 /// first, A = [diag(sqrt w) H_T; R]); then Y is turned so that its first column is the strongest and what is left in the
 /// others is bounded more tightly in each stage, sqrt(sum_i>1 |y_ni|^2) <= 0.8, 0.65, ... 0, while F goes on falling.
 ///
@@ -27,13 +27,18 @@ struct AnnealingOptions {
 /// source    Nesterov's acceleration with restarts: O'Donoghue and Candes, Found. Comput. Math. 15 (2015) 715
 Eigen::VectorXcd annealed_start(const SkinProblem& problem, const AnnealingOptions& options = {});
 
-/// Annealed starts worth following: the two of the lowest cost of six, N x 2, the lowest first. On problems with traps
-/// they end in different ones, and their costs tell early which is low. All six cost about as much as 15 steps of
-/// solve_surface.
-Eigen::MatrixXcd annealed_starts(const SkinProblem& problem, double level = 1.0);
+/// Annealed starts worth following, and the level for them.
+struct AnnealedStarts {
+  Eigen::MatrixXcd drives;   // N x 2: of five those of the lowest cost, the lowest first
+  Eigen::VectorXcd at_full;  // the first of the five at level 1
+  double level = 1.0;        // of `drives`: 1 but where the array is far too strong for what is wanted
+};
 
-/// The level at which an annealed start wants to be, to a tenth: 1 but where the array is far too strong for what is
-/// wanted. Found by annealing again and again at the level that was best.
-double annealed_level(const SkinProblem& problem);
+/// Five of them: on problems with traps they end in different ones, and their costs tell early which is low. Together they
+/// cost about as much as 15 steps of solve_surface.
+///
+/// free_level   whether the level may be below 1: found to a tenth by annealing again and again at the level that was
+///              best, and taken if it is below 0.5
+AnnealedStarts annealed_starts(const SkinProblem& problem, bool free_level);
 
 }  // namespace touchfield

@@ -331,12 +331,13 @@ class Path {
   void go_on(int steps, const IterationCallback& callback) {
     iterate(solution_, steps, callback, [&](PhaseStatus& status) {
       status = tried(surface_, damping_, options_);
+      if (status == PhaseStatus::kIterationLimit && stands_still()) {
+        status = PhaseStatus::kConverged;
+      }
       if (status != PhaseStatus::kIterationLimit && surface_.free_amplitudes() && !surface_.is_flat()) {
         status = PhaseStatus::kIterationLimit;  // only the phases had come to rest
         damping_ = MadsenDamping(first_damping());
-      }
-      if (status == PhaseStatus::kIterationLimit && stands_still()) {
-        status = PhaseStatus::kConverged;
+        freed_ = solution_.cost_history.size();
       }
       return surface_.cost();
     });
@@ -356,9 +357,9 @@ class Path {
  private:
   /// With the step that is not in the history yet.
   bool stands_still() const {
-    constexpr std::size_t kSteps = 4;
+    constexpr std::size_t kSteps = 6;
     const std::vector<double>& costs = solution_.cost_history;
-    return costs.size() >= kSteps &&
+    return costs.size() >= freed_ + kSteps &&
            costs[costs.size() - kSteps] - surface_.cost() < options_.standstill * surface_.cost();
   }
 
@@ -368,6 +369,7 @@ class Path {
   Surface surface_;
   MadsenDamping damping_;
   PhaseSolution solution_;
+  std::size_t freed_ = 0;  // steps before the amplitudes were let go
 };
 
 }  // namespace

@@ -14,7 +14,7 @@ struct SurfaceOptions {
   double gradient_tolerance = 1e-10;  // converged if max |J^T f| <= this times the cost; >= 0
   double step_tolerance = 1e-10;      // converged if |h| <= this (1 + |x|); >= 0
   double cost_tolerance = 0.0;        // converged if an accepted step lowers the cost by less than this share; >= 0
-  double standstill = 0.0;            // converged if four steps together lower the cost by less than this share; >= 0
+  double standstill = 0.0;            // converged if six steps together lower the cost by less than this share; >= 0
 };
 
 /// Minimises skin_cost over the phases, and the amplitudes if they are free, by Levenberg-Marquardt with Madsen's

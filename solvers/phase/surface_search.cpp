@@ -1,7 +1,5 @@
 #include "solvers/phase/surface_search.h"
 
-#include <vector>
-
 #include "solvers/phase/annealed_start.h"
 
 namespace touchfield {
@@ -11,37 +9,28 @@ namespace {
 constexpr int kTrial = 3;             // steps from each start
 constexpr int kStepsAtFullDrive = 5;  // before these, for starts that have to catch up
 constexpr double kDamping = 1e-3;     // of the first step: all starts are near some minimum
-constexpr double kStandstill = 1e-4;
+constexpr double kStandstill = 2e-4;  // of the cost, in six steps
 
 }  // namespace
 
 PhaseSolution search_surface(const SkinProblem& problem, const Eigen::MatrixXcd& others, SurfaceOptions options,
                              const IterationCallback& callback) {
   const Eigen::Index channels = problem.channel_count();
-  const double level = options.free_level && !options.free_amplitudes ? annealed_level(problem) : 1.0;
+  const AnnealedStarts annealed = annealed_starts(problem, options.free_level);
   SurfaceOptions first = options;
   first.iterations = kStepsAtFullDrive;
   const auto after_some_steps = [&](const Eigen::VectorXcd& start) {
     return drive(solve_surface(problem, start, first));
   };
-  std::vector<Eigen::MatrixXcd> starts = {annealed_starts(problem, level), others,
-                                          after_some_steps(Eigen::VectorXcd::Ones(channels))};
-  if (level < 1.0) {
-    starts.emplace_back(after_some_steps(annealed_start(problem)));
-  }
-  Eigen::Index count = 0;
-  for (const Eigen::MatrixXcd& some : starts) {
-    count += some.cols();
-  }
-  Eigen::MatrixXcd all(channels, count);
-  for (const Eigen::MatrixXcd& some : starts) {
-    all.middleCols(all.cols() - count, some.cols()) = some;
-    count -= some.cols();
-  }
+  const Eigen::VectorXcd from_zero = after_some_steps(Eigen::VectorXcd::Ones(channels));
+  const Eigen::MatrixXcd at_full =
+      annealed.level < 1.0 ? Eigen::MatrixXcd(after_some_steps(annealed.at_full)) : Eigen::MatrixXcd(channels, 0);
+  Eigen::MatrixXcd starts(channels, annealed.drives.cols() + at_full.cols() + 1 + others.cols());
+  starts << annealed.drives, at_full, from_zero, others;
   options.trial = kTrial;
   options.initial_damping = kDamping;
   options.standstill = kStandstill;
-  return solve_surface(problem, all, options, callback);
+  return solve_surface(problem, starts, options, callback);
 }
 
 }  // namespace touchfield

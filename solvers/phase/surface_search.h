@@ -4,9 +4,9 @@
 
 namespace touchfield {
 
-/// solve_surface from the most promising of several starts: the two lowest of six annealed ones (annealed_start.h), zero
-/// after five steps, and `others`; three steps from each, then the lowest path goes on, until `iterations` are done or four
-/// of them together lower the cost by less than 1e-4 of it. On problems with traps single starts end up to 30 % above one another;
+/// solve_surface from the most promising of several starts: the two lowest of five annealed ones (annealed_start.h), zero
+/// after five steps, and `others`; three steps from each, then the lowest path goes on, until `iterations` are done or six
+/// of them together lower the cost by less than 2e-4 of it. On problems with traps single starts end up to 30 % above one another;
 /// this takes about twice the time of one (docs/phases.md has both figures, over 60 scenes).
 ///
 /// others    drives, N a column, there may be none: the phases of the frame before, say

@@ -53,7 +53,7 @@ class Compare(CommandTest):
         self.assertIn(found["verdict"], ["identical", "same_to_rounding"])
         self.assertEqual(found["scene"], {})
         self.assertEqual(list(found["provenance"]), ["command_line"])
-        self.assertEqual([method["name"] for method in found["methods"]], ["paper", "unscattered", "focus"])
+        self.assertEqual([method["name"] for method in found["methods"]], ["surface", "paper", "unscattered", "focus"])
         self.assertEqual([field["name"] for field in found["fields"]], ["side"])
         self.assertIsNone(found["within_tolerance"])
 

@@ -52,7 +52,8 @@ class Methods(CommandTest):
         return stored
 
     def test_amplitudes_and_ranges(self):
-        self.run_ok("run", self.scene(300, "[{surface: {as: free, free_amplitudes: true}}, surface, gs_pat, wgs]"),
+        self.run_ok("run", self.scene(300, "[{surface: {as: free, free_amplitudes: true}}, {surface: {free_level: false}}, "
+                                         "{surface: {as: turned_down}}, gs_pat, wgs]"),
                     "-o", "out")
         with h5py.File(self.folder / "out" / "run.h5") as run:
             for name, method in run["methods"].items():
@@ -61,9 +62,14 @@ class Methods(CommandTest):
                 if name == "free":
                     self.assertTrue(((0 <= amplitude) & (amplitude <= 1)).all())
                     self.assertLess(amplitude.min(), 0.9)
+                elif name == "turned_down":
+                    self.assertEqual(amplitude.min(), amplitude.max())
+                    self.assertLess(amplitude.max(), 0.9)
                 else:
                     self.assertTrue((amplitude == 1).all())
-            self.assertLess(run["methods/free"].attrs["cost"], run["methods/surface"].attrs["cost"])
+            cost = {name: method.attrs["cost"] for name, method in run["methods"].items()}
+            self.assertLess(cost["free"], cost["turned_down"])
+            self.assertLess(cost["turned_down"], cost["surface"])
             self.assertTrue((numpy.diff(run["methods/surface/cost"][:]) <= 0).all())  # never an increase
 
     def test_the_same_seed_gives_the_same_phases(self):
@@ -76,7 +82,7 @@ class Methods(CommandTest):
         numpy.testing.assert_allclose(phases[0], phases[1], atol=1e-6)
         self.assertGreater(numpy.abs(phases[0] - phases[2]).max(), 0.1)
 
-    MOVED = "[{surface: {start: spectral}}, paper, unscattered, focus, gs, eigen]"
+    MOVED = "[{surface: {start: spectral, iterations: 300}}, paper, unscattered, focus, gs, eigen]"
 
     def moved(self, name, replacements):
         text = self.scene(500, self.MOVED).read_text()

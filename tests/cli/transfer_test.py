@@ -36,7 +36,7 @@ class Matrix:
 class Transfer(CommandTest):
     def test_pressures_and_costs_of_the_quick_scene(self):
         self.run_ok("run", QUICK, "-o", "out", "--quiet", "--set", "write=[transfer]", "--set", "field=null", "--set",
-                    "solve.methods=[surface, paper, unscattered, focus]", "--set", "solve.certificate=true")
+                    "solve.methods=[{surface: {start: zero}}, paper, unscattered, focus]", "--set", "solve.certificate=true")
         with open_run(self.folder / "out") as run:
             matrix = Matrix(run)
             self.assertEqual(matrix.target.shape, (run["target/face"].size, 256))
