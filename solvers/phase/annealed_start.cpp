@@ -98,18 +98,6 @@ class RelaxedMisfit {
     return squared_norm_;
   }
 
-  /// What random numbers at the faces send back: rows that follow their channels, in whatever order these come.
-  MatrixXcf random_rows(int width, unsigned seed) const {
-    std::mt19937_64 generator(seed);
-    const auto number = [&] { return static_cast<float>(static_cast<double>(generator() >> 11) * 0x1p-52 - 1.0); };
-    MatrixXcf field(faces_, width);
-    for (Single& u : field.reshaped()) {
-      const float real = number();
-      u = {real, number()};
-    }
-    return a_.topRows(faces_).adjoint() * field;
-  }
-
   /// sent = A Y.
   void send(const MatrixXcf& y, MatrixXcf& sent) {
     pass(y.cols(), sent, [&](Index at, const auto& columns) { return y.middleRows(at, columns.cols()); });
@@ -235,12 +223,23 @@ class AnnealedDescent {
   float length_;
 };
 
+MatrixXcf random_rows(Index channels, int width, unsigned seed) {
+  std::mt19937_64 generator(seed);
+  const auto number = [&] { return static_cast<float>(static_cast<double>(generator() >> 11) * 0x1p-52 - 1.0); };
+  MatrixXcf rows(channels, width);
+  for (Single& y : rows.reshaped()) {
+    const float real = number();
+    y = {real, number()};
+  }
+  return rows;
+}
+
 Eigen::VectorXcd anneal(RelaxedMisfit& misfit, const AnnealingOptions& options) {
   if (misfit.is_silent()) {
     return Eigen::VectorXcd::Constant(misfit.channels(), options.level);
   }
   misfit.set_level(options.level);
-  AnnealedDescent descent(misfit, misfit.random_rows(options.width, options.seed));
+  AnnealedDescent descent(misfit, random_rows(misfit.channels(), options.width, options.seed));
   descent.run(options.descent, 1.0F);
   descent.turn();
   for (const float bound : kBounds) {

@@ -17,12 +17,12 @@ struct AnnealingOptions {
 ///
 ///   F(Y) = sum_j w_j (|h_j Y| - p'_j)^2 + || R Y ||^2
 ///
-/// as in low_rank_relaxation.h. From what random numbers at the faces send back, H_T^H G, F falls by accelerated projected gradient steps (of 1 / ||A||^2 at
+/// as in low_rank_relaxation.h. From random rows F falls by accelerated projected gradient steps (of 1 / ||A||^2 at
 /// first, A = [diag(sqrt w) H_T; R]); then Y is turned so that its first column is the strongest and what is left in the
 /// others is bounded more tightly in each stage, sqrt(sum_i>1 |y_ni|^2) <= 0.8, 0.65, ... 0, while F goes on falling.
 ///
 /// cost      one pass over A in single precision a step; the result is the same to the last bit for every number of
-///           threads
+///           threads. Channels in another order have other rows, and may end in another trap
 /// throws    std::invalid_argument as require_valid, on options out of range
 /// source    Nesterov's acceleration with restarts: O'Donoghue and Candes, Found. Comput. Math. 15 (2015) 715
 Eigen::VectorXcd annealed_start(const SkinProblem& problem, const AnnealingOptions& options = {});
