@@ -226,10 +226,13 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   const SweepPlan plan = read_sweep(command.sweep, command.overrides);
   const std::vector<Scene> scenes = read_cases(plan);
   require_named_files(scenes);
-  const SweepIdentity identity(plan, plan_hash(plan, scenes), shard);
+  const SweepIdentity identity(plan, plan_hash(plan, scenes), shard, names_files(scenes));
   SweepDirectory directory =
       SweepDirectory::open(output_directory(command, plan, shard), identity,
                            command.resume || command.options.retry_failed || command.output.empty());
+  if (directory.of_other_defaults()) {
+    Reporter::warn("a version with other defaults began this sweep; cases that are computed now have this version's");
+  }
   SweepOptions options = command.options;
   options.worker = {"/proc/self/exe", kWorkerName};
   options.threads = threads;

@@ -95,7 +95,14 @@ std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
   if (kept.cases.size() != asked.cases.size()) {
     return fmt::format("{} cases there, {} asked for", kept.cases.size(), asked.cases.size());
   }
-  return kept.base_text != asked.base_text ? "the base scene has changed" : "a file that the scenes name has changed";
+  return kept.base_text != asked.base_text ? "the base scene has changed"
+                                           : "a file that the scenes name, or a default of the program, has changed";
+}
+
+/// Whether two plans were asked for in the same words.
+bool same_texts(const SweepIdentity& kept, const SweepIdentity& asked) {
+  return kept.common == asked.common && kept.base_text == asked.base_text &&
+         std::ranges::equal(kept.cases, asked.cases, {}, &SweepCase::changes, &SweepCase::changes);
 }
 
 Descriptor lock_directory(const std::string& path) {
@@ -217,7 +224,8 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
           "output directory {} already holds a sweep; --resume goes on with it, or give another with -o", path));
     }
     const SweepIdentity kept = read_identity(path);
-    if (kept.hash != identity.hash || kept.shard.index != identity.shard.index ||
+    directory.of_other_defaults_ = kept.hash != identity.hash && same_texts(kept, identity) && !identity.names_files;
+    if ((kept.hash != identity.hash && !directory.of_other_defaults_) || kept.shard.index != identity.shard.index ||
         kept.shard.count != identity.shard.count) {
       throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
                                    difference(kept, identity)));

@@ -22,6 +22,7 @@ struct Shard {
 struct SweepIdentity : SweepPlan {
   std::string hash;  // plan_hash
   Shard shard;
+  bool names_files = true;  // of the scenes
 };
 
 /// What the cases of a directory came to.
@@ -43,12 +44,15 @@ class SweepDirectory {
  public:
   /// Makes the directory, or opens it to go on, and locks it.
   ///
-  /// resume   go on with the same plan; without it a directory that holds a sweep is refused
+  /// resume   go on with the same plan; without it a directory that holds a sweep is refused. A plan of the same texts
+  ///          whose scenes name no files is the same though its hash is another: a version with other defaults made it
   /// throws   InputError if it holds a sweep and resume is false, or another plan than this one (naming the first
   ///          difference), if another process works in it, or if it cannot be made or written to
   static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool resume);
 
   const std::string& path() const { return path_; }
+  /// Whether a version with other defaults began it.
+  bool of_other_defaults() const { return of_other_defaults_; }
   std::string file(const std::string& name) const { return path_ + "/" + name; }
 
   CaseRecords records() const;
@@ -71,6 +75,7 @@ class SweepDirectory {
 
   std::string path_;
   Descriptor lock_;
+  bool of_other_defaults_ = false;
 };
 
 /// The plan of a directory.

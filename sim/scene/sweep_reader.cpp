@@ -364,6 +364,14 @@ std::vector<Scene> read_cases(const SweepPlan& plan) {
   return scenes;
 }
 
+bool names_files(const std::vector<Scene>& scenes) {
+  std::set<std::string> files;
+  for (const Scene& scene : scenes) {
+    add_files(scene, files);
+  }
+  return !files.empty();
+}
+
 std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes) {
   std::string all;
   std::set<std::string> files;

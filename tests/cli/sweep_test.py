@@ -297,7 +297,7 @@ class SweepTest(CommandTest):
         self.run_ok("hand", "-o", "a.stl", "--force", "--edge-mm", 7)
         done = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume")
         self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertIn("a file that the scenes name has changed", done.stderr)
+        self.assertIn("a file that the scenes name, or a default of the program, has changed", done.stderr)
 
     def test_a_failed_case_is_recorded_and_the_rest_go_on(self):
         # At 5 mm the sphere reaches through the array: found only when the scene is built.

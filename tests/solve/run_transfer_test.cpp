@@ -80,7 +80,7 @@ TEST(RunTransfer, HoldsTheIncidentPressures) {
 }
 
 TEST(RunTransfer, AMethodOfOnesOwnNearsThatOfTheProgram) {
-  const RunData run = reread({"solve.methods=[surface]", "write=[transfer]"});
+  const RunData run = reread({"solve.methods=[{surface: {start: zero}}]", "write=[transfer]"});
   const SkinProblem& problem = run.transfers.front().problem;
   double before = skin_cost(problem, own_method(problem, 0));
   for (const int steps : {1, 2, 10, 100, 1000}) {
@@ -88,7 +88,7 @@ TEST(RunTransfer, AMethodOfOnesOwnNearsThatOfTheProgram) {
     EXPECT_LT(cost, before) << steps;
     before = cost;
   }
-  EXPECT_LT(before, 1.05 * run.methods.front().solution.cost_history.back());
+  EXPECT_LT(before, 1.1 * run.methods.front().solution.cost_history.back());
 }
 
 TEST(RunTransfer, WritingItChangesNoMethod) {
