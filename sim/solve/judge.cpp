@@ -70,8 +70,8 @@ void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceG
     if (model.array_truth) {
       array.response = model.array_truth->response;
     }
-    result.shock_distance_share = shock_distance_share(array, model.wave, drive(result.solution),
-                                                       wave_front_begin(array, model.wave, at), at);
+    result.shock_distance_share =
+        shock_distance_share(array, model.wave, drive(result.solution), wave_front_begin(array, model.wave, at), at);
   }
 }
 
