@@ -52,7 +52,7 @@ class Methods(CommandTest):
         return stored
 
     def test_amplitudes_and_ranges(self):
-        self.run_ok("run", self.scene(300, "[{surface: {as: free, free_amplitudes: true}}, {surface: {free_level: false}}, "
+        self.run_ok("run", self.scene(30, "[{surface: {as: free, free_amplitudes: true}}, {surface: {free_level: false}}, "
                                          "{surface: {as: turned_down}}, gs_pat, wgs]"),
                     "-o", "out")
         with h5py.File(self.folder / "out" / "run.h5") as run:
