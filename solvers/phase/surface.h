@@ -25,7 +25,7 @@ struct SurfaceOptions {
 ///   phi_n += h_n + b_n,   b = -D^-1 J^T (J D^-1 J^T + I)^-1 f'' / 2,   2 |b| <= 0.3 |h|,
 ///
 /// f'' the residual's second derivative along h (see SkinJacobian): the geodesic acceleration, by the same factor, that
-/// follows the bend of a narrow valley; without it half as many steps again reach the same cost. Where amplitudes move
+/// follows the bend of a narrow valley, where without it half as many steps again are needed. Where amplitudes move
 /// too, phi_n += atan h_n. g is cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of |q_n| = 1. Rows at the end of R that are weaker than the damping (see
 /// SkinJacobian::leave_out_up_to, mu) stay out of J^T J, not out of the cost and its gradient: they bend the model less
 /// than the damping does. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is
