@@ -10,6 +10,7 @@
 #include <Eigen/QR>
 
 #include "solvers/linear/blas_product.h"
+#include "solvers/linear/random_share.h"
 
 namespace touchfield {
 
@@ -23,7 +24,7 @@ MatrixXcd random_block(Index rows, Index columns, std::mt19937_64& generator) {
   MatrixXcd block(rows, columns);
   for (Index j = 0; j < columns; ++j) {
     for (Index i = 0; i < rows; ++i) {
-      block(i, j) = std::polar(1.0, 2.0 * std::numbers::pi * std::ldexp(static_cast<double>(generator() >> 11U), -53));
+      block(i, j) = std::polar(1.0, 2.0 * std::numbers::pi * random_share(generator));
     }
   }
   return block;

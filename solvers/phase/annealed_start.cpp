@@ -13,6 +13,7 @@
 #include <Eigen/Eigenvalues>
 
 #include "solvers/linear/blas_product.h"
+#include "solvers/linear/random_share.h"
 #include "solvers/phase/phase_solution.h"
 
 namespace touchfield {
@@ -225,7 +226,7 @@ class AnnealedDescent {
 
 MatrixXcf random_rows(Index channels, int width, unsigned seed) {
   std::mt19937_64 generator(seed);
-  const auto number = [&] { return static_cast<float>(static_cast<double>(generator() >> 11) * 0x1p-52 - 1.0); };
+  const auto number = [&] { return static_cast<float>(2.0 * random_share(generator) - 1.0); };
   MatrixXcf rows(channels, width);
   for (Single& y : rows.reshaped()) {
     const float real = number();

@@ -12,6 +12,7 @@
 
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/low_rank.h"
+#include "solvers/linear/random_share.h"
 #include "solvers/phase/dual_factor.h"
 
 namespace touchfield {
@@ -43,8 +44,6 @@ void project(const MatrixXcd& y, MatrixXcd& v) {
     v.col(n) -= along(n) * y.col(n);
   }
 }
-
-double random_share(std::mt19937_64& generator) { return std::ldexp(static_cast<double>(generator() >> 11U), -53); }
 
 VectorXcd random_column(Index size, std::mt19937_64& generator) {
   VectorXcd column(size);

@@ -8,6 +8,7 @@
 
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/hermitian_eigen.h"
+#include "solvers/linear/random_share.h"
 #include "solvers/phase/skin_field.h"
 #include "solvers/phase/surface.h"
 
@@ -113,8 +114,7 @@ Eigen::VectorXcd random_start(Eigen::Index channels, unsigned seed) {
   std::mt19937_64 generator(seed);
   Eigen::VectorXcd drives(channels);
   for (std::complex<double>& drive : drives) {
-    const double share = static_cast<double>(generator() >> 11) * 0x1p-53;  // 53 bits, 0 <= share < 1
-    drive = std::polar(1.0, 2.0 * std::numbers::pi * share);
+    drive = std::polar(1.0, 2.0 * std::numbers::pi * random_share(generator));
   }
   return drives;
 }
