@@ -183,11 +183,35 @@ std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& s
   return key;
 }
 
-void require_apart(const Scene& scene, const std::vector<Body>& bodies) {
+}  // namespace
+
+RigidMotion BodyPlan::own_frame(const Scene& scene, std::size_t body) const {
+  const Placement& place = scene.bodies[body].place;
+  const Eigen::Matrix3d back = extrinsic_rotation(place.angles).transpose();
+  return {back, bodies[body].anchor - back * place.at};
+}
+
+std::vector<TriangleMesh> parted(const TriangleMesh& mesh, const std::vector<int>& owner) {
+  std::vector<TriangleMesh> parts;
+  Eigen::Index faces = 0;
+  Eigen::Index vertices = 0;
+  while (faces < mesh.face_count()) {
+    const auto begin = owner.begin() + faces;
+    const Eigen::Index count = std::upper_bound(begin, owner.end(), *begin) - begin;
+    Triangles triangles = mesh.triangles().middleCols(faces, count).array() - static_cast<int>(vertices);
+    const Eigen::Index own = triangles.maxCoeff() + 1;
+    parts.emplace_back(mesh.vertices().middleCols(vertices, own), std::move(triangles));
+    faces += count;
+    vertices += own;
+  }
+  return parts;
+}
+
+void require_apart(const Scene& scene, const std::vector<TriangleMesh>& bodies) {
   constexpr double kLeast = 0.05 * kMillimetre;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     for (std::size_t j = i + 1; j < bodies.size(); ++j) {
-      const Clearance clearance = least_clearance(bodies[i].mesh, bodies[j].mesh);
+      const Clearance clearance = least_clearance(bodies[i], bodies[j]);
       const std::string pair = fmt::format("{} and {}", scene.bodies[i].name, scene.bodies[j].name);
       const std::string at = place_text(clearance.on_first, 2);
       if (clearance.meeting != Meeting::kApart) {
@@ -203,14 +227,6 @@ void require_apart(const Scene& scene, const std::vector<Body>& bodies) {
       }
     }
   }
-}
-
-}  // namespace
-
-RigidMotion BodyPlan::own_frame(const Scene& scene, std::size_t body) const {
-  const Placement& place = scene.bodies[body].place;
-  const Eigen::Matrix3d back = extrinsic_rotation(place.angles).transpose();
-  return {back, bodies[body].anchor - back * place.at};
 }
 
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
@@ -339,8 +355,11 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
       place(make());
     }
   }
-  require_apart(scene, bodies);
-  return {{joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin)};
+  PlacedBodies all{{joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin)};
+  if (bodies.size() > 1) {
+    require_apart(scene, parted(all.body.mesh, all.owner));
+  }
+  return all;
 }
 
 }  // namespace touchfield

@@ -60,6 +60,14 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
 PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge = nullptr, bool whole = false,
                           KeptBodies* kept = nullptr);
 
+/// The surfaces of the bodies that one mesh holds, one behind the other.
+///
+/// owner   M: number of the body a face is of
+std::vector<TriangleMesh> parted(const TriangleMesh& mesh, const std::vector<int>& owner);
+
+/// throws   InputError if two bodies of a scene cut each other, lie one in the other or are nearer than 0.05 mm
+void require_apart(const Scene& scene, const std::vector<TriangleMesh>& bodies);
+
 /// The size field in the world's frame of a scene with one body; nothing if there are several, or no edge_mm.
 std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan);
 

@@ -32,15 +32,15 @@ Eigen::VectorXcd unit_drives(const Eigen::VectorXd& phases) {
 }
 
 /// Angles [theta; phi] to start from, one column a start.
-Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem) {
+Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem, const Eigen::VectorXd* before) {
   const Eigen::Index size = problem.gram.rows();
-  if (method.start.kind == StartSpec::Kind::kRandom) {
+  if (before == nullptr && method.start.kind == StartSpec::Kind::kRandom) {
     return random_starts(size, method.start).cwiseArg();
   }
   Eigen::MatrixXd angles = Eigen::MatrixXd::Zero(size, 1);
-  if (method.start.kind == StartSpec::Kind::kPrevious) {
+  if (before != nullptr || method.start.kind == StartSpec::Kind::kPrevious) {
     const Eigen::Index channels = problem.channel_count();
-    const Eigen::VectorXd phases = previous_phases(method, channels);
+    const Eigen::VectorXd phases = before != nullptr ? *before : previous_phases(method, channels);
     angles.col(0).tail(channels) = phases;
     // theta that fits these drives, the other faces' aside.
     angles.col(0).head(problem.target_count) =
@@ -114,7 +114,15 @@ MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, st
                            SolveSpec spec)
     : scattering_(scattering), channels_(channels), target_(std::move(target)), spec_(std::move(spec)) {}
 
-PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress) {
+void MethodSolver::aim(Target target) {
+  target_ = std::move(target);
+  transfer_.reset();
+  columns_.resize(0, 0);
+  central_row_.resize(0);
+}
+
+PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
+                                  const Eigen::VectorXd* before) {
   const auto advance = [&](int iteration, double) {
     progress.advance(static_cast<double>(iteration) / method.iterations);
   };
@@ -123,8 +131,9 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
     case MethodModel::kFree:
     case MethodModel::kSkin:
       try {
-        return method.kind->model == MethodModel::kSkin ? solve_skin_method(method, amplitudes, advance, progress)
-                                                        : solve_incident_method(method, amplitudes, advance);
+        return method.kind->model == MethodModel::kSkin
+                   ? solve_skin_method(method, amplitudes, before, advance, progress)
+                   : solve_incident_method(method, amplitudes, before, advance);
       } catch (const std::invalid_argument& error) {
         throw NumericalError(fmt::format("method {}: {}", method.name, error.what()));
       } catch (const std::domain_error& error) {
@@ -178,12 +187,12 @@ IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceW
 }
 
 PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                                  const IterationCallback& advance) {
+                                                  const Eigen::VectorXd* before, const IterationCallback& advance) {
   LevenbergMarquardtOptions options;
   options.iterations = method.iterations;
   const IncidentProblem problem = method.kind->model == MethodModel::kFree ? unscattered(amplitudes, method.faces)
                                                                            : scattered(amplitudes, method.faces);
-  return best_of(start_angles(method, problem),
+  return best_of(start_angles(method, problem, before),
                  [&](const auto& start) { return solve_incident(problem, start, options, advance); });
 }
 
@@ -196,7 +205,11 @@ const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes,
 
 const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress) {
   if (!transfer_ || transfer_->quiet_weight < quiet_weight) {
-    transfer_ = make_transfer(scattering_, *target_, quiet_weight);
+    if (drives_.size() > 0 && !spanned_) {
+      spanned_ = spanned_pressure(scattering_, drives_);
+    }
+    transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_weight)
+                         : make_transfer(scattering_, *target_, quiet_weight);
     progress.note(describe_transfer(*transfer_, channels_));
   }
   transfer_->reduction.problem.amplitudes = amplitudes;
@@ -214,11 +227,15 @@ RunTransfer MethodSolver::run_transfer(const Eigen::VectorXd& amplitudes, Progre
 }
 
 PhaseSolution MethodSolver::solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                              const IterationCallback& advance, Progress& progress) {
+                                              const Eigen::VectorXd* before, const IterationCallback& advance,
+                                              Progress& progress) {
   MethodSettings settings{method.iterations, method.free_amplitudes, method.free_level};
   const SkinProblem& problem = skin_problem(amplitudes, progress);
   if (!method.kind->iterates) {
     return method.kind->solve(problem, {}, settings, advance);
+  }
+  if (before != nullptr) {
+    return method.kind->solve(problem, unit_drives(*before), settings, advance);
   }
   settings.search = method.kind->searches && (method.start.kind == StartSpec::Kind::kAuto || method.start.among);
   if (settings.search) {

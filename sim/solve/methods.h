@@ -25,10 +25,20 @@ class MethodSolver {
 
   SkinScattering& scattering() const { return scattering_; }
 
+  /// Reduces what the channels do to the body by these drives, N x r, which span it well enough, and keeps the pressures of
+  /// theirs for every target that follows.
+  void span(Eigen::MatrixXcd drives) { drives_ = std::move(drives); }
+
+  /// Another target on the same body.
+  void aim(Target target);
+
   /// The drives a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
+  ///
+  /// before   phases that a method which iterates starts from instead of its own start, N [rad]; may be null
   /// throws   NumericalError if a matrix of the problem is not finite; InputError on given phases or a previous run that
   ///          do not fit
-  PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress);
+  PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
+                      const Eigen::VectorXd* before = nullptr);
 
   /// The problem of the methods on the skin, for wanted amplitudes p': with its quiet rows if one of them or the
   /// certificate minds them.
@@ -48,9 +58,9 @@ class MethodSolver {
 
  private:
   PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                      const IterationCallback& advance);
+                                      const Eigen::VectorXd* before, const IterationCallback& advance);
   PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
-                                  const IterationCallback& advance, Progress& progress);
+                                  const Eigen::VectorXd* before, const IterationCallback& advance, Progress& progress);
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   static const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
@@ -62,7 +72,9 @@ class MethodSolver {
   Eigen::Index channels_;
   std::optional<Target> target_;
   SolveSpec spec_;
+  Eigen::MatrixXcd drives_;  // given to span(), or empty
   // Empty until needed:
+  std::optional<SpannedPressure> spanned_;  // of drives_
   std::optional<Transfer> transfer_;
   std::map<FaceWeights, Eigen::MatrixXcd> gram_free_;  // of the incident pressures
   Eigen::MatrixXcd b_;                                 // of every channel, where it is not the incident pressure

@@ -66,19 +66,17 @@ TransducerArray build_array(const ArraySpec& spec, const Wave& wave) {
   return make_array(layout, build_directivity(spec, wave), spec.level, spec.source_strength);
 }
 
-std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {
-  std::vector<TargetBox> boxes;
-  for (const TargetBoxSpec& box : spec.boxes) {
-    const Vector3 centre = box.at.empty() ? box.centre : position(body.mesh, find_landmark(body, box.at)) + box.offset;
-    boxes.push_back({centre, box.size, extrinsic_rotation(box.angles)});
-  }
-  return boxes;
+/// Whether a box about the mesh and one about the transducers are apart: no question then of distances.
+bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh) {
+  const Vector3 gap = (mesh.vertices().rowwise().minCoeff() - array.positions.rowwise().maxCoeff())
+                          .cwiseMax(array.positions.rowwise().minCoeff() - mesh.vertices().rowwise().maxCoeff());
+  return gap.maxCoeff() > kClearance;
 }
 
 /// A transducer inside a body or on its skin has no pressure there that means anything, and a body cannot reach through
 /// the boards that carry them. Listed positions have no board.
 void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards) {
-  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh)) {
     return;
   }
   const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
@@ -145,6 +143,23 @@ Run read_previous(const MethodSpec& method) {
 
 }  // namespace
 
+void require_clear(const Model& model) {
+  const bool on_boards = !std::holds_alternative<PositionsArray>(model.scene.array.layout);
+  require_clear_array(model.array, model.body.mesh, on_boards);
+  if (model.scene.bodies.size() > 1) {
+    require_apart(model.scene, parted(model.body.mesh, model.owner));
+  }
+}
+
+std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {
+  std::vector<TargetBox> boxes;
+  for (const TargetBoxSpec& box : spec.boxes) {
+    const Vector3 centre = box.at.empty() ? box.centre : position(body.mesh, find_landmark(body, box.at)) + box.offset;
+    boxes.push_back({centre, box.size, extrinsic_rotation(box.angles)});
+  }
+  return boxes;
+}
+
 Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels) {
   const StartSpec& start = method.start;
   const Run run = read_previous(method);
@@ -205,9 +220,9 @@ JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
   const TriangleMesh& own = model.truth ? *model.truth : model.body.mesh;
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge: {
-      TriangleMesh mesh = build_bodies(scene, model.plan, &scene.judge.edge, scene.judge.whole, kept).body.mesh;
-      require_closed_surface(mesh, "judge");
-      return {std::move(mesh), std::nullopt};
+      PlacedBodies bodies = build_bodies(scene, model.plan, &scene.judge.edge, scene.judge.whole, kept);
+      require_closed_surface(bodies.body.mesh, "judge");
+      return {std::move(bodies.body.mesh), std::nullopt, std::move(bodies.owner)};
     }
     case JudgeSpec::Kind::kSplit: {
       TriangleMesh mesh = own;

@@ -43,6 +43,7 @@ Model build_model(const Scene& scene, KeptBodies* kept = nullptr);
 struct JudgeMesh {
   TriangleMesh mesh;          // in the world's frame
   std::optional<int> splits;  // how often the faces of the solving mesh were split in four; none: a mesh of its own
+  std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
 };
 
 /// The mesh that a scene's judge computes on: the bodies meshed anew with the judge's edge lengths, in the places of
@@ -66,6 +67,14 @@ bool judged_elsewhere(const Scene& scene);
 
 /// The medium of a scene at its frequency.
 Medium build_medium(const MediumSpec& spec, double frequency);
+
+/// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses the
+///          board of an array's unit, or two bodies are not apart
+void require_clear(const Model& model);
+
+/// The boxes of a target: at a landmark of the body where it is now, or where the scene says.
+/// throws   InputError on an unknown landmark
+std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body);
 
 /// The target of a scene on its model. A scene that leaves the pressure open (`best`) gets 1 Pa.
 /// throws   InputError as make_target; std::logic_error if the scene has no target

@@ -10,6 +10,7 @@
 #include "sim/core/errors.h"
 #include "sim/solve/judge.h"
 #include "solvers/linear/blas_product.h"
+#include "solvers/linear/hermitian_eigen.h"
 #include "solvers/linear/low_rank.h"
 
 namespace touchfield {
@@ -85,10 +86,36 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
     silence_dead(scattering.array().response, transfer.reduction.problem);
     return transfer;
   }
-  transfer.solves = drives.rank();
-  transfer.channels_left_out = drives.left_out;
-  const Eigen::MatrixXcd pressures = scattering.spanned_pressure(drives, "transfer");
-  transfer.reduction = reduced_skin_problem(pressures, drives.basis, areas, target, quiet_weight, kQuietTolerance);
+  return make_transfer({drives.basis, scattering.spanned_pressure(drives, "transfer"), drives.left_out}, scattering,
+                       target, quiet_weight);
+}
+
+SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives) {
+  return {drives, scattering.pressure(drives, "transfer"), 0.0};
+}
+
+Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScattering>>& scatterings, double tolerance) {
+  Eigen::MatrixXcd all;
+  for (const auto& scattering : scatterings) {
+    const Eigen::MatrixXcd b = scattering->system().right_hand_side(scattering->system().incident(scattering->array()));
+    const LowRank own = compressed(b.adjoint(), tolerance);
+    // b^H = V C and V U S, with C C^H = U S^2 U^H, have the same columns' Gram matrix.
+    const HermitianEigen eigen = hermitian_eigen(hermitian_product(own.coefficients.adjoint()));
+    const Eigen::MatrixXcd scaled = eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+    all.conservativeResize(own.basis.rows(), all.cols() + own.rank());
+    all.rightCols(own.rank()) = matrix_product(own.basis, scaled) / b.norm();
+  }
+  return compressed(all, tolerance / std::sqrt(static_cast<double>(scatterings.size()))).basis;
+}
+
+Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
+                       double quiet_weight) {
+  Transfer transfer;
+  transfer.quiet_weight = quiet_weight;
+  transfer.solves = spanned.drives.cols();
+  transfer.channels_left_out = spanned.left_out;
+  transfer.reduction = reduced_skin_problem(spanned.pressure, spanned.drives, scattering.system().mesh().areas(),
+                                            target, quiet_weight, kQuietTolerance);
   silence_dead(scattering.array().response, transfer.reduction.problem);
   return transfer;
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "sim/solve/skin_scattering.h"
 #include "sim/target/skin_reduction.h"
@@ -28,6 +30,23 @@ struct Transfer {
 /// source   D: D. A. B. Miller, Adv. Opt. Photon. 11 (2019) 679
 double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, double wavelength);
 
+/// What drives that span the channels make of a body.
+struct SpannedPressure {
+  Eigen::MatrixXcd drives;    // V, N x r, orthonormal columns
+  Eigen::MatrixXcd pressure;  // P, M x r [Pa]
+  double left_out = 0;        // share, by norm, of b of all channels that V leaves out
+};
+
+/// Of drives that are given. Those of this very body: by make_transfer.
+SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives);
+
+/// Drives that span what all channels do to a body at several places, N x r, orthonormal: of each place's b they leave
+/// out at most twice `tolerance`, by norm, and little more between places half a wavelength apart or less.
+///
+/// scatterings   of the body at those places, with one array; at least one
+/// tolerance     1e-6 to 1
+Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScattering>>& scatterings, double tolerance);
+
 /// Solves for H in the cheaper way:
 ///
 ///   forwards       b of all channels is compressed to r drives V, P = pressures of V, H = P V^H: all of H, r solves
@@ -36,6 +55,10 @@ double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, d
 /// quiet_weight   w_Z; at 0 the quiet skin is not needed, and the way with fewer solves is taken
 /// accuracy       V leaves out 1e-4 of b, the quiet rows eigenvalues below 1e-8 of the largest
 Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight);
+
+/// H of any target of the body that the pressures are of, forwards.
+Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
+                       double quiet_weight);
 
 /// H of a mesh, p = H q, M x N [Pa]: the pressure of every channel at full drive on every face, in the forward way.
 /// Rows of some faces alone take less: SkinScattering::transfer_rows.

@@ -61,6 +61,17 @@ Eigen::VectorXd penetration_depths(const TriangleMesh& mesh, const std::vector<T
 
 }  // namespace
 
+bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
+  return std::ranges::all_of(boxes, [&](const TargetBox& box) {
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      if (holds(box, mesh.centroids().col(f))) {
+        return true;
+      }
+    }
+    return false;
+  });
+}
+
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
                    double pressure) {
   if (!(pressure > 0) || !std::isfinite(pressure)) {

@@ -38,6 +38,9 @@ struct Target {
 Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, TargetProfile profile,
                    double pressure);
 
+/// Whether every box holds the centroid of a face: what make_target asks for.
+bool hold_faces(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes);
+
 /// A target that holds two sides of a body.
 struct OppositeSides {
   double share;      // of the target's area: faces that look at another of the same box through the body (Facing) and
