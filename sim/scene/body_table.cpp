@@ -1,7 +1,10 @@
+#include <functional>
+
 #include <fmt/format.h>
 
 #include "sim/body/hand.h"
 #include "sim/mesh/io/unit_guess.h"
+#include "sim/scene/mesh_times.h"
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
@@ -34,17 +37,6 @@ Codec<ThumbJoints> thumb_codec() {
       .maybe("mcp_deg", &ThumbJoints::mcp, number(kDegrees, between(-10, 80)), "15",
              "Flexion at the middle joint [deg].")
       .maybe("ip_deg", &ThumbJoints::ip, number(kDegrees, between(-15, 80)), "15", "Flexion at the last joint [deg].")
-      .codec();
-}
-
-Codec<HandJoints> joints_codec() {
-  const std::string help = "Angles that differ from the pose's.";
-  return Map<HandJoints>()
-      .key("thumb", &HandJoints::thumb, thumb_codec(), help)
-      .key("index", &HandJoints::index, finger_codec(-15, 42), help)
-      .key("middle", &HandJoints::middle, finger_codec(-20, 20), help)
-      .key("ring", &HandJoints::ring, finger_codec(-15, 25), help)
-      .key("little", &HandJoints::little, finger_codec(-15, 45), help)
       .codec();
 }
 
@@ -92,43 +84,82 @@ Codec<std::map<std::string, Vector3>> landmarks_codec(const std::string& unit) {
   return table_of(vector3(Unit::power_of_ten(file_unit(unit).power), {}));
 }
 
-Codec<MeshShape> mesh_codec() {
+void add_unit(Map<MeshShape>& map) {
   std::vector<std::string> units;
   for (const auto& unit : kFileUnits) {
     units.emplace_back(unit.name);
   }
   const auto unit = word(units);
-  return Map<MeshShape>()
-      .required("file", &MeshShape::file, absolute_file(), "my_hand.stl",
-                "STL, OBJ, PLY, VTP or OFF file of a closed surface; a relative name counts from the scene's folder.")
-      .add(
-          {.name = "unit",
-           .type = unit.type,
-           .help = "Unit of the file's coordinates. May be left out if they are mm and the size of the body leaves no "
-                   "doubt of it.",
-           .fallback = "mm"},
-          [unit](const Input& in, MeshShape& mesh) {
-            if (!unit.read(in, mesh.unit_name)) {
-              return false;
-            }
-            mesh.unit = file_unit(mesh.unit_name).metres;
-            mesh.unit_given = true;
-            return true;
-          },
-          [unit](const MeshShape& mesh) { return std::optional<Node>(unit.write(mesh.unit_name)); })
-      .maybe(
-          "resurface_mm", &MeshShape::resurface, number(kMillimetres, above(0)), "1.5",
-          "Makes one closed skin with edges of this length of whatever faces the file has: holes, flaps, duplicates, "
-          "parts that cross or overlap [mm]. Else the file's surface must be closed and not cut itself.")
-      .add(
-          {.name = "landmarks",
-           .type = landmarks_codec("mm").type,
-           .help = "Named points near the skin, in the file's frame and unit.",
-           .example = "{index_pad: [0, 0, 0]}",
-           .fallback = "{}"},
-          [](const Input& in, MeshShape& mesh) { return landmarks_codec(mesh.unit_name).read(in, mesh.landmarks); },
-          [](const MeshShape& mesh) { return std::optional(landmarks_codec(mesh.unit_name).write(mesh.landmarks)); })
-      .codec();
+  map.add(
+      {.name = "unit",
+       .type = unit.type,
+       .help = "Unit of the file's coordinates. May be left out if they are mm and the size of the body leaves no "
+               "doubt of it.",
+       .fallback = "mm"},
+      [unit](const Input& in, MeshShape& mesh) {
+        if (!unit.read(in, mesh.unit_name)) {
+          return false;
+        }
+        mesh.unit = file_unit(mesh.unit_name).metres;
+        mesh.unit_given = true;
+        return true;
+      },
+      [unit](const MeshShape& mesh) { return std::optional<Node>(unit.write(mesh.unit_name)); });
+}
+
+/// Points near the skin in the unit of the file, which must have been read.
+void add_landmarks(Map<MeshShape>& map) {
+  map.add(
+      {.name = "landmarks",
+       .type = landmarks_codec("mm").type,
+       .help = "Named points near the skin, in the file's frame and unit.",
+       .example = "{index_pad: [0, 0, 0]}",
+       .fallback = "{}"},
+      [](const Input& in, MeshShape& mesh) { return landmarks_codec(mesh.unit_name).read(in, mesh.landmarks); },
+      [](const MeshShape& mesh) { return std::optional(landmarks_codec(mesh.unit_name).write(mesh.landmarks)); });
+}
+
+Codec<MeshShape> mesh_codec() {
+  Map<MeshShape> map;
+  map.required("file", &MeshShape::file, absolute_file(), "my_hand.stl",
+               "STL, OBJ, PLY, VTP or OFF file of a closed surface; a relative name counts from the scene's folder.");
+  add_unit(map);
+  map.maybe("resurface_mm", &MeshShape::resurface, number(kMillimetres, above(0)), "1.5",
+            "Makes one closed skin with edges of this length of whatever faces the file has: holes, flaps, duplicates, "
+            "parts that cross or overlap [mm]. Else the file's surface must be closed and not cut itself.");
+  add_landmarks(map);
+  return map.codec();
+}
+
+/// The same body at several times.
+Codec<MeshShape> meshes_codec() {
+  const auto path = absolute_file();
+  const auto key = [path](const std::string& name, std::string MeshSeries::*member, const std::string& example,
+                          const std::string& help, Map<MeshShape>& map) {
+    map.add(
+        {.name = name, .type = path.type, .help = help, .required = true, .example = example},
+        [path, member](const Input& in, MeshShape& mesh) {
+          if (!mesh.series) {
+            mesh.series.emplace();
+          }
+          return path.read(in, (*mesh.series).*member);
+        },
+        [path, member](const MeshShape& mesh) { return std::optional(path.write((*mesh.series).*member)); });
+  };
+  Map<MeshShape> map;
+  key("folder", &MeshSeries::folder, "tracked",
+      "Folder of the files, of the kinds that a mesh has, all with the same triangles; a relative name counts from the "
+      "scene's "
+      "folder.",
+      map);
+  key("times", &MeshSeries::times, "tracked/times.csv",
+      "Table of the files and their times [s], in order: a header file,time_s and a row a file. Between two times "
+      "vertices move along straight lines; a run takes the first mesh.",
+      map);
+  add_unit(map);
+  add_landmarks(map);
+  map.check([](const Input& in, MeshShape& mesh, bool good) { return good && read_mesh_times(in, mesh); });
+  return map.codec();
 }
 
 Codec<Placement> place_codec() {
@@ -162,6 +193,11 @@ bool check_body(const Input& in, const BodySpec& body, bool good) {
   return check_near(in.at(*edge), landmarks) && good;
 }
 
+bool is_series(const BodySpec& body) {
+  const auto* mesh = std::get_if<MeshShape>(&body.shape);
+  return mesh != nullptr && mesh->series;
+}
+
 Map<BodySpec> body_map() {
   Map<BodySpec> map;
   map.maybe("hand", &BodySpec::shape, hand_codec(), "",
@@ -174,6 +210,9 @@ Map<BodySpec> body_map() {
              "A cylinder along y between two half spheres, a simple finger. Landmarks as of a sphere.")
       .maybe("box", &BodySpec::shape, box_codec(), "", "A box about its origin. Landmarks as of a sphere.")
       .maybe("mesh", &BodySpec::shape, mesh_codec(), "", "A surface from a file.")
+      .written_if(std::not_fn(is_series))
+      .maybe("meshes", &BodySpec::shape, meshes_codec(), "", "A surface that moves, from a file a time.")
+      .written_if(is_series)
       .key("place", &BodySpec::place, place_codec(), "Where the body is.")
       .maybe("edge_mm", &BodySpec::edge, edge_codec(), "2.8",
              fmt::format("Wanted edge length of the mesh [mm]: one for all of it, or shorter ones near some places; of "
@@ -182,12 +221,24 @@ Map<BodySpec> body_map() {
       .needed_with({"hand", "sphere", "capsule", "box"}, {"mesh"})
       .maybe("keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
              "Only the part of the body within this distance of the target is modelled [mm]; its open ends are capped.")
-      .exactly_one({"hand", "sphere", "capsule", "box", "mesh"})
+      .allowed_with({"hand", "sphere", "capsule", "box", "mesh"})
+      .exactly_one({"hand", "sphere", "capsule", "box", "mesh", "meshes"})
       .check([](const Input& in, BodySpec& body, bool good) { return check_body(in, body, good); });
   return map;
 }
 
 }  // namespace
+
+Codec<HandJoints> joints_codec() {
+  const std::string help = "Angles that differ from the pose's.";
+  return Map<HandJoints>()
+      .key("thumb", &HandJoints::thumb, thumb_codec(), help)
+      .key("index", &HandJoints::index, finger_codec(-15, 42), help)
+      .key("middle", &HandJoints::middle, finger_codec(-20, 20), help)
+      .key("ring", &HandJoints::ring, finger_codec(-15, 25), help)
+      .key("little", &HandJoints::little, finger_codec(-15, 45), help)
+      .codec();
+}
 
 Codec<BodySpec> body_codec() { return body_map().codec(); }
 

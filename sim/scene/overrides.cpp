@@ -13,35 +13,6 @@ namespace touchfield::schema {
 
 namespace {
 
-// "a.b[0].c" as a, b, 0, c; nothing if a part is empty or a bracket stands alone.
-std::optional<std::vector<std::string>> split_path(const std::string& path) {
-  std::vector<std::string> parts(1);
-  bool closed = false;  // after "]" only "." or "[" may follow
-  for (std::size_t i = 0; i < path.size(); ++i) {
-    const char c = path[i];
-    if (c == '.') {
-      parts.emplace_back();
-      closed = false;
-    } else if (c == '[') {
-      const auto end = path.find(']', i);
-      if (end == std::string::npos) {
-        return std::nullopt;
-      }
-      parts.push_back(path.substr(i + 1, end - i - 1));
-      i = end;
-      closed = true;
-    } else if (c == ']' || closed) {
-      return std::nullopt;
-    } else {
-      parts.back() += c;
-    }
-  }
-  if (std::any_of(parts.begin(), parts.end(), [](const std::string& part) { return part.empty(); })) {
-    return std::nullopt;
-  }
-  return parts;
-}
-
 Node empty_map(const Place& place) {
   Node node = map({});
   node.place = place;
@@ -128,6 +99,34 @@ class Walk {
 };
 
 }  // namespace
+
+std::optional<std::vector<std::string>> split_path(const std::string& path) {
+  std::vector<std::string> parts(1);
+  bool closed = false;  // after "]" only "." or "[" may follow
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const char c = path[i];
+    if (c == '.') {
+      parts.emplace_back();
+      closed = false;
+    } else if (c == '[') {
+      const auto end = path.find(']', i);
+      if (end == std::string::npos) {
+        return std::nullopt;
+      }
+      parts.push_back(path.substr(i + 1, end - i - 1));
+      i = end;
+      closed = true;
+    } else if (c == ']' || closed) {
+      return std::nullopt;
+    } else {
+      parts.back() += c;
+    }
+  }
+  if (std::any_of(parts.begin(), parts.end(), [](const std::string& part) { return part.empty(); })) {
+    return std::nullopt;
+  }
+  return parts;
+}
 
 void apply_override(Node& root, const std::string& text, int source, Reading& reading) {
   const Place place{source, 1, 1};

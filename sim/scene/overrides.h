@@ -1,10 +1,15 @@
 #pragma once
 
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "sim/scene/input.h"
 
 namespace touchfield::schema {
+
+/// "a.b[0].c" as a, b, 0, c; nothing if a part is empty or a bracket stands alone.
+std::optional<std::vector<std::string>> split_path(const std::string& path);
 
 /// Puts the value of "key.path=value" in its place in a scene, before the scene is read.
 ///

@@ -115,13 +115,24 @@ struct CapsuleShape {
 struct BoxShape {
   Vector3 size = Vector3::Zero();
 };
+/// Meshes of one body with the same triangles, and when it was so.
+struct MeshSeries {
+  struct Mesh {
+    std::string file;    // absolute or relative to the working directory
+    double seconds = 0;  // [s], rising from mesh to mesh
+  };
+  std::string folder;
+  std::string times;         // the table that names the files
+  std::vector<Mesh> meshes;  // 1 or more
+};
 struct MeshShape {
-  std::string file;    // absolute or relative to the working directory
+  std::string file;    // absolute or relative to the working directory; of a series its first
   double unit = 1e-3;  // metres per file unit
   std::string unit_name = "mm";
   bool unit_given = false;                   // else mm is a guess that the file's size has to bear out
   std::optional<double> resurface;           // edge of a new skin made of the file's faces [m]; absent: they are it
   std::map<std::string, Vector3> landmarks;  // in the file's frame [m]
+  std::optional<MeshSeries> series;
 };
 
 /// Edge length asked for as a function of place, see EdgeSizing.
@@ -254,6 +265,53 @@ struct WriteSpec {
   bool transfer = false;  // the transfer matrix, in run.h5: never without h5
 };
 
+/// value(t) = about + amplitude sin(2 pi hz t + phase), in the unit of the number that changes.
+struct SineLaw {
+  double amplitude = 0;
+  double hz = 0;
+  double phase = 0;             // [rad]
+  std::optional<double> about;  // absent: the scene's own value
+};
+/// Through (t [s], value) by monotone cubics; constant before the first and after the last.
+struct KeysLaw {
+  std::vector<std::array<double, 2>> keys;
+};
+/// value(t) = the scene's own value + rate t.
+struct RateLaw {
+  double rate = 0;  // a second
+};
+using MotionLaw = std::variant<SineLaw, KeysLaw, RateLaw>;
+
+/// A number of the scene that varies; its law is in the unit of the path.
+struct MotionChange {
+  std::string path;  // as VaryingNumber has it: body.place.at_mm[2]
+  MotionLaw law;
+};
+
+/// The loop of sensor, solver and array while the scene moves.
+struct MotionSpec {
+  enum class Target { kOnSkin, kInWorld };
+  enum class Start { kPrevious, kZero };
+  enum class Prediction { kNone, kLinear };
+  struct Sensor {
+    double hz = 30;
+    double latency = 0;  // from when a sample is taken until it is known [s]
+  };
+
+  double seconds = 0;
+  std::vector<MotionChange> changes;
+  Target target = Target::kOnSkin;
+  double frames_hz = 20;
+  int iterations = 5;
+  Start start = Start::kPrevious;
+  bool steer = true;
+  Sensor sensor;
+  std::optional<double> solve;  // what a frame takes [s]; absent: what it is measured to take
+  double array_delay = 1e-3;    // from a frame's phases until they sound [s]
+  Prediction predict = Prediction::kNone;
+  double score_hz = 61;
+};
+
 /// A scene as read and checked, in SI units, every default filled in.
 struct Scene {
   std::string name;
@@ -267,6 +325,7 @@ struct Scene {
   JudgeSpec judge;
   std::vector<FieldSpec> fields;
   WriteSpec write;
+  std::optional<MotionSpec> motion;  // the rest of the scene is the still that it starts from
 };
 
 }  // namespace touchfield

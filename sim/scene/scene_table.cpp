@@ -47,28 +47,6 @@ Codec<TargetBoxSpec> target_box_codec() {
       .codec();
 }
 
-/// A number, or `best` for none.
-Codec<std::optional<double>> pressure_codec() {
-  const auto pressure = number(kPlain, above(0));
-  const auto best = word({"best"});
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {pressure.type, best.type}};
-  return {type,
-          [=](const Input& in, std::optional<double>& value) {
-            value.reset();
-            const Node& node = in.node();
-            const bool scalar = node.kind == Node::Kind::kScalar;
-            if (scalar && node.text == "best") {
-              return true;
-            }
-            if (!scalar || node.quoted || !parse_decimal(node.text)) {
-              in.must_be(phrase(type));
-              return false;
-            }
-            return pressure.read(in, value.emplace());
-          },
-          [pressure](const std::optional<double>& value) { return value ? pressure.write(*value) : scalar("best"); }};
-}
-
 Codec<TargetSpec> target_codec() {
   const auto one_box = [](const TargetSpec& target) { return target.boxes.size() == 1; };
   const auto box = target_box_codec();
@@ -81,7 +59,7 @@ Codec<TargetSpec> target_codec() {
            choice<TargetProfile>({{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
            "Wanted pressure on the faces: the same on each, or in proportion to the depth below the side of the box "
            "through which the skin enters.")
-      .key("pressure_pa", &TargetSpec::pressure, pressure_codec(),
+      .key("pressure_pa", &TargetSpec::pressure, number_or("best", number(kPlain, above(0))),
            "Wanted pressure amplitude [Pa], the largest of a profile; best: as strong as the array can at the smallest "
            "error.")
       .exactly_one({"box", "boxes"})
@@ -201,14 +179,38 @@ Codec<Scene> make_scene_codec() {
       .key("write", &Scene::write, write_codec(),
            "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png); with transfer "
            "the results hold the transfer matrix too.")
-      .check([](const Input& in, Scene& scene, bool /*good*/) {
+      .maybe(
+          "motion", &Scene::motion, motion_codec(), "",
+          "How the scene moves, and the loop of sensor, solver and array meanwhile. The rest of the scene is a still, "
+          "which is all that a run computes.")
+      .check([](const Input& in, Scene& scene, bool good) {
         const bool good_targets = check_targets(in, scene);
-        return check_judge(in, scene) && good_targets;
+        const bool good_motion = !good || check_motion(in, scene);
+        return check_judge(in, scene) && good_targets && good_motion;
       })
       .codec();
 }
 
 }  // namespace
+
+Codec<std::optional<double>> number_or(const std::string& none, const Codec<double>& number) {
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {number.type, word({none}).type}};
+  return {type,
+          [=](const Input& in, std::optional<double>& value) {
+            value.reset();
+            const Node& node = in.node();
+            const bool scalar = node.kind == Node::Kind::kScalar;
+            if (scalar && node.text == none) {
+              return true;
+            }
+            if (!scalar || node.quoted || !parse_decimal(node.text)) {
+              in.must_be(phrase(type));
+              return false;
+            }
+            return number.read(in, value.emplace());
+          },
+          [=](const std::optional<double>& value) { return value ? number.write(*value) : scalar(none); }};
+}
 
 const Codec<Scene>& scene_codec() {
   static const Codec<Scene> codec = make_scene_codec();

@@ -12,6 +12,7 @@ namespace touchfield::schema {
 
 inline const Unit kMillimetres = Unit::power_of_ten(-3);
 inline const Unit kDegrees = Unit::degree();
+inline const Unit kMilliseconds = Unit::power_of_ten(-3);
 inline const Unit kPlain = Unit::power_of_ten(0);
 
 /// A whole scene.
@@ -26,12 +27,18 @@ bool check_calibration(const Input& array, ArraySpec& spec);
 Codec<BodySpec> body_codec();
 /// Several bodies, each with a name.
 Codec<std::vector<BodySpec>> bodies_codec();
+/// The joints of the built-in hand, with their ranges.
+Codec<HandJoints> joints_codec();
 Codec<EdgeSpec> edge_codec();
 Codec<SolveSpec> solve_codec();
 Codec<JudgeSpec> judge_codec();
+Codec<MotionSpec> motion_codec();
 /// The schemes of the boundary elements.
 Codec<Scheme> scheme_codec();
 Codec<std::vector<FieldSpec>> fields_codec();
+
+/// A number, or a word for none.
+Codec<std::optional<double>> number_or(const std::string& none, const Codec<double>& number);
 
 /// The hand generator's own bounds of an edge [mm]; other shapes take any.
 inline const Range kHandEdge = between(0.4, 8);
@@ -49,5 +56,7 @@ bool check_landmark(const Input& at, const std::vector<std::string>& names, cons
 bool check_near(const Input& edges, const std::vector<std::string>& names);
 /// Reports and returns false if the judge cannot have the body of this scene, read from `in`.
 bool check_judge(const Input& in, const Scene& scene);
+/// Reports and returns false if what the motion changes is not in the scene, read from `in`, or leaves its range.
+bool check_motion(const Input& in, const Scene& scene);
 
 }  // namespace touchfield::schema

@@ -251,6 +251,12 @@ void add_files(const Scene& scene, std::set<std::string>& files) {
   for (const BodySpec& body : scene.bodies) {
     if (const auto* mesh = std::get_if<MeshShape>(&body.shape)) {
       files.insert(mesh->file);
+      if (mesh->series) {
+        files.insert(mesh->series->times);
+        for (const MeshSeries::Mesh& later : mesh->series->meshes) {
+          files.insert(later.file);
+        }
+      }
     }
   }
   for (const MethodSpec& method : scene.solve.methods) {

@@ -162,6 +162,9 @@ Remarks model_remarks(const Model& model) {
   const TriangleMesh& mesh = model.body.mesh;
   const auto target = model.scene.target ? std::optional(build_target(model)) : std::nullopt;
   Remarks remarks{model.plan.warnings, {}};
+  if (model.scene.motion) {
+    remarks.notes.push_back("still: the scene's motion is left out, its other keys are taken as they stand");
+  }
   warn_of_crossings(mesh, remarks);
   warn_of_coarse_mesh(model, target, remarks);
   const MeshRisks risks = mesh_risks(mesh);

@@ -31,6 +31,7 @@ struct Remarks {
 /// Notes:
 ///   judged_by_itself  the pattern was found on the very mesh and scheme that it is judged on
 ///   truncated         the judge too lacks what keep_within leaves out
+///   still             the scene's motion is left out: the results are of its other keys as they stand
 Remarks model_remarks(const Model& model);
 
 /// What a run found, in its present state.

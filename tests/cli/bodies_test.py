@@ -157,6 +157,24 @@ class Bodies(CommandTest):
             # reaches 15 mm to each side.
             numpy.testing.assert_allclose(middle, [0, 0.005, 0.061], atol=4e-3)
 
+    def test_a_run_takes_the_first_mesh_of_a_series(self):
+        write_ply(self.folder / "ball.ply", *icosphere(2, 20.0))
+        write_ply(self.folder / "later.ply", *icosphere(2, 30.0))
+        self.write("times.csv", "file,time_s\nball.ply,0\nlater.ply,0.1\n")
+        text = FINGER.replace("place: {landmark: bottom, at_mm: [0, 0, 60]}", "place: {at_mm: [0, 0, 80]}").replace(
+            "at: bottom", "at: low").replace("  edge_mm: 2.6\n", "")
+        shapes = ["mesh: {file: ball.ply, unit: mm, ", "meshes: {folder: ., times: times.csv, unit: mm, "]
+        for name, shape in zip(["mesh", "meshes"], shapes):
+            scene = text.replace("capsule: {radius_mm: 8, length_mm: 10}", shape + "landmarks: {low: [0, 0, -20]}}")
+            self.run_ok("run", self.write(f"{name}.yaml", scene), "-o", name, "--set", "write=[h5]", "--threads", "1")
+        with open_run(self.folder / "mesh") as one, open_run(self.folder / "meshes") as first:
+            numpy.testing.assert_array_equal(one["methods/paper/pressure"][:], first["methods/paper/pressure"][:])
+        self.run_ok("run", "--from", "meshes", "-o", "again")
+        (self.folder / "later.ply").unlink()
+        self.assertIn("times.csv:3: file = later.ply must be that of a mesh in",
+                      self.refused("run", "meshes.yaml", "-o", "missing"))
+        self.assertFalse((self.folder / "missing").exists())
+
     def test_unit_of_a_file(self):
         write_ply(self.folder / "ball.ply", *icosphere(3, 0.05))  # in metres: 0.1 m across
         text = FINGER.replace("capsule: {radius_mm: 8, length_mm: 10}", "mesh: {file: ball.ply}").replace(

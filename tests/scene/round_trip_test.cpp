@@ -41,9 +41,15 @@ bool operator==(const HandShape& a, const HandShape& b) {
 bool operator==(const SphereShape& a, const SphereShape& b) { return a.radius == b.radius; }
 bool operator==(const CapsuleShape& a, const CapsuleShape& b) { return a.radius == b.radius && a.length == b.length; }
 bool operator==(const BoxShape& a, const BoxShape& b) { return a.size == b.size; }
+bool operator==(const MeshSeries::Mesh& a, const MeshSeries::Mesh& b) {
+  return a.file == b.file && a.seconds == b.seconds;
+}
+bool operator==(const MeshSeries& a, const MeshSeries& b) {
+  return a.folder == b.folder && a.times == b.times && a.meshes == b.meshes;
+}
 bool operator==(const MeshShape& a, const MeshShape& b) {
-  return a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name && a.resurface == b.resurface &&
-         a.landmarks == b.landmarks;  // a unit that was left out is written
+  return a.series == b.series && a.file == b.file && a.unit == b.unit && a.unit_name == b.unit_name &&
+         a.resurface == b.resurface && a.landmarks == b.landmarks;  // a unit that was left out is written
 }
 bool operator==(const TargetBoxSpec& a, const TargetBoxSpec& b) {
   return a.at == b.at && a.offset == b.offset && a.centre == b.centre && a.size == b.size && a.angles == b.angles;
@@ -72,6 +78,18 @@ bool operator==(const JudgeSpec& a, const JudgeSpec& b) {
 }
 bool operator==(const FieldSpec& a, const FieldSpec& b) {
   return a.name == b.name && a.plane == b.plane && a.centre == b.centre && a.size == b.size && a.spacing == b.spacing;
+}
+bool operator==(const SineLaw& a, const SineLaw& b) {
+  return a.amplitude == b.amplitude && a.hz == b.hz && a.phase == b.phase && a.about == b.about;
+}
+bool operator==(const KeysLaw& a, const KeysLaw& b) { return a.keys == b.keys; }
+bool operator==(const RateLaw& a, const RateLaw& b) { return a.rate == b.rate; }
+bool operator==(const MotionChange& a, const MotionChange& b) { return a.path == b.path && a.law == b.law; }
+bool operator==(const MotionSpec& a, const MotionSpec& b) {
+  return a.seconds == b.seconds && a.changes == b.changes && a.target == b.target && a.frames_hz == b.frames_hz &&
+         a.iterations == b.iterations && a.start == b.start && a.steer == b.steer && a.sensor.hz == b.sensor.hz &&
+         a.sensor.latency == b.sensor.latency && a.solve == b.solve && a.array_delay == b.array_delay &&
+         a.predict == b.predict && a.score_hz == b.score_hz;
 }
 
 namespace {
@@ -118,6 +136,7 @@ void expect_same(const Scene& a, const Scene& b) {
   EXPECT_EQ(a.write.vti, b.write.vti);
   EXPECT_EQ(a.write.png, b.write.png);
   EXPECT_EQ(a.write.transfer, b.write.transfer);
+  EXPECT_TRUE(a.motion == b.motion);
 }
 
 void expect_round_trip(const Scene& scene) {
@@ -194,6 +213,13 @@ const std::vector<Variant> kVariants = {
     {"judge_with_split_faces", {"judge={split: 2}"}},
     {"write", {"write=[png, h5]"}},
     {"write_transfer", {"write=[transfer]", "target={box: {at: top, size_mm: [4, 4, 4]}}"}},
+    {"motion", {"motion={seconds: 0.7}"}},
+    {"motion_of_all",
+     {"motion={seconds: 2.1, change: [{path: body.place.at_mm.2, sine: {amplitude: 10.1, hz: 1.3, phase_deg: 33.3, "
+      "about: 200.7}}, {path: body.place.rotate_deg.0, keys: [[0, 0.1], [0.5, -7.3], [2.1, 3]]}, {path: "
+      "body.place.at_mm.0, rate: -50.3}], target: in_world, frames_hz: 29.97, iterations: 7, start: zero, steer: "
+      "false, sensor: {hz: 59.94, latency_ms: 12.3}, solve_ms: 20.7, array_ms: 0.3, predict: linear, score_hz: "
+      "60.1}"}},
     {"large_and_small", {"array.at_mm=[1e9, -1e-30, 123456789.01234567]", "array.source_pa_m=1e-9"}},
 };
 
@@ -223,6 +249,32 @@ TEST(ResolvedScene, HoldsTheNumbersOfFiles) {
                         "solve.methods.0.fixed={phases_file: " + folder.path().string() + "/phases.txt}"});
   expect_round_trip(scene);  // in another folder, without the files
   EXPECT_EQ(resolved_yaml(scene).find(".csv"), std::string::npos);
+}
+
+TEST(ResolvedScene, HoldsASeriesOfMeshes) {
+  const TempFolder folder;
+  folder.write("a.obj", "");
+  folder.write("b.obj", "");
+  const auto times = folder.write("times.csv", "time_s, file  # of a tracker\n\n-0.04, a.obj\n0.1,b.obj\n");
+  const Scene scene = read_scene(folder.write("scene.yaml", kSmallScene),
+                                 {"body={meshes: {folder: " + folder.path().string() + ", times: " + times +
+                                  ", unit: cm, landmarks: {tip: [1, 2, 3]}}}"});
+  const auto& mesh = std::get<MeshShape>(scene.bodies[0].shape);
+  ASSERT_EQ(mesh.series->meshes.size(), 2U);
+  EXPECT_EQ(mesh.series->meshes[1].file, (folder.path() / "b.obj").string());
+  EXPECT_EQ(mesh.series->meshes[0].seconds, -0.04);
+  EXPECT_EQ(mesh.file, mesh.series->meshes[0].file);
+  EXPECT_EQ(mesh.landmarks.at("tip"), Vector3(1e-2, 2e-2, 3e-2));
+  expect_round_trip(scene);
+}
+
+TEST(ResolvedScene, WritesEveryDefaultOfAMotion) {
+  const std::string text = resolved_yaml(scene_from(kSmallScene, {"motion={seconds: 2}"}));
+  EXPECT_THAT(text, ::testing::HasSubstr(
+                        "motion:\n  seconds: 2\n  change: []\n  target: on_skin\n  frames_hz: 20\n  iterations: 5\n"
+                        "  start: previous\n  steer: true\n  sensor:\n    hz: 30\n    latency_ms: 0\n"
+                        "  solve_ms: measured\n  array_ms: 1\n  predict: none\n  score_hz: 61\n"));
+  EXPECT_EQ(resolved_yaml(scene_from(kSmallScene)).find("motion"), std::string::npos);
 }
 
 TEST(ResolvedScene, HoldsLongListsOfPhases) {

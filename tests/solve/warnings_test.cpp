@@ -99,6 +99,11 @@ TEST(ModelRemarks, AJudgeOfAPartIsNoted) {
   EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerJudge}), IsEmpty());  // nothing is left out
 }
 
+TEST(ModelRemarks, AMotionThatIsLeftOutIsNoted) {
+  EXPECT_THAT(notes_of({"judge=none", "motion={seconds: 1, change: [{path: body.place.at_mm.0, rate: 5}]}"}),
+              ElementsAre(StartsWith("still: ")));
+}
+
 TEST(ResultRemarks, ASolveThatMissedItsToleranceIsNamed) {
   touchfield::Run run = unsolved(small_model());
   EXPECT_THAT(result_remarks(run).warnings, IsEmpty());

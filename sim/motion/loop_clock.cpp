@@ -1,0 +1,131 @@
+#include "sim/motion/loop_clock.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+Tick instant(std::int64_t number, double hz) { return std::llround(static_cast<double>(number) * kTicksASecond / hz); }
+
+/// The last instant at or before a tick; -1 if there is none.
+std::int64_t last_instant(Tick tick, double hz) {
+  if (tick < 0) {
+    return -1;
+  }
+  auto number = static_cast<std::int64_t>(static_cast<double>(tick) * hz / kTicksASecond);
+  while (instant(number + 1, hz) <= tick) {
+    ++number;
+  }
+  while (instant(number, hz) > tick) {
+    --number;
+  }
+  return number;
+}
+
+double required(const char* name, double value, bool positive) {
+  if (!std::isfinite(value) || value < 0.0 || (positive && value == 0.0)) {
+    throw InputError(fmt::format("motion.{} = {:.15g} must be {}", name, value, positive ? "> 0" : ">= 0"));
+  }
+  return value;
+}
+
+}  // namespace
+
+Tick to_ticks(double seconds) { return std::llround(seconds * kTicksASecond); }
+
+LoopClock::LoopClock(const MotionSpec& motion)
+    : frames_hz_(required("frames_hz", motion.frames_hz, true)),
+      sensor_hz_(required("sensor.hz", motion.sensor.hz, true)),
+      score_hz_(required("score_hz", motion.score_hz, true)),
+      end_(to_ticks(required("seconds", motion.seconds, true))),
+      latency_(to_ticks(required("sensor.latency_ms", motion.sensor.latency, false))),
+      array_(to_ticks(required("array_ms", motion.array_delay, false))) {
+  if (motion.solve) {
+    solve_ = to_ticks(required("solve_ms", *motion.solve, false));
+  }
+  solves_.reserve(kRemembered);
+}
+
+std::optional<FrameStart> LoopClock::next() {
+  if (open_) {
+    throw std::logic_error("LoopClock::next: the frame before is not finished");
+  }
+  std::int64_t dropped = 0;
+  while (!over_) {
+    const std::int64_t slot = std::max(slot_, last_instant(free_, frames_hz_));
+    const Tick due = instant(slot, frames_hz_);
+    const Tick at = std::max(due, free_);
+    if (at >= end_) {  // nothing starts any more: slots until the end that were missed, this one too, are dropped
+      dropped_ += std::max<std::int64_t>(0, last_instant(end_ - 1, frames_hz_) + 1 - slot_);
+      over_ = true;
+      break;
+    }
+    dropped += slot - slot_;
+    dropped_ += slot - slot_;
+    slot_ = slot + 1;
+    const std::int64_t sample = last_instant(at - latency_, sensor_hz_);
+    if (sample < 0) {
+      ++waiting_;
+      continue;
+    }
+    late_ += at > due ? 1 : 0;
+    open_ = FrameStart{frames_++, at, due, sample, instant(sample, sensor_hz_), dropped};
+    return open_;
+  }
+  return std::nullopt;
+}
+
+ShownFrame LoopClock::finished(Tick solve) {
+  if (!open_ || solve < 0) {
+    throw std::logic_error("LoopClock::finished: no frame was started, or it took less than no time");
+  }
+  free_ = open_->at + solve;
+  shown_.push_back({*open_, free_ + array_});
+  open_.reset();
+  if (solves_.size() < kRemembered) {
+    solves_.push_back(solve);
+  } else {
+    solves_[oldest_] = solve;
+    oldest_ = (oldest_ + 1) % kRemembered;
+  }
+  return shown_.back();
+}
+
+std::optional<ScoreInstant> LoopClock::next_score() {
+  const Tick at = instant(score_, score_hz_);
+  const bool settled = over_ || (!shown_.empty() && at < shown_.back().from);
+  if (at >= end_ || !settled) {
+    return std::nullopt;
+  }
+  while (shown_.size() > 1 && shown_[1].from <= at) {
+    shown_.pop_front();
+  }
+  ScoreInstant score{score_++, at, std::nullopt};
+  if (!shown_.empty() && shown_.front().from <= at) {
+    score.frame = shown_.front();
+  }
+  return score;
+}
+
+Tick LoopClock::predicted_for(const FrameStart& frame, Tick solve) const {
+  return frame.at + solve + array_ + instant(1, 2.0 * frames_hz_);
+}
+
+Tick LoopClock::expected_solve() const {
+  if (solve_ || solves_.empty()) {
+    return solve_.value_or(0);
+  }
+  std::vector<Tick> sorted = solves_;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
+  std::ranges::nth_element(sorted, middle);
+  return *middle;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "sim/scene/scene.h"
+
+namespace touchfield {
+
+/// Time since the motion began [us].
+using Tick = std::int64_t;
+
+inline constexpr double kTicksASecond = 1e6;
+
+/// The nearest tick.
+Tick to_ticks(double seconds);
+inline double to_seconds(Tick ticks) { return static_cast<double>(ticks) / kTicksASecond; }
+
+/// A frame that starts: from here on its solver is busy.
+struct FrameStart {
+  std::int64_t number = 0;   // from 0
+  Tick at = 0;               // when it starts
+  Tick due = 0;              // its slot, at or before that
+  std::int64_t sample = 0;   // the newest one known then
+  Tick sampled = 0;          // when that was taken
+  std::int64_t dropped = 0;  // slots that passed between the frame before and this one's own
+
+  Tick late() const { return at - due; }
+};
+
+/// A frame on the array, from `from` until the next one's `from`.
+struct ShownFrame {
+  FrameStart start;
+  Tick from = 0;
+};
+
+/// An instant at which what is on the array is scored.
+struct ScoreInstant {
+  std::int64_t number = 0;  // from 0
+  Tick at = 0;
+  std::optional<ShownFrame> frame;  // none yet: the array is quiet
+
+  /// Time since the sample that is felt was taken; there must be a frame.
+  Tick age() const { return at - frame->start.sampled; }
+};
+
+/// The loop of sensor, solver and array on a clock of whole ticks.
+///
+/// Sample k is taken at round(k 1e6 / sensor.hz) and known sensor.latency later; slot j of a frame is at
+/// round(j 1e6 / frames_hz), score k at round(k 1e6 / score_hz), each from 0 on and before the motion's end. Nothing is
+/// accumulated, so that rates keep their ratio.
+///
+/// A slot at which the solver is free starts its frame at once, with the newest sample known by then (one that becomes
+/// known at that very tick is). A slot at which it is busy waits: when it becomes free, the latest slot that has come by
+/// then, if it has had no frame, starts one at once, late, and with the newest sample known at that later time; those
+/// before it are dropped. Nothing is queued, and the slots after it stay where they are. The solver is free again the very
+/// tick a frame's solve ends. A slot before any sample is known has no frame and counts as waiting. A frame is on the array
+/// array_ms after its solve ends, scored from that very tick on, and until the next one is.
+///
+///     LoopClock clock(motion);
+///     while (const auto frame = clock.next()) {
+///       clock.finished(solve(*frame));
+///       while (const auto score = clock.next_score()) { ... }
+///     }
+///     while (const auto score = clock.next_score()) { ... }
+class LoopClock {
+ public:
+  /// throws   InputError if a rate or the motion's length is not > 0, or a delay not >= 0
+  explicit LoopClock(const MotionSpec& motion);
+
+  /// The frame that starts next; nothing once the motion is over.
+  /// throws   std::logic_error unless the frame before is finished
+  std::optional<FrameStart> next();
+
+  /// The frame that was started last has taken `solve` ticks.
+  /// throws   std::logic_error if there is none, or solve < 0
+  ShownFrame finished(Tick solve);
+
+  /// The next instant of which it is settled which frame is on the array then: those before the frame that was finished
+  /// last comes on; all once the motion is over.
+  std::optional<ScoreInstant> next_score();
+
+  /// The middle of the time that a frame will be shown if it takes `solve` and the next one comes on time: its start +
+  /// solve + array_ms + half of 1 / frames_hz.
+  Tick predicted_for(const FrameStart& frame, Tick solve) const;
+  Tick predicted_for(const FrameStart& frame) const { return predicted_for(frame, expected_solve()); }
+
+  /// solve_ms, or of `measured` the median of the last kRemembered frames' (of an even number the lower one of the two in
+  /// the middle; 0 before the first).
+  Tick expected_solve() const;
+  static constexpr std::size_t kRemembered = 31;
+
+  std::int64_t frames() const { return frames_; }    // started
+  std::int64_t late() const { return late_; }        // frames that started after their slot
+  std::int64_t dropped() const { return dropped_; }  // slots without a frame because the solver was busy
+  std::int64_t waiting() const { return waiting_; }  // slots without a frame because no sample was known
+
+ private:
+  double frames_hz_;
+  double sensor_hz_;
+  double score_hz_;
+  Tick end_;
+  Tick latency_;
+  Tick array_;
+  std::optional<Tick> solve_;
+
+  std::int64_t slot_ = 0;           // the first that has not been reckoned with
+  Tick free_ = 0;                   // from when on the solver is
+  std::optional<FrameStart> open_;  // started and not finished
+  bool over_ = false;
+  std::int64_t frames_ = 0;
+  std::int64_t late_ = 0;
+  std::int64_t dropped_ = 0;
+  std::int64_t waiting_ = 0;
+  std::deque<ShownFrame> shown_;  // finished; from the one that the next score may be of
+  std::int64_t score_ = 0;
+  std::vector<Tick> solves_;  // the last ones, a ring
+  std::size_t oldest_ = 0;
+};
+
+}  // namespace touchfield

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/core/types.h"
+#include "sim/mesh/triangle_mesh.h"
+#include "sim/scene/scene.h"
+
+namespace touchfield {
+
+/// A body given as meshes of the same triangles at several times, all of them in memory (24 bytes a vertex and mesh). The
+/// state is its vertices, so that what predicts linearly in a Trajectory's state does so here.
+class MeshSequence {
+ public:
+  /// shape    with a series
+  /// throws   InputError that names the file, its time and what differs from the first file: how many vertices, how many
+  ///          triangles, or the first triangle with other corners; also as read_mesh
+  explicit MeshSequence(const MeshShape& shape);
+
+  const Triangles& triangles() const { return triangles_; }
+
+  /// Vertices at a time of the motion in the files' own frame [m]: linear in time between two meshes, those of the first
+  /// mesh before it and of the last one after it.
+  Points state(double seconds) const;
+
+ private:
+  Triangles triangles_;
+  std::vector<double> times_;
+  std::vector<Points> vertices_;
+};
+
+}  // namespace touchfield

@@ -1,0 +1,157 @@
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/scene/scene_table.h"
+#include "sim/scene/varying_number.h"
+
+namespace touchfield::schema {
+
+namespace {
+
+const Range kRate = above_to(0, 1e5);  // [Hz]: 10 ticks of the clock
+constexpr double kLongest = 3600;      // of a motion [s]
+const Range kDelay = between(0, 60'000);
+
+Codec<std::string> path_codec() {
+  return kept_as<std::string, std::string>(
+      text(1),
+      [](const Input& in, const std::string& path) -> std::optional<std::string> {
+        try {
+          return varying_number(path).path;
+        } catch (const InputError& error) {
+          in.problem(fmt::format("{} {}", quoted_for_message(path), error.what()));
+          return std::nullopt;
+        }
+      },
+      [](const std::string& path) { return path; });
+}
+
+Codec<SineLaw> sine_codec() {
+  return Map<SineLaw>()
+      .required("amplitude", &SineLaw::amplitude, number(kPlain, {}), "10", "In the unit of the path.")
+      .required("hz", &SineLaw::hz, number(kPlain, kRate), "1", "Frequency [Hz].")
+      .key("phase_deg", &SineLaw::phase, number(kDegrees, {}), "Phase at the start; 90: from the highest point [deg].")
+      .maybe("about", &SineLaw::about, number(kPlain, {}), "200",
+             "The value it swings about, in the unit of the path; the scene's own if left out.")
+      .codec();
+}
+
+Codec<KeysLaw> keys_codec() {
+  const auto key = tuple_of<double, 2>(number(kPlain, {}));
+  return kept_as<KeysLaw, std::vector<std::array<double, 2>>>(
+      list_of(key, 1, kMostListed),
+      [](const Input& in, const std::vector<std::array<double, 2>>& keys) -> std::optional<KeysLaw> {
+        bool good = true;
+        for (std::size_t i = 0; i < keys.size(); ++i) {
+          if (keys[i][0] < 0.0) {
+            in.at(i).at(0).must_be(">= 0");
+            good = false;
+          } else if (i > 0 && keys[i][0] <= keys[i - 1][0]) {
+            in.at(i).at(0).must_be(fmt::format("after {:.15g}, the time of the key before it", keys[i - 1][0]));
+            good = false;
+          }
+        }
+        return good ? std::optional(KeysLaw{keys}) : std::nullopt;
+      },
+      [](const KeysLaw& law) { return law.keys; });
+}
+
+Codec<MotionChange> change_codec() {
+  return Map<MotionChange>()
+      .required("path", &MotionChange::path, path_codec(), "body.place.at_mm.2",
+                fmt::format("The number that changes, as sweeps name it: {}. With the number of an item in brackets, "
+                            "at_mm[2], it must be quoted between braces.",
+                            varying_paths()))
+      .maybe("sine", &MotionChange::law, sine_codec(), "", "It swings.")
+      .maybe("keys", &MotionChange::law, keys_codec(), "[[0, 190], [0.5, 210], [1, 190]]",
+             "It passes through [time in s, value in the unit of the path], monotone in between (piecewise cubic), and "
+             "stays what it is before the first and after the last.")
+      .maybe("rate", &MotionChange::law, kept_in(&RateLaw::rate, number(kPlain, {})), "50",
+             "It grows from the scene's own value by this much a second, in the unit of the path.")
+      .exactly_one({"sine", "keys", "rate"})
+      .codec();
+}
+
+Codec<MotionSpec::Sensor> sensor_codec() {
+  return Map<MotionSpec::Sensor>()
+      .key("hz", &MotionSpec::Sensor::hz, number(kPlain, kRate), "Samples of the pose a second.")
+      .key("latency_ms", &MotionSpec::Sensor::latency, number(kMilliseconds, kDelay),
+           "From when a sample is taken until the solver knows it [ms].")
+      .codec();
+}
+
+bool check_key_times(const Input& in, const MotionSpec& motion) {
+  bool good = true;
+  for (std::size_t i = 0; i < motion.changes.size(); ++i) {
+    const auto* through = std::get_if<KeysLaw>(&motion.changes[i].law);
+    if (through == nullptr || through->keys.back()[0] <= motion.seconds) {
+      continue;
+    }
+    const Input change = in.at(*in.node().find("change")).at(i);
+    const Input keys = change.at(*change.node().find("keys"));
+    keys.at(through->keys.size() - 1).at(0).must_be(fmt::format("at most motion.seconds = {:.15g}", motion.seconds));
+    good = false;
+  }
+  return good;
+}
+
+}  // namespace
+
+Codec<MotionSpec> motion_codec() {
+  using Target = MotionSpec::Target;
+  using Start = MotionSpec::Start;
+  using Prediction = MotionSpec::Prediction;
+  return Map<MotionSpec>()
+      .required("seconds", &MotionSpec::seconds, number(kPlain, above_to(0, kLongest)), "2", "How long it lasts [s].")
+      .key("change", &MotionSpec::changes,
+           list_of<MotionChange>(change_codec(), 0, kMostItems,
+                                 {.name = [](const MotionChange& change) { return change.path; }, .advice = ""}),
+           "Numbers of the scene that vary, each by a law of its own.")
+      .key("target", &MotionSpec::target,
+           choice<Target>({{"on_skin", Target::kOnSkin}, {"in_world", Target::kInWorld}}),
+           "Whether a target box on a landmark moves with it, or stays where it is at the start and the skin moves "
+           "through it. One with centre_mm stays.")
+      .key("frames_hz", &MotionSpec::frames_hz, number(kPlain, kRate),
+           "Frames a second, as far as the solver keeps up.")
+      .key("iterations", &MotionSpec::iterations, integer(between(1, 100'000)),
+           "Iterations a frame of an iterative method, instead of solve.iterations.")
+      .key("start", &MotionSpec::start, choice<Start>({{"previous", Start::kPrevious}, {"zero", Start::kZero}}),
+           "Phases that a frame starts from: those of the frame before, or zero.")
+      .key("steer", &MotionSpec::steer, flag(),
+           "Whether those of the frame before are steered to the target's new place first.")
+      .key("sensor", &MotionSpec::sensor, sensor_codec(), "What the solver knows of the motion.")
+      .key("solve_ms", &MotionSpec::solve, number_or("measured", number(kMilliseconds, kDelay)),
+           "What a frame takes to solve [ms]; measured: this machine's own time for it, so that results are not "
+           "reproducible.")
+      .key("array_ms", &MotionSpec::array_delay, number(kMilliseconds, kDelay),
+           "From a frame's phases until the array sounds with them [ms].")
+      .key("predict", &MotionSpec::predict,
+           choice<Prediction>({{"none", Prediction::kNone}, {"linear", Prediction::kLinear}}),
+           "Whether a frame is solved for the last known pose, or for the one expected, at constant velocity, at the "
+           "middle of the time that it will be shown.")
+      .key("score_hz", &MotionSpec::score_hz, number(kPlain, kRate),
+           "How often a second what is on the array is scored on the pose as it is then.")
+      .check([](const Input& in, MotionSpec& motion, bool good) { return good && check_key_times(in, motion); })
+      .codec();
+}
+
+bool check_motion(const Input& in, const Scene& scene) {
+  if (!scene.motion) {
+    return true;
+  }
+  const Input motion = in.at(*in.node().find("motion"));
+  Scene still = scene;
+  bool good = true;
+  for (std::size_t i = 0; i < scene.motion->changes.size(); ++i) {
+    const MotionChange& change = scene.motion->changes[i];
+    try {
+      motion_curve(varying_number(change.path), change.law, scene.motion->seconds, still);
+    } catch (const InputError& error) {
+      motion.at(*motion.node().find("change")).at(i).problem(error.what());
+      good = false;
+    }
+  }
+  return good;
+}
+
+}  // namespace touchfield::schema
