@@ -68,6 +68,16 @@ Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& probl
   return Eigen::MatrixXcd::Ones(channels, 1);
 }
 
+/// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
+void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
+  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
+    if (response.gain(n) == 0) {
+      solution.phases(n) = 0.0;
+      solution.amplitudes(n) = 0.0;
+    }
+  }
+}
+
 /// The solution of least final cost among those of several starts, a column each.
 template <class Starts, class Solve>
 PhaseSolution best_of(const Starts& starts, const Solve& solve) {
@@ -122,6 +132,15 @@ void MethodSolver::aim(Target target) {
 }
 
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
+                                  const Eigen::VectorXd* before) {
+  PhaseSolution solution = found(method, amplitudes, progress, before);
+  if (method.kind->model != MethodModel::kGiven) {
+    leave_out_dead(scattering_.array().response, solution);
+  }
+  return solution;
+}
+
+PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                                   const Eigen::VectorXd* before) {
   const auto advance = [&](int iteration, double) {
     progress.advance(static_cast<double>(iteration) / method.iterations);

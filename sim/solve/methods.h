@@ -32,7 +32,7 @@ class MethodSolver {
   /// Another target on the same body.
   void aim(Target target);
 
-  /// The drives a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
+  /// The drives a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target). Channels that the solver knows to be dead are not driven, but by phases that are given.
   ///
   /// before   phases that a method which iterates starts from instead of its own start, N [rad]; may be null
   /// throws   NumericalError if a matrix of the problem is not finite; InputError on given phases or a previous run that
@@ -57,6 +57,8 @@ class MethodSolver {
                     Progress& progress);
 
  private:
+  PhaseSolution found(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
+                      const Eigen::VectorXd* before);
   PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
                                       const Eigen::VectorXd* before, const IterationCallback& advance);
   PhaseSolution solve_skin_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,

@@ -38,18 +38,19 @@ Eigen::MatrixXcd pressures_of(const Run& run) {
   return columns_of(run, run.mesh.face_count(), [](const MethodResult& method) { return method.pressure; });
 }
 
-Eigen::MatrixXcd sounding_drives(const Run& run) {
-  const int levels = run.array_truth ? run.array_truth->phase_levels : 0;
-  if (levels == 0) {
-    return drives_of(run);
-  }
-  return columns_of(run, run.array.size(), [&](const MethodResult& method) {
-    PhaseSolution rounded = method.solution;
-    for (double& phase : rounded.phases) {
+Eigen::VectorXcd sounding_drive(PhaseSolution solution, const std::optional<ArrayTruth>& truth) {
+  const int levels = truth ? truth->phase_levels : 0;
+  if (levels > 0) {
+    for (double& phase : solution.phases) {
       phase = 2.0 * std::numbers::pi * phase_step(phase, levels) / levels;
     }
-    return drive(rounded);
-  });
+  }
+  return drive(solution);
+}
+
+Eigen::MatrixXcd sounding_drives(const Run& run) {
+  return columns_of(run, run.array.size(),
+                    [&](const MethodResult& method) { return sounding_drive(method.solution, run.array_truth); });
 }
 
 const TriangleMesh& field_mesh(const Run& run) {

@@ -11,6 +11,8 @@ Eigen::MatrixXcd pressures_of(const Run& run);
 
 /// The drives that sound: rounded to the steps of the true array.
 Eigen::MatrixXcd sounding_drives(const Run& run);
+/// Of one solution.
+Eigen::VectorXcd sounding_drive(PhaseSolution solution, const std::optional<ArrayTruth>& truth);
 
 /// The mesh on which run_field knows the pressures: the solving one, or the judge's where the array has a truth.
 const TriangleMesh& field_mesh(const Run& run);

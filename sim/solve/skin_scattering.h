@@ -52,6 +52,9 @@ class SkinScattering {
   const SolverDecision& decision() const { return model_->decision(); }
   const TransducerArray& array() const { return array_; }
 
+  /// Makes the solver now rather than when the first solution is asked for.
+  void prepare() { model_->solver(); }
+
   /// The field of every channel at unit drive; kept once made.
   const IncidentField& unit_field();
 

@@ -30,25 +30,6 @@ namespace {
 
 constexpr double kSmallestReciprocalCondition = 1e-8;
 
-std::string used_seeds(const Scene& scene) {
-  std::string seeds = scene.sensing ? fmt::format("sensing={}", scene.sensing->seed) : "";
-  if (scene.array.spread) {
-    seeds += fmt::format("{}spread={}", seeds.empty() ? "" : " ", scene.array.spread->seed);
-  }
-  for (const MethodSpec& method : scene.solve.methods) {
-    if (method.start.kind == StartSpec::Kind::kRandom) {
-      seeds += fmt::format("{}{}={}", seeds.empty() ? "" : " ", method.name, method.start.seed);
-    }
-  }
-  return seeds;
-}
-
-/// The scheme whose matrix a method works on; the free field and given phases know none.
-std::string scheme_of(const MethodSpec& method) {
-  const bool none = method.kind->model == MethodModel::kFree || method.kind->model == MethodModel::kGiven;
-  return none ? "none" : to_string(method.scheme);
-}
-
 Run begin_run(const Model& model, const SolveOptions& options) {
   const Scene& scene = model.scene;
   const std::string text = resolved_yaml(scene);
@@ -72,16 +53,6 @@ Run begin_run(const Model& model, const SolveOptions& options) {
     run.target = build_target(model);
   }
   return run;
-}
-
-/// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
-void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
-  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
-    if (response.gain(n) == 0) {
-      solution.phases(n) = 0.0;
-      solution.amplitudes(n) = 0.0;
-    }
-  }
 }
 
 void say(const Remarks& remarks, Run& run, Progress& progress) {
@@ -191,9 +162,6 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
   result.scheme = scheme_of(method);
   result.solution = timed(progress, result.seconds, "solve", fmt::format("solve {}", method.name),
                           [&] { return solver.solve(method, amplitudes, progress); });
-  if (method.kind->model != MethodModel::kGiven) {
-    leave_out_dead(model.array.response, result.solution);
-  }
   const Eigen::MatrixXcd drives = drive(result.solution);
   result.pressure = timed(progress, result.seconds, "pressure", fmt::format("scattered pressure of {}", method.name),
                           [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });
@@ -267,6 +235,24 @@ FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& 
 }
 
 }  // namespace
+
+std::string used_seeds(const Scene& scene) {
+  std::string seeds = scene.sensing ? fmt::format("sensing={}", scene.sensing->seed) : "";
+  if (scene.array.spread) {
+    seeds += fmt::format("{}spread={}", seeds.empty() ? "" : " ", scene.array.spread->seed);
+  }
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (method.start.kind == StartSpec::Kind::kRandom) {
+      seeds += fmt::format("{}{}={}", seeds.empty() ? "" : " ", method.name, method.start.seed);
+    }
+  }
+  return seeds;
+}
+
+std::string scheme_of(const MethodSpec& method) {
+  const bool none = method.kind->model == MethodModel::kFree || method.kind->model == MethodModel::kGiven;
+  return none ? "none" : to_string(method.scheme);
+}
 
 Provenance provenance_now(int threads, const std::string& seeds, const std::string& command_line,
                           const std::string& scene_hash) {

@@ -28,6 +28,12 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
 /// The same in silence, on all threads of OpenMP.
 Run solve_model(const Model& model);
 
+/// The seeds of a scene, "name=value" separated by spaces.
+std::string used_seeds(const Scene& scene);
+
+/// The scheme whose matrix a method works on; "none" of the free field and of given phases.
+std::string scheme_of(const MethodSpec& method);
+
 /// Where results that begin now come from: this program, this machine and its processor's kernels, the time. The end is
 /// left empty.
 Provenance provenance_now(int threads, const std::string& seeds, const std::string& command_line,

@@ -1,0 +1,254 @@
+#include "sim/motion/moving_model.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/body/hand_contact.h"
+#include "sim/core/errors.h"
+#include "sim/core/place_text.h"
+#include "sim/core/rotation.h"
+#include "sim/core/units.h"
+#include "sim/mesh/remesh/subdivide.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kCheckStep = 0.01;  // [s]: 2 mm at 200 mm/s
+
+HandSkeleton skeleton_of(const HandShape& shape) {
+  return posed_skeleton(hand_pose(shape.pose, shape.joints), shape.length, shape.breadth);
+}
+
+/// The hand of a body, if it is one whose joints the motion turns.
+const HandShape* turning_hand(const Scene& scene, std::size_t body) {
+  const auto* hand = std::get_if<HandShape>(&scene.bodies[body].shape);
+  const bool turns = std::ranges::any_of(scene.motion->changes, [&](const MotionChange& change) {
+    return change.path.find(".joints.") != std::string::npos &&
+           (scene.bodies.size() == 1 || change.path.rfind(fmt::format("bodies[{}].", body), 0) == 0);
+  });
+  return turns ? hand : nullptr;
+}
+
+bool is_series(const BodySpec& body) {
+  const auto* shape = std::get_if<MeshShape>(&body.shape);
+  return shape != nullptr && shape->series;
+}
+
+std::optional<MeshSequence> sequence_of(const Scene& scene) {
+  std::optional<MeshSequence> sequence;
+  for (const BodySpec& body : scene.bodies) {
+    if (!is_series(body)) {
+      continue;
+    }
+    const auto& shape = std::get<MeshShape>(body.shape);
+    if (body.edge || body.keep_within || shape.resurface) {
+      throw InputError(
+          "body.meshes: its triangles are those of the files; take edge_mm, keep_within_mm and "
+          "resurface_mm away");
+    }
+    if (sequence) {
+      throw InputError("bodies: one of them at most can be given as meshes over time");
+    }
+    sequence.emplace(shape);
+  }
+  if (sequence && scene.judge.kind == JudgeSpec::Kind::kEdge) {
+    throw InputError("judge.edge_mm: bodies given as meshes over time cannot be meshed anew; take judge: {split: 1}");
+  }
+  return sequence;
+}
+
+/// "at 0.35 s: " before what is wrong there.
+[[noreturn]] void fail_at(double seconds, const std::string& what) {
+  throw InputError(fmt::format("motion: at {:.3f} s: {}", seconds, what));
+}
+
+}  // namespace
+
+MotionState MotionState::beyond(const MotionState& before, double share) const {
+  MotionState state = *this;
+  state.numbers += share * (numbers - before.numbers);
+  if (vertices && before.vertices) {
+    *state.vertices += share * (*vertices - *before.vertices);
+  }
+  return state;
+}
+
+MovingSkin::MovingSkin(const Scene& scene, const BodyPlan& plan, const TriangleMesh& mesh,
+                       const std::vector<int>& owner)
+    : triangles_(mesh.triangles()) {
+  Eigen::Index begin = 0;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    // Bodies lie one behind the other.
+    Eigen::Index end = begin;
+    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+      if (owner.empty() || owner[static_cast<std::size_t>(f)] == static_cast<int>(b)) {
+        end = std::max<Eigen::Index>(end, triangles_.col(f).maxCoeff() + 1);
+      }
+    }
+    Part part;
+    part.begin = begin;
+    part.own = plan.own_frame(scene, b)(Points(mesh.vertices().middleCols(begin, end - begin)));
+    if (const HandShape* hand = turning_hand(scene, b)) {
+      part.hand.emplace(part.own, skeleton_of(*hand), hand->side);
+    }
+    part.series = is_series(scene.bodies[b]);
+    parts_.push_back(std::move(part));
+    begin = end;
+  }
+}
+
+bool MovingSkin::deforms() const {
+  return std::ranges::any_of(parts_, [](const Part& part) { return part.hand || part.series; });
+}
+
+TriangleMesh MovingSkin::at(const Scene& scene, const BodyPlan& plan, const MotionState& state) const {
+  Points world(3, parts_.back().begin + parts_.back().own.cols());
+  for (std::size_t b = 0; b < parts_.size(); ++b) {
+    const Part& part = parts_[b];
+    Points own = part.own;
+    if (part.hand) {
+      part.hand->pose(skeleton_of(std::get<HandShape>(scene.bodies[b].shape)), own);
+    } else if (part.series) {
+      own = *state.vertices;
+    }
+    const Placement& place = scene.bodies[b].place;
+    const Eigen::Matrix3d turn = extrinsic_rotation(place.angles);
+    world.middleCols(part.begin, own.cols()) =
+        ((turn * (own.colwise() - plan.bodies[b].anchor)).colwise() + place.at).eval();
+  }
+  return {std::move(world), triangles_};
+}
+
+MovingModel::MovingModel(const Scene& scene)
+    : first_(build_model(scene)),
+      trajectory_(scene),
+      sequence_(sequence_of(scene)),
+      solving_(scene, first_.plan, first_.body.mesh, first_.owner) {
+  if (scene.sensing) {
+    throw InputError("sensing: is of stills; a motion has motion.sensor");
+  }
+  if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
+    const JudgeMesh judge = build_judge_mesh(first_);
+    judging_.emplace(scene, first_.plan, judge.mesh, judge.owner);
+  }
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const HandShape* hand = turning_hand(scene, b);
+    anchors_.emplace_back();
+    if (hand != nullptr && !scene.bodies[b].place.landmark.empty()) {
+      anchors_.back().emplace(Points(first_.plan.bodies[b].anchor), skeleton_of(*hand), hand->side);
+    }
+  }
+  if (!first_.boxes.empty()) {
+    Vector3 centre = Vector3::Zero();
+    for (const TargetBox& box : first_.boxes) {
+      centre += box.centre / static_cast<double>(first_.boxes.size());
+    }
+    patch_ = nearest_landmark(first_.body.mesh, "patch", centre);
+  }
+  check_motion();
+}
+
+MotionState MovingModel::state(double seconds) const {
+  MotionState state{trajectory_.state(seconds), std::nullopt};
+  if (sequence_) {
+    state.vertices = sequence_->state(seconds);
+  }
+  return state;
+}
+
+MotionState MovingModel::predicted(const MotionState& before, const MotionState& now, double share) const {
+  MotionState state = now.beyond(before, share);
+  state.numbers = trajectory_.in_range(state.numbers);
+  return state;
+}
+
+BodyPlan MovingModel::plan_at(const Scene& scene) const {
+  BodyPlan plan = first_.plan;
+  for (std::size_t b = 0; b < anchors_.size(); ++b) {
+    if (anchors_[b]) {
+      Points anchor(plan.bodies[b].anchor);
+      anchors_[b]->pose(skeleton_of(std::get<HandShape>(scene.bodies[b].shape)), anchor);
+      plan.bodies[b].anchor = anchor.col(0);
+    }
+  }
+  return plan;
+}
+
+Model MovingModel::at(const MotionState& state) const {
+  Model model = first_;
+  trajectory_.apply(state.numbers, model.scene);
+  model.plan = plan_at(model.scene);
+  model.own_frame = model.plan.own_frame(model.scene, 0);
+  model.body.mesh = solving_.at(model.scene, model.plan, state);
+  if (model.scene.target) {
+    const bool on_skin = model.scene.motion->target == MotionSpec::Target::kOnSkin;
+    model.boxes = build_boxes(*model.scene.target, on_skin ? model.body : first_.body);
+  }
+  return model;
+}
+
+std::optional<JudgeMesh> MovingModel::judge_mesh(const Model& model, const MotionState& state) const {
+  const JudgeSpec& judge = model.scene.judge;
+  switch (judge.kind) {
+    case JudgeSpec::Kind::kNone:
+      return std::nullopt;
+    case JudgeSpec::Kind::kSame:
+      return JudgeMesh{model.body.mesh, 0, model.owner};
+    case JudgeSpec::Kind::kSplit:
+      return build_judge_mesh(model);
+    case JudgeSpec::Kind::kEdge:
+      return JudgeMesh{judging_->at(model.scene, model.plan, state), std::nullopt, {}};
+  }
+  throw std::logic_error("unknown judge");
+}
+
+Vector3 MovingModel::patch(const Model& model) const {
+  if (model.scene.motion->target == MotionSpec::Target::kInWorld) {
+    return position(model.body.mesh, patch_);
+  }
+  Vector3 centre = Vector3::Zero();
+  for (const TargetBox& box : model.boxes) {
+    centre += box.centre / static_cast<double>(model.boxes.size());
+  }
+  return centre;
+}
+
+void MovingModel::check_motion() const {
+  const Scene& scene = first_.scene;
+  std::vector<std::optional<HandContacts>> contacts(scene.bodies.size());
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    if (const HandShape* hand = turning_hand(scene, b)) {
+      contacts[b].emplace(skeleton_of(*hand));
+    }
+  }
+  const auto steps = static_cast<int>(std::ceil(scene.motion->seconds / kCheckStep));
+  for (int i = 0; i <= steps; ++i) {
+    const double seconds = std::min(i * kCheckStep, scene.motion->seconds);
+    const Model model = at(state(seconds));
+    for (std::size_t b = 0; b < contacts.size(); ++b) {
+      if (!contacts[b]) {
+        continue;
+      }
+      const auto contact = contacts[b]->at(skeleton_of(std::get<HandShape>(model.scene.bodies[b].shape)));
+      if (contact) {
+        fail_at(seconds,
+                fmt::format("{} and {} {} near {} in the hand's frame; a mesh that is one for all poses cannot "
+                            "follow that",
+                            contact->first, contact->second,
+                            contact->moved ? "touch and move along each other" : "come into contact",
+                            place_text(contact->at, 1)));
+      }
+    }
+    try {
+      require_clear(model);
+    } catch (const InputError& error) {
+      fail_at(seconds, error.what());
+    }
+  }
+}
+
+}  // namespace touchfield

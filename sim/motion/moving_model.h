@@ -1,0 +1,99 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/body/skinned_hand.h"
+#include "sim/motion/mesh_sequence.h"
+#include "sim/motion/trajectory.h"
+#include "sim/solve/model.h"
+
+namespace touchfield {
+
+/// What of a scene moves, at one instant: the numbers that its motion changes, and the vertices of a body that is given
+/// as meshes over time.
+struct MotionState {
+  Eigen::VectorXd numbers;
+  std::optional<Points> vertices;
+
+  /// On the straight line through this state and an earlier one: this + share (this - before).
+  MotionState beyond(const MotionState& before, double share) const;
+};
+
+/// A surface of a scene's bodies that keeps its triangles while they move: hands whose joints turn are skinned, bodies
+/// given as meshes over time take these, all else stays as it is in its own frame.
+class MovingSkin {
+ public:
+  /// mesh     of all bodies in the world's frame, as the scene says at first
+  /// owner    M: number of the body that a face is of, rising
+  MovingSkin(const Scene& scene, const BodyPlan& plan, const TriangleMesh& mesh, const std::vector<int>& owner);
+
+  /// Whether a body changes its shape.
+  bool deforms() const;
+
+  /// The surface in the world's frame.
+  ///
+  /// scene   the first one with the numbers of this instant
+  /// plan    of it: where the bodies' anchors are now
+  TriangleMesh at(const Scene& scene, const BodyPlan& plan, const MotionState& state) const;
+
+ private:
+  struct Part {
+    Eigen::Index begin = 0;  // of its vertices
+    Points own;              // in the body's own frame, at first
+    std::optional<SkinnedHand> hand;
+    bool series = false;
+  };
+
+  Triangles triangles_;
+  std::vector<Part> parts_;
+};
+
+/// A scene's model while it moves.
+class MovingModel {
+ public:
+  /// Checks the whole motion as well, every 10 ms of it.
+  ///
+  /// scene    with a motion
+  /// throws   InputError as build_model and Trajectory; where a path leads into the array or its boards, bodies into each
+  ///          other, or fingers into contact, with the time
+  explicit MovingModel(const Scene& scene);
+
+  /// The model as the motion begins.
+  const Model& first() const { return first_; }
+  const Trajectory& trajectory() const { return trajectory_; }
+
+  /// Whether it is one body that keeps its shape, so that in its own frame nothing but array and target moves.
+  bool is_rigid() const { return first_.scene.bodies.size() == 1 && !solving_.deforms(); }
+
+  MotionState state(double seconds) const;
+  /// A state on from what the sensor saw, kept within the ranges of its numbers.
+  MotionState predicted(const MotionState& before, const MotionState& now, double share) const;
+
+  /// The model at a state: its scene's numbers, mesh, boxes and own frame.
+  Model at(const MotionState& state) const;
+
+  /// The judge's mesh of a model that at() gave. There is none where the scene has no judge.
+  std::optional<JudgeMesh> judge_mesh(const Model& model, const MotionState& state) const;
+
+  /// Where the pattern is wanted, relative to what it is wanted on [m]: the mean centre of the boxes where these follow
+  /// the skin, else the skin's point that was nearest to them at first.
+  Vector3 patch(const Model& model) const;
+
+ private:
+  BodyPlan plan_at(const Scene& scene) const;
+  void check_motion() const;
+
+  Model first_;
+  Trajectory trajectory_;
+  std::optional<MeshSequence> sequence_;
+  MovingSkin solving_;
+  std::optional<MovingSkin> judging_;
+  std::vector<std::optional<SkinnedHand>> anchors_;  // of bodies whose anchor moves with their joints
+  Landmark patch_;
+};
+
+}  // namespace touchfield

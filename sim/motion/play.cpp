@@ -1,0 +1,303 @@
+#include "sim/motion/play.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <memory>
+
+#include <fmt/format.h>
+
+#include "sim/core/text_hash.h"
+#include "sim/core/version.h"
+#include "sim/field/pressure_metrics.h"
+#include "sim/motion/frame_solver.h"
+#include "sim/motion/loop_clock.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/solve/judge.h"
+#include "sim/solve/run_field.h"
+#include "sim/solve/solve_model.h"
+#include "sim/solve/stages.h"
+#include "sim/solve/warnings.h"
+
+namespace touchfield {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+/// The loop of one method, which goes on as far as it is told to.
+class MethodLoop {
+ public:
+  MethodLoop(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives)
+      : moving_(moving), clock_(motion_of(moving)), solver_(moving, method, std::move(drives)) {}
+
+  /// Frames that start before `end`.
+  void go_on(Tick end, std::vector<MotionFrame>& frames) {
+    while (!over_) {
+      if (!next_) {
+        next_ = clock_.next();
+        over_ = !next_;
+      }
+      if (over_ || next_->at >= end) {
+        return;
+      }
+      frames.push_back(solved(*next_));
+      next_.reset();
+    }
+  }
+
+  std::optional<ScoreInstant> next_score() { return clock_.next_score(); }
+  /// Of the target's patch at the sample of a frame.
+  const Vector3& patch(std::int64_t frame) const { return patches_[static_cast<std::size_t>(frame)]; }
+  std::int64_t dropped() const { return clock_.dropped(); }
+  double worst_residual() const { return solver_.worst_residual(); }
+
+ private:
+  static const MotionSpec& motion_of(const MovingModel& moving) { return *moving.first().scene.motion; }
+
+  MotionFrame solved(const FrameStart& start) {
+    const MotionSpec& motion = motion_of(moving_);
+    const auto begin = Clock::now();
+    const MotionState seen = moving_.state(to_seconds(start.sampled));
+    const Model sampled = moving_.at(seen);
+    const bool predicts = motion.predict == MotionSpec::Prediction::kLinear && start.sample > 0;
+    const Tick wanted = predicts ? clock_.predicted_for(start) : start.sampled;
+    const Model expected = predicts ? moving_.at(expected_state(start, seen, wanted)) : sampled;
+    const double posed = seconds_since(begin);
+    MotionFrame frame = solver_.solve(expected);
+    const double took = seconds_since(begin);
+    frame.seconds.insert(frame.seconds.begin(), {"pose", posed});
+    const ShownFrame shown = clock_.finished(to_ticks(motion.solve.value_or(took)));
+    patches_.push_back(sampled.boxes.empty() ? Vector3::Zero().eval() : moving_.patch(sampled));
+    frame.sampled = to_seconds(start.sampled);
+    frame.started = to_seconds(start.at);
+    frame.late = to_seconds(start.late());
+    frame.shown = to_seconds(shown.from);
+    frame.pose_time = to_seconds(wanted);
+    return frame;
+  }
+
+  /// On from the last two samples at their constant velocity.
+  MotionState expected_state(const FrameStart& start, const MotionState& seen, Tick wanted) const {
+    const double hz = motion_of(moving_).sensor.hz;
+    const double before = std::round(kTicksASecond * static_cast<double>(start.sample - 1) / hz) / kTicksASecond;
+    const double now = to_seconds(start.sampled);
+    return moving_.predicted(moving_.state(before), seen, (to_seconds(wanted) - now) / (now - before));
+  }
+
+  const MovingModel& moving_;
+  LoopClock clock_;
+  FrameSolver solver_;
+  std::optional<FrameStart> next_;
+  bool over_ = false;
+  std::vector<Vector3> patches_;
+};
+
+/// Scores on the true skin, all methods of an instant at once.
+class Scorer {
+ public:
+  explicit Scorer(const MovingModel& moving) : moving_(moving) {
+    const Scene& scene = moving.first().scene;
+    spec_ = scene.solve.solver;
+    spec_.solver = SolverChoice::kAuto;
+    spec_.precision = PrecisionChoice::kAuto;
+    scheme_ = scene.judge.kind == JudgeSpec::Kind::kSame ? scene.solve.scheme : scene.judge.scheme;
+    if (moving.is_rigid()) {
+      kept_.expect(static_cast<int>(std::ceil(scene.motion->seconds * scene.motion->score_hz)));
+    }
+  }
+
+  struct Scored {
+    Vector3 patch = Vector3::Zero();  // of the target, as it is
+    std::vector<Metrics> metrics;     // a method
+    std::optional<TriangleMesh> mesh;
+    Eigen::MatrixXcd pressure;  // M x methods [Pa]
+  };
+
+  /// drives   N x methods, as they sound
+  Scored at(double seconds, const Eigen::MatrixXcd& drives) {
+    const MotionState state = moving_.state(seconds);
+    const Model model = moving_.at(state);
+    Scored scored;
+    scored.metrics.resize(static_cast<std::size_t>(drives.cols()));
+    if (!model.boxes.empty()) {
+      scored.patch = moving_.patch(model);
+    }
+    const std::optional<JudgeMesh> judge = moving_.judge_mesh(model, state);
+    if (!judge) {
+      return scored;
+    }
+    const TriangleMesh& mesh = judge->mesh;
+    scored.mesh = mesh;
+    const ChannelResponse& response = model.array_truth ? model.array_truth->response : model.array.response;
+    records_.clear();
+    const auto scattering =
+        make_scattering("judge", mesh, scheme_, spec_, drives.cols(), model, response, &kept_, records_, silent_);
+    scored.pressure = scattering->pressure(drives, "judge");
+    require_finite(fmt::format("judge at {:.3f} s", seconds), scored.pressure);
+    for (const SolveRecord& record : records_) {
+      worst_residual_ = std::max(worst_residual_, record.residual);
+    }
+    if (!gradient_ || !moving_.is_rigid()) {
+      gradient_.emplace(mesh, model.wave.k());
+    }
+    const bool holds = model.scene.target && hold_faces(mesh, model.boxes);
+    for (Eigen::Index m = 0; m < drives.cols(); ++m) {
+      const Eigen::VectorXcd pressure = scored.pressure.col(m);
+      scored.metrics[static_cast<std::size_t>(m)] =
+          holds ? metrics_of(mesh, *gradient_, model.wave, model.boxes, build_target(model, mesh), pressure)
+                : metrics_of(mesh, *gradient_, model.wave, pressure);
+    }
+    return scored;
+  }
+
+  double worst_residual() const { return worst_residual_; }
+
+ private:
+  const MovingModel& moving_;
+  SolverSpec spec_;
+  Scheme scheme_;
+  KeptModels kept_;
+  std::vector<SolveRecord> records_;
+  Progress silent_;
+  std::optional<SurfaceGradient> gradient_;
+  double worst_residual_ = 0;
+};
+
+class Player {
+ public:
+  Player(const MovingModel& moving, const PlayOptions& options, Progress& progress)
+      : moving_(moving), options_(options), progress_(progress), scorer_(moving), motion_(begun()) {
+    const Scene& scene = moving.first().scene;
+    std::map<Scheme, Eigen::MatrixXcd> drives;
+    for (const MethodSpec& method : scene.solve.methods) {
+      Eigen::MatrixXcd own;
+      if (method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && scene.solve.quiet_weight > 0) {
+        if (!drives.contains(method.scheme)) {
+          drives[method.scheme] = timed(progress, motion_.timings, "drives_" + to_string(method.scheme),
+                                        "drives that span the motion by " + to_string(method.scheme),
+                                        [&] { return drives_of_motion(moving, method.scheme); });
+        }
+        own = drives[method.scheme];
+      }
+      loops_.push_back(std::make_unique<MethodLoop>(moving, method, std::move(own)));
+      pending_.emplace_back();
+      motion_.methods.push_back({method.name, std::string(method.kind->name), scheme_of(method)});
+    }
+  }
+
+  Motion played() {
+    const Tick end = to_ticks(motion_.seconds);
+    const auto second = static_cast<Tick>(kTicksASecond);
+    for (Tick until = std::min(second, end);; until = std::min(until + second, end)) {
+      timed(progress_, motion_.timings, "play",
+            fmt::format("play to {:.2f} of {:.2f} s", to_seconds(until), motion_.seconds), [&] { play_until(until); });
+      if (until == end) {
+        break;
+      }
+      options_.second(motion_);
+    }
+    note_unconverged();
+    motion_.complete = true;
+    motion_.provenance.end = utc_now();
+    options_.second(motion_);
+    return std::move(motion_);
+  }
+
+ private:
+  Motion begun() const {
+    const Model& first = moving_.first();
+    const std::string text = resolved_yaml(first.scene);
+    Motion motion{.name = first.scene.name,
+                  .scene = text,
+                  .seconds = first.scene.motion->seconds,
+                  .array = first.array,
+                  .mesh = moving_.at(moving_.state(0)).body.mesh};
+    motion.provenance =
+        provenance_now(options_.threads, used_seeds(first.scene), options_.command_line, text_hash(text));
+    return motion;
+  }
+
+  void play_until(Tick until) {
+    for (std::size_t m = 0; m < loops_.size(); ++m) {
+      loops_[m]->go_on(until, motion_.methods[m].frames);
+      motion_.methods[m].dropped = static_cast<int>(loops_[m]->dropped());
+      while (const auto score = loops_[m]->next_score()) {
+        pending_[m].push_back(*score);
+      }
+    }
+    // An instant is scored once it is settled for every method.
+    while (std::ranges::none_of(pending_, [](const auto& scores) { return scores.empty(); })) {
+      score();
+    }
+  }
+
+  void score() {
+    const double at = to_seconds(pending_.front().front().at);
+    Eigen::MatrixXcd drives = Eigen::MatrixXcd::Zero(motion_.array.size(), static_cast<Eigen::Index>(loops_.size()));
+    for (std::size_t m = 0; m < loops_.size(); ++m) {
+      if (const auto& frame = pending_[m].front().frame) {
+        const auto number = static_cast<std::size_t>(frame->start.number);
+        drives.col(static_cast<Eigen::Index>(m)) =
+            sounding_drive(motion_.methods[m].frames[number].solution, moving_.first().array_truth);
+      }
+    }
+    const Scorer::Scored scored = scorer_.at(at, drives);
+    std::vector<std::pair<std::string, Eigen::VectorXcd>> pressures;
+    for (std::size_t m = 0; m < loops_.size(); ++m) {
+      MotionScore score;
+      score.time = at;
+      if (const auto& frame = pending_[m].front().frame) {
+        score.frame = static_cast<int>(frame->start.number);
+        score.age = to_seconds(pending_[m].front().age());
+        score.displacement = scored.patch - loops_[m]->patch(frame->start.number);
+      }
+      score.metrics = scored.metrics[m];
+      motion_.methods[m].scores.push_back(std::move(score));
+      if (scored.mesh) {
+        pressures.emplace_back(motion_.methods[m].name, scored.pressure.col(static_cast<Eigen::Index>(m)));
+      }
+      pending_[m].pop_front();
+    }
+    if (scored.mesh) {
+      if (!motion_.judge) {
+        motion_.judge = scored.mesh;
+      }
+      options_.scored({at, *scored.mesh, pressures});
+    }
+  }
+
+  void note_unconverged() {
+    double worst = scorer_.worst_residual();
+    for (const auto& loop : loops_) {
+      worst = std::max(worst, loop->worst_residual());
+    }
+    const double tolerance = moving_.first().scene.solve.solver.tolerance;
+    if (worst > tolerance) {
+      motion_.warnings.push_back(fmt::format(
+          "residual: the equations of a frame or score were left with {:.1e}, above the tolerance of {:.1e}", worst,
+          tolerance));
+      progress_.warn(motion_.warnings.back());
+    }
+  }
+
+  const MovingModel& moving_;
+  const PlayOptions& options_;
+  Progress& progress_;
+  Scorer scorer_;
+  Motion motion_;
+  std::vector<std::unique_ptr<MethodLoop>> loops_;
+  std::vector<std::deque<ScoreInstant>> pending_;
+};
+
+}  // namespace
+
+Motion play(const MovingModel& moving, const PlayOptions& options, Progress& progress) {
+  return Player(moving, options, progress).played();
+}
+
+}  // namespace touchfield

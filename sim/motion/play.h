@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/core/progress.h"
+#include "sim/motion/moving_model.h"
+#include "sim/store/motion_data.h"
+
+namespace touchfield {
+
+/// The true skin at an instant that is scored, and what is on it.
+struct ScoredSkin {
+  double time = 0;  // [s]
+  const TriangleMesh& mesh;
+  const std::vector<std::pair<std::string, Eigen::VectorXcd>>& pressures;  // method -> M [Pa]
+};
+
+struct PlayOptions {
+  std::string command_line;                                          // kept as provenance
+  int threads = 1;                                                   // likewise; the caller has set them
+  std::function<void(const Motion&)> second = [](const Motion&) {};  // gets the motion so far after each second of it
+  std::function<void(const ScoredSkin&)> scored = [](const ScoredSkin&) {};
+};
+
+/// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases for
+/// what the sensor saw, and what is then on the array is scored on the true skin, by the scene's judge, at motion.score_hz.
+///
+/// Where motion.solve_ms is a number the result repeats to the last bit on as many threads.
+///
+/// throws   NumericalError as FrameSolver and the judge, and what the options' functions throw
+Motion play(const MovingModel& moving, const PlayOptions& options, Progress& progress);
+
+}  // namespace touchfield
