@@ -53,10 +53,11 @@ Complex channel_derivative(const TransducerArray& array, const Wave& wave, Eigen
 constexpr Eigen::Index kPanel = 32;    // points: the values of 1,500 channels stay in the second cache
 constexpr double kLargestPhase = 1e5;  // of the loop over transducers
 
-/// The pressures of all channels at a point, by the loop over them where that knows the array, else one by one.
-class ChannelPressures {
+/// The pressures of all channels at a point, or their derivatives along a direction, by the loop over them where that knows
+/// the array, else one by one.
+class ChannelValues {
  public:
-  ChannelPressures(const TransducerArray& array, const Wave& wave, const Points& points) : array_(array), wave_(wave) {
+  ChannelValues(const TransducerArray& array, const Wave& wave, const Points& points) : array_(array), wave_(wave) {
     const bool known = array.kind != TransducerArray::Kind::kPlaneWave &&
                        array.directivity.kind() != Directivity::Kind::kPiston && wave.wavenumber().imag() == 0.0;
     if (!known || array.size() == 0 || points.cols() == 0) {
@@ -69,11 +70,13 @@ class ChannelPressures {
     amplitudes_ = array.amplitudes;
   }
 
-  /// values   N
-  void at(const Vector3& x, Complex* values) const {
+  /// direction   null for the pressures
+  /// values      N
+  void at(const Vector3& x, const Vector3* direction, Complex* values) const {
     if (!fast_) {
       for (Eigen::Index n = 0; n < array_.size(); ++n) {
-        values[n] = channel_pressure(array_, wave_, n, x);
+        values[n] = direction != nullptr ? channel_derivative(array_, wave_, n, x, *direction)
+                                         : channel_pressure(array_, wave_, n, x);
       }
       return;
     }
@@ -81,7 +84,8 @@ class ChannelPressures {
     const SourceArrays sources{places_.col(0).data(), places_.col(1).data(), places_.col(2).data(), axes_.col(0).data(),
                                axes_.col(1).data(),   axes_.col(2).data(),   amplitudes_.data()};
     static const SourceLoop loop = source_loop(instruction_level());
-    loop(shared, x.data(), sources, static_cast<int>(array_.size()), reinterpret_cast<double*>(values));
+    loop(shared, x.data(), direction != nullptr ? direction->data() : nullptr, sources, static_cast<int>(array_.size()),
+         reinterpret_cast<double*>(values));
   }
 
  private:
@@ -149,15 +153,14 @@ Eigen::MatrixXcd matrix_of(const TransducerArray& array, const Points& points, c
 
 /// Fills in the pressures, or their derivatives along directions, at a point.
 auto pressures_at(const TransducerArray& array, const Wave& wave, const Points& points) {
-  return [&points, pressures = ChannelPressures(array, wave, points)](Eigen::Index j, Complex* values) {
-    pressures.at(points.col(j), values);
+  return [&points, channels = ChannelValues(array, wave, points)](Eigen::Index j, Complex* values) {
+    channels.at(points.col(j), nullptr, values);
   };
 }
 auto derivatives_at(const TransducerArray& array, const Wave& wave, const Points& points, const Points& directions) {
-  return [&](Eigen::Index j, Complex* values) {
-    for (Eigen::Index n = 0; n < array.size(); ++n) {
-      values[n] = channel_derivative(array, wave, n, points.col(j), directions.col(j));
-    }
+  return [&points, &directions, channels = ChannelValues(array, wave, points)](Eigen::Index j, Complex* values) {
+    const Vector3 direction = directions.col(j);
+    channels.at(points.col(j), &direction, values);
   };
 }
 

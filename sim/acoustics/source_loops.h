@@ -26,10 +26,17 @@ struct SourceWave {
 ///
 ///   values[2n] + i values[2n + 1] = amplitude_n d(theta_n) exp(i k r_n) / r_n
 ///
-/// accuracy   1e-14 of the largest amplitude / r, while k r < 1e5; within 1e-7 rad of an axis d itself is known to no
-///            more than 1e-8, since the angle comes from its cosine
-using SourceLoop = void (*)(const SourceWave& wave, const double* point, const SourceArrays& sources, int count,
-                            double* values);
+/// or, with a direction u (a unit vector; null without), their derivatives along it, d' = dd / dtheta and rho the unit
+/// vector from the transducer to the point:
+///
+///   amplitude_n exp(i k r) / r ((i k - 1 / r) (rho.u) d + d' (cos(theta) rho - axis).u / (r sin(theta)))
+///
+/// without the term of d' on the axis, where its mean over all sides is 0.
+///
+/// accuracy   1e-14 of the largest amplitude / r (of a derivative k times as much), while k r < 1e5; within 1e-7 rad of an
+///            axis d itself is known to no more than 1e-8, since the angle comes from its cosine
+using SourceLoop = void (*)(const SourceWave& wave, const double* point, const double* direction,
+                            const SourceArrays& sources, int count, double* values);
 
 /// As source_loops_level.cpp is compiled for each instruction level.
 namespace generic {

@@ -11,6 +11,7 @@ namespace touchfield::TOUCHFIELD_LEVEL {
 namespace {
 
 constexpr double kHalfPi = 1.57079632679489661923;
+constexpr double kOnAxis = 1e-12;  // [rad]
 
 /// The angle of a cosine c in 0..1, to 2e-16: pi/2 - asin c below 1/2, 2 asin sqrt((1 - c) / 2) above, and
 /// asin x = x + x R(x^2) on 0..1/2.
@@ -32,13 +33,17 @@ inline double angle_of(double c) {
   return steep ? kHalfPi - asine : 2.0 * asine;
 }
 
-template <bool kSpline>
-void fill(const SourceWave& given, const double* point, const SourceArrays& sources, int count, double* values) {
+template <bool kSpline, bool kSlope>
+void fill(const SourceWave& given, const double* point, const double* direction, const SourceArrays& sources, int count,
+          double* values) {
   const SourceWave wave = given;  // copies that the values cannot alias
   const SourceArrays s = sources;
   const double px = point[0];
   const double py = point[1];
   const double pz = point[2];
+  const double ux = kSlope ? direction[0] : 0.0;
+  const double uy = kSlope ? direction[1] : 0.0;
+  const double uz = kSlope ? direction[2] : 0.0;
   const double per_step = kSpline ? 1.0 / wave.step : 0.0;
   const int last = wave.intervals - 1;
   const double* const spline = wave.spline;
@@ -48,7 +53,9 @@ void fill(const SourceWave& given, const double* point, const SourceArrays& sour
     const double dy = py - s.y[n];
     const double dz = pz - s.z[n];
     const double r = std::sqrt(dx * dx + dy * dy + dz * dz);
-    double magnitude = s.amplitude[n] / r;
+    const double radial = kSlope ? (dx * ux + dy * uy + dz * uz) / r : 0.0;
+    double d = 1.0;
+    double turned = 0.0;  // d' times the angle's derivative
     if constexpr (kSpline) {
       const double along = (s.axis_x[n] * dx + s.axis_y[n] * dy + s.axis_z[n] * dz) / r;
       const double theta = angle_of(along < 0.0 ? -along : along);
@@ -56,17 +63,38 @@ void fill(const SourceWave& given, const double* point, const SourceArrays& sour
       const int i = interval < last ? interval : last;
       const double t = theta - i * wave.step;
       const int c = 4 * i;
-      magnitude *= spline[c] + t * (spline[c + 1] + t * (spline[c + 2] + t * spline[c + 3]));
+      d = spline[c] + t * (spline[c + 1] + t * (spline[c + 2] + t * spline[c + 3]));
+      if constexpr (kSlope) {
+        const double cx = s.axis_y[n] * dz - s.axis_z[n] * dy;
+        const double cy = s.axis_z[n] * dx - s.axis_x[n] * dz;
+        const double cz = s.axis_x[n] * dy - s.axis_y[n] * dx;
+        const double across = std::sqrt(cx * cx + cy * cy + cz * cz);  // r sin(theta)
+        const double slope = spline[c + 1] + t * (2.0 * spline[c + 2] + t * 3.0 * spline[c + 3]);
+        const double on_axis = s.axis_x[n] * ux + s.axis_y[n] * uy + s.axis_z[n] * uz;
+        const double share = (along * radial - on_axis) / (across > kOnAxis * r ? across : 1.0);
+        turned = across > kOnAxis * r ? (along < 0.0 ? -slope : slope) * share : 0.0;
+      }
     }
+    const double magnitude = s.amplitude[n] / r;
     const SinCos turn = sincos(wave.k * r);
-    values[2 * n] = magnitude * turn.cos;
-    values[2 * n + 1] = magnitude * turn.sin;
+    // magnitude (real + i imaginary) exp(i k r)
+    const double real = kSlope ? turned - radial * d / r : d;
+    const double imaginary = kSlope ? wave.k * radial * d : 0.0;
+    values[2 * n] = magnitude * (real * turn.cos - imaginary * turn.sin);
+    values[2 * n + 1] = magnitude * (real * turn.sin + imaginary * turn.cos);
   }
 }
 
-void values_of(const SourceWave& wave, const double* point, const SourceArrays& sources, int count, double* values) {
-  wave.spline != nullptr ? fill<true>(wave, point, sources, count, values)
-                         : fill<false>(wave, point, sources, count, values);
+void values_of(const SourceWave& wave, const double* point, const double* direction, const SourceArrays& sources,
+               int count, double* values) {
+  const bool spline = wave.spline != nullptr;
+  if (direction == nullptr) {
+    spline ? fill<true, false>(wave, point, direction, sources, count, values)
+           : fill<false, false>(wave, point, direction, sources, count, values);
+  } else {
+    spline ? fill<true, true>(wave, point, direction, sources, count, values)
+           : fill<false, true>(wave, point, direction, sources, count, values);
+  }
 }
 
 }  // namespace

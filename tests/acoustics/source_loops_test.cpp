@@ -22,12 +22,15 @@ constexpr double kWavenumber = 732.0;  // [rad/m]
 struct Scene {
   std::vector<double> x, y, z, axis_x, axis_y, axis_z, amplitude;
   std::vector<std::complex<double>> expected;
+  std::vector<std::complex<double>> expected_slope;
   Vector3 point;
+  Vector3 direction;
 
   Scene(int count, const Directivity& directivity, unsigned seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(-1, 1);
     point = 0.1 * Vector3(uniform(random), uniform(random), uniform(random));
+    direction = Vector3(uniform(random), uniform(random), uniform(random)).normalized();
     for (int n = 0; n < count; ++n) {
       const Vector3 place = 0.3 * Vector3(uniform(random), uniform(random), uniform(random));
       Vector3 axis = Vector3(uniform(random), uniform(random), uniform(random)).normalized();
@@ -36,7 +39,10 @@ struct Scene {
       if (n == 2) axis = (point - place).unitOrthogonal();
       const Vector3 offset = point - place;
       const double r = offset.norm();
-      const double d = directivity.at(std::atan2(axis.cross(offset).norm(), axis.dot(offset))).value;
+      const double theta = std::atan2(axis.cross(offset).norm(), axis.dot(offset));
+      const double d = directivity.at(theta).value;
+      const Vector3 radial = offset / r;
+      const double turn = n < 2 ? 0.0 : (std::cos(theta) * radial - axis).dot(direction) / (r * std::sin(theta));
       x.push_back(place.x());
       y.push_back(place.y());
       z.push_back(place.z());
@@ -45,6 +51,9 @@ struct Scene {
       axis_z.push_back(axis.z());
       amplitude.push_back(1.0 + uniform(random) * 0.5);
       expected.push_back(std::polar(amplitude.back() * d / r, kWavenumber * r));
+      expected_slope.push_back(std::polar(amplitude.back() / r, kWavenumber * r) *
+                               (std::complex<double>(-1.0 / r, kWavenumber) * radial.dot(direction) * d +
+                                directivity.at(theta).slope * turn));
     }
   }
 
@@ -63,12 +72,19 @@ TEST(SourceValues, AgreeWithTheDefinitionInEveryLevel) {
       for (const int count : kCounts) {
         const Scene scene(count, directivity, static_cast<unsigned>(count));
         std::vector<std::complex<double>> values(static_cast<std::size_t>(count));
-        source_loop(level)(wave, scene.point.data(), scene.arrays(), count, reinterpret_cast<double*>(values.data()));
+        auto* numbers = reinterpret_cast<double*>(values.data());
+        source_loop(level)(wave, scene.point.data(), nullptr, scene.arrays(), count, numbers);
         for (std::size_t n = 0; n < values.size(); ++n) {
           // The first two are on the axis, where the cosine holds the angle to 2e-8 only; k r is some 400.
           const double tolerance = n < 2 ? 2e-8 : 1e-12;
           EXPECT_LT(std::abs(values[n] - scene.expected[n]), tolerance * std::abs(scene.expected[n]))
               << to_string(level) << ", " << n << " of " << count;
+        }
+        source_loop(level)(wave, scene.point.data(), scene.direction.data(), scene.arrays(), count, numbers);
+        for (std::size_t n = 0; n < values.size(); ++n) {
+          const double scale = kWavenumber * std::abs(scene.expected[n]);
+          EXPECT_LT(std::abs(values[n] - scene.expected_slope[n]), (n < 2 ? 2e-8 : 1e-12) * scale)
+              << "slope, " << to_string(level) << ", " << n << " of " << count;
         }
       }
     }
@@ -85,7 +101,7 @@ TEST(SourceValues, FollowTheDirectivityThroughAllAngles) {
       const double theta = std::numbers::pi * i / 3600;
       const Vector3 point(std::sin(theta), 0.0, std::cos(theta));
       std::complex<double> value;
-      source_loop(level)(wave, point.data(), {&zero, &zero, &zero, &zero, &zero, &one, &one}, 1,
+      source_loop(level)(wave, point.data(), nullptr, {&zero, &zero, &zero, &zero, &zero, &one, &one}, 1,
                          reinterpret_cast<double*>(&value));
       // A rounding of the cosine is one of 1 / sin(theta) as much of the angle.
       EXPECT_NEAR(std::abs(value), directivity.at(theta).value, 1e-15 + 1e-15 / std::sin(theta)) << theta;
