@@ -170,7 +170,7 @@ class Scorer {
 
 class Player {
  public:
-  Player(const MovingModel& moving, const PlayOptions& options, Progress& progress)
+  Player(const MovingModel& moving, const MotionOptions& options, Progress& progress)
       : moving_(moving), options_(options), progress_(progress), scorer_(moving), motion_(begun()) {
     const Scene& scene = moving.first().scene;
     std::map<Scheme, Eigen::MatrixXcd> drives;
@@ -286,7 +286,7 @@ class Player {
   }
 
   const MovingModel& moving_;
-  const PlayOptions& options_;
+  const MotionOptions& options_;
   Progress& progress_;
   Scorer scorer_;
   Motion motion_;
@@ -296,7 +296,7 @@ class Player {
 
 }  // namespace
 
-Motion play(const MovingModel& moving, const PlayOptions& options, Progress& progress) {
+Motion play_motion(const MovingModel& moving, const MotionOptions& options, Progress& progress) {
   return Player(moving, options, progress).played();
 }
 

@@ -18,7 +18,7 @@ struct ScoredSkin {
   const std::vector<std::pair<std::string, Eigen::VectorXcd>>& pressures;  // method -> M [Pa]
 };
 
-struct PlayOptions {
+struct MotionOptions {
   std::string command_line;                                          // kept as provenance
   int threads = 1;                                                   // likewise; the caller has set them
   std::function<void(const Motion&)> second = [](const Motion&) {};  // gets the motion so far after each second of it
@@ -31,6 +31,6 @@ struct PlayOptions {
 /// Where motion.solve_ms is a number the result repeats to the last bit on as many threads.
 ///
 /// throws   NumericalError as FrameSolver and the judge, and what the options' functions throw
-Motion play(const MovingModel& moving, const PlayOptions& options, Progress& progress);
+Motion play_motion(const MovingModel& moving, const MotionOptions& options, Progress& progress);
 
 }  // namespace touchfield
