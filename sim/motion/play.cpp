@@ -115,6 +115,7 @@ class Scorer {
     Vector3 patch = Vector3::Zero();  // of the target, as it is
     std::vector<Metrics> metrics;     // a method
     std::optional<TriangleMesh> mesh;
+    std::optional<Target> target;
     Eigen::MatrixXcd pressure;  // M x methods [Pa]
   };
 
@@ -145,12 +146,14 @@ class Scorer {
     if (!gradient_ || !moving_.is_rigid()) {
       gradient_.emplace(mesh, model.wave.k());
     }
-    const bool holds = model.scene.target && hold_faces(mesh, model.boxes);
+    if (model.scene.target && hold_faces(mesh, model.boxes)) {
+      scored.target = build_target(model, mesh);
+    }
     for (Eigen::Index m = 0; m < drives.cols(); ++m) {
       const Eigen::VectorXcd pressure = scored.pressure.col(m);
       scored.metrics[static_cast<std::size_t>(m)] =
-          holds ? metrics_of(mesh, *gradient_, model.wave, model.boxes, build_target(model, mesh), pressure)
-                : metrics_of(mesh, *gradient_, model.wave, pressure);
+          scored.target ? metrics_of(mesh, *gradient_, model.wave, model.boxes, *scored.target, pressure)
+                        : metrics_of(mesh, *gradient_, model.wave, pressure);
     }
     return scored;
   }
@@ -247,7 +250,10 @@ class Player {
       }
     }
     const Scorer::Scored scored = scorer_.at(at, drives);
-    std::vector<std::pair<std::string, Eigen::VectorXcd>> pressures;
+    std::optional<MotionInstant> instant;
+    if (scored.mesh) {
+      instant.emplace(MotionInstant{at, *scored.mesh, scored.target, {}});
+    }
     for (std::size_t m = 0; m < loops_.size(); ++m) {
       MotionScore score;
       score.time = at;
@@ -258,16 +264,16 @@ class Player {
       }
       score.metrics = scored.metrics[m];
       motion_.methods[m].scores.push_back(std::move(score));
-      if (scored.mesh) {
-        pressures.emplace_back(motion_.methods[m].name, scored.pressure.col(static_cast<Eigen::Index>(m)));
+      if (instant) {
+        instant->pressure.emplace_back(motion_.methods[m].name, scored.pressure.col(static_cast<Eigen::Index>(m)));
       }
       pending_[m].pop_front();
     }
-    if (scored.mesh) {
+    if (instant) {
       if (!motion_.judge) {
         motion_.judge = scored.mesh;
       }
-      options_.scored({at, *scored.mesh, pressures});
+      options_.scored(*instant);
     }
   }
 

@@ -2,8 +2,6 @@
 
 #include <functional>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "sim/core/progress.h"
 #include "sim/motion/moving_model.h"
@@ -11,18 +9,11 @@
 
 namespace touchfield {
 
-/// The true skin at an instant that is scored, and what is on it.
-struct ScoredSkin {
-  double time = 0;  // [s]
-  const TriangleMesh& mesh;
-  const std::vector<std::pair<std::string, Eigen::VectorXcd>>& pressures;  // method -> M [Pa]
-};
-
 struct MotionOptions {
   std::string command_line;                                          // kept as provenance
   int threads = 1;                                                   // likewise; the caller has set them
   std::function<void(const Motion&)> second = [](const Motion&) {};  // gets the motion so far after each second of it
-  std::function<void(const ScoredSkin&)> scored = [](const ScoredSkin&) {};
+  std::function<void(const MotionInstant&)> scored = [](const MotionInstant&) {};  // after each score by a judge
 };
 
 /// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases for

@@ -1,0 +1,137 @@
+#include "sim/motion/frame_solver.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "sim/solve/solve_model.h"
+#include "sim/solve/transfer.h"
+#include "tests/support/moving_support.h"
+#include "tests/support/scene_support.h"
+
+namespace touchfield {
+namespace {
+
+using testing::kMovingCapsule;
+using testing::scene_from;
+
+MotionFrame frame_at(FrameSolver& solver, const MovingModel& moving, double seconds) {
+  return solver.solve(moving.at(moving.state(seconds)));
+}
+
+/// The final cost at full level of a method's frame or run.
+double last_cost(const PhaseSolution& solution) { return solution.cost_history.back(); }
+
+TEST(Steered, AFocusInFreeAirGoesAlongExactly) {
+  const TransducerArray array = make_array(grid_layout(6, 5, 0.01), Directivity::t4010a1(), 1.0, kAutd3SourceStrength);
+  const Wave wave(air(kRoomTemperature), 40e3);
+  const auto focused = [&](const Vector3& x) -> Eigen::VectorXd {
+    return -wave.k() * (array.positions.colwise() - x).colwise().norm().transpose();
+  };
+  const Vector3 before(0.01, -0.02, 0.15);
+  const Vector3 now(-0.015, 0.01, 0.18);
+  EXPECT_LT((steered(focused(before), array, wave, before, now) - focused(now)).cwiseAbs().maxCoeff(), 1e-10);
+}
+
+TEST(Steered, APlaneWaveHasNoPlaces) {
+  const TransducerArray array = plane_wave(Vector3(0, 0, 1), 1.0);
+  const Wave wave(air(kRoomTemperature), 40e3);
+  const Eigen::VectorXd phases = Eigen::VectorXd::Constant(1, 0.3);
+  EXPECT_EQ(steered(phases, array, wave, Vector3::Zero(), Vector3::Ones()), phases);
+}
+
+TEST(DrivesOfMotion, LeaveOutAThousandthAnywhereOnTheWay) {
+  const MovingModel moving(scene_from(kMovingCapsule));
+  const Scheme scheme = moving.first().scene.solve.scheme;
+  const Eigen::MatrixXcd drives = drives_of_motion(moving, scheme);
+  EXPECT_LT(drives.cols(), drives.rows());
+  EXPECT_LT((drives.adjoint() * drives - Eigen::MatrixXcd::Identity(drives.cols(), drives.cols())).norm(), 1e-10);
+  std::vector<SolveRecord> records;
+  Progress silent;
+  for (const double seconds : {0.0, 0.031, 0.117, 0.203, 0.3}) {
+    const Model model = moving.at(moving.state(seconds));
+    const SkinScattering place(model.body.mesh, model.wave, scheme, model.scene.solve.solver, model.array, records,
+                               silent);
+    const Eigen::MatrixXcd b = place.system().right_hand_side(place.system().incident(place.array()));
+    EXPECT_LT((b - b * drives * drives.adjoint()).norm(), 1.2e-3 * b.norm()) << seconds;
+  }
+}
+
+// Against the way of a still: all channels' own drives, double precision, as many steps.
+TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
+  const MovingModel moving(scene_from(kMovingCapsule));
+  const Scene& scene = moving.first().scene;
+  for (const MethodSpec& method : scene.solve.methods) {
+    Eigen::MatrixXcd drives;
+    if (method.kind->model == MethodModel::kSkin) {
+      drives = drives_of_motion(moving, method.scheme);
+    }
+    FrameSolver solver(moving, method, drives);
+    const MotionFrame frame = frame_at(solver, moving, 0.0);
+    Model still = moving.at(moving.state(0.0));
+    still.scene.solve.methods = {method};
+    still.scene.solve.methods.front().iterations = scene.motion->iterations;
+    still.scene.solve.methods.front().start.kind = StartSpec::Kind::kZero;
+    const auto run = solve_model(still);
+    EXPECT_NEAR(last_cost(frame.solution), last_cost(run.methods.front().solution), 2e-3 * last_cost(frame.solution))
+        << method.name;
+    EXPECT_LE(solver.worst_residual(), scene.solve.solver.tolerance) << method.name;
+  }
+}
+
+// Sideways the unsteered pattern lies beside the new patch, by half a wavelength of 8.6 mm and more.
+TEST(FrameSolver, SteeredStartsKeepUpWithAPatch) {
+  Scene scene = scene_from(kMovingCapsule, {"motion.iterations=1"});
+  const auto cost_behind = [&](bool steer) {
+    scene.motion->steer = steer;
+    const MovingModel moving(scene);
+    const MethodSpec& method = scene.solve.methods.front();
+    FrameSolver solver(moving, method, drives_of_motion(moving, method.scheme));
+    for (int i = 0; i < 30; ++i) {
+      frame_at(solver, moving, 0.0);
+    }
+    return last_cost(frame_at(solver, moving, 0.1).solution);  // 5 mm on
+  };
+  EXPECT_LT(cost_behind(true), 0.9 * cost_behind(false));
+}
+
+TEST(FrameSolver, ABodyThatRestsKeepsItsTransferMatrix) {
+  const Scene scene = scene_from(kMovingCapsule, {"motion.change=[{path: 'target.box.offset_mm[0]', rate: 20}]"});
+  const MovingModel moving(scene);
+  const MethodSpec& method = scene.solve.methods.front();
+  FrameSolver kept(moving, method, drives_of_motion(moving, method.scheme));
+  frame_at(kept, moving, 0.0);
+  const MotionFrame frame = frame_at(kept, moving, 0.2);
+  for (const auto& [stage, seconds] : frame.seconds) {
+    EXPECT_NE(stage, "set_up");
+  }
+  FrameSolver anew(moving, method, drives_of_motion(moving, method.scheme));
+  const MotionFrame fresh = frame_at(anew, moving, 0.2);
+  // The same problem: the cost of no steps from zero is that of the new target.
+  Scene zero = scene;
+  zero.motion->start = MotionSpec::Start::kZero;
+  const MovingModel restarting(zero);
+  FrameSolver both(restarting, method, drives_of_motion(moving, method.scheme));
+  frame_at(both, restarting, 0.0);
+  EXPECT_NEAR(frame_at(both, restarting, 0.2).solution.cost_history.front(), fresh.solution.cost_history.front(),
+              1e-6 * fresh.solution.cost_history.front());
+}
+
+TEST(FrameSolver, IsQuietWhereTheTargetHoldsNoSkin) {
+  const Scene scene = scene_from(kMovingCapsule, {"motion.target=in_world",
+                                                  "motion.change=[{path: 'body.place.at_mm[2]', "
+                                                  "keys: [[0, 110], [0.3, 80]]}]"});
+  const MovingModel moving(scene);
+  const MethodSpec& method = scene.solve.methods.front();
+  FrameSolver solver(moving, method, {});
+  const MotionFrame before = frame_at(solver, moving, 0.0);
+  EXPECT_TRUE(before.quiet);
+  EXPECT_EQ(before.solution.amplitudes, Eigen::VectorXd::Zero(moving.first().array.size()));
+  const MotionFrame after = frame_at(solver, moving, 0.3);
+  EXPECT_FALSE(after.quiet);
+  EXPECT_GT(after.solution.amplitudes.maxCoeff(), 0.0);
+}
+
+}  // namespace
+}  // namespace touchfield

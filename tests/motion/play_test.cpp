@@ -1,0 +1,186 @@
+#include "sim/motion/play.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/solve/solve_model.h"
+#include "tests/support/error_support.h"
+#include "tests/support/moving_support.h"
+#include "tests/support/scene_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::message_of;
+using ::testing::HasSubstr;
+using testing::kMovingCapsule;
+using testing::scene_from;
+
+Motion played(const std::vector<std::string>& overrides = {}, const MotionOptions& options = {}) {
+  const MovingModel moving(scene_from(kMovingCapsule, overrides));
+  Progress silent;
+  return play_motion(moving, options, silent);
+}
+
+const char* const kRest = "motion.change=[{path: 'body.place.at_mm[0]', rate: 0}]";
+
+TEST(PlayMotion, ABodyAtRestComesToTheErrorOfARun) {
+  const Motion motion = played({kRest, "motion.seconds=0.55"});
+  const auto run = solve_model(build_model(scene_from(kMovingCapsule)));
+  for (std::size_t m = 0; m < motion.methods.size(); ++m) {
+    const MotionScore& last = motion.methods[m].scores.back();
+    EXPECT_GE(last.frame, 9);
+    EXPECT_NEAR(last.metrics.relative_error, run.methods[m].metrics.relative_error, 0.005) << run.methods[m].name;
+    EXPECT_LT(last.displacement.norm(), 1e-12);
+  }
+}
+
+// The error at an instant is that of the phases at rest on a body that stands as far on as the sample is old.
+TEST(PlayMotion, EveryScoreHasTheErrorOfItsOwnDisplacement) {
+  const Motion motion = played({"motion.seconds=0.4", "solve.methods=[surface]"});
+  const MovingModel rest(scene_from(kMovingCapsule, {kRest, "motion.seconds=0.55", "solve.methods=[surface]"}));
+  Progress silent;
+  const Motion still = play_motion(rest, {}, silent);
+  const PhaseSolution held = still.methods.front().frames.back().solution;
+  int compared = 0;
+  for (const MotionScore& score : motion.methods.front().scores) {
+    if (score.frame < 4) {
+      continue;  // five steps a frame: at its best from the fourth on
+    }
+    Model moved = build_model(
+        scene_from(kMovingCapsule, {"body.place.at_mm=[" + std::to_string(1e3 * score.displacement.x()) + ", 0, 80]"}));
+    MethodSpec fixed;
+    fixed.name = "held";
+    fixed.kind = &phase_method("fixed");
+    fixed.phases.assign(held.phases.begin(), held.phases.end());
+    moved.scene.solve.methods = {fixed};
+    EXPECT_NEAR(score.metrics.relative_error, solve_model(moved).methods.front().metrics.relative_error, 0.02)
+        << score.time << " s, " << 1e3 * score.displacement.x() << " mm";
+    EXPECT_NEAR(score.displacement.x(), 0.05 * score.age, 1e-9);
+    ++compared;
+  }
+  EXPECT_GT(compared, 5);
+}
+
+// Constant velocity: at the instant that is predicted for, the skin is where it was expected.
+TEST(PlayMotion, PredictionMeetsAConstantVelocity) {
+  const Motion rest = played({kRest, "motion.seconds=0.55", "solve.methods=[surface]"});
+  const double error = rest.methods.front().scores.back().metrics.relative_error;
+  const Motion motion =
+      played({"motion.predict=linear", "motion.seconds=0.5", "motion.score_hz=1000", "solve.methods=[surface]"});
+  int met = 0;
+  for (const MotionScore& score : motion.methods.front().scores) {
+    if (score.frame < 4) {
+      continue;
+    }
+    const MotionFrame& frame = motion.methods.front().frames[static_cast<std::size_t>(score.frame)];
+    if (std::abs(score.time - frame.pose_time) < 0.5e-3) {
+      EXPECT_NEAR(score.metrics.relative_error, error, 0.01) << score.time;
+      ++met;
+    }
+  }
+  EXPECT_GE(met, 3);
+}
+
+TEST(PlayMotion, RepeatsToTheLastBit) {
+  const Motion first = played();
+  const Motion second = played();
+  ASSERT_EQ(first.methods.size(), second.methods.size());
+  for (std::size_t m = 0; m < first.methods.size(); ++m) {
+    ASSERT_EQ(first.methods[m].frames.size(), second.methods[m].frames.size());
+    for (std::size_t f = 0; f < first.methods[m].frames.size(); ++f) {
+      EXPECT_EQ(first.methods[m].frames[f].solution.phases, second.methods[m].frames[f].solution.phases);
+    }
+    for (std::size_t s = 1; s < first.methods[m].scores.size(); ++s) {
+      const double a = first.methods[m].scores[s].metrics.relative_error;
+      const double b = second.methods[m].scores[s].metrics.relative_error;
+      EXPECT_TRUE(a == b || (std::isnan(a) && std::isnan(b)));
+    }
+  }
+}
+
+// 20 frames a second, 50 mm/s: five steps on from the frame before against thirty from zero.
+TEST(PlayMotion, FiveStepsFromTheFrameBeforeAreAsGoodAsThirtyFromZero) {
+  for (const char* axis : {"0", "1", "2"}) {
+    const std::string change = std::string("motion.change=[{path: 'body.place.at_mm[") + axis + "]', rate: 50}]";
+    const Motion warm = played({change, "motion.seconds=0.4"});
+    const Motion cold = played({change, "motion.seconds=0.4", "motion.start=zero", "motion.iterations=30"});
+    for (std::size_t m = 0; m < 2; ++m) {  // surface and paper
+      const auto mean = [&](const Motion& motion) {
+        double sum = 0;
+        int count = 0;
+        for (const MotionScore& score : motion.methods[m].scores) {
+          if (score.frame >= 4) {
+            sum += score.metrics.relative_error;
+            ++count;
+          }
+        }
+        return sum / count;
+      };
+      EXPECT_LT(mean(warm), mean(cold) + 0.005) << warm.methods[m].name << " along " << axis;
+    }
+  }
+}
+
+TEST(PlayMotion, AFingerDipsIntoABox) {
+  const Motion motion = played({"motion.target=in_world", "solve.methods=[surface]", "motion.seconds=0.5",
+                                "motion.change=[{path: 'body.place.at_mm[2]', keys: [[0, 100], [0.5, 80]]}]"});
+  const MotionMethod& surface = motion.methods.front();
+  EXPECT_TRUE(surface.frames.front().quiet);
+  EXPECT_FALSE(surface.frames.back().quiet);
+  EXPECT_TRUE(std::isnan(surface.scores[8].metrics.relative_error));
+  EXPECT_EQ(surface.scores[8].metrics.peak_pa, 0.0);
+  EXPECT_LT(surface.scores.back().metrics.relative_error, 0.9);
+}
+
+TEST(PlayMotion, TellsOfEverySecondAndEveryScore) {
+  int seconds = 0;
+  int scores = 0;
+  bool complete = true;
+  MotionOptions options;
+  options.second = [&](const Motion& motion) {
+    ++seconds;
+    complete = motion.complete;
+  };
+  options.scored = [&](const MotionInstant& instant) {
+    ++scores;
+    EXPECT_EQ(instant.pressure.size(), 1U);
+    EXPECT_EQ(instant.pressure.front().second.size(), instant.mesh.face_count());
+  };
+  const Motion motion =
+      played({"motion.seconds=2.2", "motion.frames_hz=4", "motion.score_hz=5", "solve.methods=[focus]"}, options);
+  EXPECT_EQ(seconds, 3);
+  EXPECT_TRUE(complete);
+  EXPECT_EQ(scores, 11);
+  EXPECT_EQ(motion.methods.front().frames.size(), 9U);
+}
+
+TEST(MovingModel, NamesWhenAMotionLeadsIntoTheArray) {
+  const std::string message = message_of<InputError>(
+      [] { MovingModel(scene_from(kMovingCapsule, {"motion.change=[{path: 'body.place.at_mm[2]', rate: -400}]"})); });
+  EXPECT_THAT(message, HasSubstr("motion: at 0.2"));
+  EXPECT_THAT(message, HasSubstr("transducer"));
+}
+
+TEST(MovingModel, NamesWhenBodiesMeet) {
+  const std::string two =
+      "name: two\narray: {grid: {count: [8, 8]}}\n"
+      "bodies:\n"
+      "  - {name: left, sphere: {radius_mm: 6}, place: {at_mm: [-10, 0, 80]}, edge_mm: 3}\n"
+      "  - {name: right, sphere: {radius_mm: 6}, place: {at_mm: [10, 0, 80]}, edge_mm: 3}\n"
+      "target: {box: {centre_mm: [-10, 0, 74], size_mm: [5, 5, 4]}, pressure_pa: 1000}\n"
+      "solve: {methods: [surface]}\n"
+      "motion: {seconds: 0.2, change: [{path: 'bodies[1].place.at_mm[0]', rate: -100}]}\n";
+  const std::string message = message_of<InputError>([&] { MovingModel(scene_from(two)); });
+  EXPECT_THAT(message, HasSubstr("motion: at 0.080 s: bodies: left and right"));
+}
+
+TEST(MovingModel, NothingOfStillsIsTakenSilently) {
+  EXPECT_THAT(message_of<InputError>([] { MovingModel(scene_from(kMovingCapsule, {"sensing={noise_mm_rms: 0.5}"})); }),
+              HasSubstr("sensing"));
+}
+
+}  // namespace
+}  // namespace touchfield
