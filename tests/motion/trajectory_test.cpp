@@ -202,6 +202,18 @@ TEST(Trajectory, KnowsBodiesAndBoxesByNumber) {
   EXPECT_NEAR(now.target->boxes[1].centre.z(), 6e-3, 1e-15);
 }
 
+// As sweeps and --set change a motion.
+TEST(Trajectory, LawsAreChangedByTheirPaths) {
+  const std::string changes =
+      "motion.change=[{path: body.place.at_mm.0, rate: 5}, {path: target.pressure_pa, rate: 1}]";
+  const Scene scene = scene_from(kHand, {changes, "motion.change[0].rate=7", "motion.change.1.rate=null",
+                                         "motion.change.1.keys=[[0, 3], [1, 4]]", "motion.seconds=1"});
+  const Eigen::VectorXd state = Trajectory(scene).state(1);
+  EXPECT_NEAR(state(0), 7.1e-3, 1e-15);
+  EXPECT_EQ(state(1), 4);
+  EXPECT_EQ(scene.motion->seconds, 1);
+}
+
 TEST(Trajectory, NothingVariesInAStill) {
   Scene scene = moving({});
   EXPECT_EQ(Trajectory(scene).size(), 0);
