@@ -200,12 +200,19 @@ bool judged_elsewhere(const Scene& scene) {
          (kind == JudgeSpec::Kind::kSame && (scene.sensing || solver_mistakes_channels(scene.array)));
 }
 
+bool judged_whole(const Model& model) {
+  const JudgeSpec& judge = model.scene.judge;
+  return judge.kind == JudgeSpec::Kind::kEdge &&
+         (judge.whole == JudgeSpec::Whole::kYes ||
+          (judge.whole == JudgeSpec::Whole::kAuto && model.whole_faces <= kWholeFaces));
+}
+
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
   const Scene& scene = model.scene;
   const TriangleMesh& own = model.truth ? *model.truth : model.body.mesh;
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge: {
-      TriangleMesh mesh = build_bodies(scene, model.plan, &scene.judge.edge, scene.judge.whole, kept).body.mesh;
+      TriangleMesh mesh = build_bodies(scene, model.plan, &scene.judge.edge, judged_whole(model), kept).body.mesh;
       require_closed_surface(mesh, "judge");
       return {std::move(mesh), std::nullopt};
     }
@@ -256,6 +263,7 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
               std::move(bodies.body),
               std::move(bodies.owner),
               std::move(bodies.skin),
+              bodies.whole_faces,
               std::nullopt,
               {},
               {},
