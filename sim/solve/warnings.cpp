@@ -149,7 +149,7 @@ void note_truncation(const Model& model, Remarks& remarks) {
     }
     const std::string advice =
         model.whole_faces > 0 ? fmt::format("judge.whole: true counts it, on about {:.0f} faces", model.whole_faces)
-                              : "a judge with edge_mm counts it";
+                              : "a judge with edge_mm and whole: true counts it";
     remarks.notes.push_back(
         fmt::format("truncated: found and judged on what lies within keep_within_mm = {:.4g} of the target alone; what "
                     "the array does to the rest of the body is neither avoided nor counted in error and leakage: {}",
