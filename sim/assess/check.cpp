@@ -85,7 +85,7 @@ double judge_faces(const Model& model) {
   const auto faces = static_cast<double>(model.body.mesh.face_count());
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge:
-      return judge_edge_faces(model);
+      return model.whole_faces > 0 && judged_whole(model) ? model.whole_faces : judge_edge_faces(model);
     case JudgeSpec::Kind::kSplit:
       return faces * std::pow(4.0, scene.judge.splits);
     case JudgeSpec::Kind::kSame:
@@ -94,6 +94,19 @@ double judge_faces(const Model& model) {
       break;
   }
   return 0.0;
+}
+
+/// Of what keep_within leaves out, whether the judge has it and why.
+std::string whole_text(const Model& model) {
+  if (model.whole_faces == 0) {
+    return "";
+  }
+  const std::string share =
+      judged_whole(model) ? "of the whole body"
+                          : fmt::format("of what keep_within_mm leaves, of some {:.0f} in all", model.whole_faces);
+  return model.scene.judge.whole == JudgeSpec::Whole::kAuto
+             ? fmt::format(", {} (judge.whole: auto, up to {})", share, kWholeFaces)
+             : fmt::format(", {}", share);
 }
 
 /// Seconds of the alarms that a run raises: of its first method's scheme and of each without a cure.
@@ -257,7 +270,8 @@ std::string describe_check(const Model& model, const CheckReport& report) {
                       to_string(report.decision.options.kind), precision_name(report.decision.options),
                       report.decision.reason);
   if (report.judge_faces > 0) {
-    text += fmt::format("  judge    {} on about {} faces\n", to_string(scene.judge.scheme), report.judge_faces);
+    text += fmt::format("  judge    {} on about {} faces{}\n", to_string(scene.judge.scheme), report.judge_faces,
+                        whole_text(model));
   }
   const Remarks remarks = model_remarks(model);
   for (const std::string& warning : remarks.warnings) {

@@ -8,14 +8,41 @@ namespace touchfield::schema {
 
 namespace {
 
+/// auto, or a flag.
+Codec<JudgeSpec::Whole> whole_codec() {
+  using Whole = JudgeSpec::Whole;
+  const auto automatic = word({"auto"});
+  const auto decided = flag();
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {automatic.type, decided.type}};
+  return {type,
+          [=](const Input& in, Whole& whole) {
+            const Node& node = in.node();
+            const auto yes = flag_in(node);
+            const bool by_itself = node.kind == Node::Kind::kScalar && node.text == "auto";
+            if (!yes && !by_itself) {
+              in.must_be(phrase(type));
+              return false;
+            }
+            whole = by_itself ? Whole::kAuto : *yes ? Whole::kYes : Whole::kNo;
+            return true;
+          },
+          [=](const Whole& whole) {
+            return whole == Whole::kAuto ? automatic.write("auto") : decided.write(whole == Whole::kYes);
+          }};
+}
+
 Codec<JudgeSpec> own_model_codec() {
   return Map<JudgeSpec>()
       .key("scheme", &JudgeSpec::scheme, scheme_codec(), "How its boundary elements model the scattering.")
       .maybe("edge_mm", &JudgeSpec::edge, edge_codec(), "1.4",
              fmt::format("Edge length of a mesh of its own [mm], as a body's edge_mm; of a hand {}.", kHandEdge.text()))
       .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kEdge; })
-      .key("whole", &JudgeSpec::whole, flag(),
-           "Whether the judge has the whole bodies where keep_within_mm leaves out parts of them. Only with edge_mm.")
+      .key("whole", &JudgeSpec::whole, whole_codec(),
+           fmt::format(
+               "Whether the judge has the whole bodies where keep_within_mm leaves out parts of them; auto: where "
+               "its mesh then has no more than {} faces. Only with edge_mm.",
+               kWholeFaces))
+      .before("false")
       .maybe("split", &JudgeSpec::splits, integer(between(1, 2)), "1",
              "Or the solving mesh with every face in four, as often as this says.")
       .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kSplit; })
@@ -23,6 +50,9 @@ Codec<JudgeSpec> own_model_codec() {
       .check([](const Input& in, JudgeSpec& judge, bool good) {
         if (good) {
           judge.kind = in.node().find("edge_mm") ? JudgeSpec::Kind::kEdge : JudgeSpec::Kind::kSplit;
+          if (judge.kind == JudgeSpec::Kind::kSplit && judge.whole == JudgeSpec::Whole::kAuto) {
+            judge.whole = JudgeSpec::Whole::kNo;
+          }
         }
         return good;
       })
@@ -50,7 +80,7 @@ bool check_judge(const Input& in, const Scene& scene) {
   }
   const Input judge = in.at(*entry);
   bool good = true;
-  if (scene.judge.kind == JudgeSpec::Kind::kSplit && scene.judge.whole) {
+  if (scene.judge.kind == JudgeSpec::Kind::kSplit && scene.judge.whole == JudgeSpec::Whole::kYes) {
     judge.at(*judge.node().find("whole")).problem("cannot be true with split, whose mesh is the solving one");
     good = false;
   }

@@ -234,6 +234,9 @@ struct SolveSpec {
   SolverSpec solver;
 };
 
+/// Faces up to which a judge by itself has the whole bodies: it then takes about as long as the strips' own model.
+inline constexpr int kWholeFaces = 12'000;
+
 /// The model whose pressures a result is judged by.
 struct JudgeSpec {
   enum class Kind {
@@ -242,10 +245,16 @@ struct JudgeSpec {
     kEdge,   // the same body meshed anew
     kSplit,  // the same mesh with every face in four
   };
+  /// Whether a judge with edge lengths of its own has what keep_within leaves out.
+  enum class Whole {
+    kAuto,  // where its mesh then has no more than kWholeFaces faces
+    kYes,
+    kNo,
+  };
   Kind kind = Kind::kSame;
   Scheme scheme = kDefaultScheme;  // of kEdge and kSplit
   EdgeSpec edge;                   // of kEdge
-  bool whole = false;              // of kEdge: the bodies without keep_within
+  Whole whole = Whole::kAuto;      // of kEdge; of kSplit kNo
   int splits = 1;                  // of kSplit: how often
 };
 

@@ -270,19 +270,48 @@ Codec<double> number(Unit unit, const Range& range) {
 Codec<int> integer(const Range& range) { return whole_number<int>(range); }
 Codec<unsigned> seed() { return whole_number<unsigned>(between(0, std::numeric_limits<unsigned>::max())); }
 
+const TypeInfo* of_kind(const TypeInfo& type, TypeInfo::Kind kind) {
+  if (type.kind != Kind::kAny) {
+    return type.kind == kind ? &type : nullptr;
+  }
+  for (const TypeInfo& alternative : type.of) {
+    if (const TypeInfo* found = of_kind(alternative, kind)) {
+      return found;
+    }
+  }
+  return nullptr;
+}
+
+const KeyInfo* known_key(const TypeInfo& type, std::string_view name) {
+  const TypeInfo* map = of_kind(type, Kind::kMap);
+  if (map == nullptr) {
+    return nullptr;
+  }
+  const auto found = std::ranges::find(map->map->keys, name, &KeyInfo::name);
+  return found == map->map->keys.end() ? nullptr : &*found;
+}
+
+std::optional<bool> flag_in(const Node& node) {
+  const bool plain = node.kind == Node::Kind::kScalar && !node.quoted;
+  if (plain && (node.text == "true" || node.text == "True" || node.text == "TRUE")) {
+    return true;
+  }
+  if (plain && (node.text == "false" || node.text == "False" || node.text == "FALSE")) {
+    return false;
+  }
+  return std::nullopt;
+}
+
 Codec<bool> flag() {
   const TypeInfo type{.kind = Kind::kFlag};
   return {type,
           [type](const Input& in, bool& out) {
-            const auto& node = in.node();
-            const bool plain = node.kind == Node::Kind::kScalar && !node.quoted;
-            const bool yes = plain && (node.text == "true" || node.text == "True" || node.text == "TRUE");
-            const bool no = plain && (node.text == "false" || node.text == "False" || node.text == "FALSE");
-            if (!yes && !no) {
+            const auto said = flag_in(in.node());
+            if (!said) {
               in.must_be(phrase(type));
               return false;
             }
-            out = yes;
+            out = *said;
             return true;
           },
           [](const bool& value) { return scalar(value ? "true" : "false"); }};

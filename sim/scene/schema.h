@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -55,9 +56,10 @@ struct KeyInfo {
   std::string name{};
   TypeInfo type{};
   std::string help{};
-  bool required = false;                 // with `only_with`: required beside those
-  std::string example{};                 // what the template shows, YAML in one line; empty: the default
-  std::string fallback{};                // the default as YAML in one line; empty if there is none
+  bool required = false;   // with `only_with`: required beside those
+  std::string example{};   // what the template shows, YAML in one line; empty: the default
+  std::string fallback{};  // the default as YAML in one line; empty if there is none
+  std::string before{};    // what a resolved scene from before there was the key means; empty: the default
   std::vector<std::string> only_with{};  // allowed only beside one of these keys of the map's group
   std::vector<std::string> also_with{};  // and these, beside which it is not required
   std::vector<std::pair<std::string, std::size_t>> items_with{};  // length of the list beside a key of the group
@@ -85,6 +87,12 @@ bool is_name(const std::string& text);
 
 bool contains(const std::vector<std::string>& list, const std::string& item);
 
+/// The type itself, or the first of its alternatives, that is of this kind; null if there is none.
+const TypeInfo* of_kind(const TypeInfo& type, TypeInfo::Kind kind);
+
+/// The key of a map of this type; null if the type is no map or knows no such key.
+const KeyInfo* known_key(const TypeInfo& type, std::string_view name);
+
 /// What a value of this type is, as it follows "must be": "a list of 3 numbers > 0".
 std::string phrase(const TypeInfo& type, bool with_range = true);
 
@@ -101,6 +109,8 @@ Codec<double> number(Unit unit, const Range& range);
 Codec<int> integer(const Range& range);
 Codec<unsigned> seed();
 Codec<bool> flag();
+/// What a value says as a flag; nothing if it is none.
+std::optional<bool> flag_in(const Node& node);
 Codec<std::string> name();
 Codec<std::string> text(std::size_t fewest_bytes);
 /// The name of a file; its path once read (see Reading::resolve).
@@ -377,6 +387,11 @@ class Map {
   }
   Map& defaults_to(const std::string& fallback) {
     info_.keys.back().fallback = fallback;
+    return *this;
+  }
+  /// What a resolved scene means that lacks the key added last, since an earlier version wrote it.
+  Map& before(const std::string& value) {
+    info_.keys.back().before = value;
     return *this;
   }
   /// The key added last is allowed only beside one of these keys of the group.

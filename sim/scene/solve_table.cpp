@@ -129,7 +129,8 @@ Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
             "Whether the amplitudes of the transducers are found too, 0 to 1, or are all the same.")
         .key("free_level", &MethodForm::free_level, flag(),
              "Whether that same amplitude is found too, where the array is too strong for what is wanted, or is 1: for "
-             "boards that know on and off only.");
+             "boards that know on and off only.")
+        .before("false");
   }
   if (weighs_faces(kind)) {
     map.key(
@@ -309,6 +310,7 @@ Codec<SolveSpec> solve_codec() {
                "Phases an iterative method starts from. auto: surface takes some steps from each of several starts and "
                "goes on from the best, other methods start from zero. adjoint and spectral not of paper and "
                "unscattered.")
+          .before("zero")
           .key("quiet_weight", &SolveForm::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
                "Weight of the pressure outside the target in surface and lbfgs.")
           .key("certificate", &SolveForm::certificate, flag(),

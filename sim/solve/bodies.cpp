@@ -14,6 +14,7 @@
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/meshed_body.h"
 
@@ -21,7 +22,8 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kKeptSkin = 0.9;  // of keep_within: nearer to the centre no face is a cap's
+constexpr double kMostForetold = 1e7;  // faces
+constexpr double kKeptSkin = 0.9;      // of keep_within: nearer to the centre no face is a cap's
 
 /// What is known of a body before it is meshed as it is asked for.
 class Locator {
@@ -140,8 +142,8 @@ std::string called(const Scene& scene, std::size_t body) {
 }
 
 /// Leaves out what is farther than keep_within from the target; marks what is left as skin or cap.
-void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const EdgeSizing& sizing, Body& body,
-               std::vector<unsigned char>& skin) {
+void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const EdgeSizing& sizing, MeshedBody& made) {
+  Body& body = made.body;
   if (plan.targets.empty()) {
     throw InputError(called(scene, i) + ".keep_within_mm needs a target, the scene has none");
   }
@@ -152,11 +154,12 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   }
   Body kept{kept_within(body.mesh, centre, radius, sizing), {}};
   kept.landmarks = carried_over(body, kept.mesh);
+  made.whole = std::move(body.mesh);
   body = std::move(kept);
-  skin.resize(static_cast<std::size_t>(body.mesh.face_count()));
+  made.skin.resize(static_cast<std::size_t>(body.mesh.face_count()));
   for (Eigen::Index f = 0; f < body.mesh.face_count(); ++f) {
     const double distance = (body.mesh.centroids().col(f) - centre).norm();
-    skin[static_cast<std::size_t>(f)] = distance < kKeptSkin * radius ? 1 : 0;
+    made.skin[static_cast<std::size_t>(f)] = distance < kKeptSkin * radius ? 1 : 0;
   }
 }
 
@@ -326,6 +329,11 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
   std::vector<Body> bodies;
   std::vector<int> owner;
   std::vector<unsigned char> skin;
+  double whole_faces = 0;
+  bool cut = false;
+  const bool foretold =
+      edge == nullptr && scene.judge.kind == JudgeSpec::Kind::kEdge &&
+      std::ranges::any_of(scene.bodies, [](const BodySpec& spec) { return spec.keep_within.has_value(); });
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const BodySpec& spec = scene.bodies[i];
     const EdgeSpec* own = edge != nullptr ? edge : (spec.edge ? &*spec.edge : nullptr);
@@ -339,11 +347,16 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
       require_closed_surface(made.body.mesh, called(scene, i));
       made.skin.assign(static_cast<std::size_t>(made.body.mesh.face_count()), 1);
       if (part) {
-        keep_part(scene, plan, i, sizing.value_or(EdgeSizing(made.body.mesh.mean_edge())), made.body, made.skin);
+        keep_part(scene, plan, i, sizing.value_or(EdgeSizing(made.body.mesh.mean_edge())), made);
       }
       return made;
     };
     const auto place = [&](const MeshedBody& made) {
+      if (foretold) {
+        cut = cut || made.whole;
+        whole_faces += wanted_faces(made.whole ? *made.whole : made.body.mesh,
+                                    sizing_of(scene, plan, i, scene.judge.edge, kept), kMostForetold);
+      }
       owner.insert(owner.end(), made.skin.size(), static_cast<int>(i));
       skin.insert(skin.end(), made.skin.begin(), made.skin.end());
       bodies.push_back(placed(made.body, plan.bodies[i].anchor, spec.place.at, spec.place.angles));
@@ -355,7 +368,8 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
       place(make());
     }
   }
-  PlacedBodies all{{joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin)};
+  PlacedBodies all{{joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin),
+                   cut ? whole_faces : 0.0};
   if (bodies.size() > 1) {
     require_apart(scene, parted(all.body.mesh, all.owner));
   }

@@ -40,6 +40,8 @@ struct PlacedBodies {
   std::vector<int> owner;  // M: number of the body a face is of
   std::vector<unsigned char> skin;  // M: 1 on skin of the body, 0 on caps of keep_within and within a tenth of its
                                     // radius from them
+  double whole_faces = 0;  // without an edge of its own: about how many faces a judge with edge lengths of its own has
+                           // of the whole bodies; 0 if there is no such judge, or keep_within leaves nothing out
 };
 
 /// Finds anchors and centres without meshing finely.

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,9 @@ namespace touchfield {
 /// A body meshed in its own frame.
 struct MeshedBody {
   Body body;
-  std::vector<unsigned char> skin;  // M: 0 on and near the caps of keep_within, else 1
-  std::vector<std::string> notes;   // what was done to the faces of its file, a line each
+  std::vector<unsigned char> skin;      // M: 0 on and near the caps of keep_within, else 1
+  std::vector<std::string> notes;       // what was done to the faces of its file, a line each
+  std::optional<TriangleMesh> whole{};  // before keep_within cut it, if it did
 };
 
 /// Meshes that scenes computed one after another share: of each role, a body of the solver's or of the judge's, the

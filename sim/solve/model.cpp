@@ -215,12 +215,19 @@ bool judged_elsewhere(const Scene& scene) {
          (kind == JudgeSpec::Kind::kSame && (scene.sensing || solver_mistakes_channels(scene.array)));
 }
 
+bool judged_whole(const Model& model) {
+  const JudgeSpec& judge = model.scene.judge;
+  return judge.kind == JudgeSpec::Kind::kEdge &&
+         (judge.whole == JudgeSpec::Whole::kYes ||
+          (judge.whole == JudgeSpec::Whole::kAuto && model.whole_faces <= kWholeFaces));
+}
+
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
   const Scene& scene = model.scene;
   const TriangleMesh& own = model.truth ? *model.truth : model.body.mesh;
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge: {
-      PlacedBodies bodies = build_bodies(scene, model.plan, &scene.judge.edge, scene.judge.whole, kept);
+      PlacedBodies bodies = build_bodies(scene, model.plan, &scene.judge.edge, judged_whole(model), kept);
       require_closed_surface(bodies.body.mesh, "judge");
       return {std::move(bodies.body.mesh), std::nullopt, std::move(bodies.owner)};
     }
@@ -271,6 +278,7 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
               std::move(bodies.body),
               std::move(bodies.owner),
               std::move(bodies.skin),
+              bodies.whole_faces,
               std::nullopt,
               {},
               {},

@@ -24,6 +24,7 @@ struct Model {
   Body body;                          // what the solver sees: of several bodies one mesh, one behind the other
   std::vector<int> owner;             // M: number of the body a face is of
   std::vector<unsigned char> skin;    // M: 0 near the caps of keep_within, else 1
+  double whole_faces = 0;             // about, that PlacedBodies foretells of the judge
   std::optional<TriangleMesh> truth;  // with sensing: the same triangles where the skin really is
   MeshReport report;                  // on `body`
   std::vector<TargetBox> boxes;       // empty without a target
@@ -45,6 +46,9 @@ struct JudgeMesh {
   std::optional<int> splits;  // how often the faces of the solving mesh were split in four; none: a mesh of its own
   std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
 };
+
+/// Whether the judge meshes whole bodies, by edge lengths of its own, and not what keep_within leaves of them.
+bool judged_whole(const Model& model);
 
 /// The mesh that a scene's judge computes on: the bodies meshed anew with the judge's edge lengths, in the places of
 /// the model's own, or the model's mesh with every face split in four. With sensing it is of the bodies as they are.

@@ -142,17 +142,18 @@ void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks
 
 void note_truncation(const Model& model, Remarks& remarks) {
   const bool cut = std::ranges::any_of(model.skin, [](unsigned char skin) { return skin == 0; });
-  const bool whole = model.scene.judge.kind == JudgeSpec::Kind::kEdge && model.scene.judge.whole;
-  if (cut && !whole && model.scene.judge.kind != JudgeSpec::Kind::kNone) {
+  if (cut && !judged_whole(model) && model.scene.judge.kind != JudgeSpec::Kind::kNone) {
     double radius = std::numeric_limits<double>::infinity();
     for (const BodySpec& body : model.scene.bodies) {
       radius = std::min(radius, body.keep_within.value_or(radius));
     }
+    const std::string advice =
+        model.whole_faces > 0 ? fmt::format("judge.whole: true counts it, on about {:.0f} faces", model.whole_faces)
+                              : "a judge with edge_mm and whole: true counts it";
     remarks.notes.push_back(
         fmt::format("truncated: found and judged on what lies within keep_within_mm = {:.4g} of the target alone; what "
-                    "the array does to the rest of the body is neither avoided nor counted in error and leakage: "
-                    "judge.whole: true counts it",
-                    radius / kMillimetre));
+                    "the array does to the rest of the body is neither avoided nor counted in error and leakage: {}",
+                    radius / kMillimetre, advice));
   }
 }
 

@@ -284,7 +284,7 @@ std::vector<std::string> likely_causes(const RunDifference& difference, const Ru
   if (a.complete != b.complete) {
     add(fmt::format("{} is not complete", a.complete ? "B" : "A"));
   }
-  add(scene_cause(difference.scene));
+  add(scene_cause(difference.scene.changes));
   add(recorded_cause(difference.provenance, "the program", {"version", "revision"}));
   add(recorded_cause(difference.provenance, "the build", {"compiler", "flags"}));
   add(file_cause(difference, a.scene));
@@ -339,7 +339,7 @@ std::string to_string(Verdict verdict) {
   return "";
 }
 
-RunDifference compare_runs(const Run& a, const Run& b, std::vector<TextChange> scene) {
+RunDifference compare_runs(const Run& a, const Run& b, SceneDifference scene) {
   RunDifference result;
   result.complete = {a.complete, b.complete};
   result.provenance = compare_provenance(a.provenance, b.provenance);

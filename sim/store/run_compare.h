@@ -56,6 +56,12 @@ struct OnlyIn {
   bool empty() const { return a.empty() && b.empty(); }
 };
 
+/// How two scenes differ.
+struct SceneDifference {
+  std::vector<TextChange> changes;  // by key path
+  OnlyIn at_defaults;               // keys that one of them lacks, and the other has at what it means without them
+};
+
 /// How far apart something is, and what it is.
 struct Deviation {
   std::string what;  // empty: nothing differs
@@ -75,7 +81,7 @@ std::string to_string(Verdict verdict);
 struct RunDifference {
   std::pair<bool, bool> complete;
   std::vector<TextChange> provenance;  // named as in /provenance; start and end aside
-  std::vector<TextChange> scene;       // by key path
+  SceneDifference scene;
   MeshDifference mesh;
   ArrayDifference array;
   TargetDifference target;
@@ -102,8 +108,8 @@ struct RunDifference {
 /// Rounding is 1e-6 relative, or 1e-4 if a system of either run was solved in single precision: iterated phases grow
 /// the last bits of a sum (measured on scenes/quick.yaml, one thread against two: 3e-9, and 4e-5 in single precision).
 ///
-/// scene   the keys of the scenes that differ: scene_changes
-RunDifference compare_runs(const Run& a, const Run& b, std::vector<TextChange> scene);
+/// scene   how the scenes differ: scene_changes
+RunDifference compare_runs(const Run& a, const Run& b, SceneDifference scene);
 
 /// A difference as text for a person, line by line, the verdict and its causes last.
 std::string describe_difference(const RunDifference& difference);

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <functional>
 #include <numbers>
 
@@ -49,16 +51,30 @@ std::string provenance_lines(const std::vector<TextChange>& changes, bool scene_
   return text;
 }
 
-std::string scene_lines(const std::vector<TextChange>& changes) {
-  std::string text;
-  for (const TextChange& change : changes) {
-    if (&change == &changes[0] + kMostKeys) {
-      return text + line("", fmt::format("and {} more keys", changes.size() - kMostKeys));
-    }
-    text += line(text.empty() ? "scene" : "",
-                 fmt::format("{}: {} -> {}", change.what, shortened(change.a), shortened(change.b)));
+std::string defaults_line(const std::vector<std::string>& keys, char lacks, char has) {
+  if (keys.empty()) {
+    return "";
   }
-  return text.empty() ? line("scene", "the same") : text;
+  const std::size_t told = std::min(keys.size(), kMostKeys);
+  const auto end = keys.begin() + static_cast<std::ptrdiff_t>(told);
+  return line(
+      "", fmt::format("{} lacks {} key{} that {} has at {} default{}: {}{}", lacks, keys.size(),
+                      keys.size() == 1 ? "" : "s", has, keys.size() == 1 ? "its" : "their", keys.size() == 1 ? "" : "s",
+                      fmt::join(keys.begin(), end, ", "), told == keys.size() ? "" : ", ..."));
+}
+
+std::string scene_lines(const SceneDifference& scene) {
+  const std::vector<TextChange>& changes = scene.changes;
+  std::string text = changes.empty() ? line("scene", "the same") : "";
+  for (std::size_t i = 0; i < std::min(changes.size(), kMostKeys); ++i) {
+    const TextChange& change = changes[i];
+    text +=
+        line(i == 0 ? "scene" : "", fmt::format("{}: {} -> {}", change.what, shortened(change.a), shortened(change.b)));
+  }
+  if (changes.size() > kMostKeys) {
+    text += line("", fmt::format("and {} more keys", changes.size() - kMostKeys));
+  }
+  return text + defaults_line(scene.at_defaults.b, 'A', 'B') + defaults_line(scene.at_defaults.a, 'B', 'A');
 }
 
 std::string millimetres(double metres) { return fmt::format("{:.4g} mm", kMillimetresInAMetre * metres); }
@@ -289,7 +305,8 @@ std::string verdict_lines(const RunDifference& difference) {
 }  // namespace
 
 std::string describe_difference(const RunDifference& difference) {
-  std::string text = provenance_lines(difference.provenance, !difference.scene.empty());
+  std::string text = provenance_lines(difference.provenance,
+                                      !difference.scene.changes.empty() || !difference.scene.at_defaults.empty());
   text += scene_lines(difference.scene);
   text += line("mesh", mesh_text(difference.mesh));
   text += line("array", array_text(difference.array));

@@ -147,10 +147,17 @@ class Warnings(CommandTest):
 
     def test_truncated(self):
         kept = ["body.keep_within_mm=13", "judge={edge_mm: 2.4}"]
-        self.warned(SOFT, *kept)
-        self.assertEqual(self.note_names(), ["truncated"])
-        self.warned(SOFT, *kept, "judge.whole=true")
+        self.warned(SOFT, *kept)  # small enough to be judged whole
         self.assertEqual(self.notes, [])
+        with open_run(self.folder / "out") as run:
+            whole = len(run["judge/mesh/triangles"])
+        self.warned(SOFT, *kept, "judge.whole=false")
+        self.assertEqual(self.note_names(), ["truncated"])
+        with open_run(self.folder / "out") as run:
+            self.assertLess(len(run["judge/mesh/triangles"]), whole)
+        scene = self.write("scene.yaml", SOFT)
+        large = [f"--set={change}" for change in [*kept, "judge.edge_mm=0.3"]]
+        self.assertIn("note     truncated: ", self.run_ok("check", scene, *large).stdout)
 
     def test_nonlinear(self):
         # 64 transducers of a pitch of 10.16 mm in focus 60 mm above them; the source's strength sets sigma.

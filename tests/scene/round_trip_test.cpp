@@ -206,6 +206,7 @@ const std::vector<Variant> kVariants = {
     {"matrix_free", {"solve.solver=matrix_free"}},
     {"no_judge", {"judge=none"}},
     {"judge_with_its_own_edge", {"judge={scheme: paper_corrected, edge_mm: 0.7}"}},
+    {"judge_of_the_part", {"judge={scheme: chief, edge_mm: 0.7, whole: false}"}},
     {"judge_graded", {"judge={scheme: chief, edge_mm: {far: 2.1, near_target: 0.7, within_mm: 11.3}, whole: true}"}},
     {"graded", {"body.edge_mm={far: 3.3, near_target: 1.1, near: {top: 1.3, y_plus: 0.9}, growth: 0.31}"}},
     {"kept", {"body.keep_within_mm=33.3"}},

@@ -49,6 +49,25 @@ TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
   EXPECT_EQ(channel_count(support::small_scene({"array={sonicsurface: {}}"}).array), 256);
 }
 
+TEST(Model, TheJudgeKeepsTheWholeBodyUpToANumberOfFaces) {
+  const auto judged = [](const std::string& edge, const std::string& whole, const char* kept = "11") {
+    return small_model({"body.capsule.length_mm=40", std::string("body.keep_within_mm=") + kept,
+                        "judge={scheme: burton_miller, edge_mm: " + edge + ", whole: " + whole + "}"});
+  };
+  const Model small = judged("1.5", "auto");
+  EXPECT_TRUE(judged_whole(small));
+  const JudgeMesh whole = build_judge_mesh(small);
+  EXPECT_EQ(whole.mesh.vertices(), build_judge_mesh(judged("1.5", "true")).mesh.vertices());
+  const JudgeMesh part = build_judge_mesh(judged("1.5", "false"));
+  EXPECT_LT(part.mesh.face_count(), 0.9 * static_cast<double>(whole.mesh.face_count()));
+  EXPECT_NEAR(small.whole_faces / static_cast<double>(whole.mesh.face_count()), 1.0, 0.15);
+  EXPECT_FALSE(judged_whole(judged("0.3", "auto")));
+  EXPECT_TRUE(judged_whole(judged("0.3", "true")));
+  EXPECT_FALSE(judged_whole(judged("1.5", "false")));
+  EXPECT_EQ(judged("1.5", "auto", "60").whole_faces, 0);  // nothing is left out
+  EXPECT_FALSE(judged_whole(small_model({"body.keep_within_mm=11"})));
+}
+
 TEST(Model, TheJudgeHasItsOwnMeshWhereTheSceneSaysSo) {
   EXPECT_FALSE(judged_elsewhere(support::small_scene()));
   const Model split = small_model({"judge={split: 1}"});

@@ -93,7 +93,12 @@ TEST(ModelRemarks, APatternJudgedWhereItWasFoundIsNoted) {
 
 TEST(ModelRemarks, AJudgeOfAPartIsNoted) {
   const std::string kept = "body.keep_within_mm=11";
-  EXPECT_THAT(notes_of({kept, kFinerJudge}), ElementsAre(StartsWith("truncated: ")));
+  EXPECT_THAT(notes_of({kept, kFinerJudge}), IsEmpty());
+  EXPECT_THAT(notes_of({kept, "judge={scheme: burton_miller, edge_mm: 0.3}"}),  // the whole capsule would be too large
+              ElementsAre(MatchesRegex("truncated: .* judge.whole: true counts it, on about 2[0-9]{4} faces")));
+  EXPECT_THAT(notes_of({kept, "judge={scheme: burton_miller, edge_mm: 2, whole: false}"}),
+              ElementsAre(StartsWith("truncated: ")));
+  EXPECT_THAT(notes_of({kept, "judge={split: 1}"}), ElementsAre(StartsWith("truncated: ")));
   EXPECT_THAT(notes_of({kept, "judge={scheme: burton_miller, edge_mm: 2, whole: true}"}), IsEmpty());
   EXPECT_THAT(notes_of({kept, "judge=none"}), IsEmpty());
   EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerJudge}), IsEmpty());  // nothing is left out

@@ -423,13 +423,13 @@ TEST(CompareRuns, CausesComeInTheOrderOfLikelihood) {
   const std::vector<TextChange> scene = {
       {"name", "a", "b"},           {"write[1]", "vtp", "vti"}, {"solve.iterations", "30", "40"},
       {"array.at_mm[2]", "0", "5"}, {"judge", "same", "none"},  {"body.edge_mm", "2", "3"}};
-  EXPECT_THAT(compare_runs(a, b, scene).causes,
+  EXPECT_THAT(compare_runs(a, b, {scene, {}}).causes,
               ElementsAre("B is not complete", "the scene: solve.iterations, array.at_mm[2], judge and 1 more",
                           "the program: 0123456789ab -> ba9876543210", "the build: -O3 -> -O0",
                           "the solver of pressure: GMRES, matrix-free, single refined -> LU, single refined",
                           "threads: 2 -> 1", "the machine: host, processor, 2 logical cores -> another"));
   // Names and files change no number.
-  EXPECT_THAT(compare_runs(a, full_run(), {scene[0], scene[1]}).causes, ElementsAre(StartsWith("nothing that")));
+  EXPECT_THAT(compare_runs(a, full_run(), {{scene[0], scene[1]}, {}}).causes, ElementsAre(StartsWith("nothing that")));
 }
 
 TEST(CompareRuns, SourcesThatWereNotCommittedAreACause) {
@@ -473,10 +473,13 @@ TEST(DescribeDifference, SaysWhatAPersonAsks) {
   std::vector<TextChange> scene = {{"array.at_mm[2]", "0", "5"},
                                    {"solve.quiet_weight", std::nullopt, "2"},
                                    {"body.long", std::string(100, 'x'), ""}};
-  const std::string text = describe_difference(compare_runs(full_run(), b, scene));
+  const std::string text = describe_difference(
+      compare_runs(full_run(), b, {scene, {{"judge.whole"}, {"solve.methods[0].paper.faces", "array.level"}}}));
   for (const char* part :
        {"command   A: touchfield run scene.yaml\n          B: touchfield run scene.yaml -o", "array.at_mm[2]: 0 -> 5\n",
-        "solve.quiet_weight: (absent) -> 2\n", "body.long: xxxxx", "... -> (empty)\n",
+        "          A lacks 2 keys that B has at their defaults: solve.methods[0].paper.faces, array.level\n",
+        "          B lacks 1 key that A has at its default: judge.whole\n", "solve.quiet_weight: (absent) -> 2\n",
+        "body.long: xxxxx", "... -> (empty)\n",
         "mesh      the same 48 faces with vertices up to 5.099 mm apart: shifted by (1, 0, 5) mm as a whole\n",
         "array     the same: 6 channels\n", "target    the same: 3 faces\n", "judge     mesh: the same: 80 faces\n",
         "  surface  width_mm  5.25  10.5   5.0e-01\n", "verdict   different: up to 0.5 relative, width_mm of surface\n",
@@ -501,7 +504,7 @@ TEST(DescribeDifference, SaysHowAMeshMoved) {
 
 TEST(DescribeDifference, AThousandKeysDoNotFillTheScreen) {
   std::vector<TextChange> scene(1000, {"array.positions.points_mm[0]", "1", "2"});
-  const std::string text = describe_difference(compare_runs(full_run(), full_run(), scene));
+  const std::string text = describe_difference(compare_runs(full_run(), full_run(), {scene, {}}));
   EXPECT_LT(std::ranges::count(text, '\n'), 80);
   EXPECT_THAT(text, HasSubstr("and 960 more keys"));
 }
