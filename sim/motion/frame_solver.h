@@ -10,6 +10,10 @@
 
 namespace touchfield {
 
+/// Whether anything is to be pressed on at this instant: the target asks for sound, and every box of it holds a face.
+bool presses(const Model& model, const TriangleMesh& mesh);
+bool presses(const Model& model);
+
 /// Drives that span what all channels do to a body over its whole motion, N x r, to 1e-3 of b anywhere on the way.
 ///
 /// scheme   of the frames

@@ -146,7 +146,7 @@ class Scorer {
     if (!gradient_ || !moving_.is_rigid()) {
       gradient_.emplace(mesh, model.wave.k());
     }
-    if (model.scene.target && hold_faces(mesh, model.boxes)) {
+    if (presses(model, mesh)) {
       scored.target = build_target(model, mesh);
     }
     for (Eigen::Index m = 0; m < drives.cols(); ++m) {
