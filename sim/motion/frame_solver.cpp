@@ -155,9 +155,8 @@ MotionFrame FrameSolver::solve(const Model& model) {
   if (motion.start == MotionSpec::Start::kPrevious && phases_.size() > 0) {
     before = motion.steer ? steered(phases_, model.array, model.wave, patch_, patch) : phases_;
   }
-  frame.solution = timed(silent_, frame.seconds, "phases", "", [&] {
-    return methods_->solve(method_, amplitudes, silent_, before ? &*before : nullptr);
-  });
+  frame.solution = timed(silent_, frame.seconds, "phases", "",
+                         [&] { return methods_->solve(method_, amplitudes, silent_, before ? &*before : nullptr); });
   phases_ = frame.solution.phases;
   patch_ = patch;
   for (const SolveRecord& record : records_) {
