@@ -302,6 +302,40 @@ class Player {
 
 }  // namespace
 
+MotionCost expected_cost(const MovingModel& moving) {
+  const Scene& scene = moving.first().scene;
+  const MotionSpec& motion = *scene.motion;
+  MotionCost cost;
+  cost.frames = static_cast<std::int64_t>(std::ceil(motion.seconds * motion.frames_hz));
+  cost.scores = static_cast<std::int64_t>(std::ceil(motion.seconds * motion.score_hz));
+  const auto methods = static_cast<double>(scene.solve.methods.size());
+  const auto timed_twice = [](const auto& work) {
+    const auto begin = Clock::now();
+    work(0.0);
+    const double first = seconds_since(begin);
+    const auto again = Clock::now();
+    work(0.1);
+    return std::pair(first, seconds_since(again));
+  };
+  FrameSolver solver(moving, scene.solve.methods.front(), {});
+  const auto [first_frame, frame] =
+      timed_twice([&](double share) { solver.solve(moving.at(moving.state(share * motion.seconds))); });
+  cost.seconds = methods * (first_frame + static_cast<double>(cost.frames - 1) * frame);
+  if (scene.judge.kind != JudgeSpec::Kind::kNone) {
+    Scorer scorer(moving);
+    const Eigen::MatrixXcd drives =
+        Eigen::MatrixXcd::Ones(moving.first().array.size(), static_cast<Eigen::Index>(scene.solve.methods.size()));
+    const auto [first_score, score] = timed_twice([&](double share) { scorer.at(share * motion.seconds, drives); });
+    cost.seconds += first_score + static_cast<double>(cost.scores - 1) * score;
+  }
+  const double frame_bytes = 16.0 * static_cast<double>(moving.first().array.size()) + sizeof(MotionFrame);
+  cost.memory_mib =
+      methods *
+      (static_cast<double>(cost.frames) * frame_bytes + static_cast<double>(cost.scores) * sizeof(MotionScore)) /
+      (1024.0 * 1024.0);
+  return cost;
+}
+
 Motion play_motion(const MovingModel& moving, const MotionOptions& options, Progress& progress) {
   return Player(moving, options, progress).played();
 }

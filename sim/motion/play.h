@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 
@@ -15,6 +16,15 @@ struct MotionOptions {
   std::function<void(const Motion&)> second = [](const Motion&) {};  // gets the motion so far after each second of it
   std::function<void(const MotionInstant&)> scored = [](const MotionInstant&) {};  // after each score by a judge
 };
+
+/// What playing a motion takes.
+struct MotionCost {
+  std::int64_t frames = 0;  // of a method
+  std::int64_t scores = 0;
+  double seconds = 0;     // about: from two frames of the first method and two scores, which it computes
+  double memory_mib = 0;  // beside that of the still: what is kept of frames and scores
+};
+MotionCost expected_cost(const MovingModel& moving);
 
 /// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases for
 /// what the sensor saw, and what is then on the array is scored on the true skin, by the scene's judge, at motion.score_hz.
