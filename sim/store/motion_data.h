@@ -30,6 +30,14 @@ struct MotionScore {
   Metrics metrics{};                       // those that need a target are NaN where it holds no skin
 };
 
+/// The judged skin at an instant, for pictures and ParaView.
+struct MotionInstant {
+  double time = 0;  // [s]
+  TriangleMesh mesh;
+  std::optional<Target> target{};                                    // on this mesh
+  std::vector<std::pair<std::string, Eigen::VectorXcd>> pressure{};  // method's name -> on its faces [Pa]
+};
+
 /// One method over a motion.
 struct MotionMethod {
   std::string name;    // unique in a motion
