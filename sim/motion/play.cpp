@@ -260,7 +260,9 @@ class Player {
       if (const auto& frame = pending_[m].front().frame) {
         score.frame = static_cast<int>(frame->start.number);
         score.age = to_seconds(pending_[m].front().age());
-        score.displacement = scored.patch - loops_[m]->patch(frame->start.number);
+        const bool quiet = motion_.methods[m].frames[static_cast<std::size_t>(score.frame)].quiet;
+        score.displacement = quiet ? Vector3::Constant(kNotComputed).eval()
+                                   : Vector3(scored.patch - loops_[m]->patch(frame->start.number));
       }
       score.metrics = scored.metrics[m];
       motion_.methods[m].scores.push_back(std::move(score));

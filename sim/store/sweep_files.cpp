@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
+#include "sim/store/archive_file.h"
 #include "sim/store/checksum.h"
 #include "sim/store/hdf5_file.h"
 #include "sim/store/run_archive.h"
@@ -326,8 +326,7 @@ void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
       }
     }
   }
-  const std::string bytes = file.bytes();
-  write_atomically(path, {bytes, checksum_line(bytes)});
+  write_archive(path, file);
 }
 
 std::string sweep_table(const SweepSummary& summary, std::size_t most) {
