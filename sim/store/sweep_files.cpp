@@ -316,7 +316,7 @@ void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
       std::optional<hdf5::Group> motion;
       for (const Column& column : columns_of(summary)) {
         if (column.group == kMotion && !motion) {
-          motion = root.create(kMotion);
+          motion.emplace(root.create(kMotion));
         }
         write_column(column.group.empty()      ? root
                      : column.group == kInputs ? inputs
