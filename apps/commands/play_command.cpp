@@ -12,6 +12,7 @@
 #include "sim/batch/play_scene.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
+#include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/motion_text.h"
@@ -53,7 +54,8 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
   if (!scene.motion) {
     throw InputError(fmt::format("{}: it has no motion to play; `touchfield run` computes a still", command.scene));
   }
-  const MovingModel moving(scene);
+  MotionOptions options{.command_line = invoked.command_line, .threads = threads};
+  const MovingModel moving(within_budget(scene, options.notes));
   RunDirectory& directory =
       claimed.claim(command.output, command.force, scene.name, motion_files(moving, command.pictures));
   try {
@@ -64,7 +66,10 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
                               moving.first().body.mesh.face_count(),
                               moving.is_rigid() ? "keeps its shape" : "changes its shape or that of the whole",
                               moving.first().array.size()));
-    const Motion motion = play_scene(moving, invoked.command_line, threads, directory, progress, command.pictures);
+    for (const std::string& note : options.notes) {
+      progress.remark(note);
+    }
+    const Motion motion = play_scene(moving, options, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     put(flags.json ? fmt::format("{}\n", motion_json(motion, directory.path()).dump(2))

@@ -61,8 +61,8 @@ std::vector<std::string> motion_files(const MovingModel& moving, std::optional<P
   return files;
 }
 
-Motion play_scene(const MovingModel& moving, const std::string& command_line, int threads, RunDirectory& directory,
-                  Progress& progress, std::optional<PictureFormat> pictures) {
+Motion play_scene(const MovingModel& moving, MotionOptions options, RunDirectory& directory, Progress& progress,
+                  std::optional<PictureFormat> pictures) {
   const Scene& scene = moving.first().scene;
   const std::vector<int> drawn = strip_scores(*scene.motion);
   const auto format = picture_format(moving.first(), pictures);
@@ -70,7 +70,6 @@ Motion play_scene(const MovingModel& moving, const std::string& command_line, in
   std::vector<MotionInstant> waiting;  // for the next second, when the motion that they are of is there too
   std::vector<SeriesStep> series;
   int number = 0;
-  MotionOptions options{command_line, threads};
   options.scored = [&](const MotionInstant& instant) {
     if (format && std::ranges::binary_search(drawn, number)) {
       strip.push_back(instant);

@@ -18,11 +18,12 @@ std::vector<std::string> motion_files(const MovingModel& moving, std::optional<P
 /// so that a kill leaves the last whole one; the skin that is scored as a ParaView series, at most some 20 a second; a plot
 /// over time and a strip of pictures.
 ///
+/// options     their functions are this one's own
 /// directory   where the files land
 /// pictures    their format, and that there are some whatever the scene says; without it PNG if the scene asks for them
 /// returns     the finished motion
 /// throws      as play_motion; IoError on a failed write
-Motion play_scene(const MovingModel& moving, const std::string& command_line, int threads, RunDirectory& directory,
-                  Progress& progress, std::optional<PictureFormat> pictures = std::nullopt);
+Motion play_scene(const MovingModel& moving, MotionOptions options, RunDirectory& directory, Progress& progress,
+                  std::optional<PictureFormat> pictures = std::nullopt);
 
 }  // namespace touchfield

@@ -20,6 +20,7 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
+#include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
 
@@ -92,11 +93,12 @@ void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::
              SweepRecord& record) {
   const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
   if (scene.motion) {
-    const MovingModel moving(scene, &kept.bodies);
+    MotionOptions options{.command_line = job.command_line, .threads = job.threads};
+    const MovingModel moving(within_budget(scene, options.notes), &kept.bodies);
     require_memory(check_model(moving.first()));
     expect(expected_cost(moving).seconds);
     in_directory(job.scratch, motion_files(moving), [&](RunDirectory& directory) {
-      take_results(play_scene(moving, job.command_line, job.threads, directory, progress), record);
+      take_results(play_scene(moving, options, directory, progress), record);
     });
     return;
   }

@@ -64,6 +64,12 @@ Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme) {
   }
 }
 
+Eigen::MatrixXcd drives_for(const MovingModel& moving, const MethodSpec& method) {
+  const bool whole_skin = method.kind->model == MethodModel::kSkin && method.kind->minds_quiet &&
+                          moving.first().scene.solve.quiet_weight > 0;
+  return whole_skin ? drives_of_motion(moving, method.scheme) : Eigen::MatrixXcd();
+}
+
 Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& array, const Wave& wave,
                         const Vector3& before, const Vector3& now) {
   if (array.kind != TransducerArray::Kind::kTransducers) {

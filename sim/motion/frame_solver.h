@@ -19,6 +19,9 @@ bool presses(const Model& model);
 /// scheme   of the frames
 Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme);
 
+/// The same for a method, by its scheme, if it works on what all channels do to the whole skin; else nothing.
+Eigen::MatrixXcd drives_for(const MovingModel& moving, const MethodSpec& method);
+
 /// What is expected of phases that turn with a patch that moves: of channel n, at x_n,
 ///
 ///   phi_n - k (|x_n - now| - |x_n - before|)

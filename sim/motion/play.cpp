@@ -176,18 +176,15 @@ class Player {
   Player(const MovingModel& moving, const MotionOptions& options, Progress& progress)
       : moving_(moving), options_(options), progress_(progress), scorer_(moving), motion_(begun()) {
     const Scene& scene = moving.first().scene;
-    std::map<Scheme, Eigen::MatrixXcd> drives;
+    std::map<Scheme, Eigen::MatrixXcd> drives;  // one matrix for all methods of a scheme
     for (const MethodSpec& method : scene.solve.methods) {
-      Eigen::MatrixXcd own;
-      if (method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && scene.solve.quiet_weight > 0) {
-        if (!drives.contains(method.scheme)) {
-          drives[method.scheme] = timed(progress, motion_.timings, "drives_" + to_string(method.scheme),
-                                        "drives that span the motion by " + to_string(method.scheme),
-                                        [&] { return drives_of_motion(moving, method.scheme); });
-        }
-        own = drives[method.scheme];
+      Eigen::MatrixXcd& own = drives[method.scheme];
+      if (own.size() == 0 && method.kind->model == MethodModel::kSkin) {
+        const std::string name = to_string(method.scheme);
+        own = timed(progress, motion_.timings, "drives_" + name, "drives that span the motion by " + name,
+                    [&] { return drives_for(moving, method); });
       }
-      loops_.push_back(std::make_unique<MethodLoop>(moving, method, std::move(own)));
+      loops_.push_back(std::make_unique<MethodLoop>(moving, method, own));
       pending_.emplace_back();
       motion_.methods.push_back({method.name, std::string(method.kind->name), scheme_of(method)});
     }
@@ -220,6 +217,7 @@ class Player {
                   .seconds = first.scene.motion->seconds,
                   .array = first.array,
                   .mesh = moving_.at(moving_.state(0)).body.mesh};
+    motion.notes = options_.notes;
     motion.provenance =
         provenance_now(options_.threads, used_seeds(first.scene), options_.command_line, text_hash(text));
     return motion;

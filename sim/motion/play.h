@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "sim/core/progress.h"
 #include "sim/motion/moving_model.h"
@@ -13,6 +14,7 @@ namespace touchfield {
 struct MotionOptions {
   std::string command_line;                                          // kept as provenance
   int threads = 1;                                                   // likewise; the caller has set them
+  std::vector<std::string> notes{};                                  // of the motion from its beginning on
   std::function<void(const Motion&)> second = [](const Motion&) {};  // gets the motion so far after each second of it
   std::function<void(const MotionInstant&)> scored = [](const MotionInstant&) {};  // after each score by a judge
 };
