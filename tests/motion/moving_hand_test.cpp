@@ -1,0 +1,123 @@
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/motion/frame_budget.h"
+#include "sim/motion/frame_solver.h"
+#include "sim/motion/moving_model.h"
+#include "tests/support/error_support.h"
+#include "tests/support/scene_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::message_of;
+using ::testing::HasSubstr;
+using testing::scene_from;
+
+/// The tip of a finger that bends.
+const std::string kBendingFinger =
+    "name: bending\n"
+    "array: {grid: {count: [12, 10], pitch_mm: 10.16}}\n"
+    "body:\n"
+    "  hand: {pose: index_up}\n"
+    "  place: {landmark: index_pad, at_mm: [0, 0, 120]}\n"
+    "  edge_mm: {near_target: 2.5, far: 5, within_mm: 8}\n"
+    "  keep_within_mm: 35\n"
+    "target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}\n"
+    "solve: {methods: [surface], scheme: chief}\n"
+    "judge: {scheme: chief, edge_mm: {near_target: 1.8, far: 4, within_mm: 8}, whole: false}\n"
+    "motion:\n"
+    "  seconds: 0.5\n"
+    "  solve_ms: 20\n"
+    "  change: [{path: body.hand.joints.index.dip_deg, keys: [[0, 0], [0.5, 30]]}]\n";
+
+TEST(MovingHand, ThePadStaysInItsPlaceWhileTheFingerBends) {
+  const MovingModel moving(scene_from(kBendingFinger));
+  EXPECT_FALSE(moving.is_rigid());
+  const Model straight = moving.at(moving.state(0.0));
+  const Model bent = moving.at(moving.state(0.5));
+  EXPECT_EQ(straight.body.mesh.triangles(), bent.body.mesh.triangles());
+  EXPECT_GT((straight.body.mesh.vertices() - bent.body.mesh.vertices()).colwise().norm().maxCoeff(), 3 * kMillimetre);
+  const Landmark& pad = find_landmark(bent.body, "index_pad");
+  // The anchor lies on the implicit skin, the landmark on the mesh.
+  EXPECT_LT((position(bent.body.mesh, pad) - Vector3(0, 0, 0.12)).norm(), 0.6 * kMillimetre);
+  EXPECT_LT((moving.patch(bent) - position(bent.body.mesh, pad)).norm(), 1e-12);
+  EXPECT_NEAR(bent.body.mesh.signed_volume() / straight.body.mesh.signed_volume(), 1.0, 0.03);
+}
+
+TEST(MovingHand, JudgeAndSolverSeeTheSameSkin) {
+  const MovingModel moving(scene_from(kBendingFinger));
+  for (const double seconds : {0.0, 0.25, 0.5}) {
+    const MotionState state = moving.state(seconds);
+    const Model model = moving.at(state);
+    const auto judge = moving.judge_mesh(model, state);
+    ASSERT_TRUE(judge);
+    // Along each axis the two meshes reach as far, to what a coarse mesh cuts off.
+    for (int axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(judge->mesh.vertices().row(axis).minCoeff(), model.body.mesh.vertices().row(axis).minCoeff(), 1e-3);
+      EXPECT_NEAR(judge->mesh.vertices().row(axis).maxCoeff(), model.body.mesh.vertices().row(axis).maxCoeff(), 1e-3);
+    }
+    EXPECT_TRUE(presses(model, judge->mesh));
+  }
+}
+
+TEST(MovingHand, FramesFollowABendingFinger) {
+  const MovingModel moving(scene_from(kBendingFinger));
+  const MethodSpec& method = moving.first().scene.solve.methods.front();
+  FrameSolver solver(moving, method, drives_for(moving, method));
+  double warm = 0;
+  for (int i = 0; i <= 10; ++i) {
+    warm = solver.solve(moving.at(moving.state(0.05 * i))).solution.cost_history.back();
+  }
+  Scene cold_scene = scene_from(kBendingFinger, {"motion.iterations=30"});
+  const MovingModel cold(cold_scene);
+  FrameSolver from_zero(cold, method, drives_for(cold, method));
+  const double settled = from_zero.solve(cold.at(cold.state(0.5))).solution.cost_history.back();
+  EXPECT_LT(warm, 1.03 * settled);
+}
+
+TEST(MovingHand, FingersThatComeIntoContactAreNamedWithTheTime) {
+  const std::string message = message_of<InputError>([] {
+    MovingModel(scene_from(kBendingFinger, {"body.hand.pose=flat",
+                                            "motion.change=[{path: body.hand.joints.index.abduction_deg, "
+                                            "keys: [[0, 0], [0.5, -15]]}]"}));
+  });
+  EXPECT_THAT(message, HasSubstr("motion: at 0."));
+  EXPECT_THAT(message, HasSubstr("index finger"));
+  EXPECT_THAT(message, HasSubstr("middle finger"));
+}
+
+TEST(FrameBudget, SettingsAreAFront) {
+  const std::vector<FrameSetting>& settings = frame_settings();
+  for (std::size_t i = 1; i < settings.size(); ++i) {
+    EXPECT_GT(settings[i].milliseconds, settings[i - 1].milliseconds);
+    EXPECT_LT(settings[i].above_best, settings[i - 1].above_best);
+  }
+}
+
+TEST(FrameBudget, ASettingIsPutIntoTheScene) {
+  const Scene scene = scene_from(kBendingFinger, {"motion.frame={budget_ms: 50}"});
+  const FrameSetting setting{3e-3, 7e-3, Scheme::kPaperCorrected, 3, 10, 0.1};
+  const Scene chosen = with_setting(scene, setting);
+  EXPECT_EQ(chosen.bodies.front().edge->near_target, 3e-3);
+  EXPECT_EQ(chosen.bodies.front().edge->far, 7e-3);
+  EXPECT_EQ(chosen.solve.methods.front().scheme, Scheme::kPaperCorrected);
+  EXPECT_EQ(chosen.motion->iterations, 3);
+  EXPECT_FALSE(chosen.motion->frame);
+  EXPECT_EQ(chosen.judge.scheme, scene.judge.scheme);
+}
+
+TEST(FrameBudget, MoreTimeBuysNoMoreError) {
+  const auto above = [](double milliseconds) {
+    return choose_frame(scene_from(kBendingFinger, {"motion.frame={budget_ms: " + std::to_string(milliseconds) + "}"}))
+        .setting.above_best;
+  };
+  EXPECT_GE(above(0.01), above(60'000));
+}
+
+}  // namespace
+}  // namespace touchfield
