@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/body/hand_contact.h"
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
 #include "sim/core/rotation.h"
@@ -77,14 +76,12 @@ MovingSkin::MovingSkin(const Scene& scene, const BodyPlan& plan, const TriangleM
   Eigen::Index begin = 0;
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     // Bodies lie one behind the other.
-    Eigen::Index end = begin;
-    for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-      if (owner.empty() || owner[static_cast<std::size_t>(f)] == static_cast<int>(b)) {
-        end = std::max<Eigen::Index>(end, triangles_.col(f).maxCoeff() + 1);
-      }
-    }
+    const auto faces = std::equal_range(owner.begin(), owner.end(), static_cast<int>(b));
     Part part;
     part.begin = begin;
+    part.triangles = triangles_.middleCols(faces.first - owner.begin(), faces.second - faces.first).array() -
+                     static_cast<int>(begin);
+    const Eigen::Index end = begin + part.triangles.maxCoeff() + 1;
     part.own = plan.own_frame(scene, b)(Points(mesh.vertices().middleCols(begin, end - begin)));
     if (const HandShape* hand = turning_hand(scene, b)) {
       part.hand.emplace(part.own, skeleton_of(*hand), hand->side);
@@ -97,6 +94,17 @@ MovingSkin::MovingSkin(const Scene& scene, const BodyPlan& plan, const TriangleM
 
 bool MovingSkin::deforms() const {
   return std::ranges::any_of(parts_, [](const Part& part) { return part.hand || part.series; });
+}
+
+std::optional<HandContact> MovingSkin::fold(const Scene& scene, std::size_t body) const {
+  const Part& part = parts_[body];
+  if (!part.hand) {
+    return std::nullopt;
+  }
+  const HandSkeleton posed = skeleton_of(std::get<HandShape>(scene.bodies[body].shape));
+  Points own = part.own;
+  part.hand->pose(posed, own);
+  return fold_of(*part.hand, posed, own, part.triangles);
 }
 
 TriangleMesh MovingSkin::at(const Scene& scene, const BodyPlan& plan, const MotionState& state) const {
@@ -216,7 +224,7 @@ void MovingModel::check_motion() const {
   std::vector<std::optional<HandContacts>> contacts(scene.bodies.size());
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     if (const HandShape* hand = turning_hand(scene, b)) {
-      contacts[b].emplace(skeleton_of(*hand));
+      contacts[b].emplace(skeleton_of(*hand), hand->side);
     }
   }
   const auto steps = static_cast<int>(std::ceil(scene.motion->seconds / kCheckStep));
@@ -227,14 +235,10 @@ void MovingModel::check_motion() const {
       if (!contacts[b]) {
         continue;
       }
-      const auto contact = contacts[b]->at(skeleton_of(std::get<HandShape>(model.scene.bodies[b].shape)));
+      auto contact = contacts[b]->at(skeleton_of(std::get<HandShape>(model.scene.bodies[b].shape)));
+      contact = contact ? contact : solving_.fold(model.scene, b);
       if (contact) {
-        fail_at(seconds,
-                fmt::format("{} and {} {} near {} in the hand's frame; a mesh that is one for all poses cannot "
-                            "follow that",
-                            contact->first, contact->second,
-                            contact->moved ? "touch and move along each other" : "come into contact",
-                            place_text(contact->at, 1)));
+        fail_at(seconds, contact_text(*contact) + "; triangles that are the same for all poses cannot follow that");
       }
     }
     try {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/body/hand_contact.h"
 #include "sim/body/skinned_hand.h"
 #include "sim/motion/mesh_sequence.h"
 #include "sim/motion/trajectory.h"
@@ -34,6 +35,11 @@ class MovingSkin {
   /// Whether a body changes its shape.
   bool deforms() const;
 
+  /// Where the skin of a hand whose joints turn cuts itself or is turned inside out.
+  ///
+  /// scene   as of at()
+  std::optional<HandContact> fold(const Scene& scene, std::size_t body) const;
+
   /// The surface in the world's frame.
   ///
   /// scene   the first one with the numbers of this instant
@@ -43,6 +49,7 @@ class MovingSkin {
  private:
   struct Part {
     Eigen::Index begin = 0;  // of its vertices
+    Triangles triangles;     // of its own vertices
     Points own;              // in the body's own frame, at first
     std::optional<SkinnedHand> hand;
     bool series = false;
