@@ -105,7 +105,19 @@ Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScatterin
     all.conservativeResize(own.basis.rows(), all.cols() + own.rank());
     all.rightCols(own.rank()) = matrix_product(own.basis, scaled) / b.norm();
   }
-  return compressed(all, tolerance / std::sqrt(static_cast<double>(scatterings.size()))).basis;
+  // The fewest that do: the strongest principal directions of all places together.
+  const HermitianEigen eigen = hermitian_eigen(hermitian_product(all));
+  const double limit = tolerance * tolerance;  // of one place: of b, all are as long
+  Eigen::Index left = 0;
+  for (double sum = 0; left < eigen.values.size() - 1 && sum + eigen.values(left) <= limit; ++left) {
+    sum += std::max(0.0, eigen.values(left));
+  }
+  const Eigen::Index rank = eigen.values.size() - left;
+  const Eigen::MatrixXcd drives = matrix_product(
+      all, eigen.vectors.rightCols(rank) * eigen.values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
+  // Orthonormal to the rounding over the weakest value; once more by Newton's iteration, V (3 - V^H V) / 2.
+  const Eigen::MatrixXcd gram = hermitian_product(drives);
+  return matrix_product(drives, 1.5 * Eigen::MatrixXcd::Identity(rank, rank) - 0.5 * gram);
 }
 
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
