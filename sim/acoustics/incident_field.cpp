@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include <Eigen/Geometry>
 
@@ -117,25 +118,35 @@ void for_panels(const TransducerArray& array, const Points& points, const Fill& 
 }
 
 /// sum over channels n of the value n at point j times c_n q_n, at every point j: values of a panel of points meet all
-/// drives in one product.
-template <typename Fill>
+/// drives in one product, in the precision of Real.
+template <typename Real, typename Fill>
 Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, const Eigen::MatrixXcd& drive,
                         const Fill& fill) {
+  using Matrix = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>;
   Eigen::MatrixXcd sums = Eigen::MatrixXcd::Zero(points.cols(), drive.cols());
   if (drive.size() == 0) {
     return sums;
   }
-  Eigen::MatrixXcd responses;
-  if (!array.response.as_designed()) {
-    responses = factors(array.response).asDiagonal() * drive;
-  }
-  const Eigen::MatrixXcd& q = array.response.as_designed() ? drive : responses;
+  const Matrix q = array.response.as_designed()
+                       ? Matrix(drive.cast<std::complex<Real>>())
+                       : Matrix((factors(array.response).asDiagonal() * drive).cast<std::complex<Real>>());
   for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
-    Eigen::MatrixXcd products(kPanel, q.cols());
-    multiply(Op::kTransposed, values.leftCols(count), Op::kPlain, q, products.topRows(count));
-    sums.middleRows(begin, count) = products.topRows(count);
+    Matrix products(kPanel, q.cols());
+    if constexpr (std::is_same_v<Real, double>) {
+      multiply(Op::kTransposed, values.leftCols(count), Op::kPlain, q, products.topRows(count));
+    } else {
+      const Matrix rounded = values.leftCols(count).cast<std::complex<Real>>();
+      multiply(Op::kTransposed, rounded, Op::kPlain, q, products.topRows(count));
+    }
+    sums.middleRows(begin, count) = products.topRows(count).template cast<Complex>();
   });
   return sums;
+}
+
+template <typename Fill>
+Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, const Eigen::MatrixXcd& drive,
+                        const Fill& fill, bool single) {
+  return single ? summed<float>(array, points, drive, fill) : summed<double>(array, points, drive, fill);
 }
 
 /// The values of all channels at every point times c_n, points by channels.
@@ -186,13 +197,13 @@ Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const 
 }
 
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
-                                   const Eigen::MatrixXcd& drive) {
-  return summed(array, points, drive, pressures_at(array, wave, points));
+                                   const Eigen::MatrixXcd& drive, bool single) {
+  return summed(array, points, drive, pressures_at(array, wave, points), single);
 }
 
 Eigen::MatrixXcd incident_derivative(const TransducerArray& array, const Wave& wave, const Points& points,
-                                     const Points& directions, const Eigen::MatrixXcd& drive) {
-  return summed(array, points, drive, derivatives_at(array, wave, points, directions));
+                                     const Points& directions, const Eigen::MatrixXcd& drive, bool single) {
+  return summed(array, points, drive, derivatives_at(array, wave, points, directions), single);
 }
 
 }  // namespace touchfield

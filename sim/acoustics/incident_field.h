@@ -23,12 +23,13 @@ Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const 
 /// Incident pressure of a driven array, G q, without forming G.
 ///
 /// drive     N x S: complex drives q_n (amplitude 0..1 times exp(i phi)), one column a solution
+/// single    whether the sums over channels are in single precision, with an error of 1e-6 of the largest there could be
 /// returns   J x S [Pa]
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
-                                   const Eigen::MatrixXcd& drive);
+                                   const Eigen::MatrixXcd& drive, bool single = false);
 
 /// Its derivative along a direction at each point, without forming dG/dn: J x S [Pa/m].
 Eigen::MatrixXcd incident_derivative(const TransducerArray& array, const Wave& wave, const Points& points,
-                                     const Points& directions, const Eigen::MatrixXcd& drive);
+                                     const Points& directions, const Eigen::MatrixXcd& drive, bool single = false);
 
 }  // namespace touchfield

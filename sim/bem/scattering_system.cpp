@@ -108,14 +108,15 @@ IncidentField ScatteringSystem::incident(const TransducerArray& array) const {
   return field;
 }
 
-IncidentField ScatteringSystem::incident(const TransducerArray& array, const Eigen::MatrixXcd& drive) const {
+IncidentField ScatteringSystem::incident(const TransducerArray& array, const Eigen::MatrixXcd& drive,
+                                         bool single) const {
   IncidentField field;
-  field.pressure = incident_pressure(array, wave_, mesh_.centroids(), drive);
+  field.pressure = incident_pressure(array, wave_, mesh_.centroids(), drive, single);
   field.slope.resize(0, drive.cols());
   if (traits(scheme_).burton_miller) {
-    field.slope = incident_derivative(array, wave_, mesh_.centroids(), mesh_.normals(), drive);
+    field.slope = incident_derivative(array, wave_, mesh_.centroids(), mesh_.normals(), drive, single);
   }
-  field.interior = incident_pressure(array, wave_, interior_, drive);
+  field.interior = incident_pressure(array, wave_, interior_, drive, single);
   return field;
 }
 

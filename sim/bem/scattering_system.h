@@ -56,7 +56,9 @@ class ScatteringSystem {
   /// The incident field of every channel at unit drive, S = N.
   IncidentField incident(const TransducerArray& array) const;
   /// The incident field of a driven array, drive N x S, without the field of every channel.
-  IncidentField incident(const TransducerArray& array, const Eigen::MatrixXcd& drive) const;
+  ///
+  /// single   whether the sums over channels are in single precision
+  IncidentField incident(const TransducerArray& array, const Eigen::MatrixXcd& drive, bool single = false) const;
 
   /// b, unknowns x S.
   Eigen::MatrixXcd right_hand_side(const IncidentField& incident) const;

@@ -12,7 +12,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kDriveTolerance = 1e-3;
+constexpr double kDriveTolerance = 5e-3;  // a tenth of what a mesh is off that a frame has time for
 constexpr int kMostPlaces = 33;
 
 /// How fast a frame has to be does not bear double precision, nor does the mesh need it.

@@ -14,7 +14,7 @@ namespace touchfield {
 bool presses(const Model& model, const TriangleMesh& mesh);
 bool presses(const Model& model);
 
-/// Drives that span what all channels do to a body over its whole motion, N x r, to 1e-3 of b anywhere on the way.
+/// Drives that span what all channels do to a body over its whole motion, N x r, to 5e-3 of b anywhere on the way.
 ///
 /// scheme   of the frames
 Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme);

@@ -67,8 +67,8 @@ const IncidentField& SkinScattering::unit_field() {
   return *unit_;
 }
 
-IncidentField SkinScattering::driven_field(const Eigen::MatrixXcd& drives) {
-  return unit_ ? driven(*unit_, drives) : system().incident(array_, drives);
+IncidentField SkinScattering::driven_field(const Eigen::MatrixXcd& drives, bool single) {
+  return unit_ ? driven(*unit_, drives) : system().incident(array_, drives, single);
 }
 
 ScatteringSolver::Report SkinScattering::reporter() {
@@ -97,8 +97,8 @@ void SkinScattering::record(const std::string& stage, const Eigen::MatrixXcd& b,
   records_.push_back(std::move(record));
 }
 
-Eigen::MatrixXcd SkinScattering::pressure(const Eigen::MatrixXcd& drives, const std::string& stage) {
-  const IncidentField field = driven_field(drives);
+Eigen::MatrixXcd SkinScattering::pressure(const Eigen::MatrixXcd& drives, const std::string& stage, bool single) {
+  const IncidentField field = driven_field(drives, single);
   return solved(system().right_hand_side(field), field, stage);
 }
 

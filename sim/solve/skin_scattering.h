@@ -61,7 +61,8 @@ class SkinScattering {
   /// Pressures M x S [Pa] of drives N x S.
   ///
   /// stage    what the record calls it
-  Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& drives, const std::string& stage);
+  /// single   whether the incident field is summed over channels in single precision
+  Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& drives, const std::string& stage, bool single = false);
 
   /// Pressures M x r [Pa] of the drives that span what all channels do: `drives` is b^H of unit_field() compressed, so
   /// that their right-hand sides are known already.
@@ -75,7 +76,7 @@ class SkinScattering {
  private:
   void record(const std::string& stage, const Eigen::MatrixXcd& b, const SolveReport& report, double seconds);
   Eigen::MatrixXcd solved(const Eigen::MatrixXcd& b, const IncidentField& field, const std::string& stage);
-  IncidentField driven_field(const Eigen::MatrixXcd& drives);
+  IncidentField driven_field(const Eigen::MatrixXcd& drives, bool single);
   ScatteringSolver::Report reporter();
 
   std::shared_ptr<SkinModel> model_;

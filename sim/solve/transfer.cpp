@@ -91,7 +91,8 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
 }
 
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives) {
-  return {drives, scattering.pressure(drives, "transfer"), 0.0};
+  const bool single = scattering.decision().options.precision == Precision::kSingle;
+  return {drives, scattering.pressure(drives, "transfer", single), 0.0};
 }
 
 Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScattering>>& scatterings, double tolerance) {

@@ -37,7 +37,7 @@ struct SpannedPressure {
   double left_out = 0;        // share, by norm, of b of all channels that V leaves out
 };
 
-/// Of drives that are given. Those of this very body: by make_transfer.
+/// Of drives that are given, whose field is summed in the solver's precision. Those of this very body: by make_transfer.
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives);
 
 /// Drives that span what all channels do to a body at several places, N x r, orthonormal: of each place's b they leave
