@@ -10,8 +10,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kStub = 20e-3;       // [m], of forearm behind the wrist joint
-constexpr double kLeastGap = 2.6e-3;  // [m]; narrower ones merge
+constexpr double kStub = 20e-3;  // [m], of forearm behind the wrist joint
 
 Plate plate(const Vector3& a, const Vector3& b, const Vector3& c, double radius_a, double radius_b, double radius_c) {
   Plate result;
@@ -25,7 +24,11 @@ void add_quad(SoftPart& part, const std::array<Vector3, 4>& corners, const std::
   part.plates.push_back(plate(corners[0], corners[2], corners[3], radii[0], radii[2], radii[3]));
 }
 
-SoftPart palm(const HandSkeleton& hand) {
+}  // namespace
+
+bool curled(const BoneChain& finger) { return finger.direction(2).dot(finger.direction(0)) < -0.5; }
+
+SoftPart palm_flesh(const HandSkeleton& hand) {
   const double b = hand.breadth;
   const double l = hand.length;
   SoftPart part;
@@ -54,6 +57,8 @@ SoftPart palm(const HandSkeleton& hand) {
   part.cones.push_back({{-0.23 * b, 0.07 * l, -0.11 * b}, {-0.36 * b, 0.215 * l, -0.09 * b}, 0.155 * b, 0.13 * b});
   return part;
 }
+
+namespace {
 
 SoftPart thumb_ball(const HandSkeleton& hand) {
   const double b = hand.breadth;
@@ -104,9 +109,6 @@ SoftPart phalanges(const BoneChain& chain, int first, double breadth) {
   return part;
 }
 
-/// So far that its end turns back to its base.
-bool curled(const BoneChain& finger) { return finger.direction(2).dot(finger.direction(0)) < -0.5; }
-
 /// From a curled fingertip to within the palm.
 Vector3 into_palm(double breadth) { return {0, 0, 0.15 * breadth}; }
 
@@ -148,7 +150,7 @@ SoftPart web(const BoneChain& one, const BoneChain& other, const HandSkeleton& h
 }  // namespace
 
 SoftBody hand_flesh(const HandSkeleton& hand) {
-  std::vector<SoftPart> parts = {palm(hand), thumb_ball(hand), phalanges(hand.thumb, 1, hand.breadth)};
+  std::vector<SoftPart> parts = {palm_flesh(hand), thumb_ball(hand), phalanges(hand.thumb, 1, hand.breadth)};
   for (std::size_t i = 0; i < 4; ++i) {
     const BoneChain& finger = hand.fingers[i];
     parts.push_back(finger_flesh(finger, hand.breadth));
@@ -158,7 +160,7 @@ SoftBody hand_flesh(const HandSkeleton& hand) {
     }
   }
   constexpr double kRim = 12e-3;  // [m]
-  return SoftBody(std::move(parts), SoftCut{{0, -kStub, 0}, {0, -1, 0}, kRim}, SoftFinish{kLeastGap, kHandGrid});
+  return SoftBody(std::move(parts), SoftCut{{0, -kStub, 0}, {0, -1, 0}, kRim}, SoftFinish{kLeastHandGap, kHandGrid});
 }
 
 }  // namespace touchfield

@@ -81,7 +81,7 @@ const std::vector<std::string>& hand_landmark_names() {
 
 Vector3 landmark_on_skin(const HandSkeleton& skeleton, const SoftBody& flesh, const std::string& name) {
   for (std::size_t i = 0; i < kDigits.size(); ++i) {
-    const BoneChain& chain = i == 0 ? skeleton.thumb : skeleton.fingers[i - 1];
+    const BoneChain& chain = skeleton.digit(i);
     const double radius = 0.5 * (chain.radii[2] + chain.radii[3]);
     if (name == fmt::format("{}_pad", kDigits[i])) {
       return skin_of_digit(flesh, chain.along(2, 0.5), chain.palmar[2], radius);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 
 #include "sim/body/hand_pose.h"
 #include "sim/core/types.h"
@@ -30,6 +31,10 @@ struct HandSkeleton {
   std::array<BoneChain, 4> fingers;
   double length;   // of the hand [m]
   double breadth;  // [m]
+
+  static constexpr std::size_t kDigits = 5;
+  /// The thumb, then the fingers from index to little.
+  const BoneChain& digit(std::size_t i) const { return i == 0 ? thumb : fingers[i - 1]; }
 };
 
 /// Bone lengths scale with the hand's length, thicknesses and distances across it with its breadth.

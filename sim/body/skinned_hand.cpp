@@ -1,0 +1,264 @@
+#include "sim/body/skinned_hand.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/mesh/face_shape.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr std::size_t kPalm = 0;
+constexpr std::size_t kSwing = 16;  // the thumb's metacarpal without its turn about itself
+std::size_t bone_number(std::size_t digit, std::size_t bone) { return 1 + 3 * digit + bone; }
+
+/// How a digit holds the skin about it. Measured: with narrower webs skin folds between fingers that are bent
+/// differently, with wider ones their knuckles drag each other along.
+struct Hold {
+  double base_reach;  // of the joint at its base [radii there]
+  double web;         // width of its hold at the web [radii of the base], and along the free digit
+  double free;
+  double web_end;  // up to where the web is that wide, and from where on the digit is free [bones from the base]
+  double free_start;
+};
+constexpr Hold kThumbHold{1.5, 3.0, 0.5, 1.0, 1.9};
+constexpr Hold kFingerHold{2.0, 5.0, 0.35, 0.4, 1.0};
+constexpr double kJointReach = 1.8;  // of the other joints [radii there]
+// Over the thumb's metacarpal its turn about itself grows, about this place and as far to either side [bones].
+constexpr double kTwistMiddle = 0.6;
+constexpr double kTwistReach = 0.5;
+
+/// From 0 at -1 to 1 at 1: a constant slope over the middle half, falling linearly to 0 outside it.
+double ramp(double u) {
+  constexpr double kMiddle = 0.5;
+  constexpr double kSlope = 1.0 / (1.0 + kMiddle);
+  const double size = std::abs(u);
+  const double left = std::max(1.0 - size, 0.0);
+  const double below = size <= kMiddle ? 0.5 - kSlope * size : 0.5 * kSlope * left * left / (1.0 - kMiddle);
+  return u < 0 ? below : 1.0 - below;
+}
+
+/// The ramp from one place to another.
+double ramp(double x, double from, double to) { return ramp((2.0 * x - from - to) / (to - from)); }
+
+/// A digit, with its ray in the palm, as a point is held by it.
+struct Grip {
+  double gap;                     // from its flesh [m]
+  double width;                   // over which its hold fades [m]
+  std::array<double, 5> weights;  // palm, swing of the thumb's metacarpal, the three bones
+};
+
+/// start   of the ray in the palm
+Grip grip_of(const BoneChain& chain, const Vector3& start, double start_radius, const Hold& hold, bool thumb,
+             const Vector3& x) {
+  const std::array<Vector3, 5> ends = {start, chain.joints[0], chain.joints[1], chain.joints[2], chain.joints[3]};
+  const std::array<double, 5> radii = {start_radius, chain.radii[0], chain.radii[1], chain.radii[2], chain.radii[3]};
+  Grip grip{std::numeric_limits<double>::infinity(), 0.0, {}};
+  std::size_t nearest = 0;
+  double along = 0;  // in bones from the base
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vector3 axis = ends[i + 1] - ends[i];
+    const double t = std::clamp((x - ends[i]).dot(axis) / axis.squaredNorm(), 0.0, 1.0);
+    const double gap = (x - ends[i] - t * axis).norm() - radii[i] - t * (radii[i + 1] - radii[i]);
+    if (gap < grip.gap) {
+      grip.gap = gap;
+      nearest = i;
+      along = static_cast<double>(i) - 1.0 + t;
+    }
+  }
+  std::array<double, 3> beyond{};  // the joints
+  for (std::size_t j = 0; j < 3; ++j) {
+    const Vector3 axis = (ends[j + 1] - ends[j]).normalized() + (ends[j + 2] - ends[j + 1]).normalized();
+    const double reach = (j == 0 ? hold.base_reach : kJointReach) * radii[j + 1];
+    // A curled digit comes back to joints that it has left behind.
+    const bool within = nearest + 1 >= j && nearest <= j + 2;
+    beyond[j] = within ? ramp((x - ends[j + 1]).dot(axis.normalized()) / reach) : nearest > j ? 1.0 : 0.0;
+  }
+  const Vector3 first = ends[2] - ends[1];
+  const double on_first = (x - ends[1]).dot(first) / first.squaredNorm();
+  const double turned =
+      !thumb ? 1.0 : std::max(ramp((on_first - kTwistMiddle) / kTwistReach), nearest > 1 ? beyond[1] : 0.0);
+  const double on_bone = beyond[0] * (1.0 - beyond[1]);
+  grip.weights = {1.0 - beyond[0], on_bone * (1.0 - turned), on_bone * turned,
+                  beyond[0] * beyond[1] * (1.0 - beyond[2]), beyond[0] * beyond[1] * beyond[2]};
+  grip.width = radii[1] * (hold.web + (hold.free - hold.web) * ramp(along, hold.web_end, hold.free_start));
+  return grip;
+}
+
+/// Across the bone, along it, and to its palm side.
+Eigen::Matrix3d frame_of(const BoneChain& chain, std::size_t bone) {
+  Eigen::Matrix3d frame;
+  frame.col(1) = chain.direction(static_cast<int>(bone));
+  frame.col(2) = chain.palmar[bone];
+  frame.col(0) = frame.col(1).cross(frame.col(2));
+  return frame;
+}
+
+Eigen::Vector4d product(const Eigen::Vector4d& a, const Eigen::Vector4d& b) {
+  Eigen::Vector4d result;
+  result(0) = a(0) * b(0) - a.tail<3>().dot(b.tail<3>());
+  result.tail<3>() = a(0) * b.tail<3>() + b(0) * a.tail<3>() + a.tail<3>().cross(b.tail<3>());
+  return result;
+}
+
+Vector3 rotated(const Eigen::Vector4d& quaternion, const Vector3& x) {
+  const Vector3 axis = quaternion.tail<3>();
+  const Vector3 twice = 2.0 * axis.cross(x);
+  return x + quaternion(0) * twice + axis.cross(twice);
+}
+
+}  // namespace
+
+std::string bone_name(std::size_t digit, std::size_t bone) {
+  constexpr std::array<const char*, HandSkeleton::kDigits> kNames = {"thumb", "index finger", "middle finger",
+                                                                     "ring finger", "little finger"};
+  constexpr std::array<const char*, 4> kBoneNames = {"metacarpal", "proximal phalanx", "middle phalanx",
+                                                     "distal phalanx"};
+  const std::size_t kind = digit > 0 || bone == 2 ? bone + 1 : bone;  // the thumb has no middle phalanx
+  return fmt::format("{} of the {}", kBoneNames[kind], kNames[digit]);
+}
+
+SkinnedHand::SkinnedHand(const Points& vertices, const HandSkeleton& made_in, HandSide side)
+    : made_in_(made_in), side_(side == HandSide::kRight ? 1.0 : -1.0), template_(vertices) {
+  if (vertices.cols() == 0 || !vertices.allFinite()) {
+    throw InputError(
+        fmt::format("skinned hand: its {} vertices must be finite numbers, one at least", vertices.cols()));
+  }
+  template_.row(0) *= side_;
+  starts_.push_back(0);
+  for (Eigen::Index v = 0; v < template_.cols(); ++v) {
+    add_influences(template_.col(v));
+  }
+}
+
+void SkinnedHand::add_influences(const Vector3& x) {
+  const double b = made_in_.breadth;
+  const double l = made_in_.length;
+  std::array<Grip, HandSkeleton::kDigits> grips;
+  std::size_t nearest = 0;
+  for (std::size_t i = 0; i < grips.size(); ++i) {
+    const Vector3 base = made_in_.digit(i).joints[0];
+    const Vector3 start =
+        i == 0 ? Vector3(0.1 * b, -0.02 * l, -0.05 * b) : Vector3(0.6 * base.x(), 0.05 * l, 0.5 * base.z() - 0.03 * b);
+    grips[i] = grip_of(made_in_.digit(i), start, 0.15 * b, i == 0 ? kThumbHold : kFingerHold, i == 0, x);
+    nearest = grips[i].gap < grips[nearest].gap ? i : nearest;
+  }
+  std::array<double, kBones> weights{};
+  double sum = 0;
+  for (std::size_t i = 0; i < grips.size(); ++i) {
+    const double width = std::sqrt(grips[i].width * grips[nearest].width);
+    const double fade = std::max(1.0 - (grips[i].gap - grips[nearest].gap) / width, 0.0);
+    const double share = fade * fade * fade;
+    sum += share;
+    weights[kPalm] += share * grips[i].weights[0];
+    weights[kSwing] += share * grips[i].weights[1];
+    for (std::size_t k = 0; k < 3; ++k) {
+      weights[bone_number(i, k)] += share * grips[i].weights[k + 2];
+    }
+  }
+  const auto first = static_cast<std::ptrdiff_t>(influences_.size());
+  for (std::size_t bone = 0; bone < kBones; ++bone) {
+    if (weights[bone] > 0) {
+      influences_.push_back({bone, weights[bone] / sum});
+    }
+  }
+  std::sort(influences_.begin() + first, influences_.end(),
+            [](const Influence& one, const Influence& other) { return one.weight > other.weight; });
+  starts_.push_back(influences_.size());
+}
+
+SkinnedHand::DualQuaternion SkinnedHand::motion(const Eigen::Matrix3d& rotation, const Vector3& from,
+                                                const Vector3& to) {
+  const Eigen::Quaterniond turn(rotation);
+  DualQuaternion result;
+  result.real << turn.w(), turn.vec();
+  const Vector3 half = 0.5 * (to - rotated(result.real, from));
+  result.dual = product({0.0, half.x(), half.y(), half.z()}, result.real);
+  return result;
+}
+
+SkinnedHand::Motions SkinnedHand::motions_to(const HandSkeleton& posed) const {
+  if (posed.length != made_in_.length || posed.breadth != made_in_.breadth) {
+    throw InputError(
+        fmt::format("skinned hand: a pose of a hand {} m long and {} m broad is asked of one of {} m and {} m",
+                    posed.length, posed.breadth, made_in_.length, made_in_.breadth));
+  }
+  Motions motions;
+  motions[kPalm].real(0) = 1.0;
+  for (std::size_t i = 0; i < HandSkeleton::kDigits; ++i) {
+    const BoneChain& from = made_in_.digit(i);
+    const BoneChain& to = posed.digit(i);
+    for (std::size_t bone = 0; bone < 3; ++bone) {
+      motions[bone_number(i, bone)] =
+          motion(frame_of(to, bone) * frame_of(from, bone).transpose(), from.joints[bone], to.joints[bone]);
+    }
+  }
+  const BoneChain& from = made_in_.thumb;
+  const BoneChain& to = posed.thumb;
+  const auto swing = Eigen::Quaterniond::FromTwoVectors(from.direction(0), to.direction(0));
+  motions[kSwing] = motion(swing.toRotationMatrix(), from.joints[0], to.joints[0]);
+  return motions;
+}
+
+SkinnedHand::DualQuaternion SkinnedHand::blended(const Motions& motions, Eigen::Index vertex) const {
+  const auto v = static_cast<std::size_t>(vertex);
+  const Eigen::Vector4d& heaviest = motions[influences_[starts_[v]].bone].real;
+  DualQuaternion sum;
+  for (std::size_t k = starts_[v]; k < starts_[v + 1]; ++k) {
+    const DualQuaternion& one = motions[influences_[k].bone];
+    const double weight = one.real.dot(heaviest) < 0 ? -influences_[k].weight : influences_[k].weight;
+    sum.real += weight * one.real;
+    sum.dual += weight * one.dual;
+  }
+  const double scale = 1.0 / sum.real.norm();
+  sum.real *= scale;
+  sum.dual *= scale;
+  return sum;
+}
+
+void SkinnedHand::pose(const HandSkeleton& posed, Points& vertices) const {
+  const Motions motions = motions_to(posed);
+  vertices.resize(3, template_.cols());
+  for (Eigen::Index v = 0; v < template_.cols(); ++v) {
+    const DualQuaternion q = blended(motions, v);
+    const Eigen::Vector4d inverse(q.real(0), -q.real(1), -q.real(2), -q.real(3));
+    vertices.col(v) = rotated(q.real, template_.col(v)) + 2.0 * product(q.dual, inverse).tail<3>();
+  }
+  vertices.row(0) *= side_;
+}
+
+std::vector<Eigen::Index> SkinnedHand::inverted_faces(const HandSkeleton& posed, const Points& vertices,
+                                                      const Triangles& triangles) const {
+  const Motions motions = motions_to(posed);
+  std::vector<Eigen::Index> inverted;
+  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
+    const Vector3 before = twice_area_vector(template_, triangles.col(f));
+    Vector3 expected = Vector3::Zero();
+    for (int c = 0; c < 3; ++c) {
+      expected += rotated(blended(motions, triangles(c, f)).real, before);
+    }
+    // The template is kept as the right hand's; the mirror image of a normal has its y and z turned round.
+    Vector3 now = twice_area_vector(vertices, triangles.col(f));
+    now.tail<2>() *= side_;
+    if (!(now.dot(expected) > 0)) {
+      inverted.push_back(f);
+    }
+  }
+  return inverted;
+}
+
+std::string SkinnedHand::part_of(Eigen::Index vertex) const {
+  const std::size_t bone = influences_[starts_[static_cast<std::size_t>(vertex)]].bone;
+  if (bone == kPalm) {
+    return "palm";
+  }
+  return bone == kSwing ? bone_name(0, 0) : bone_name((bone - 1) / 3, (bone - 1) % 3);
+}
+
+}  // namespace touchfield

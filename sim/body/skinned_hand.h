@@ -1,0 +1,87 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "sim/body/hand.h"
+#include "sim/body/hand_skeleton.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// The skin of the built-in hand carried from the pose that it was meshed in to others: the same triangles in all of
+/// them, vertex by vertex, so that any part of a mesh moves as the whole does. Landmarks follow (body.h).
+///
+/// Every vertex hangs on up to a few of 17 bones: the palm, three of each digit, and the thumb's metacarpal without its
+/// turn about itself. With unit dual quaternions q_b of the bones' motions from the one skeleton to the other and the
+/// vertex's weights w_b >= 0, sum 1, it moves by
+///
+///   q / |q|,   q = sum_b +-w_b q_b   (each with the sign that turns the same way as that of the heaviest bone)
+///
+/// Along a digit the weight passes from bone to bone within 1.8 radii of the flesh of the joint between them (knuckles
+/// 2, the thumb's base 1.5), the slope constant over the middle half and falling linearly to 0 outside it. Between
+/// digits it falls as (1 - d/s)^3, d being how much farther the vertex is from one's flesh than from the nearest's;
+/// s is wide at the webs (5 radii of the base, thumb 3) and narrow along the free digits (0.35, thumb 0.5).
+///
+/// accuracy   the template's pose gives the template to 1e-12 m. Volume within 3 % of that of hand(), and no face
+///            inverted, in poses that HandContacts has nothing against (docs/bodies.md says what was measured)
+/// source     Kavan, Collins, Zara and O'Sullivan, ACM Trans. Graph. 27 (2008) 105 (dual quaternions)
+class SkinnedHand {
+ public:
+  /// vertices   3 x V [m], of a mesh of the hand in its own frame or of any part of it, caps included
+  /// made_in    of the pose that it was meshed in, as posed_skeleton makes it: of the right hand for either side
+  /// throws     InputError if there is no vertex or one is not finite
+  SkinnedHand(const Points& vertices, const HandSkeleton& made_in, HandSide side = HandSide::kRight);
+
+  /// Places of the vertices in another pose [m], in the hand's own frame; about 30 ns a vertex. No memory is taken if
+  /// `vertices` has their size already.
+  ///
+  /// throws   InputError if the skeleton is of a hand of another length or breadth
+  void pose(const HandSkeleton& posed, Points& vertices) const;
+
+  /// The faces whose normal in a pose does not point to the side that their bones turned it to: n . sum_c R_c n0 > 0
+  /// does not hold, n0 the template's normal and R_c the rotation that moved corner c.
+  ///
+  /// vertices    3 x V as pose() left them
+  /// triangles   3 x M
+  std::vector<Eigen::Index> inverted_faces(const HandSkeleton& posed, const Points& vertices,
+                                           const Triangles& triangles) const;
+
+  Eigen::Index vertex_count() const { return template_.cols(); }
+
+  /// The bone that a vertex hangs on most, in words: "middle phalanx of the index finger".
+  std::string part_of(Eigen::Index vertex) const;
+
+ private:
+  static constexpr std::size_t kBones = 17;
+
+  struct Influence {
+    std::size_t bone;
+    double weight;
+  };
+  /// A rigid motion: (w, x, y, z) of the rotation, and of half the shift times the rotation.
+  struct DualQuaternion {
+    Eigen::Vector4d real = Eigen::Vector4d::Zero();
+    Eigen::Vector4d dual = Eigen::Vector4d::Zero();
+  };
+  using Motions = std::array<DualQuaternion, kBones>;
+
+  static DualQuaternion motion(const Eigen::Matrix3d& rotation, const Vector3& from, const Vector3& to);
+  void add_influences(const Vector3& x);
+  Motions motions_to(const HandSkeleton& posed) const;
+  DualQuaternion blended(const Motions& motions, Eigen::Index vertex) const;
+
+  HandSkeleton made_in_;
+  double side_;      // of x: 1 right, -1 left
+  Points template_;  // of the right hand
+  std::vector<Influence> influences_;
+  std::vector<std::size_t>
+      starts_;  // of vertex v: influences_[k], starts_[v] <= k < starts_[v + 1], the heaviest first
+};
+
+/// A bone of a digit (0 the thumb, then the fingers from index to little) in words.
+std::string bone_name(std::size_t digit, std::size_t bone);
+
+}  // namespace touchfield
