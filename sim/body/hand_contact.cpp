@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kStill = 0.5e-3;  // [m]
 constexpr double kMostWebTurn = 40 * kDegree;
-constexpr double kMostThumbSwing = 25 * kDegree;
+constexpr double kMostThumbSwing = 22 * kDegree;
 constexpr double kMostThumbTwist = 100 * kDegree;
 
 /// A point as seen from a bone.

@@ -29,7 +29,7 @@ std::string contact_text(const HandContact& contact);
 
 /// Whether a pose can be reached with the triangles of the template: no parts come into contact that are apart in it,
 /// none move against each other that touch in it, and none turn so far against each other that the skin between them
-/// loses its shape: proximal phalanges next to each other 40 degrees, the thumb's metacarpal 25, its palm side 100.
+/// loses its shape: proximal phalanges next to each other 40 degrees, the thumb's metacarpal 22, its palm side 100.
 ///
 /// The digits count as rows of balls of the skeleton's radii and 3 % more, 5 mm apart or less, the palm as its own
 /// flesh. A finger that is bent so far that its inside fills with flesh has come into contact with itself. Webs and

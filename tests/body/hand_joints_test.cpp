@@ -1,6 +1,4 @@
 #include <cmath>
-#include <functional>
-#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -18,6 +16,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
+#include "tests/support/joint_support.h"
 
 namespace touchfield {
 namespace hand_joints_test {
@@ -91,42 +90,8 @@ TEST(HandJoints, TurnTheThumb) {
   EXPECT_LT((hand_landmark(options, "thumb_tip") - skeleton.thumb.joints[3]).norm(), 0.6 * kMm);
 }
 
-struct Joint {
-  std::string name;
-  std::function<void(HandJoints&, double)> turn;  // to an angle [rad]
-  double least;                                   // [degrees]
-  double most;
-};
-
-/// The ranges of the design; rotation and the other fingers' abduction are the model's own.
-std::vector<Joint> all_joints() {
-  std::vector<Joint> joints;
-  const auto add_thumb = [&](const char* name, std::optional<double> ThumbJoints::*angle, double least, double most) {
-    joints.push_back({std::string("thumb.") + name, [=](HandJoints& j, double a) { j.thumb.*angle = a; }, least, most});
-  };
-  add_thumb("cmc_flexion", &ThumbJoints::cmc_flexion, -25, 35);
-  add_thumb("cmc_abduction", &ThumbJoints::cmc_abduction, -30, 60);
-  add_thumb("cmc_rotation", &ThumbJoints::cmc_rotation, -60, 80);
-  add_thumb("mcp", &ThumbJoints::mcp, -10, 80);
-  add_thumb("ip", &ThumbJoints::ip, -15, 80);
-  const auto add_finger = [&](const std::string& name, FingerJoints HandJoints::*finger, double least, double most) {
-    const auto add = [&](const char* joint, std::optional<double> FingerJoints::*angle, double low, double high) {
-      joints.push_back({name + "." + joint, [=](HandJoints& j, double a) { j.*finger.*angle = a; }, low, high});
-    };
-    add("abduction", &FingerJoints::abduction, least, most);
-    add("mcp", &FingerJoints::mcp, 0, 90);
-    add("pip", &FingerJoints::pip, 0, 100);
-    add("dip", &FingerJoints::dip, -10, 90);
-  };
-  add_finger("index", &HandJoints::index, -15, 42);
-  add_finger("middle", &HandJoints::middle, -20, 20);
-  add_finger("ring", &HandJoints::ring, -15, 25);
-  add_finger("little", &HandJoints::little, -15, 45);
-  return joints;
-}
-
 TEST(HandJoints, RefuseAnglesOutOfTheirRange) {
-  for (const Joint& joint : all_joints()) {
+  for (const HandJoint& joint : all_joints()) {
     for (const double outside : {joint.least - 1, joint.most + 1, std::nan("")}) {
       HandJoints joints;
       joint.turn(joints, outside * kDegree);
@@ -178,7 +143,7 @@ TEST(HandJoints, AnyAnglesGiveASoundSkinOrAClearError) {
   for (int draw = 0; draw < kDraws; ++draw) {
     HandOptions options;
     options.edge = 6e-3;
-    for (const Joint& joint : all_joints()) {
+    for (const HandJoint& joint : all_joints()) {
       const double share = static_cast<double>(random() >> 11) * 0x1p-53;
       joint.turn(options.joints, (joint.least + share * (joint.most - joint.least)) * kDegree);
     }
