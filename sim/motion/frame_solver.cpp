@@ -64,6 +64,10 @@ Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme) {
   }
 }
 
+bool takes_drives(const Scene& scene, const MethodSpec& method) {
+  return method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && scene.solve.quiet_weight > 0;
+}
+
 Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& array, const Wave& wave,
                         const Vector3& before, const Vector3& now) {
   if (array.kind != TransducerArray::Kind::kTransducers) {

@@ -15,6 +15,9 @@ namespace touchfield {
 /// scheme   of the frames
 Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme);
 
+/// Whether a FrameSolver of a scene's method needs those drives, so as not to look for its own in every frame.
+bool takes_drives(const Scene& scene, const MethodSpec& method);
+
 /// What is expected of phases that turn with a patch that moves: of channel n, at x_n,
 ///
 ///   phi_n - k (|x_n - now| - |x_n - before|)

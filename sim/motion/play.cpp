@@ -179,7 +179,7 @@ class Player {
     std::map<Scheme, Eigen::MatrixXcd> drives;
     for (const MethodSpec& method : scene.solve.methods) {
       Eigen::MatrixXcd own;
-      if (method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && scene.solve.quiet_weight > 0) {
+      if (takes_drives(scene, method)) {
         if (!drives.contains(method.scheme)) {
           drives[method.scheme] = timed(progress, motion_.timings, "drives_" + to_string(method.scheme),
                                         "drives that span the motion by " + to_string(method.scheme),
