@@ -127,13 +127,13 @@ class Live {
       leave_if_interrupted();
     }
     moving_ = built.get();
-    if (!command_.output.empty()) {
-      directory_.emplace(RunDirectory::at(command_.output, {"live.csv"}, command_.options.device.replace));
-    }
   }
 
   /// The solver, made in the loop's thread, and the phases that it began with.
   Drive prepared() {
+    if (!command_.output.empty()) {
+      directory_.emplace(RunDirectory::at(command_.output, {"live.csv"}, command_.options.device.replace));
+    }
     progress_.note(fmt::format("live: preparing {}: {} faces, {} channels", method_.name,
                                moving_->first().body.mesh.face_count(), moving_->first().array.size()));
     MotionFrame first;

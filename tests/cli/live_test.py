@@ -56,7 +56,7 @@ class Dry(LiveTest):
         self.assertEqual((live["stale"], live["silences"], live["empty"]), (0, 0, 0))
         self.assertLess(live["solve"]["median_s"], live["latency"]["worst_s"])
         self.assertIn("phases", live["stages"])
-        rows = list(csv.DictReader((self.folder / "out/live.csv").open()))
+        rows = list(csv.DictReader((self.folder / "out/live.csv").read_text().splitlines()))
         self.assertEqual([int(row["frame"]) for row in rows], list(range(live["frames"])))
         sampled = [float(row["sampled_s"]) for row in rows]
         self.assertEqual(sampled, sorted(sampled))
@@ -106,6 +106,7 @@ class Dry(LiveTest):
                 done = self.touchfield("live", self.scene, "--method", "unscattered", *change, "-o", "bad")
                 self.assertEqual(done.returncode, BAD_INPUT, done.stderr)
                 self.assertIn(says, done.stderr)
+                self.assertFalse((self.folder / "bad").exists())
         done = self.touchfield("live", self.scene)
         self.assertIn("the scene has the methods surface, unscattered; --method picks one", done.stderr)
 
@@ -119,8 +120,8 @@ class OnABoard(LiveTest):
 
     def start(self, *arguments):
         process = subprocess.Popen(
-            [PROGRAM, "live", str(self.scene), "--method", "unscattered", "--set", "motion.seconds=60",
-             "--max-seconds", "60", *self.to, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            [PROGRAM, "live", str(self.scene), "--method", "unscattered", "--set", "motion.seconds=20",
+             "--max-seconds", "20", *self.to, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             cwd=self.folder)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.stderr.close)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include <gmock/gmock.h>
@@ -11,6 +12,9 @@
 #include "apps/commands/live_stream.h"
 #include "hardware/player.h"
 #include "sim/core/errors.h"
+#include "sim/motion/frame_solver.h"
+#include "tests/support/moving_support.h"
+#include "tests/support/scene_support.h"
 
 namespace touchfield {
 namespace {
@@ -168,7 +172,7 @@ LiveSolution solution_of(std::size_t k) {
   return solution;
 }
 
-class Live : public testing::Test {
+class Live : public ::testing::Test {
  protected:
   void TearDown() override {
     if (loop_) ended(*loop_, time_);
@@ -317,7 +321,7 @@ TEST_F(Live, IsQuietWhileSamplesComeTooLate) {
   ASSERT_TRUE(ended(*loop_, time_));
   EXPECT_EQ(played.sent, 0U);
   EXPECT_GE(played.stale, 15U);
-  EXPECT_THAT(link_.frames(), testing::IsEmpty());
+  EXPECT_THAT(link_.frames(), ::testing::IsEmpty());
 }
 
 // The solver goes on with what was seen last, for as long as that may be felt.
@@ -359,8 +363,8 @@ TEST_F(Live, ComesBackAfterASlowFrame) {
   EXPECT_EQ(played.silences, 1U);
   EXPECT_EQ(played.stale, 1U) << "the slow one itself";
   EXPECT_EQ(loop_->report().dropped, 7);  // of the slots from 0.25 to 0.6, all but the last
-  EXPECT_THAT(link_.frames(), testing::Not(testing::Contains(3)));
-  EXPECT_THAT(link_.frames(), testing::IsSupersetOf({2, 4, 5}));
+  EXPECT_THAT(link_.frames(), ::testing::Not(::testing::Contains(3)));
+  EXPECT_THAT(link_.frames(), ::testing::IsSupersetOf({2, 4, 5}));
   EXPECT_TRUE(link_.on_at(0.99));
 }
 
@@ -433,7 +437,8 @@ TEST_F(Live, PredictsByWhatItMeasures) {
 }
 
 // On the machine's own clock, where threads run as they like.
-TEST(LiveOnTheWallClock, GoesThroughItsMotion) {
+class LiveOnTheWallClock : public ::testing::Test {
+ protected:
   class WallPace final : public Pace {
    public:
     double now() override { return time.now(); }
@@ -442,7 +447,31 @@ TEST(LiveOnTheWallClock, GoesThroughItsMotion) {
       return true;
     }
     SteadyTime time;
-  } pace;
+  };
+
+  void play_it(LiveLoop& loop, const MotionSpec& motion, const Rounding& rounding) {
+    while (!loop.ready(1)) {
+    }
+    const PlayReport played = play(stream_of(loop, motion, rounding), link_, motion.seconds, pace_);
+    EXPECT_EQ(link_.sent.back().number, -1);
+    ASSERT_TRUE(loop.stop(60));
+    const LiveReport report = loop.report();
+    EXPECT_GE(played.sent, 1U);
+    EXPECT_GE(report.frames.size(), played.sent);
+    double before = 0;
+    for (const LiveFrame& frame : report.frames) {
+      EXPECT_GE(frame.frame.sampled, before);
+      EXPECT_GE(frame.frame.started, frame.frame.sampled + motion.sensor.latency - 1e-5);
+      EXPECT_GE(frame.solved, frame.frame.started);
+      before = frame.frame.sampled;
+    }
+  }
+
+  WallPace pace_;
+  NotingLink link_{pace_};
+};
+
+TEST_F(LiveOnTheWallClock, GoesThroughItsMotion) {
   MotionSpec motion = motion_of(0.5);
   motion.frames_hz = 100;
   motion.sensor.hz = 130;
@@ -454,37 +483,41 @@ TEST(LiveOnTheWallClock, GoesThroughItsMotion) {
       [](double s) {
         return MotionState{Eigen::VectorXd::Constant(1, s), std::nullopt};
       },
-      [&] { return [&](const LiveSample&, Tick) { return solution_of(solved++ % 256); }; }, pace.time);
-  while (!loop.ready(1)) {
-  }
-  class QuietLink final : public ArrayLink {
-   public:
-    std::string describe() const override { return ""; }
-    const ArrayLayout& layout() const override { return layout_; }
-    LinkAbilities abilities() const override { return {{256, 256}, 1000, {}, false}; }
-    void open() override {}
-    void set_modulation(const Modulation&) override {}
-    void send(const DriveFrame&) override { quieted = false; }
-    void quiet() override { quieted = true; }
-    void close() noexcept override {}
-    bool quieted = false;
+      [&] { return [&](const LiveSample&, Tick) { return solution_of(solved++ % 256); }; }, pace_.time);
+  play_it(loop, motion, rounded);
+}
 
-   private:
-    ArrayLayout layout_{Points::Zero(3, 1), Points::Zero(3, 1), {}, {}};
-  } link;
-  const PlayReport played = play(stream_of(loop, motion, rounded), link, motion.seconds, pace);
-  EXPECT_TRUE(link.quieted);
-  ASSERT_TRUE(loop.stop(30));
-  const LiveReport report = loop.report();
-  EXPECT_GE(played.sent, 1U);
-  EXPECT_GE(report.frames.size(), played.sent);
-  EXPECT_EQ(static_cast<std::size_t>(report.dropped + report.waiting) + report.frames.size(), 50U);
-  double before = 0;
-  for (const LiveFrame& frame : report.frames) {
-    EXPECT_GE(frame.frame.sampled, before);
-    EXPECT_GE(frame.frame.started, frame.frame.sampled + 5e-3 - 1e-5);
-    before = frame.frame.sampled;
+class LiveScene : public LiveOnTheWallClock {
+ protected:
+  const MovingModel moving_{testing::scene_from(
+      testing::kMovingCapsule,
+      {"array.grid.count=[6, 5]", "solve.methods=[surface]", "motion.predict=linear", "motion.stale_ms=10000"})};
+  const MethodSpec& method_ = moving_.first().scene.solve.methods.front();
+  MotionFrame first_;
+};
+
+// The motion is straight, so that the pose expected is the true one.
+TEST_F(LiveScene, IsSolvedForThePoseThatIsExpected) {
+  const LiveSolver solver = live_solver(moving_, method_, first_);
+  FrameSolver reference(moving_, method_, drives_of_motion(moving_, method_.scheme));
+  EXPECT_EQ(first_.solution.phases, reference.solve(moving_.first()).solution.phases);
+  LiveSample sample{{to_ticks(0.1), moving_.state(0.1)}, LiveSample::Seen{to_ticks(0.06), moving_.state(0.06)}};
+  for (const double wanted : {0.1, 0.17}) {
+    const LiveSolution found = solver(sample, to_ticks(wanted));
+    const MotionFrame expected = reference.solve(moving_.at(moving_.state(wanted)));
+    const Eigen::ArrayXd apart = found.frame.solution.phases - expected.solution.phases;
+    EXPECT_LT((apart - 2 * std::numbers::pi * (apart / (2 * std::numbers::pi)).round()).abs().maxCoeff(), 1e-4);
+    EXPECT_EQ(found.frame.seconds.front().first, "pose");
+    EXPECT_EQ(found.residual, reference.worst_residual());
   }
+}
+
+TEST_F(LiveScene, GoesThroughItsMotion) {
+  const MotionSpec& motion = *moving_.first().scene.motion;
+  LiveLoop loop(
+      motion, [&](double seconds) { return moving_.state(seconds); },
+      [&] { return live_solver(moving_, method_, first_); }, pace_.time);
+  play_it(loop, motion, [](const Drive&) { return DriveFrame{{1}, {255}}; });
 }
 
 }  // namespace
