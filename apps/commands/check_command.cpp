@@ -13,6 +13,7 @@
 #include "sim/assess/accuracy.h"
 #include "sim/assess/check.h"
 #include "sim/batch/sweep_case.h"
+#include "sim/motion/play.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/sweep_reader.h"
 #include "sim/solve/meshed_body.h"
@@ -96,6 +97,11 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
     ConsoleProgress progress(flags.quiet || flags.json);
     accuracy = measure_accuracy(model, progress);
   }
+  std::optional<MotionCost> motion;
+  if (scene.motion) {
+    require_memory(report);
+    motion = expected_cost(MovingModel(scene));
+  }
   if (flags.json) {
     const Remarks remarks = model_remarks(model);
     nlohmann::ordered_json json = {{"name", scene.name},
@@ -124,9 +130,20 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
       json["accuracy_split_target"] = number_or_null(accuracy->split_target);
       json["accuracy_seconds"] = accuracy->seconds;
     }
+    if (motion) {
+      json["motion"] = {{"frames", motion->frames},
+                        {"scores", motion->scores},
+                        {"seconds", motion->seconds},
+                        {"memory_mib", motion->memory_mib}};
+    }
     put(fmt::format("{}\n", json.dump(2)));
   } else if (!flags.quiet) {
     put(describe_check(model, report));
+    if (motion) {
+      put(fmt::format(
+          "motion: {} frames a method and {} scores, about {:.0f} s to play, {:.0f} MiB beside the still's\n",
+          motion->frames, motion->scores, motion->seconds, motion->memory_mib));
+    }
     if (accuracy) {
       put(describe_accuracy(*accuracy, model.body.mesh.mean_edge()));
     }

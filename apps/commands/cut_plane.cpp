@@ -1,7 +1,6 @@
 #include "apps/commands/cut_plane.h"
 
 #include <cmath>
-#include <ranges>
 #include <string_view>
 #include <vector>
 
@@ -9,6 +8,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
+#include "sim/scene/number_table.h"
 
 namespace touchfield {
 
@@ -48,13 +48,13 @@ CutPlane parse_cut_plane(const std::string& text) {
     return parse_axis_plane(text);
   }
   std::vector<double> numbers;
-  for (const auto word : std::views::split(std::string_view(text), ',')) {
-    numbers.push_back(parse_number({word.begin(), word.end()}, text));
+  for (const std::string_view word : schema::cells(text)) {
+    numbers.push_back(parse_number(word, text));
   }
   if (numbers.size() != 6) {
     refuse(text);
   }
-  const CutPlane plane{{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};
+  CutPlane plane{{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};
   if (plane.normal.isZero(0)) {
     refuse(text);
   }

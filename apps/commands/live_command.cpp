@@ -16,6 +16,7 @@
 #include "hardware/stop_signals.h"
 #include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
+#include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_file.h"
 
@@ -77,10 +78,10 @@ class Live {
 
   int run() {
     EmissionPlan plan = plan_of(command_.options);
+    build();
     plan.request.rate = motion_.frames_hz;
     plan.request.seconds = motion_.seconds;
     plan.signals = &signals_;
-    build();
     plan.array = layout_of(moving_->first().array);
     plan.must_match = {moving_->first().array};
     plan.drives = [this](const ArrayLayout&) { return std::vector<Drive>{prepared()}; };
@@ -121,12 +122,17 @@ class Live {
     progress_.note(fmt::format("live: building {}", scene_.name));
     std::future<std::unique_ptr<MovingModel>> built = std::async(std::launch::async, [this] {
       apply_threads(flags_);
-      return std::make_unique<MovingModel>(scene_);
+      return std::make_unique<MovingModel>(within_budget(scene_, notes_));
     });
     while (built.wait_for(std::chrono::duration<double>(kLook)) != std::future_status::ready) {
       leave_if_interrupted();
     }
     moving_ = built.get();
+    method_ = method_of(moving_->first().scene, command_.method);
+    motion_ = motion_of(moving_->first().scene, command_.options.request.seconds);
+    for (const std::string& note : notes_) {
+      progress_.remark(note);
+    }
   }
 
   /// The solver, made in the loop's thread, and the phases that it began with.
@@ -165,8 +171,8 @@ class Live {
     const LiveReport loop = loop_->report();
     report.play.late = static_cast<std::size_t>(loop.late);
     report.play.dropped = static_cast<std::size_t>(loop.dropped);
-    for (const LiveFrame& frame : loop.frames) {
-      report.play.worst_delay = std::max(report.play.worst_delay, frame.frame.late);
+    for (const MotionFrame& frame : loop.frames) {
+      report.play.worst_delay = std::max(report.play.worst_delay, frame.late);
     }
     const LiveResult result{motion_, loop, report.play};
     if (directory_) {
@@ -197,6 +203,7 @@ class Live {
   Scene scene_;
   MethodSpec method_;
   MotionSpec motion_;
+  std::vector<std::string> notes_;  // of the frame that was chosen for a budget
   std::unique_ptr<MovingModel> moving_;
   std::optional<RunDirectory> directory_;
   SteadyTime time_;

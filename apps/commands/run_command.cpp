@@ -1,12 +1,11 @@
 #include <memory>
-#include <mutex>
 
 #include <fmt/format.h>
 
+#include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/interrupt_guard.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/check.h"
@@ -46,13 +45,6 @@ nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
           {"notes", run.notes}};
 }
 
-std::shared_ptr<RunDirectory> claim(const RunCommand& command, const std::string& name,
-                                    const std::vector<std::string>& files) {
-  return std::make_shared<RunDirectory>(command.output.empty()
-                                            ? RunDirectory::next_free("results/runs", name, files)
-                                            : RunDirectory::at(command.output, files, command.force));
-}
-
 /// The scene of the command: a file, or the one that a run has kept, whose paths are absolute.
 Scene scene_of(const RunCommand& command) {
   if (command.from.empty()) {
@@ -62,33 +54,12 @@ Scene scene_of(const RunCommand& command) {
   return read_resolved_scene(read_run_file(file).scene, file, command.overrides);
 }
 
-/// What an interrupt has to close: nothing until a directory is claimed.
-struct OpenRun {
-  std::mutex mutex;
-  std::shared_ptr<RunDirectory> directory;
-};
-
-void close_on_interrupt(const std::shared_ptr<OpenRun>& open) {
-  handle_interrupts([open](const char* signal_name) {
-    const std::lock_guard lock(open->mutex);
-    if (open->directory) {
-      open->directory->fail(fmt::format("interrupted by {}", signal_name));
-      say(fmt::format("\ntouchfield: interrupted; {} says which methods are finished and which are missing\n",
-                      open->directory->file("failed.json")));
-    } else {
-      say("\ntouchfield: interrupted before anything was written\n");
-    }
-  });
-}
-
 int run_command(const RunCommand& command, const Invocation& invoked) {
   if (command.scene.empty() && command.from.empty()) {
     throw InputError("run: SCENE is missing: a scene file, or --from RUN.h5");
   }
   const CommonFlags& flags = invoked.flags;
-  block_interrupts();
-  const auto open = std::make_shared<OpenRun>();
-  close_on_interrupt(open);
+  ClaimedDirectory claimed("{} says which methods are finished and which are missing");
   const int threads = apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   // All that can be wrong with the input is found before the output directory exists.
@@ -97,11 +68,8 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
   const CheckReport report = check_model(model);
   require_memory(report);
 
-  {
-    const std::lock_guard lock(open->mutex);
-    open->directory = claim(command, scene.name, run_files(model, command.pictures));
-  }
-  RunDirectory& directory = *open->directory;
+  RunDirectory& directory =
+      claimed.claim(command.output, command.force, scene.name, run_files(model, command.pictures));
   try {
     progress.log_to(directory.file("run.log"));
     progress.note(fmt::format("touchfield {} ({}): scene {}, {} threads, BLAS core {}, loops {}", build_info().version,
@@ -121,15 +89,10 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     } else {
       put(fmt::format("{}{}", methods_table(run), flags.quiet ? directory.path() + "\n" : ""));
     }
-    const std::lock_guard lock(open->mutex);
-    open->directory.reset();  // complete: an interrupt from here on finds nothing to close
+    claimed.release();
     return 0;
   } catch (const std::exception& error) {
-    try {
-      directory.fail(error.what());
-    } catch (const IoError& record_error) {  // the disk may be full; the first error is the one to report
-      progress.warn(record_error.what());
-    }
+    claimed.fail(error.what(), progress);
     throw;
   }
 }

@@ -226,7 +226,7 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   const SweepPlan plan = read_sweep(command.sweep, command.overrides);
   const std::vector<Scene> scenes = read_cases(plan);
   require_named_files(scenes);
-  const SweepIdentity identity(plan, plan_hash(plan, scenes), shard, names_files(scenes));
+  const SweepIdentity identity{plan, plan_hash(plan, scenes), shard, names_files(scenes)};
   SweepDirectory directory =
       SweepDirectory::open(output_directory(command, plan, shard), identity,
                            command.resume || command.options.retry_failed || command.output.empty());

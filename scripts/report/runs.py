@@ -164,7 +164,8 @@ def made_by(command, program, scenes=()):
     """Of a script that calls `program` on these scene files."""
     said = subprocess.run([program, "--version"], check=True, capture_output=True, text=True).stdout
     return Made(command, [revision_of(said)],
-                {path.name: hashlib.sha256(path.read_bytes()).hexdigest()[:12] for path in map(pathlib.Path, scenes)})
+                {f"{path.parent.name}/{path.name}": hashlib.sha256(path.read_bytes()).hexdigest()[:12]
+                 for path in map(pathlib.Path, scenes)})
 
 
 def write_table(path, rows, origin):

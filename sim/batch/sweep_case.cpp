@@ -15,11 +15,14 @@
 
 #include "sim/assess/check.h"
 #include "sim/assess/peak_memory.h"
+#include "sim/batch/play_scene.h"
 #include "sim/batch/run_directory.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
+#include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/store/motion_summary.h"
 
 namespace touchfield {
 
@@ -59,22 +62,54 @@ void take_results(const Run& run, SweepRecord& record) {
   }
 }
 
-void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<void(double)>& expect,
-             SweepRecord& record) {
-  const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
-  const Model model = build_model(scene, &kept.bodies);
-  const CheckReport report = check_model(model);
-  require_memory(report);
-  expect(report.seconds);
-  RunDirectory directory = RunDirectory::made(job.scratch, run_files(model));
+void take_results(const Motion& motion, SweepRecord& record) {
+  record.faces = static_cast<int>(motion.mesh.face_count());
+  record.channels = static_cast<int>(motion.array.size());
+  record.warnings = motion.warnings;
+  for (const MotionMethod& method : motion.methods) {
+    const MotionSummary over = summary(method);
+    SweepRecord::Method row{method.name, method.method, method.scheme, "played", {}, summary_columns(over)};
+    for (std::size_t i = 0; i < metric_fields().size(); ++i) {
+      row.metrics.*metric_fields()[i].value = over.metrics[i].median;
+    }
+    record.methods.push_back(std::move(row));
+  }
+}
+
+/// Calls work(directory), and closes that with the reason if it fails.
+template <typename Work>
+void in_directory(const std::string& path, const std::vector<std::string>& files, const Work& work) {
+  RunDirectory directory = RunDirectory::made(path, files);
   try {
-    SolveOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
-    take_results(run_model(model, options, directory, progress), record);
+    work(directory);
     directory.settle();
   } catch (const std::exception& error) {
     directory.fail(error.what());
     throw;
   }
+}
+
+void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<void(double)>& expect,
+             SweepRecord& record) {
+  const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
+  if (scene.motion) {
+    MotionOptions options{.command_line = job.command_line, .threads = job.threads};
+    const MovingModel moving(within_budget(scene, options.notes), &kept.bodies);
+    require_memory(check_model(moving.first()));
+    expect(expected_cost(moving).seconds);
+    in_directory(job.scratch, motion_files(moving), [&](RunDirectory& directory) {
+      take_results(play_scene(moving, options, directory, progress), record);
+    });
+    return;
+  }
+  const Model model = build_model(scene, &kept.bodies);
+  const CheckReport report = check_model(model);
+  require_memory(report);
+  expect(report.seconds);
+  in_directory(job.scratch, run_files(model), [&](RunDirectory& directory) {
+    SolveOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
+    take_results(run_model(model, options, directory, progress), record);
+  });
 }
 
 /// What scenes that may share their models have in common, as text.

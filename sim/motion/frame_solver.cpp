@@ -64,8 +64,10 @@ Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme) {
   }
 }
 
-bool takes_drives(const Scene& scene, const MethodSpec& method) {
-  return method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && scene.solve.quiet_weight > 0;
+Eigen::MatrixXcd drives_for(const MovingModel& moving, const MethodSpec& method) {
+  const bool whole_skin = method.kind->model == MethodModel::kSkin && method.kind->minds_quiet &&
+                          moving.first().scene.solve.quiet_weight > 0;
+  return whole_skin ? drives_of_motion(moving, method.scheme) : Eigen::MatrixXcd();
 }
 
 Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& array, const Wave& wave,
@@ -78,12 +80,19 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
   return phases - wave.k() * (new_way - old_way);
 }
 
+bool presses(const Model& model, const TriangleMesh& mesh) {
+  return model.scene.target && model.scene.target->pressure != 0.0 && hold_faces(mesh, model.boxes);
+}
+bool presses(const Model& model) { return presses(model, model.body.mesh); }
+
 FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives)
     : moving_(moving),
       method_(method),
       solver_(frame_solver_spec(moving.first().scene.solve.solver)),
       drives_(std::move(drives)) {
   method_.iterations = moving.first().scene.motion->iterations;
+  method_.start = StartSpec{};
+  method_.start.kind = StartSpec::Kind::kZero;
   if (moving.is_rigid()) {
     kept_.expect(
         static_cast<int>(std::ceil(moving.first().scene.motion->seconds * moving.first().scene.motion->frames_hz)));
@@ -119,7 +128,7 @@ MotionFrame FrameSolver::solve(const Model& model) {
   MotionFrame frame;
   records_.clear();
   std::optional<Target> target;
-  if (model.scene.target && hold_faces(model.body.mesh, model.boxes)) {
+  if (presses(model)) {
     target = build_target(model);
   }
   const Eigen::Index channels = model.array.size();
@@ -147,13 +156,13 @@ MotionFrame FrameSolver::solve(const Model& model) {
     timed(silent_, frame.seconds, "transfer", "", [&] { methods_->skin_problem(amplitudes, silent_); });
   }
   const Vector3 patch = target ? moving_.patch(model) : Vector3::Zero();
-  Eigen::VectorXd before = Eigen::VectorXd::Zero(channels);
   const MotionSpec& motion = *model.scene.motion;
+  std::optional<Eigen::VectorXd> before;
   if (motion.start == MotionSpec::Start::kPrevious && phases_.size() > 0) {
     before = motion.steer ? steered(phases_, model.array, model.wave, patch_, patch) : phases_;
   }
   frame.solution = timed(silent_, frame.seconds, "phases", "",
-                         [&] { return methods_->solve(method_, amplitudes, silent_, &before); });
+                         [&] { return methods_->solve(method_, amplitudes, silent_, before ? &*before : nullptr); });
   phases_ = frame.solution.phases;
   patch_ = patch;
   for (const SolveRecord& record : records_) {

@@ -10,13 +10,17 @@
 
 namespace touchfield {
 
+/// Whether anything is to be pressed on at this instant: the target asks for sound, and every box of it holds a face.
+bool presses(const Model& model, const TriangleMesh& mesh);
+bool presses(const Model& model);
+
 /// Drives that span what all channels do to a body over its whole motion, N x r, to 1e-3 of b anywhere on the way.
 ///
 /// scheme   of the frames
 Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme);
 
-/// Whether a FrameSolver of a scene's method needs those drives, so as not to look for its own in every frame.
-bool takes_drives(const Scene& scene, const MethodSpec& method);
+/// The same for a method, by its scheme, if it works on what all channels do to the whole skin; else nothing.
+Eigen::MatrixXcd drives_for(const MovingModel& moving, const MethodSpec& method);
 
 /// What is expected of phases that turn with a patch that moves: of channel n, at x_n,
 ///

@@ -41,7 +41,9 @@ void SteadyTime::wait_until(double t, const std::stop_token& stop) {
 LiveLoop::LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time)
     : motion_(measured(motion)), sensor_(std::move(sensor)), time_(time) {
   LoopClock checked(motion_);
-  report_.frames.reserve(static_cast<std::size_t>(std::ceil(motion.seconds * motion.frames_hz)));
+  const auto slots = static_cast<std::size_t>(std::ceil(motion.seconds * motion.frames_hz));
+  report_.frames.reserve(slots);
+  report_.solved.reserve(slots);
   solver_thread_ =
       std::jthread([this, make = std::move(prepare)](const std::stop_token& stop) { run([&] { solve(stop, make); }); });
 }
@@ -74,9 +76,9 @@ double LiveLoop::begun() const {
 
 void LiveLoop::committed(std::size_t number, double at) {
   const std::lock_guard lock(mutex_);
-  LiveFrame& frame = report_.frames[number];
-  frame.frame.shown = at - *begun_;
-  handover_.add(to_ticks(frame.frame.shown - frame.solved));
+  const double shown = at - *begun_;
+  report_.frames[number].shown = shown;
+  handover_.add(to_ticks(shown - report_.solved[number]));
 }
 
 bool LiveLoop::over() const {
@@ -207,21 +209,18 @@ LiveFrame LiveLoop::frame_for(const FrameStart& start, const LiveSample& sample,
 }
 
 void LiveLoop::keep(const LiveFrame& frame, const LoopClock& clock) {
-  LiveFrame kept = frame;
-  kept.frame.solution = {};
+  MotionFrame kept = frame.frame;
+  kept.solution = {};
   const std::lock_guard lock(mutex_);
   report_.frames.push_back(std::move(kept));
+  report_.solved.push_back(frame.solved);
   report_.late = clock.late();
   report_.dropped = clock.dropped();
   report_.waiting = clock.waiting();
 }
 
 LiveSolver live_solver(const MovingModel& moving, const MethodSpec& method, MotionFrame& first) {
-  Eigen::MatrixXcd drives;
-  if (takes_drives(moving.first().scene, method)) {
-    drives = drives_of_motion(moving, method.scheme);
-  }
-  const auto solver = std::make_shared<FrameSolver>(moving, method, std::move(drives));
+  const auto solver = std::make_shared<FrameSolver>(moving, method, drives_for(moving, method));
   const double seconds = moving.first().scene.motion->seconds;
   for (int place = 0; place < kFirstPlaces; ++place) {
     first = solver->solve(moving.at(moving.state(seconds * place / (kFirstPlaces - 1))));

@@ -65,14 +65,15 @@ using LiveSolver = std::function<LiveSolution(const LiveSample& sample, Tick wan
 /// A frame of the loop. Its times are since the loop began; `shown` is when the link had taken it, NaN before.
 struct LiveFrame {
   std::size_t number = 0;  // from 0
+  double solved = 0;       // when the solver was done
   MotionFrame frame;
-  double solved = 0;  // when the solver was done
 };
 
 /// What a loop did.
 struct LiveReport {
-  std::vector<LiveFrame> frames;  // without phases
-  std::int64_t late = 0;          // as LoopClock has them
+  std::vector<MotionFrame> frames;  // by their numbers, without phases
+  std::vector<double> solved;       // a frame
+  std::int64_t late = 0;            // as LoopClock has them
   std::int64_t dropped = 0;
   std::int64_t waiting = 0;
   double residual = 0;

@@ -44,16 +44,10 @@ std::optional<MeshSequence> sequence_of(const Scene& scene) {
     if (!is_series(body)) {
       continue;
     }
-    const auto& shape = std::get<MeshShape>(body.shape);
-    if (body.edge || body.keep_within || shape.resurface) {
-      throw InputError(
-          "body.meshes: its triangles are those of the files; take edge_mm, keep_within_mm and "
-          "resurface_mm away");
-    }
     if (sequence) {
       throw InputError("bodies: one of them at most can be given as meshes over time");
     }
-    sequence.emplace(shape);
+    sequence.emplace(std::get<MeshShape>(body.shape));
   }
   if (sequence && scene.judge.kind == JudgeSpec::Kind::kEdge) {
     throw InputError("judge.edge_mm: bodies given as meshes over time cannot be meshed anew; take judge: {split: 1}");
@@ -123,8 +117,8 @@ TriangleMesh MovingSkin::at(const Scene& scene, const BodyPlan& plan, const Moti
   return {std::move(world), triangles_};
 }
 
-MovingModel::MovingModel(const Scene& scene)
-    : first_(build_model(scene)),
+MovingModel::MovingModel(const Scene& scene, KeptBodies* kept)
+    : first_(build_model(scene, kept)),
       trajectory_(scene),
       sequence_(sequence_of(scene)),
       solving_(scene, first_.plan, first_.body.mesh, first_.owner) {
@@ -132,7 +126,7 @@ MovingModel::MovingModel(const Scene& scene)
     throw InputError("sensing: is of stills; a motion has motion.sensor");
   }
   if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
-    const JudgeMesh judge = build_judge_mesh(first_);
+    const JudgeMesh judge = build_judge_mesh(first_, kept);
     judging_.emplace(scene, first_.plan, judge.mesh, judge.owner);
   }
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {

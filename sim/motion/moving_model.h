@@ -60,7 +60,8 @@ class MovingModel {
   /// scene    with a motion
   /// throws   InputError as build_model and Trajectory; where a path leads into the array or its boards, bodies into each
   ///          other, or fingers into contact, with the time
-  explicit MovingModel(const Scene& scene);
+  /// kept     meshes of scenes before this one; may be null
+  explicit MovingModel(const Scene& scene, KeptBodies* kept = nullptr);
 
   /// The model as the motion begins.
   const Model& first() const { return first_; }

@@ -146,7 +146,7 @@ class Scorer {
     if (!gradient_ || !moving_.is_rigid()) {
       gradient_.emplace(mesh, model.wave.k());
     }
-    if (model.scene.target && hold_faces(mesh, model.boxes)) {
+    if (presses(model, mesh)) {
       scored.target = build_target(model, mesh);
     }
     for (Eigen::Index m = 0; m < drives.cols(); ++m) {
@@ -176,18 +176,15 @@ class Player {
   Player(const MovingModel& moving, const MotionOptions& options, Progress& progress)
       : moving_(moving), options_(options), progress_(progress), scorer_(moving), motion_(begun()) {
     const Scene& scene = moving.first().scene;
-    std::map<Scheme, Eigen::MatrixXcd> drives;
+    std::map<Scheme, Eigen::MatrixXcd> drives;  // one matrix for all methods of a scheme
     for (const MethodSpec& method : scene.solve.methods) {
-      Eigen::MatrixXcd own;
-      if (takes_drives(scene, method)) {
-        if (!drives.contains(method.scheme)) {
-          drives[method.scheme] = timed(progress, motion_.timings, "drives_" + to_string(method.scheme),
-                                        "drives that span the motion by " + to_string(method.scheme),
-                                        [&] { return drives_of_motion(moving, method.scheme); });
-        }
-        own = drives[method.scheme];
+      Eigen::MatrixXcd& own = drives[method.scheme];
+      if (own.size() == 0 && method.kind->model == MethodModel::kSkin) {
+        const std::string name = to_string(method.scheme);
+        own = timed(progress, motion_.timings, "drives_" + name, "drives that span the motion by " + name,
+                    [&] { return drives_for(moving, method); });
       }
-      loops_.push_back(std::make_unique<MethodLoop>(moving, method, std::move(own)));
+      loops_.push_back(std::make_unique<MethodLoop>(moving, method, own));
       pending_.emplace_back();
       motion_.methods.push_back({method.name, std::string(method.kind->name), scheme_of(method)});
     }
@@ -220,6 +217,7 @@ class Player {
                   .seconds = first.scene.motion->seconds,
                   .array = first.array,
                   .mesh = moving_.at(moving_.state(0)).body.mesh};
+    motion.notes = options_.notes;
     motion.provenance =
         provenance_now(options_.threads, used_seeds(first.scene), options_.command_line, text_hash(text));
     return motion;
@@ -260,7 +258,9 @@ class Player {
       if (const auto& frame = pending_[m].front().frame) {
         score.frame = static_cast<int>(frame->start.number);
         score.age = to_seconds(pending_[m].front().age());
-        score.displacement = scored.patch - loops_[m]->patch(frame->start.number);
+        const bool quiet = motion_.methods[m].frames[static_cast<std::size_t>(score.frame)].quiet;
+        score.displacement = quiet ? Vector3::Constant(kNotComputed).eval()
+                                   : Vector3(scored.patch - loops_[m]->patch(frame->start.number));
       }
       score.metrics = scored.metrics[m];
       motion_.methods[m].scores.push_back(std::move(score));
@@ -301,6 +301,40 @@ class Player {
 };
 
 }  // namespace
+
+MotionCost expected_cost(const MovingModel& moving) {
+  const Scene& scene = moving.first().scene;
+  const MotionSpec& motion = *scene.motion;
+  MotionCost cost;
+  cost.frames = static_cast<std::int64_t>(std::ceil(motion.seconds * motion.frames_hz));
+  cost.scores = static_cast<std::int64_t>(std::ceil(motion.seconds * motion.score_hz));
+  const auto methods = static_cast<double>(scene.solve.methods.size());
+  const auto timed_twice = [](const auto& work) {
+    const auto begin = Clock::now();
+    work(0.0);
+    const double first = seconds_since(begin);
+    const auto again = Clock::now();
+    work(0.1);
+    return std::pair(first, seconds_since(again));
+  };
+  FrameSolver solver(moving, scene.solve.methods.front(), {});
+  const auto [first_frame, frame] =
+      timed_twice([&](double share) { solver.solve(moving.at(moving.state(share * motion.seconds))); });
+  cost.seconds = methods * (first_frame + static_cast<double>(cost.frames - 1) * frame);
+  if (scene.judge.kind != JudgeSpec::Kind::kNone) {
+    Scorer scorer(moving);
+    const Eigen::MatrixXcd drives =
+        Eigen::MatrixXcd::Ones(moving.first().array.size(), static_cast<Eigen::Index>(scene.solve.methods.size()));
+    const auto [first_score, score] = timed_twice([&](double share) { scorer.at(share * motion.seconds, drives); });
+    cost.seconds += first_score + static_cast<double>(cost.scores - 1) * score;
+  }
+  const double frame_bytes = 16.0 * static_cast<double>(moving.first().array.size()) + sizeof(MotionFrame);
+  cost.memory_mib =
+      methods *
+      (static_cast<double>(cost.frames) * frame_bytes + static_cast<double>(cost.scores) * sizeof(MotionScore)) /
+      (1024.0 * 1024.0);
+  return cost;
+}
 
 Motion play_motion(const MovingModel& moving, const MotionOptions& options, Progress& progress) {
   return Player(moving, options, progress).played();

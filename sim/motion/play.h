@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "sim/core/progress.h"
 #include "sim/motion/moving_model.h"
@@ -12,9 +14,19 @@ namespace touchfield {
 struct MotionOptions {
   std::string command_line;                                          // kept as provenance
   int threads = 1;                                                   // likewise; the caller has set them
+  std::vector<std::string> notes{};                                  // of the motion from its beginning on
   std::function<void(const Motion&)> second = [](const Motion&) {};  // gets the motion so far after each second of it
   std::function<void(const MotionInstant&)> scored = [](const MotionInstant&) {};  // after each score by a judge
 };
+
+/// What playing a motion takes.
+struct MotionCost {
+  std::int64_t frames = 0;  // of a method
+  std::int64_t scores = 0;
+  double seconds = 0;     // about: from two frames of the first method and two scores, which it computes
+  double memory_mib = 0;  // beside that of the still: what is kept of frames and scores
+};
+MotionCost expected_cost(const MovingModel& moving);
 
 /// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases for
 /// what the sensor saw, and what is then on the array is scored on the true skin, by the scene's judge, at motion.score_hz.

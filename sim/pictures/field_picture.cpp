@@ -67,7 +67,7 @@ std::string field_picture(const Run& run, const FieldResult& field, const Eigen:
   };
 
   Canvas canvas(kPictureWidth, kPictureHeight, format);
-  describe(canvas, run);
+  describe(canvas, run.provenance);
   canvas.image(box, [&](int i, int j) {
     const Eigen::Index at = nearest(i, box.width, view.horizontal) + nearest(j, box.height, view.vertical);
     return field.inside[static_cast<std::size_t>(at)] != 0 ? kBody : viridis(std::abs(pressure(at)) / top);

@@ -21,29 +21,13 @@ namespace touchfield {
 
 namespace {
 
-// Without a target colours end here and not at the very largest value, so that a single hot face does not darken all
-// the others. With one they end at a multiple of what is wanted, so that a method that presses ten times as hard, as a
-// plain focus does, leaves the others their colours.
-constexpr double kTopShare = 0.999;
-constexpr double kTopOfWanted = 2.0;
-
-std::vector<double> magnitudes(const Eigen::VectorXcd& pressure) {
-  std::vector<double> values;
-  values.reserve(static_cast<std::size_t>(pressure.size()));
-  std::ranges::transform(pressure, std::back_inserter(values), [](const Complex& p) { return std::abs(p); });
-  return values;
-}
-
 /// The end of the colours for every picture of the skin.
-double skin_top(const Run& run) {
-  if (run.target) {
-    return round_above(kTopOfWanted * *std::ranges::max_element(run.target->amplitudes));
-  }
-  double top = 0.0;
+double top_of(const Run& run) {
+  std::vector<const Eigen::VectorXcd*> pressures;
   for (const MethodResult& result : run.methods) {
-    top = std::max(top, quantile(magnitudes(result.pressure), kTopShare));
+    pressures.push_back(&result.pressure);
   }
-  return round_above(top);
+  return skin_top(run.target ? run.target->amplitudes.maxCoeff() : 0.0, pressures);
 }
 
 /// The end of the colours for every picture of a plane.
@@ -85,7 +69,7 @@ struct Picture {
 };
 
 void add_skin(const Run& run, const SkinPictures& skin, std::vector<Picture>& pictures) {
-  const double top = skin_top(run);
+  const double top = top_of(run);
   const auto add = [&](const std::string& name, const Eigen::VectorXd& values, const std::string& subtitle,
                        const std::string& caption) {
     const SkinText text = {.title = run.name, .subtitle = subtitle, .caption = caption};

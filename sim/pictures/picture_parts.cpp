@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include <fmt/format.h>
@@ -108,10 +109,28 @@ double quantile(std::vector<double> values, double share) {
   return *place;
 }
 
-void describe(Canvas& canvas, const Run& run) {
-  canvas.describe("Software", "touchfield " + run.provenance.version);
-  canvas.describe("Source", run.provenance.revision);
-  canvas.describe("Scene hash", run.provenance.scene_hash);
+double skin_top(double most_wanted, const std::vector<const Eigen::VectorXcd*>& pressures) {
+  constexpr double kTopOfWanted = 2.0;
+  double top = kTopOfWanted * most_wanted;
+  if (!(most_wanted > 0)) {
+    for (const Eigen::VectorXcd* pressure : pressures) {
+      top = std::max(top, quantile(magnitudes(*pressure), kTopShare));
+    }
+  }
+  return round_above(top);
+}
+
+std::vector<double> magnitudes(const Eigen::VectorXcd& pressure) {
+  std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(pressure.size()));
+  std::ranges::transform(pressure, std::back_inserter(values), [](const Complex& p) { return std::abs(p); });
+  return values;
+}
+
+void describe(Canvas& canvas, const Provenance& provenance) {
+  canvas.describe("Software", "touchfield " + provenance.version);
+  canvas.describe("Source", provenance.revision);
+  canvas.describe("Scene hash", provenance.scene_hash);
 }
 
 void draw_fitted(Canvas& canvas, double x, double y, const std::string& text, TextStyle style, double most) {

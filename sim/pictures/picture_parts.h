@@ -32,9 +32,20 @@ std::vector<LogTick> log_ticks(double low, double high);
 /// The value that a share of the finite ones among `values` does not exceed; 0 if there is none.
 double quantile(std::vector<double> values, double share);
 
+/// The end of the colours of every picture of a skin [Pa]: twice the largest wanted amplitude, rounded up, so that a
+/// method that presses ten times as hard, as a plain focus does, leaves the others their colours. Where nothing is
+/// wanted (0): the largest of the pressures' 99.9th percentiles, so that a single hot face does not darken all others.
+double skin_top(double most_wanted, const std::vector<const Eigen::VectorXcd*>& pressures);
+
+/// The share of the faces of a field or a skin that colours end at.
+inline constexpr double kTopShare = 0.999;
+
+/// |p| of each.
+std::vector<double> magnitudes(const Eigen::VectorXcd& pressure);
+
 /// Says in the picture's file which run it shows: Software and Source are of the program that computed it, Scene hash
 /// is of its scene.
-void describe(Canvas& canvas, const Run& run);
+void describe(Canvas& canvas, const Provenance& provenance);
 
 /// Text, made smaller where it would be wider than `most` [pixels].
 void draw_fitted(Canvas& canvas, double x, double y, const std::string& text, TextStyle style, double most);

@@ -109,7 +109,7 @@ std::string setup_picture(const Run& run, PictureFormat format) {
   const SkinSight sight(side_view(facing(run.array, middle), mesh.vertices()), mesh);
 
   Canvas canvas(kPictureWidth, kPictureHeight, format);
-  describe(canvas, run);
+  describe(canvas, run.provenance);
   draw_sight(canvas, sight, colours);
   if (run.target) {
     draw_target(canvas, run, sight.view());

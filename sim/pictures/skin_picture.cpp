@@ -17,19 +17,7 @@ namespace {
 constexpr PixelBox kWhole = {30, 100, 1010, 700};
 constexpr PixelBox kLeftPanel = {30, 100, 420, 700};
 constexpr PixelBox kRightPanel = {470, 100, 570, 700};
-constexpr Colour kOutline = {235, 30, 60};
-constexpr double kOutlineWidth = 2.0;  // [pixels]
 constexpr Colour kFrame = {110, 110, 110};
-
-Points target_corners(const TriangleMesh& mesh, const Target& target) {
-  Points corners(3, 3 * target.size());
-  for (Eigen::Index k = 0; k < target.size(); ++k) {
-    for (int c = 0; c < 3; ++c) {
-      corners.col(3 * k + c) = mesh.corner(target.faces[static_cast<std::size_t>(k)], c);
-    }
-  }
-  return corners;
-}
 
 /// Where the close view lies in the view of the whole body.
 PixelBox footprint(const SkinView& close, const SkinView& whole) {
@@ -70,6 +58,16 @@ SkinPanels skin_panels(const Run& run) {
   return {fitted_view(kWhole, direction, vertices, kBodyShare), std::nullopt};
 }
 
+Points target_corners(const TriangleMesh& mesh, const Target& target) {
+  Points corners(3, 3 * target.size());
+  for (Eigen::Index k = 0; k < target.size(); ++k) {
+    for (int c = 0; c < 3; ++c) {
+      corners.col(3 * k + c) = mesh.corner(target.faces[static_cast<std::size_t>(k)], c);
+    }
+  }
+  return corners;
+}
+
 Eigen::Matrix2Xi target_outline(const TriangleMesh& mesh, const Target& target) {
   std::map<std::pair<int, int>, int> uses;
   for (const Eigen::Index face : target.faces) {
@@ -86,6 +84,14 @@ Eigen::Matrix2Xi target_outline(const TriangleMesh& mesh, const Target& target) 
   return edges;
 }
 
+void draw_outline(Canvas& canvas, const std::vector<Eigen::Vector2d>& ends, const Eigen::Vector2d& shift) {
+  constexpr Colour kOutline = {235, 30, 60};
+  constexpr double kOutlineWidth = 2.0;  // [pixels]
+  for (std::size_t i = 0; i < ends.size(); i += 2) {
+    canvas.path({ends[i] + shift, ends[i + 1] + shift}, kOutline, kOutlineWidth);
+  }
+}
+
 SkinPictures::SkinPictures(const Run& run, PictureFormat format)
     : run_(run),
       format_(format),
@@ -98,10 +104,7 @@ SkinPictures::SkinPictures(const Run& run, PictureFormat format)
 
 void SkinPictures::draw_panel(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) const {
   draw_sight(canvas, sight, colours);
-  const std::vector<Eigen::Vector2d> ends = sight.visible(run_.mesh.vertices(), outline_);
-  for (std::size_t i = 0; i < ends.size(); i += 2) {
-    canvas.path({ends[i], ends[i + 1]}, kOutline, kOutlineWidth);
-  }
+  draw_outline(canvas, sight.visible(run_.mesh.vertices(), outline_));
 }
 
 std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, const SkinText& text) const {
@@ -110,7 +113,7 @@ std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, con
   std::ranges::transform(values, std::back_inserter(colours), [&](double value) { return viridis(value / top); });
 
   Canvas canvas(kPictureWidth, kPictureHeight, format_);
-  describe(canvas, run_);
+  describe(canvas, run_.provenance);
   draw_panel(canvas, body_, colours);
   draw_scale_bar(canvas, body_.view().panel, body_.view().scale);
   if (target_) {

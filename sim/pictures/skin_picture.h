@@ -50,4 +50,11 @@ class SkinPictures {
 /// Sides of the target's faces that no other face of the target shares, 2 x E vertices.
 Eigen::Matrix2Xi target_outline(const TriangleMesh& mesh, const Target& target);
 
+/// The corners of the target's faces, 3 x 3 K.
+Points target_corners(const TriangleMesh& mesh, const Target& target);
+
+/// Draws the pieces that SkinSight::visible gives in the colour of targets, moved by `shift` [pixels].
+void draw_outline(Canvas& canvas, const std::vector<Eigen::Vector2d>& ends,
+                  const Eigen::Vector2d& shift = Eigen::Vector2d::Zero());
+
 }  // namespace touchfield

@@ -14,6 +14,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
 #include "sim/pictures/canvas.h"
+#include "sim/pictures/linear_axis.h"
 #include "sim/pictures/picture_parts.h"
 
 namespace touchfield {
@@ -24,7 +25,6 @@ constexpr PixelBox kPlot = {120, 160, 760, 600};
 constexpr double kLegend = kPlot.x + kPlot.width + 40.0;
 constexpr double kLegendRoom = kPictureWidth - kLegend - 36.0;  // of its texts
 constexpr double kLegendLine = 34.0;
-constexpr Colour kTickLine = {225, 225, 225};
 constexpr int kTickSize = 16;
 constexpr int kMostTicks = 8;
 
@@ -35,36 +35,6 @@ struct Sample {
   double y;  // the second parameter; 0 if there is none
   double value;
 };
-
-/// A linear axis whose ends are ticks.
-struct Axis {
-  double low;
-  double high;
-  double step;
-  double start;   // [pixels]
-  double length;  // [pixels]
-
-  Axis(double least, double most, double start_pixel, double pixels) : start(start_pixel), length(pixels) {
-    // What differs by rounding alone is one value, or the ticks would be finer than numbers are.
-    if (!(most - least > 1e-9 * std::max(std::abs(least), std::abs(most)))) {
-      const double room = std::max(std::abs(least), 1.0) * 0.1;
-      least -= room;
-      most += room;
-    }
-    step = tick_step(most - least, kMostTicks);
-    low = std::floor(least / step + 1e-9) * step;
-    high = std::ceil(most / step - 1e-9) * step;
-  }
-
-  double pixel(double value) const { return start + length * (value - low) / (high - low); }
-  int tick_count() const { return static_cast<int>(std::lround((high - low) / step)) + 1; }
-  double tick(int i) const { return low + i * step; }
-};
-
-/// A tick's value without the rounding of the sum it came from.
-std::string tick_label(double value, double step) {
-  return fmt::format("{:.6g}", std::round(value / step) * step == 0.0 ? 0.0 : value);
-}
 
 const MetricField& field_of(const std::string& metric) {
   const auto& fields = metric_fields();
@@ -132,30 +102,13 @@ std::pair<double, double> range_of(const std::vector<Sample>& samples, double Sa
   return {low.*value, high.*value};
 }
 
-void draw_axes(Canvas& canvas, const Axis& x, const Axis& y) {
-  const double right = kPlot.x + kPlot.width;
-  const double top = kPlot.y + kPlot.height;
-  for (int i = 0; i < x.tick_count(); ++i) {
-    const double at = x.pixel(x.tick(i));
-    canvas.line({at, kPlot.y}, {at, top}, kTickLine, 1.0);
-    canvas.text(at, kPlot.y - 22.0, tick_label(x.tick(i), x.step), {.size = kTickSize, .align = Align::kCentre});
-  }
-  for (int i = 0; i < y.tick_count(); ++i) {
-    const double at = y.pixel(y.tick(i));
-    canvas.line({kPlot.x, at}, {right, at}, kTickLine, 1.0);
-    canvas.text(kPlot.x - 14.0, at, tick_label(y.tick(i), y.step), {.size = kTickSize, .align = Align::kRight});
-  }
-  canvas.frame(kPlot, kInk, 1.0);
-}
-
 void draw_lines(Canvas& canvas, const std::vector<Sample>& samples, const std::vector<std::string>& methods,
                 const std::string& parameter, const std::string& label) {
   const auto [first, last] = range_of(samples, &Sample::x);
   const auto [least, most] = range_of(samples, &Sample::value);
-  const Axis x(first, last, kPlot.x, kPlot.width);
-  // From zero where that wastes less than half of the height: a difference then looks as large as it is.
-  const Axis y(least > 0.0 && least < 0.5 * most ? 0.0 : least, most, kPlot.y, kPlot.height);
-  draw_axes(canvas, x, y);
+  const LinearAxis x(first, last, kPlot.x, kPlot.width, kMostTicks);
+  const LinearAxis y(axis_begin(least, most), most, kPlot.y, kPlot.height, kMostTicks);
+  draw_plot(canvas, kPlot, x, y);
   draw_fitted(canvas, kPlot.x + 0.5 * kPlot.width, kPlot.y - 52.0, parameter, {.size = 20, .align = Align::kCentre},
               kPlot.width);
   draw_fitted(canvas, 36.0, kPlot.y + 0.5 * kPlot.height, label, {.size = 20, .align = Align::kCentre, .angle = 90.0},
@@ -246,23 +199,21 @@ void draw_maps(Canvas& canvas, const std::vector<Sample>& samples, const std::ve
       return found == values.end() ? kNoValue : viridis(most > least ? (found->second - least) / (most - least) : 0.5);
     });
     canvas.frame(panel, kInk, 1.0);
-    const Axis x(*xs.begin(), *xs.rbegin(), 0, 1);
-    const Axis y(*ys.begin(), *ys.rbegin(), 0, 1);
+    const LinearAxis x(*xs.begin(), *xs.rbegin(), 0, 1, kMostTicks);
+    const LinearAxis y(*ys.begin(), *ys.rbegin(), 0, 1, kMostTicks);
     const auto place = [](double value, const std::vector<double>& ends) {
       return (value - ends.front()) / (ends.back() - ends.front());
     };
     for (int i = 0; i < x.tick_count(); ++i) {
       const double share = place(x.tick(i), x_ends);
       if (share >= 0 && share <= 1) {
-        canvas.text(panel.x + share * panel.width, panel.y - 18.0, tick_label(x.tick(i), x.step),
-                    {.size = 14, .align = Align::kCentre});
+        canvas.text(panel.x + share * panel.width, panel.y - 18.0, x.label(i), {.size = 14, .align = Align::kCentre});
       }
     }
     for (int i = 0; i < y.tick_count(); ++i) {
       const double share = place(y.tick(i), y_ends);
       if (share >= 0 && share <= 1) {
-        canvas.text(panel.x - 10.0, panel.y + share * panel.height, tick_label(y.tick(i), y.step),
-                    {.size = 14, .align = Align::kRight});
+        canvas.text(panel.x - 10.0, panel.y + share * panel.height, y.label(i), {.size = 14, .align = Align::kRight});
       }
     }
     draw_fitted(canvas, panel.x + 0.5 * panel.width, panel.y + panel.height + 16.0, methods[m],

@@ -80,6 +80,13 @@ Codec<MotionSpec::Sensor> sensor_codec() {
       .codec();
 }
 
+Codec<MotionSpec::Frame> frame_codec() {
+  return Map<MotionSpec::Frame>()
+      .required("budget_ms", &MotionSpec::Frame::budget, number(kMilliseconds, above_to(0, 60'000)), "50",
+                "What a frame may take on this machine [ms].")
+      .codec();
+}
+
 bool check_key_times(const Input& in, const MotionSpec& motion) {
   bool good = true;
   for (std::size_t i = 0; i < motion.changes.size(); ++i) {
@@ -119,6 +126,9 @@ Codec<MotionSpec> motion_codec() {
            "Phases that a frame starts from: those of the frame before, or zero.")
       .key("steer", &MotionSpec::steer, flag(),
            "Whether those of the frame before are steered to the target's new place first.")
+      .maybe("frame", &MotionSpec::frame, frame_codec(), "",
+             "Has body.edge_mm, solve.scheme and iterations chosen anew for what a frame may take, from the study of "
+             "frames in docs/motion.md and what one takes here.")
       .key("sensor", &MotionSpec::sensor, sensor_codec(), "What the solver knows of the motion.")
       .key("solve_ms", &MotionSpec::solve, number_or("measured", number(kMilliseconds, kDelay)),
            "What a frame takes to solve [ms]; measured: this machine's own time for it, so that results are not "

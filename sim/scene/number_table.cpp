@@ -1,7 +1,7 @@
 #include "sim/scene/number_table.h"
 
 #include <algorithm>
-#include <ranges>
+#include <iterator>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -26,8 +26,9 @@ std::vector<const TableColumn*> named_columns(FileReport& report, int line, cons
   for (const auto part : parts) {
     const auto column = std::ranges::find(known, part, &TableColumn::name);
     if (column == known.end()) {
-      report.add(line, fmt::format("column {} must be one of {}", quoted_value(part),
-                                   fmt::join(known | std::views::transform(&TableColumn::name), ", ")));
+      std::vector<std::string> names;
+      std::ranges::transform(known, std::back_inserter(names), &TableColumn::name);
+      report.add(line, fmt::format("column {} must be one of {}", quoted_value(part), fmt::join(names, ", ")));
     } else if (std::ranges::find(columns, &*column) != columns.end()) {
       report.add(line, fmt::format("column {} is there twice", part));
     } else {
@@ -65,9 +66,10 @@ std::string_view trimmed(std::string_view text) {
 
 std::vector<std::string_view> cells(std::string_view line) {
   std::vector<std::string_view> parts;
-  for (const auto part : std::views::split(line, ',')) {
-    parts.push_back(trimmed({part.begin(), part.end()}));
+  for (std::size_t at = 0; at <= line.size(); at += parts.back().size() + 1) {
+    parts.push_back(line.substr(at, line.substr(at).find(',')));
   }
+  std::ranges::transform(parts, parts.begin(), trimmed);
   return parts;
 }
 

@@ -307,6 +307,11 @@ struct MotionSpec {
     double latency = 0;  // from when a sample is taken until it is known [s]
   };
 
+  /// What a frame may take; the mesh, the scheme and the steps are then chosen for it.
+  struct Frame {
+    double budget = 0;  // [s]
+  };
+
   double seconds = 0;
   std::vector<MotionChange> changes;
   Target target = Target::kOnSkin;
@@ -314,6 +319,7 @@ struct MotionSpec {
   int iterations = 5;
   Start start = Start::kPrevious;
   bool steer = true;
+  std::optional<Frame> frame;
   Sensor sensor;
   std::optional<double> solve;  // what a frame takes [s]; absent: what it is measured to take
   double array_delay = 1e-3;    // from a frame's phases until they sound [s]

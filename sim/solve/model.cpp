@@ -149,6 +149,9 @@ void require_clear(const Model& model) {
   if (model.scene.bodies.size() > 1) {
     require_apart(model.scene, parted(model.body.mesh, model.owner));
   }
+  if (model.scene.target && hold_faces(model.body.mesh, model.boxes)) {
+    require_skin(build_target(model), model);
+  }
 }
 
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body) {

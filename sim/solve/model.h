@@ -73,7 +73,7 @@ bool judged_elsewhere(const Scene& scene);
 Medium build_medium(const MediumSpec& spec, double frequency);
 
 /// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses the
-///          board of an array's unit, or two bodies are not apart
+///          board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
 void require_clear(const Model& model);
 
 /// The boxes of a target: at a landmark of the body where it is now, or where the scene says.

@@ -164,7 +164,8 @@ Remarks model_remarks(const Model& model) {
   const auto target = model.scene.target ? std::optional(build_target(model)) : std::nullopt;
   Remarks remarks{model.plan.warnings, {}};
   if (model.scene.motion) {
-    remarks.notes.push_back("still: the scene's motion is left out, its other keys are taken as they stand");
+    remarks.notes.push_back(
+        "still: `run` leaves the scene's motion out and takes its other keys as they stand; `play` plays it");
   }
   warn_of_crossings(mesh, remarks);
   warn_of_coarse_mesh(model, target, remarks);

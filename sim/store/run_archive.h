@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <string_view>
@@ -14,7 +15,7 @@
 #include "sim/store/hdf5_file.h"
 #include "sim/store/run_layout.h"
 
-/// Two classes of one interface, so that what a group of run.h5 holds is said once for writing and reading: attributes
+/// Two classes of one interface, so that what a group of a file holds is said once for writing and reading: attributes
 /// by name and value, datasets by name, values and unit.
 namespace touchfield {
 
@@ -24,7 +25,11 @@ using Choices = std::vector<std::pair<std::string, Value>>;
 
 using StageSeconds = std::vector<std::pair<std::string, double>>;
 
-/// What a number of a SolveRecord is stored as.
+/// What a member pointer or a function makes of a record: a reference to a value of this type.
+template <class Record, class Access>
+using PartOf = std::remove_cvref_t<std::invoke_result_t<const Access&, Record&>>;
+
+/// What a number of a record is stored as.
 template <class Value>
 using StoredNumber = std::conditional_t<std::is_same_v<Value, double>, double, std::int64_t>;
 
@@ -106,19 +111,46 @@ class GroupWriter : public hdf5::Group {
       write_texts(name, texts);
     }
   }
-  /// A member of every record as one dataset.
-  template <class Record, class Value>
-  void column(const std::string& name, const std::vector<Record>& records, Value Record::*member,
+  /// A part of every record, which `access` gives, as one dataset.
+  template <class Record, class Access>
+  void column(const std::string& name, const std::vector<Record>& records, const Access& access,
               const char* unit) const {
+    using Value = PartOf<const Record, Access>;
     if constexpr (std::is_same_v<Value, std::string>) {
       std::vector<std::string> values;
-      std::ranges::transform(records, std::back_inserter(values), member);
+      std::ranges::transform(records, std::back_inserter(values), access);
       write_texts(name, values);
     } else {
       std::vector<StoredNumber<Value>> values;
-      std::ranges::transform(records, std::back_inserter(values), member);
+      std::ranges::transform(records, std::back_inserter(values), access);
       list(name, values, unit);
     }
+  }
+  template <class Record, class Access>
+  void later_column(const std::string& name, const std::vector<Record>& records, const Access& access,
+                    const char* unit) const {
+    column(name, records, access, unit);
+  }
+  template <class Record, class Access, class Value>
+  void choice_column(const std::string& name, const std::vector<Record>& records, const Access& access,
+                     const Choices<Value>& choices) const {
+    std::vector<std::string> texts;
+    for (const Record& record : records) {
+      texts.push_back(
+          std::ranges::find(choices, std::invoke(access, record), &Choices<Value>::value_type::second)->first);
+    }
+    write_texts(name, texts);
+  }
+  /// A list of every record as [n, columns].
+  template <class Record, class Access>
+  void rows(const std::string& name, const std::vector<Record>& records, const Access& access, Eigen::Index columns,
+            const char* unit) const {
+    std::vector<double> values;
+    for (const Record& record : records) {
+      const auto& row = std::invoke(access, record);
+      values.insert(values.end(), row.data(), row.data() + columns);
+    }
+    write(name, values.data(), {records.size(), static_cast<std::uint64_t>(columns)}, unit);
   }
 
   /// A group within, if there is something to put into it.
@@ -157,12 +189,7 @@ class GroupReader : public hdf5::Content {
   }
   template <class Value>
   void choice(const std::string& name, Value& value, const Choices<Value>& choices) const {
-    const std::string text = text_attribute(name);
-    const auto found = std::ranges::find(choices, text, &Choices<Value>::value_type::first);
-    if (found == choices.end()) {
-      fail("unknown " + name + " '" + text + "'");
-    }
-    value = found->second;
+    value = chosen(name, text_attribute(name), choices);
   }
   void stages(const std::string& prefix, StageSeconds& seconds) const {
     std::vector<std::string> names;
@@ -222,27 +249,52 @@ class GroupReader : public hdf5::Content {
       texts = read_texts(name);
     }
   }
-  template <class Record, class Value>
-  void column(const std::string& name, std::vector<Record>& records, Value Record::*member,
-              const char* /*unit*/) const {
+  template <class Record, class Access>
+  void column(const std::string& name, std::vector<Record>& records, const Access& access, const char* /*unit*/) const {
+    using Value = PartOf<Record, Access>;
     const std::size_t n = records.size();
     if constexpr (std::is_same_v<Value, std::string>) {
-      const std::vector<std::string> values = read_texts(name);
-      if (values.size() != n) {
-        fail(name + " has " + std::to_string(values.size()) + " texts, must have " + std::to_string(n));
-      }
+      const std::vector<std::string> values = texts(name, n);
       for (std::size_t i = 0; i < n; ++i) {
-        records[i].*member = values[i];
+        std::invoke(access, records[i]) = values[i];
       }
     } else {
       std::vector<StoredNumber<Value>> values(n);
       read(name, {n}, values.data());
       for (std::size_t i = 0; i < n; ++i) {
-        records[i].*member = static_cast<Value>(values[i]);
-        if (!std::is_same_v<Value, double> && static_cast<StoredNumber<Value>>(records[i].*member) != values[i]) {
+        Value& value = std::invoke(access, records[i]);
+        value = static_cast<Value>(values[i]);
+        if (!std::is_same_v<Value, double> && static_cast<StoredNumber<Value>>(value) != values[i]) {
           fail(name + "[" + std::to_string(i) + "] = " + std::to_string(values[i]) + " is out of range");
         }
       }
+    }
+  }
+  template <class Record, class Access>
+  void later_column(const std::string& name, std::vector<Record>& records, const Access& access,
+                    const char* unit) const {
+    if (has(name)) {
+      column(name, records, access, unit);
+    }
+  }
+  template <class Record, class Access, class Value>
+  void choice_column(const std::string& name, std::vector<Record>& records, const Access& access,
+                     const Choices<Value>& choices) const {
+    const std::vector<std::string> values = texts(name, records.size());
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      std::invoke(access, records[i]) = chosen(name, values[i], choices);
+    }
+  }
+  template <class Record, class Access>
+  void rows(const std::string& name, std::vector<Record>& records, const Access& access, Eigen::Index columns,
+            const char* /*unit*/) const {
+    const auto width = static_cast<std::size_t>(columns);
+    std::vector<double> values(records.size() * width);
+    read(name, {records.size(), width}, values.data());
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      auto& row = std::invoke(access, records[i]);
+      row.resize(columns);
+      std::copy_n(values.data() + i * width, width, row.data());
     }
   }
 
@@ -258,6 +310,23 @@ class GroupReader : public hdf5::Content {
       name_of(list.emplace_back()) = name;
       fill(GroupReader(open(name)), list.back());
     }
+  }
+
+ private:
+  template <class Value>
+  Value chosen(const std::string& name, const std::string& text, const Choices<Value>& choices) const {
+    const auto found = std::ranges::find(choices, text, &Choices<Value>::value_type::first);
+    if (found == choices.end()) {
+      fail("unknown " + name + " '" + text + "'");
+    }
+    return found->second;
+  }
+  std::vector<std::string> texts(const std::string& name, std::size_t n) const {
+    std::vector<std::string> values = read_texts(name);
+    if (values.size() != n) {
+      fail(name + " has " + std::to_string(values.size()) + " texts, must have " + std::to_string(n));
+    }
+    return values;
   }
 };
 

@@ -1,15 +1,11 @@
 #include "sim/store/run_file.h"
 
-#include <array>
-#include <cerrno>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 
-#include "sim/core/atomic_file.h"
-#include "sim/store/checksum.h"
+#include "sim/store/archive_file.h"
+#include "sim/store/archive_parts.h"
 #include "sim/store/run_archive.h"
 #include "sim/store/run_layout.h"
 
@@ -17,70 +13,9 @@ namespace touchfield {
 
 namespace {
 
+constexpr ArchiveFormat kRunArchive = {"run", kRunFormatVersion};
+
 // Below, Io is GroupWriter or GroupReader, and what is written or read a const or a plain reference.
-
-void mesh_parts(const GroupWriter& io, const TriangleMesh& mesh) {
-  io.columns("vertices", mesh.vertices(), "m");
-  io.columns("triangles", mesh.triangles(), "1");
-  io.list("area", mesh.areas(), "m2");
-}
-
-TriangleMesh read_mesh(const GroupReader& io) {
-  Points vertices;
-  Triangles triangles;
-  io.columns("vertices", vertices, "m");
-  io.columns("triangles", triangles, "1");
-  try {
-    return {std::move(vertices), std::move(triangles)};
-  } catch (const InputError& error) {
-    io.fail(error.what());
-  }
-}
-
-void directivity_parts(const GroupWriter& io, const Directivity& directivity) {
-  io.attribute("directivity", directivity_name(directivity.kind()));
-  if (directivity.kind() == Directivity::Kind::kPiston) {
-    io.attribute("directivity_ka", directivity.ka());
-  }
-}
-
-void directivity_parts(const GroupReader& io, Directivity& directivity) {
-  std::string name;
-  io.attribute("directivity", name);
-  if (name == directivity_name(Directivity::Kind::kOmni)) {
-    directivity = Directivity::omni();
-  } else if (name == directivity_name(Directivity::Kind::kT4010a1)) {
-    directivity = Directivity::t4010a1();
-  } else if (name == directivity_name(Directivity::Kind::kPiston)) {
-    double ka = 0.0;
-    io.attribute("directivity_ka", ka);
-    if (!(ka > 0)) {
-      io.fail(fmt::format("directivity_ka = {} must be > 0", ka));
-    }
-    directivity = Directivity::piston(ka, 1.0);
-  } else {
-    io.fail(fmt::format("unknown directivity '{}'", name));
-  }
-}
-
-template <class Io, class Response>
-void response_parts(const Io& io, Response& response) {
-  io.optional_list("gain", response.gain, "1");
-  io.optional_list("phase", response.phase, "rad");
-}
-
-template <class Io, class Array>
-void array_parts(const Io& io, Array& array) {
-  io.choice("kind", array.kind,
-            {{"transducers", TransducerArray::Kind::kTransducers}, {"plane_wave", TransducerArray::Kind::kPlaneWave}});
-  directivity_parts(io, array.directivity);
-  io.columns("position", array.positions, "m");
-  io.columns("axis", array.axes, "1");
-  io.list("amplitude", array.amplitudes, array.kind == TransducerArray::Kind::kPlaneWave ? "Pa" : "Pa m");
-  io.list("device", array.device, "1");
-  io.list("channel", array.channel, "1");
-  response_parts(io, array.response);
-}
 
 template <class Io, class Truth>
 void truth_parts(const Io& io, Truth& truth) {
@@ -108,14 +43,9 @@ void optional_target(const Io& io, Optional& target) {
 
 template <class Io, class Method>
 void method_parts(const Io& io, Method& result) {
-  Choices<PhaseStatus> statuses;
-  for (const PhaseStatus status :
-       {PhaseStatus::kConverged, PhaseStatus::kIterationLimit, PhaseStatus::kStalled, PhaseStatus::kDirect}) {
-    statuses.emplace_back(to_string(status), status);
-  }
   io.attribute("method", result.method);
   io.attribute("scheme", result.scheme);
-  io.choice("status", result.solution.status, statuses);
+  io.choice("status", result.solution.status, status_choices());
   io.attribute("steps", result.solution.iterations);
   for (const MetricField& field : metric_fields()) {
     io.later_attribute(field.name, result.metrics.*field.value);
@@ -289,8 +219,7 @@ void bodies_parts(const Io& io, TheRun& run) {
 }
 
 void write_run(const GroupWriter& io, const Run& run) {
-  io.attribute("format", std::string(kRunFormat));
-  io.attribute("format_version", kRunFormatVersion);
+  format_parts(io, kRunArchive);
   io.attribute("name", run.name);
   io.attribute("complete", run.complete ? 1 : 0);
   io.attribute("alarm", run.alarm);
@@ -302,27 +231,8 @@ void write_run(const GroupWriter& io, const Run& run) {
   run_parts(io, run);
 }
 
-void require_format(const hdf5::Content& root, const std::string& path) {
-  if (!root.has_attribute("format") || root.text_attribute("format") != kRunFormat) {
-    throw InputError(
-        fmt::format("{}: is an HDF5 file but no touchfield run (its attribute format must be {})", path, kRunFormat));
-  }
-  const int version = root.integer_attribute("format_version");
-  if (version > kRunFormatVersion) {
-    throw InputError(fmt::format("{}: format version {} is newer than the {} that this program reads", path, version,
-                                 kRunFormatVersion));
-  }
-  if (version < 1) {
-    throw InputError(fmt::format("{}: format_version = {} must be >= 1", root.place(), version));
-  }
-}
-
 Run read_run(const GroupReader& io) {
-  for (const char* group : {"mesh", "array"}) {
-    if (!io.has(group)) {
-      io.fail(fmt::format("holds no group {}", group));
-    }
-  }
+  require_groups(io);
   const GroupReader mesh(io.open("mesh"));
   Run run{.name = io.text_attribute("name"),
           .scene = io.read_text("scene"),
@@ -334,60 +244,18 @@ Run read_run(const GroupReader& io) {
   return run;
 }
 
-/// throws   InputError if there is no such file or it does not begin as every HDF5 file does
-void require_hdf5(const std::string& path) {
-  constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    throw InputError(fmt::format("{}: {}", path, error ? error.message() : "is no file"));
-  }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
-  }
-  std::array<char, kSignature.size()> begin{};
-  file.read(begin.data(), begin.size());
-  if (std::string_view(begin.data(), static_cast<std::size_t>(file.gcount())) != kSignature) {
-    throw InputError(fmt::format("{}: is no HDF5 file", path));
-  }
-}
-
-/// Most damage is met here, before HDF5 is asked to make sense of it.
-void require_checksum(const std::string& path) {
-  switch (check_file(path)) {
-    case Checksum::kCorrect:
-      return;
-    case Checksum::kWrong:
-      throw InputError(fmt::format("{}: is damaged: its checksum does not fit", path));
-    case Checksum::kAbsent:
-      throw InputError(
-          fmt::format("{}: is no touchfield run, or no longer: the checksum line at its end is missing "
-                      "(cut off, or rewritten by another program)",
-                      path));
-  }
-}
-
 }  // namespace
 
 void write_run_file(const std::string& path, const Run& run) {
   check_run(run);
   const hdf5::MemoryFile file(path);
   write_run(GroupWriter(file.root()), run);
-  const std::string bytes = file.bytes();
-  write_atomically(path, {bytes, checksum_line(bytes)});
+  write_archive(path, file);
 }
 
 Run read_run_file(const std::string& path) {
-  require_hdf5(path);
-  require_checksum(path);
-  const GroupReader root(hdf5::read_content(path));
-  require_format(root, path);
-  Run run = read_run(root);
-  try {
-    check_run(run);
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: is damaged: {}", path, error.what()));
-  }
+  Run run = read_run(GroupReader(read_archive(path, kRunArchive)));
+  require_undamaged(path, [&] { check_run(run); });
   return run;
 }
 

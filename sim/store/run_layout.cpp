@@ -5,7 +5,6 @@
 #include <cctype>
 #include <cmath>
 #include <cstdint>
-#include <set>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -15,34 +14,6 @@
 namespace touchfield {
 
 namespace {
-
-void require_size(const std::string& what, Eigen::Index size, Eigen::Index wanted) {
-  if (size != wanted) {
-    throw InputError(fmt::format("{} has {} values, must have {}", what, size, wanted));
-  }
-}
-
-/// Names become links in a file and parts of file names.
-void require_name(const std::string& what, const std::string& name, std::set<std::string>& taken) {
-  const bool plain = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
-    return c < 0x80 && (std::isalnum(c) != 0 || c == '_' || c == '-');
-  });
-  if (!plain) {
-    throw InputError(fmt::format("{} name '{}' must be made of letters, digits, _ and -", what, name));
-  }
-  if (!taken.insert(name).second) {
-    throw InputError(fmt::format("{} name '{}' is used twice", what, name));
-  }
-}
-
-void require_stages(const std::string& what, const std::vector<std::pair<std::string, double>>& seconds) {
-  std::set<std::string> taken;
-  for (const auto& [stage, value] : seconds) {
-    if (stage.empty() || !taken.insert(stage).second) {
-      throw InputError(fmt::format("{}: stage '{}' must have a name of its own", what, stage));
-    }
-  }
-}
 
 /// A stage and a metric may share an attribute (seconds_solve) only if they say the same.
 void require_no_conflict(const MethodResult& method) {
@@ -62,25 +33,6 @@ void check_response(const std::string& what, const ChannelResponse& response, Ei
   if (!response.as_designed() || response.phase.size() != 0) {
     require_size(what + ": gain", response.gain.size(), channels);
     require_size(what + ": phase", response.phase.size(), channels);
-  }
-}
-
-void check_array(const TransducerArray& array) {
-  const Eigen::Index channels = array.size();
-  require_size("array: axes", array.axes.cols(), channels);
-  require_size("array: amplitudes", array.amplitudes.size(), channels);
-  require_size("array: device", array.device.size(), channels);
-  require_size("array: channel", array.channel.size(), channels);
-  check_response("array", array.response, channels);
-}
-
-void check_target(const std::string& what, const Target& target, Eigen::Index faces) {
-  require_size(what + ": amplitudes", target.amplitudes.size(), target.size());
-  require_size(what + ": box", static_cast<Eigen::Index>(target.box.size()), target.size());
-  for (const Eigen::Index face : target.faces) {
-    if (face < 0 || face >= faces) {
-      throw InputError(fmt::format("{}: face {} must be in 0..{}", what, face, faces - 1));
-    }
   }
 }
 
@@ -122,6 +74,52 @@ void check_judge(const Run& run) {
 }
 
 }  // namespace
+
+void require_size(const std::string& what, Eigen::Index size, Eigen::Index wanted) {
+  if (size != wanted) {
+    throw InputError(fmt::format("{} has {} values, must have {}", what, size, wanted));
+  }
+}
+
+void require_name(const std::string& what, const std::string& name, std::set<std::string>& taken) {
+  const bool plain = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
+    return c < 0x80 && (std::isalnum(c) != 0 || c == '_' || c == '-');
+  });
+  if (!plain) {
+    throw InputError(fmt::format("{} name '{}' must be made of letters, digits, _ and -", what, name));
+  }
+  if (!taken.insert(name).second) {
+    throw InputError(fmt::format("{} name '{}' is used twice", what, name));
+  }
+}
+
+void require_stages(const std::string& what, const std::vector<std::pair<std::string, double>>& seconds) {
+  std::set<std::string> taken;
+  for (const auto& [stage, value] : seconds) {
+    if (stage.empty() || !taken.insert(stage).second) {
+      throw InputError(fmt::format("{}: stage '{}' must have a name of its own", what, stage));
+    }
+  }
+}
+
+void check_array(const TransducerArray& array) {
+  const Eigen::Index channels = array.size();
+  require_size("array: axes", array.axes.cols(), channels);
+  require_size("array: amplitudes", array.amplitudes.size(), channels);
+  require_size("array: device", array.device.size(), channels);
+  require_size("array: channel", array.channel.size(), channels);
+  check_response("array", array.response, channels);
+}
+
+void check_target(const std::string& what, const Target& target, Eigen::Index faces) {
+  require_size(what + ": amplitudes", target.amplitudes.size(), target.size());
+  require_size(what + ": box", static_cast<Eigen::Index>(target.box.size()), target.size());
+  for (const Eigen::Index face : target.faces) {
+    if (face < 0 || face >= faces) {
+      throw InputError(fmt::format("{}: face {} must be in 0..{}", what, face, faces - 1));
+    }
+  }
+}
 
 const std::vector<ProvenanceField>& provenance_fields() {
   static const std::vector<ProvenanceField> kFields = {

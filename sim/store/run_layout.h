@@ -1,14 +1,15 @@
 #pragma once
 
+#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/store/run_data.h"
 
-/// What the writer and the reader of run.h5 share. docs/run-file.md is the description for people.
+/// What writers and readers of run.h5 and motion.h5 share. docs/run-file.md and docs/motion-file.md are the descriptions
+/// for people.
 namespace touchfield {
-
-inline constexpr const char* kRunFormat = "touchfield-run";
 
 /// A text of a run's provenance and the attribute of /provenance that holds it.
 struct ProvenanceField {
@@ -25,6 +26,23 @@ inline bool has_judge_model(const std::string& judge) {
 
 /// omni, piston or t4010a1.
 std::string directivity_name(Directivity::Kind kind);
+
+/// throws   InputError if a list that messages call `what` has another size than it must have
+void require_size(const std::string& what, Eigen::Index size, Eigen::Index wanted);
+
+/// Names become links in a file and parts of file names.
+/// taken    names before it, among which it then is
+/// throws   InputError unless it is new and made of letters, digits, _ and -
+void require_name(const std::string& what, const std::string& name, std::set<std::string>& taken);
+
+/// throws   InputError if a stage has no name of its own
+void require_stages(const std::string& what, const std::vector<std::pair<std::string, double>>& seconds);
+
+/// throws   InputError if a target, which messages call `what`, does not fit itself or a mesh of `faces` faces
+void check_target(const std::string& what, const Target& target, Eigen::Index faces);
+
+/// throws   InputError if the parts of an array do not fit each other
+void check_array(const TransducerArray& array);
 
 /// throws   InputError naming the first part of the run whose size does not fit the rest, and any name of a method,
 ///          field or stage that cannot be stored

@@ -8,6 +8,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/units.h"
+#include "sim/store/result_text.h"
 #include "sim/store/run_file.h"
 #include "sim/store/run_layout.h"
 #include "sim/store/text_table.h"
@@ -15,17 +16,6 @@
 namespace touchfield {
 
 namespace {
-
-std::string percent(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
-
-std::string array_line(const TransducerArray& array) {
-  if (array.kind == TransducerArray::Kind::kPlaneWave) {
-    return fmt::format("array     plane wave of {:.6g} Pa\n", array.amplitudes(0));
-  }
-  const int devices = array.device.size() == 0 ? 0 : *std::ranges::max_element(array.device) + 1;
-  return fmt::format("array     {} transducers on {} device{}, directivity {}\n", array.size(), devices,
-                     devices == 1 ? "" : "s", directivity_name(array.directivity.kind()));
-}
 
 /// What channels respond with, those that are alive.
 std::string response_text(const ChannelResponse& response) {
@@ -88,6 +78,24 @@ std::string solve_line(const SolveRecord& solve) {
                      solve.seconds, solve.converged ? "" : ", NOT CONVERGED");
 }
 
+}  // namespace
+
+std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
+
+std::string array_line(const TransducerArray& array) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    return fmt::format("array     plane wave of {:.6g} Pa\n", array.amplitudes(0));
+  }
+  const int devices = array.device.size() == 0 ? 0 : *std::ranges::max_element(array.device) + 1;
+  return fmt::format("array     {} transducers on {} device{}, directivity {}\n", array.size(), devices,
+                     devices == 1 ? "" : "s", directivity_name(array.directivity.kind()));
+}
+
+std::string mesh_size_text(const TriangleMesh& mesh) {
+  return fmt::format("{} faces, {} vertices, {:.4g} cm2, mean edge {:.3g} mm\n", mesh.face_count(), mesh.vertex_count(),
+                     1e4 * mesh.total_area(), 1e3 * mesh.mean_edge());
+}
+
 std::string provenance_text(const Provenance& provenance) {
   const std::string period = provenance.end.empty() ? provenance.start + ", not ended"
                                                     : fmt::format("{} to {}", provenance.start, provenance.end);
@@ -107,7 +115,16 @@ std::string provenance_text(const Provenance& provenance) {
   return text;
 }
 
-}  // namespace
+std::string remarks_text(const std::vector<std::string>& warnings, const std::vector<std::string>& notes) {
+  std::string text;
+  for (const std::string& warning : warnings) {
+    text += fmt::format("warning   {}\n", warning);
+  }
+  for (const std::string& note : notes) {
+    text += fmt::format("note      {}\n", note);
+  }
+  return text;
+}
 
 std::string methods_table(const Run& run) {
   const auto certified = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
@@ -123,10 +140,10 @@ std::string methods_table(const Run& run) {
   for (const MethodResult& result : run.methods) {
     const Metrics& metrics = result.metrics;
     std::vector<std::string> row = {result.name,
-                                    percent(metrics.relative_error),
+                                    percent_text(metrics.relative_error),
                                     table_number(metrics.width_mm, "{:.2f}"),
                                     table_number(metrics.width_wanted_mm, "{:.2f}"),
-                                    percent(metrics.leakage),
+                                    percent_text(metrics.leakage),
                                     table_number(metrics.mean_inside_pa, "{:.0f}"),
                                     table_number(metrics.peak_pa, "{:.0f}"),
                                     table_number(1e3 * metrics.force_target_n, "{:.3g}"),
@@ -134,7 +151,7 @@ std::string methods_table(const Run& run) {
                                     fmt::format("{}", result.solution.iterations),
                                     table_number(metrics.seconds_total, "{:.2f}")};
     if (with_gap) {
-      row.push_back(percent(metrics.optimality_gap));
+      row.push_back(percent_text(metrics.optimality_gap));
     }
     row.push_back(to_string(result.solution.status));
     rows.push_back(row);
@@ -149,8 +166,7 @@ std::string methods_table(const Run& run) {
 
 std::string describe_run(const Run& run) {
   std::string text = fmt::format("{}: {}\n", run.name, run.complete ? "complete" : "NOT COMPLETE");
-  text += fmt::format("mesh      {} faces, {} vertices, {:.4g} cm2, mean edge {:.3g} mm\n", run.mesh.face_count(),
-                      run.mesh.vertex_count(), 1e4 * run.mesh.total_area(), 1e3 * run.mesh.mean_edge());
+  text += "mesh      " + mesh_size_text(run.mesh);
   text += array_line(run.array);
   text += channels_text(run);
   text += run.target ? fmt::format("target    {} faces, up to {:.6g} Pa\n", run.target->size(),
@@ -167,21 +183,15 @@ std::string describe_run(const Run& run) {
     text += solve_line(solve);
   }
   if (!std::isnan(run.alarm)) {
-    text += fmt::format("alarm     plain and Burton-Miller pressures differ by {}\n", percent(run.alarm));
+    text += fmt::format("alarm     plain and Burton-Miller pressures differ by {}\n", percent_text(run.alarm));
   }
   for (const auto& [scheme, alarm] : run.alarms) {
-    text += fmt::format("alarm     {} and Burton-Miller differ by {}\n", scheme, percent(alarm));
+    text += fmt::format("alarm     {} and Burton-Miller differ by {}\n", scheme, percent_text(alarm));
   }
   for (const auto& [stage, seconds] : run.seconds) {
     text += fmt::format("seconds   {}: {:.3f}\n", stage, seconds);
   }
-  text += provenance_text(run.provenance);
-  for (const std::string& warning : run.warnings) {
-    text += fmt::format("warning   {}\n", warning);
-  }
-  for (const std::string& note : run.notes) {
-    text += fmt::format("note      {}\n", note);
-  }
+  text += provenance_text(run.provenance) + remarks_text(run.warnings, run.notes);
   return text + (run.methods.empty() ? "no method has finished\n" : '\n' + methods_table(run));
 }
 

@@ -11,9 +11,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
+#include "sim/store/archive_file.h"
 #include "sim/store/checksum.h"
 #include "sim/store/hdf5_file.h"
 #include "sim/store/run_archive.h"
@@ -44,6 +44,41 @@ struct Column {
 };
 
 constexpr const char* kInputs = "inputs";  // group of the parameters
+constexpr const char* kMotion = "motion";  // group of what became of metrics over a motion
+
+double over_motion(const SweepRecord::Method& method, const std::string& name) {
+  const auto found = std::ranges::find(method.over_motion, name, &std::pair<std::string, double>::first);
+  return found != method.over_motion.end() ? found->second : kNotComputed;
+}
+
+/// Of all motions in the order of the first one.
+std::vector<std::string> motion_columns(const SweepSummary& summary) {
+  std::vector<std::string> names;
+  for (const SweepRecord& record : summary.records) {
+    for (const SweepRecord::Method& method : record.methods) {
+      for (const auto& [name, value] : method.over_motion) {
+        if (std::ranges::find(names, name) == names.end()) {
+          names.push_back(name);
+        }
+      }
+    }
+  }
+  return names;
+}
+
+/// The unit of a metric's summary; of times and counts their own.
+std::string motion_unit(const std::string& name) {
+  const std::string what = name.substr(0, name.rfind('_'));
+  if (name.ends_with("_count")) {
+    return "1";
+  }
+  for (const MetricField& field : metric_fields()) {
+    if (field.name == what) {
+      return field.unit;
+    }
+  }
+  return what == "displacement_m" ? "m" : what == "age_s" || what == "latency_s" || what == "frame_seconds" ? "s" : "1";
+}
 
 std::vector<Column> columns_of(const SweepSummary& summary) {
   const auto text_of = [](std::string SweepRecord::Method::*member) {
@@ -63,6 +98,11 @@ std::vector<Column> columns_of(const SweepSummary& summary) {
   for (const MetricField& field : metric_fields()) {
     columns.push_back({field.name, "metrics", field.unit, Column::Number([value = field.value](const SweepRow& row) {
                          return row.method != nullptr ? row.method->metrics.*value : kNotComputed;
+                       })});
+  }
+  for (const std::string& name : motion_columns(summary)) {
+    columns.push_back({name, kMotion, motion_unit(name), Column::Number([name](const SweepRow& row) {
+                         return row.method != nullptr ? over_motion(*row.method, name) : kNotComputed;
                        })});
   }
   const auto count = [](int SweepRecord::*member) {
@@ -170,6 +210,9 @@ std::string to_json(const SweepRecord& record, int indent) {
                        {"scheme", method.scheme},
                        {"status", method.status},
                        {"metrics", metrics}});
+    for (const auto& [name, value] : method.over_motion) {
+      methods.back()["over_motion"][name] = number_json(value);
+    }
   }
   Json files = Json::object();
   for (const SweepRecord::File& file : record.files) {
@@ -216,6 +259,11 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
                                  {}};
       for (const MetricField& field : metric_fields()) {
         method.metrics.*field.value = json_number(entry.at("metrics").at(field.name));
+      }
+      if (const auto found = entry.find("over_motion"); found != entry.end()) {
+        for (const auto& [name, value] : found->items()) {
+          method.over_motion.emplace_back(name, json_number(value));
+        }
       }
       record.methods.push_back(std::move(method));
     }
@@ -265,13 +313,20 @@ void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
     if (!rows.empty()) {
       const hdf5::Group inputs = root.create(kInputs);
       const hdf5::Group metrics = root.create("metrics");
+      std::optional<hdf5::Group> motion;
       for (const Column& column : columns_of(summary)) {
-        write_column(column.group.empty() ? root : column.group == kInputs ? inputs : metrics, column, rows);
+        if (column.group == kMotion && !motion) {
+          motion.emplace(root.create(kMotion));
+        }
+        write_column(column.group.empty()      ? root
+                     : column.group == kInputs ? inputs
+                     : column.group == kMotion ? *motion
+                                               : metrics,
+                     column, rows);
       }
     }
   }
-  const std::string bytes = file.bytes();
-  write_atomically(path, {bytes, checksum_line(bytes)});
+  write_archive(path, file);
 }
 
 std::string sweep_table(const SweepSummary& summary, std::size_t most) {

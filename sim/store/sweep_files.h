@@ -21,7 +21,8 @@ struct SweepRecord {
     std::string method;
     std::string scheme;
     std::string status;
-    Metrics metrics;
+    Metrics metrics;                                            // of a motion their medians
+    std::vector<std::pair<std::string, double>> over_motion{};  // of a motion: its summary_columns
   };
   std::vector<Method> methods;  // empty if the case failed
   int faces = 0;
@@ -76,7 +77,7 @@ std::optional<std::string> input_of(const SweepRecord& record, const std::string
 std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows);
 
 /// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, every metric,
-/// method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason. A case without a
+/// of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason. A case without a
 /// finished method has one line. Whole or not at all.
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
 

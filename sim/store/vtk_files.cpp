@@ -1,6 +1,7 @@
 #include "sim/store/vtk_files.h"
 
 #include <complex>
+#include <filesystem>
 #include <functional>
 
 #include <fmt/format.h>
@@ -21,6 +22,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/store/motion_file.h"
 #include "sim/store/run_layout.h"
 
 namespace touchfield {
@@ -63,18 +65,20 @@ void add_text(vtkFieldData* data, const std::string& name, const std::string& te
   data->AddArray(array);
 }
 
-void add_provenance(vtkFieldData* data, const Run& run) {
+/// Result: a Run or a Motion.
+template <class Result>
+void add_provenance(vtkFieldData* data, const Result& result) {
   for (const ProvenanceField& field : provenance_fields()) {
-    add_text(data, field.name, run.provenance.*field.value);
+    add_text(data, field.name, result.provenance.*field.value);
   }
-  add_text(data, "threads", fmt::to_string(run.provenance.threads));
-  add_text(data, "scene", run.scene);
+  add_text(data, "threads", fmt::to_string(result.provenance.threads));
+  add_text(data, "scene", result.scene);
 }
 
 /// Inline binary with zlib: ParaView 5.11 of Debian 12 cannot open the appended mode that is VTK's default.
-template <class Writer, class Data>
-void write_vtk(const std::string& path, const Run& run, Data* data) {
-  add_provenance(data->GetFieldData(), run);
+template <class Writer, class Result, class Data>
+void write_vtk(const std::string& path, const Result& result, Data* data) {
+  add_provenance(data->GetFieldData(), result);
   vtkNew<Writer> writer;
   writer->SetInputData(data);
   writer->SetDataModeToBinary();
@@ -86,9 +90,24 @@ void write_vtk(const std::string& path, const Run& run, Data* data) {
   write_atomically(path, {writer->GetOutputString()});
 }
 
-/// The pressures of the methods that have one, on a mesh; `owner`: the body of each face, empty if there is one.
-void write_skin_vtp(const std::string& path, const Run& run, const TriangleMesh& mesh, const std::vector<int>& owner,
-                    const std::optional<Target>& target, Eigen::VectorXcd MethodResult::*pressure) {
+using NamedPressures = std::vector<std::pair<std::string, Eigen::VectorXcd>>;
+
+/// Of the methods that have one.
+NamedPressures pressures_of(const Run& run, Eigen::VectorXcd MethodResult::*pressure) {
+  NamedPressures pressures;
+  for (const MethodResult& result : run.methods) {
+    if ((result.*pressure).size() != 0) {
+      pressures.emplace_back(result.name, result.*pressure);
+    }
+  }
+  return pressures;
+}
+
+/// Pressures of methods on a mesh; `owner`: the body of each face, empty if there is one.
+template <class Result>
+void write_skin_vtp(const std::string& path, const Result& from, const TriangleMesh& mesh,
+                    const std::vector<int>& owner, const std::optional<Target>& target,
+                    const NamedPressures& pressures) {
   vtkNew<vtkPolyData> surface;
   vtkNew<vtkPoints> points;
   set_points(points, mesh.vertices());
@@ -108,19 +127,25 @@ void write_skin_vtp(const std::string& path, const Run& run, const TriangleMesh&
     add_array<vtkDoubleArray>(surface->GetCellData(), "target_pa", wanted.size(),
                               [&](Eigen::Index f) { return wanted(f); });
   }
-  for (const MethodResult& result : run.methods) {
-    if ((result.*pressure).size() != 0) {
-      add_pressure(surface->GetCellData(), result.name, result.*pressure, true);
-    }
+  for (const auto& [method, pressure] : pressures) {
+    add_pressure(surface->GetCellData(), method, pressure, true);
   }
-  write_vtk<vtkXMLPolyDataWriter>(path, run, surface.GetPointer());
+  write_vtk<vtkXMLPolyDataWriter>(path, from, surface.GetPointer());
+}
+
+std::string in_xml(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
+  }
+  return escaped;
 }
 
 }  // namespace
 
 void write_surface_vtp(const std::string& path, const Run& run) {
   check_run(run);
-  write_skin_vtp(path, run, run.mesh, run.owner, run.target, &MethodResult::pressure);
+  write_skin_vtp(path, run, run.mesh, run.owner, run.target, pressures_of(run, &MethodResult::pressure));
 }
 
 void write_judge_vtp(const std::string& path, const Run& run) {
@@ -128,7 +153,8 @@ void write_judge_vtp(const std::string& path, const Run& run) {
   if (!run.judge_model) {
     throw InputError(fmt::format("{}: the judge '{}' has no model of its own", path, run.judge));
   }
-  write_skin_vtp(path, run, run.judge_model->mesh, {}, run.judge_model->target, &MethodResult::judge_pressure);
+  write_skin_vtp(path, run, run.judge_model->mesh, {}, run.judge_model->target,
+                 pressures_of(run, &MethodResult::judge_pressure));
 }
 
 void write_array_vtp(const std::string& path, const Run& run) {
@@ -177,6 +203,26 @@ void write_field_vti(const std::string& path, const Run& run, const FieldResult&
     add_pressure(data, name, pressure, false);
   }
   write_vtk<vtkXMLImageDataWriter>(path, run, image.GetPointer());
+}
+
+void write_series(const std::string& path, const std::vector<SeriesStep>& steps) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
+      " <Collection>\n";
+  for (const SeriesStep& step : steps) {
+    text +=
+        fmt::format("  <DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", step.time, in_xml(step.file));
+  }
+  write_atomically(path, {text, " </Collection>\n</VTKFile>\n"});
+}
+
+void add_to_series(const std::string& directory, const Motion& motion, const MotionInstant& instant,
+                   std::vector<SeriesStep>& steps) {
+  check_instant(instant);
+  const std::filesystem::path folder = directory;
+  steps.push_back({instant.time, fmt::format("judge_{:04}.vtp", steps.size() + 1)});
+  write_skin_vtp(folder / steps.back().file, motion, instant.mesh, {}, instant.target, instant.pressure);
+  write_series(folder / "judge.pvd", steps);
 }
 
 }  // namespace touchfield

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
+#include "sim/store/motion_data.h"
 #include "sim/store/run_data.h"
 
-/// Every file holds the run's provenance as field data, a text array each, named as in /provenance of run.h5, and the
+/// Every .vtp and .vti holds the provenance of its run or motion as field data, a text array each, named as in /provenance of run.h5, and the
 /// resolved scene as `scene`.
 namespace touchfield {
 
@@ -24,5 +26,22 @@ void write_array_vtp(const std::string& path, const Run& run);
 /// A .vti of one field of a run: `inside` and, for every method NAME, `NAME_abs_pa`, `NAME_re_pa`, `NAME_im_pa` as
 /// point data.
 void write_field_vti(const std::string& path, const Run& run, const FieldResult& field);
+
+/// A file of a series and its time [s].
+struct SeriesStep {
+  double time = 0;
+  std::string file;  // relative to the series' own
+};
+
+/// A .pvd, which ParaView opens as one data set over time. Whole or not at all.
+void write_series(const std::string& path, const std::vector<SeriesStep>& steps);
+
+/// Adds an instant of a motion to the series judge.pvd of a directory: judge_0001.vtp, judge_0002.vtp, ... with the
+/// judged skin as in judge.vtp, and judge.pvd anew, so that it is always of all files that are there.
+///
+/// steps    those before it, none at first; then with this one
+/// throws   InputError if the parts of the instant do not fit each other; IoError
+void add_to_series(const std::string& directory, const Motion& motion, const MotionInstant& instant,
+                   std::vector<SeriesStep>& steps);
 
 }  // namespace touchfield

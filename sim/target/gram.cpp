@@ -37,6 +37,9 @@ Eigen::VectorXd row_weights(FaceWeights faces, const Eigen::VectorXd& areas, Eig
 }
 
 Eigen::MatrixXcd weighted_gram(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights) {
+  if ((weights.array() == 1.0).all()) {
+    return hermitian_product(g);
+  }
   Eigen::MatrixXcd gram = Eigen::MatrixXcd::Zero(g.cols(), g.cols());
   const Eigen::VectorXd roots = weights.cwiseSqrt();
   for (Eigen::Index at = 0; at < g.rows(); at += kBlock) {

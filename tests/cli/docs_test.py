@@ -61,6 +61,7 @@ class Docs(CommandTest):
                     "write=[transfer]")
         run = (self.folder / "results/runs/width_5mm-0001/run.h5").read_bytes()
         self.assertTrue(run[-26:].startswith(b"touchfield-crc32 "))
+        self.write_samples()
         for page, body in each("python"):
             with self.subTest(page=page, body=body):
                 (self.folder / "run.h5").write_bytes(run[:-26])  # as a program leaves it that changes it

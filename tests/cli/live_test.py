@@ -53,7 +53,7 @@ class Dry(LiveTest):
         live = said["live"]
         self.assertGreater(live["frames"], 0)
         self.assertEqual(live["frames"] + live["dropped"] + live["waiting"], 20)
-        self.assertEqual((live["stale"], live["silences"], live["empty"]), (0, 0, 0))
+        self.assertEqual((live["stale"], live["silences"], live["quiet_frames"]), (0, 0, 0))
         self.assertLess(live["solve"]["median_s"], live["latency"]["worst_s"])
         self.assertIn("phases", live["stages"])
         rows = list(csv.DictReader((self.folder / "out/live.csv").read_text().splitlines()))
@@ -153,7 +153,7 @@ class OnABoard(LiveTest):
         # The sphere leaves the box after half a second and does not come back.
         said = self.live(*self.to, "--set", "motion.target=in_world", "--set",
                          "motion.change=[{path: 'body.place.at_mm[0]', keys: [[0, 0], [0.5, 0], [0.6, 60]]}]")
-        self.assertGreater(said["live"]["empty"], 3)
+        self.assertGreater(said["live"]["quiet_frames"], 3)
         self.board.wait(lambda b: b.quiet_at is not None)
         loud = [when for when, phases in self.board.events if set(phases) != {OFF}]
         self.assertLess(loud[-1] - loud[0], 1.5)

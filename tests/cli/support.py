@@ -57,6 +57,11 @@ class CommandTest(unittest.TestCase):
         path.write_text(text)
         return path
 
+    def write_samples(self):
+        """The files of tests/store/write_sample_run.cpp: run.h5, self_judged.h5 and motion.h5."""
+        names = [self.folder / name for name in ("run.h5", "self_judged.h5", "motion.h5")]
+        subprocess.run([os.environ["TOUCHFIELD_SAMPLES"], *map(str, names)], check=True)
+
     def entries(self):
         return sorted(str(path.relative_to(self.folder)) for path in self.folder.rglob("*"))
 

@@ -90,6 +90,17 @@ class Figures(unittest.TestCase):
         kept.write_text(kept.read_text().replace(row, ",".join([*cells[:moved], "0.0321", *cells[moved + 1:]])))
         self.assert_found("README.md")
 
+    def test_rows_become_columns(self):
+        self.table.write_text("# made by: scripts/some; revision: 0123abcd\nscheme,faces,error\n"
+                              "paper,180,0.2\nchief,180,0.1\npaper,720,0.04\n")
+        mark = "<!-- table: errors | faces | paper=error:.0% if scheme=paper | chief=100*error:.1f if scheme=chief -->"
+        self.page.write_text(mark + "<!-- /table -->")
+        self.assertEqual(self.figures().returncode, 0)
+        self.assertEqual(self.page.read_text(), mark + "\n| faces | paper | chief |\n|---|---|---|\n| 180 | 20 % | 10.0 |\n"
+                         "| 720 | 4 % | - |\n<!-- /table -->")
+        self.table.write_text(self.table.read_text() + "paper,720,0.05\n")
+        self.assert_found("2 rows of errors with scheme=paper in one line, not one")
+
     def test_marks_that_cannot_be_filled_are_named(self):
         for old, new, said in (("table: errors", "table: mistakes", "no table results/tables/mistakes.csv"),
                                ("scheme=chief", "scheme=cheif", "0 rows"), ("max errors error:.1%", "errors error:.1%", "3 rows"),

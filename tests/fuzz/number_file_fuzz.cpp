@@ -1,32 +1,67 @@
-// Files of numbers that a scene names: positions, phases; TOUCHFIELD_FUZZ_POSITIONS says which.
+// Files of numbers that a scene or `compare` names; TOUCHFIELD_FUZZ_READER says which.
 
+#include <algorithm>
+
+#include "sim/scene/measured_points.h"
 #include "sim/scene/number_files.h"
 #include "tests/fuzz/fuzz_support.h"
 
 using namespace touchfield;
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const fuzz::TimeLimit limit;
-  const std::string path = fuzz::file_with("numbers", fuzz::text_of(data, size));
+namespace {
+
+bool finite(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size())).allFinite();
+}
+
+/// What a reader of scenes makes of a file, if it does not refuse it.
+template <class Read>
+auto read_or_refused(const std::string& path, const Read& read) {
   schema::Reading reading("scene.yaml", {});
   const schema::Node named = schema::scalar(path);
-  const schema::Input input(named, "file", reading);
-#if TOUCHFIELD_FUZZ_POSITIONS
-  const auto file = schema::read_positions(input, path);
-  if (file) {
+  const auto file = read(schema::Input(named, "file", reading));
+  fuzz::require(file.has_value() != reading.failed(), "a file is read or refused");
+  return file;
+}
+
+[[maybe_unused]] void positions(const std::string& path) {
+  if (const auto file = read_or_refused(path, [&](const auto& in) { return schema::read_positions(in, path); })) {
     fuzz::require(file->points.cols() > 0 && file->points.allFinite(), "positions are finite");
     fuzz::require(!file->axes || (file->axes->cols() == file->points.cols() && file->axes->allFinite()),
                   "an axis a position");
   }
-#else
-  const auto file = schema::read_phases(input, path);
-  if (file) {
-    fuzz::require(!file->empty(), "a file holds a phase");
-    for (const double phase : *file) {
-      fuzz::require(phase - phase == 0, "phases are finite");
-    }
+}
+
+[[maybe_unused]] void phases(const std::string& path) {
+  if (const auto file = read_or_refused(path, [&](const auto& in) { return schema::read_phases(in, path); })) {
+    fuzz::require(!file->empty() && finite(*file), "a file holds phases, all finite");
   }
-#endif
-  fuzz::require(file.has_value() != reading.failed(), "a file is read or refused");
+}
+
+[[maybe_unused]] void calibration(const std::string& path) {
+  constexpr std::size_t kChannels = 4;
+  if (const auto file =
+          read_or_refused(path, [&](const auto& in) { return schema::read_calibration(in, path, kChannels); })) {
+    fuzz::require(file->gain.size() == kChannels && file->phase.size() == kChannels, "a row a channel");
+    fuzz::require(finite(file->gain) && finite(file->phase), "responses are finite");
+    fuzz::require(std::ranges::all_of(file->gain, [](double gain) { return gain >= 0; }), "gains are at least 0");
+  }
+}
+
+[[maybe_unused]] void measured_points(const std::string& path) {
+  MeasuredPoints file;
+  if (fuzz::accepts([&] { file = read_measured_points(path); })) {
+    const Eigen::Index count = file.points.cols();
+    fuzz::require(count > 0 && file.pressure.size() == count && std::ssize(file.lines) == count, "a pressure a point");
+    fuzz::require(file.points.allFinite() && file.pressure.allFinite(), "points and pressures are finite");
+    fuzz::require(file.complex || (file.pressure.real().array() >= 0).all(), "magnitudes are at least 0");
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::TimeLimit limit;
+  TOUCHFIELD_FUZZ_READER(fuzz::file_with("numbers", fuzz::text_of(data, size)));
   return 0;
 }

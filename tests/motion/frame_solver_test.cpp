@@ -42,7 +42,7 @@ TEST(Steered, APlaneWaveHasNoPlaces) {
 }
 
 TEST(DrivesOfMotion, LeaveOutAThousandthAnywhereOnTheWay) {
-  const MovingModel moving(scene_from(kMovingCapsule));
+  const MovingModel moving(scene_from(kMovingCapsule, {"array.grid.count=[30, 24]"}));
   const Scheme scheme = moving.first().scene.solve.scheme;
   const Eigen::MatrixXcd drives = drives_of_motion(moving, scheme);
   EXPECT_LT(drives.cols(), drives.rows());

@@ -1,29 +1,16 @@
 """The report's sentences follow from its tables: other numbers give other words."""
 
 import copy
-import os
-import pathlib
-import sys
 import unittest
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices, which threads slow down
+import report_support  # noqa: F401
 
-try:
-    import h5py  # noqa: F401
-    import matplotlib  # noqa: F401
-    import numpy
-    import scipy  # noqa: F401
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
+import numpy
 
-SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
-sys.path.insert(0, str(SOURCE / "scripts/report"))
-
-import curves  # noqa: E402
-import panels  # noqa: E402
-import runs  # noqa: E402
-import sequences  # noqa: E402
+import curves
+import panels
+import runs
+import sequences
 
 NAMES = list(runs.SCENES)
 

@@ -2,31 +2,20 @@
 
 import dataclasses
 import math
-import os
 import pathlib
-import sys
 import tempfile
 import unittest
 
-os.environ.setdefault("OMP_NUM_THREADS", "1")  # small matrices, which threads slow down
+import report_support  # noqa: F401
 
-try:
-    import h5py  # noqa: F401
-    import matplotlib  # noqa: F401
-    import numpy
-    import scipy.stats
-except ImportError as missing:
-    print(f"skipped: {missing}")
-    sys.exit(77)
+import numpy
+import scipy.stats
 
-SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
-sys.path.insert(0, str(SOURCE / "scripts/report"))
-
-import runs  # noqa: E402
-import widths  # noqa: E402
-import widths_figure  # noqa: E402
-import widths_trials  # noqa: E402
-import widths_words  # noqa: E402
+import runs
+import widths
+import widths_figure
+import widths_trials
+import widths_words
 
 CELLS = 12
 

@@ -1,6 +1,7 @@
-"""Checks with h5py that run.h5 is what docs/run-file.md says: read_run_h5.py WRITE_SAMPLE_RUN
+"""Checks with h5py that run.h5 and motion.h5 are what docs/run-file.md and docs/motion-file.md say: read_run_h5.py
+WRITE_SAMPLE_RUN
 
-The sample's values follow formulas (output_support.h) that are worked out again here. Exit code 77: h5py is missing.
+The samples' values follow formulas (output_support.h, motion_support.h) that are worked out again here. Exit code 77: h5py is missing.
 """
 
 import os
@@ -138,17 +139,51 @@ def check_same_judge(run):
     check_same(judge["methods/paper-2/pressure"][:], made_up(48, 4.5))
 
 
+def check_motion(motion):
+    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 1
+    assert motion.attrs["complete"] == 1 and motion.attrs["seconds"] == 0.2
+
+    def has_unit(name, item):
+        if isinstance(item, h5py.Dataset):
+            assert isinstance(item.attrs["unit"], str), name
+
+    motion.visititems(has_unit)
+    assert motion["mesh/triangles"].shape == (48, 3) and motion["judge/mesh/triangles"].shape == (80, 3)
+    assert list(motion["methods"]) == ["surface", "paper-2"]
+    method = motion["methods/paper-2"]
+    assert method.attrs["method"] == "surface" and method.attrs["scheme"] == "chief" and method.attrs["dropped"] == 3
+    frames, scores = method["frames"], method["scores"]
+    np.testing.assert_allclose(frames["sampled"][:], np.arange(4) / 30)
+    np.testing.assert_allclose(frames["shown"][:], np.arange(4) / 20 + 0.022)
+    assert list(frames["quiet"]) == [0, 1, 0, 0] and list(frames["steps"]) == [2, 0, 2, 2]
+    assert list(frames["status"].asstr()) == ["iteration_limit", "direct", "iteration_limit", "iteration_limit"]
+    check_same(frames["phases"][3], np.abs(made_up(6, 10.5)) / 400)
+    assert frames["phases"].shape == (4, 6) and not frames["amplitudes"][1].any()
+    assert frames["cost"].shape == (4, 4)
+    np.testing.assert_array_equal(frames["cost"][:], [[10.5, 2, 1 / 3, np.nan], [np.nan] * 4, [10.5, 2, 0.2, 0.125],
+                                                      [10.5, 2, 1 / 6, np.nan]])
+    assert list(frames["seconds"]) == ["pose", "factorisation"]
+    np.testing.assert_allclose(frames["seconds/factorisation"][:], [0.01, np.nan, 0.012, 0.013])
+    assert list(scores["frame"]) == [-1, -1, 0, 1, 2, 3] and np.isnan(scores["age"][1])
+    assert scores["displacement"].shape == (6, 3) and scores["displacement"][5, 1] == -2e-3
+    np.testing.assert_allclose(scores["relative_error"][2:], [0.575, 0.675, 0.775, 0.875])
+    assert scores["mean_inside_pa"].attrs["unit"] == "Pa" and np.isnan(scores["leakage"][:]).all()
+
+
 with tempfile.TemporaryDirectory() as directory:
     path = os.path.join(directory, "run.h5")
     self_judged = os.path.join(directory, "self_judged.h5")
-    subprocess.run([sys.argv[1], path, self_judged], check=True)
+    moving = os.path.join(directory, "motion.h5")
+    subprocess.run([sys.argv[1], path, self_judged, moving], check=True)
     with h5py.File(path, "r") as file:
         check(file)
         check_own_judge(file)
     with h5py.File(self_judged, "r") as file:
         check(file)
         check_same_judge(file)
+    with h5py.File(moving, "r") as file:
+        check_motion(file)
     with open(path, "rb") as file:
         content = file.read()
     assert content[-26:] == b"touchfield-crc32 %08x\n" % zlib.crc32(content[:-26])
-print("run.h5 is as described")
+print("run.h5 and motion.h5 are as described")

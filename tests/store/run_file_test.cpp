@@ -2,7 +2,6 @@
 
 #include <chrono>
 #include <csignal>
-#include <cstring>
 #include <sys/resource.h>
 #include <sys/stat.h>
 
@@ -13,11 +12,14 @@
 #include "sim/store/hdf5_content.h"
 #include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
+#include "tests/support/same_support.h"
 
 namespace touchfield {
 namespace {
 
 using support::bare_run;
+using support::expect_same;
+using support::expect_same_bits;
 using support::full_run;
 using support::message_of;
 using support::read_bytes;
@@ -28,34 +30,16 @@ using support::write_bytes;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-/// Equal to the last bit, NaN included.
-template <class A, class B>
-void expect_same_bits(const A& a, const B& b) {
-  ASSERT_EQ(a.size(), b.size());
-  if (a.size() > 0) {
-    EXPECT_EQ(std::memcmp(a.data(), b.data(), sizeof(*a.data()) * static_cast<std::size_t>(a.size())), 0);
-  }
-}
-
-void expect_same_bits(double a, double b) { EXPECT_EQ(std::memcmp(&a, &b, sizeof(a)), 0) << a << " and " << b; }
-
 void expect_same(const MethodResult& a, const MethodResult& b) {
   EXPECT_EQ(a.name, b.name);
   EXPECT_EQ(a.method, b.method);
   EXPECT_EQ(a.scheme, b.scheme);
-  EXPECT_EQ(a.solution.status, b.solution.status);
-  EXPECT_EQ(a.solution.iterations, b.solution.iterations);
-  EXPECT_EQ(a.solution.cost_history, b.solution.cost_history);
   EXPECT_EQ(a.seconds, b.seconds);
-  expect_same_bits(a.solution.phases, b.solution.phases);
-  expect_same_bits(a.solution.amplitudes, b.solution.amplitudes);
+  expect_same(a.solution, b.solution);
   expect_same_bits(a.pressure, b.pressure);
   expect_same_bits(a.judge_pressure, b.judge_pressure);
   expect_same_bits(a.shock_distance_share, b.shock_distance_share);
-  for (const MetricField& field : metric_fields()) {
-    SCOPED_TRACE(field.name);
-    expect_same_bits(a.metrics.*field.value, b.metrics.*field.value);
-  }
+  expect_same(a.metrics, b.metrics);
 }
 
 void expect_same(const FieldResult& a, const FieldResult& b) {
@@ -69,28 +53,6 @@ void expect_same(const FieldResult& a, const FieldResult& b) {
     EXPECT_EQ(a.pressure[i].first, b.pressure[i].first);
     expect_same_bits(a.pressure[i].second, b.pressure[i].second);
   }
-}
-
-void expect_same(const Provenance& a, const Provenance& b) {
-  EXPECT_EQ(a.version, b.version);
-  EXPECT_EQ(a.revision, b.revision);
-  EXPECT_EQ(a.compiler, b.compiler);
-  EXPECT_EQ(a.flags, b.flags);
-  EXPECT_EQ(a.machine, b.machine);
-  EXPECT_EQ(a.blas_core, b.blas_core);
-  EXPECT_EQ(a.instruction_level, b.instruction_level);
-  EXPECT_EQ(a.threads, b.threads);
-  EXPECT_EQ(a.seeds, b.seeds);
-  EXPECT_EQ(a.command_line, b.command_line);
-  EXPECT_EQ(a.start, b.start);
-  EXPECT_EQ(a.end, b.end);
-  EXPECT_EQ(a.scene_hash, b.scene_hash);
-}
-
-void expect_same(const TriangleMesh& a, const TriangleMesh& b) {
-  expect_same_bits(a.vertices(), b.vertices());
-  expect_same_bits(a.triangles(), b.triangles());
-  expect_same_bits(a.areas(), b.areas());
 }
 
 void expect_same(const std::optional<Target>& a, const std::optional<Target>& b) {
@@ -139,13 +101,7 @@ void expect_same(const Run& a, const Run& b) {
   EXPECT_EQ(a.notes, b.notes);
   expect_same(a.provenance, b.provenance);
   expect_same(a.mesh, b.mesh);
-  EXPECT_EQ(a.array.kind, b.array.kind);
-  EXPECT_EQ(a.array.directivity.kind(), b.array.directivity.kind());
-  expect_same_bits(a.array.positions, b.array.positions);
-  expect_same_bits(a.array.axes, b.array.axes);
-  expect_same_bits(a.array.amplitudes, b.array.amplitudes);
-  expect_same_bits(a.array.device, b.array.device);
-  expect_same_bits(a.array.channel, b.array.channel);
+  expect_same(a.array, b.array);
   expect_same(a.target, b.target);
   ASSERT_EQ(a.judge_model.has_value(), b.judge_model.has_value());
   if (a.judge_model) {

@@ -12,10 +12,13 @@
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
 #include <vtkStringArray.h>
+#include <vtkXMLDataElement.h>
+#include <vtkXMLDataParser.h>
 #include <vtkXMLImageDataReader.h>
 #include <vtkXMLPolyDataReader.h>
 
 #include "sim/core/errors.h"
+#include "tests/support/motion_support.h"
 #include "tests/support/output_support.h"
 
 namespace touchfield {
@@ -257,6 +260,57 @@ TEST(VtkFiles, PartsThatDoNotFitAreRefused) {
   EXPECT_THROW(write_surface_vtp(directory.file("x"), run), InputError);
   EXPECT_THROW(write_array_vtp(directory.file("x"), run), InputError);
   EXPECT_THROW(write_field_vti(directory.file("x"), run, run.fields[0]), InputError);
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(MotionSeries, ListsItsStepsAndTheirTimes) {
+  const TemporaryDirectory directory;
+  const Motion motion = support::full_motion();
+  std::vector<SeriesStep> steps;
+  for (const double time : {0.0, 1.0 / 61, 0.25}) {
+    MotionInstant instant{.time = time, .mesh = sheet(6, 4, 0.01), .target = full_run().target};
+    instant.pressure = {{"surface", support::made_up_pressure(48, time)}, {"a", support::made_up_pressure(48, 2.0)}};
+    add_to_series(directory.path(), motion, instant, steps);
+  }
+  ASSERT_EQ(steps.size(), 3U);
+  EXPECT_EQ(directory.entries(), 4U);
+  vtkNew<vtkXMLDataParser> parser;
+  parser->SetFileName(directory.file("judge.pvd").c_str());
+  ASSERT_NE(parser->Parse(), 0);
+  vtkXMLDataElement* collection = parser->GetRootElement()->GetNestedElement(0);
+  EXPECT_STREQ(parser->GetRootElement()->GetAttribute("type"), "Collection");
+  ASSERT_EQ(collection->GetNumberOfNestedElements(), 3);
+  for (int i = 0; i < 3; ++i) {
+    vtkXMLDataElement* step = collection->GetNestedElement(i);
+    const SeriesStep& expected = steps[static_cast<std::size_t>(i)];
+    EXPECT_EQ(std::stod(step->GetAttribute("timestep")), expected.time);
+    EXPECT_EQ(step->GetAttribute("file"), expected.file);
+    const auto reader = read_vtk<vtkXMLPolyDataReader>(directory.file(expected.file));
+    vtkCellData* data = reader->GetOutput()->GetCellData();
+    expect_pressure(data, "surface", support::made_up_pressure(48, expected.time));
+    expect_pressure(data, "a", support::made_up_pressure(48, 2.0));
+    EXPECT_NE(data->GetArray("target_pa"), nullptr);
+  }
+}
+
+TEST(MotionSeries, NamesThatMeanSomethingInXmlStayWhole) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("s.pvd");
+  write_series(path, {{0.5, "a<b & \"c\".vtp"}});
+  vtkNew<vtkXMLDataParser> parser;
+  parser->SetFileName(path.c_str());
+  ASSERT_NE(parser->Parse(), 0);
+  EXPECT_STREQ(parser->GetRootElement()->GetNestedElement(0)->GetNestedElement(0)->GetAttribute("file"),
+               "a<b & \"c\".vtp");
+}
+
+TEST(MotionSeries, AnInstantThatDoesNotFitItselfIsRefused) {
+  const TemporaryDirectory directory;
+  MotionInstant instant{.time = 0, .mesh = sheet(6, 4, 0.01)};
+  instant.pressure = {{"surface", support::made_up_pressure(47, 1.0)}};
+  std::vector<SeriesStep> steps;
+  EXPECT_THROW(add_to_series(directory.path(), support::full_motion(), instant, steps), InputError);
+  EXPECT_TRUE(steps.empty());
   EXPECT_EQ(directory.entries(), 0U);
 }
 

@@ -1,17 +1,20 @@
 #include <cstdio>
 #include <exception>
 
+#include "sim/store/motion_file.h"
 #include "sim/store/run_file.h"
-#include "tests/support/output_support.h"
+#include "tests/support/motion_support.h"
 
-/// Writes the runs that read_run_h5.py checks, with a judge of its own and without: write_sample_run FILE SELF_JUDGED
+/// Writes the files that tests in Python read: runs with a judge of its own and without, and a motion.
+/// write_sample_run RUN SELF_JUDGED MOTION
 int main(int argc, char** argv) {
-  if (argc != 3) {
+  if (argc != 4) {
     return 2;
   }
   try {
     touchfield::write_run_file(argv[1], touchfield::support::full_run());
     touchfield::write_run_file(argv[2], touchfield::support::self_judged_run());
+    touchfield::write_motion_file(argv[3], touchfield::support::full_motion());
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

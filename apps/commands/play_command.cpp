@@ -1,0 +1,99 @@
+#include <cmath>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/claimed_directory.h"
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
+#include "apps/commands/standard_streams.h"
+#include "sim/batch/play_scene.h"
+#include "sim/core/errors.h"
+#include "sim/core/version.h"
+#include "sim/motion/frame_budget.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/store/motion_summary.h"
+#include "sim/store/motion_text.h"
+#include "solvers/linear/blas_core.h"
+#include "solvers/linear/instruction_level.h"
+
+namespace touchfield {
+
+namespace {
+
+struct PlayCommand {
+  std::string scene;
+  std::string output;                  // empty: results/runs/NAME-NNNN
+  std::vector<std::string> overrides;  // key.path=value
+  bool force = false;
+  std::optional<PictureFormat> pictures;  // what the scene says if not given
+};
+
+nlohmann::ordered_json motion_json(const Motion& motion, const std::string& directory) {
+  nlohmann::ordered_json methods = nlohmann::ordered_json::array();
+  for (const MotionMethod& method : motion.methods) {
+    nlohmann::ordered_json own = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
+    for (const auto& [name, value] : summary_columns(summary(method))) {
+      own[name] = std::isnan(value) ? nlohmann::ordered_json() : nlohmann::ordered_json(value);
+    }
+    methods.push_back(std::move(own));
+  }
+  return {{"name", motion.name}, {"directory", directory},      {"seconds", motion.seconds},
+          {"methods", methods},  {"warnings", motion.warnings}, {"notes", motion.notes}};
+}
+
+int play_command(const PlayCommand& command, const Invocation& invoked) {
+  const CommonFlags& flags = invoked.flags;
+  ClaimedDirectory claimed("motion.h5 holds its last whole second, {} says that it is not all");
+  const int threads = apply_threads(flags);
+  ConsoleProgress progress(flags.quiet || flags.json);
+  // All that can be wrong with the input is found before the output directory exists.
+  const Scene scene = read_scene(command.scene, command.overrides);
+  if (!scene.motion) {
+    throw InputError(fmt::format("{}: it has no motion to play; `touchfield run` computes a still", command.scene));
+  }
+  MotionOptions options{.command_line = invoked.command_line, .threads = threads};
+  const MovingModel moving(within_budget(scene, options.notes));
+  RunDirectory& directory =
+      claimed.claim(command.output, command.force, scene.name, motion_files(moving, command.pictures));
+  try {
+    progress.log_to(directory.file("play.log"));
+    progress.note(fmt::format("touchfield {} ({}): scene {}, {} threads, BLAS core {}, loops {}", build_info().version,
+                              build_info().revision, scene.name, threads, blas_core(), to_string(instruction_level())));
+    progress.note(fmt::format("  {:.4g} s of a body of {} faces that {}, {} channels", scene.motion->seconds,
+                              moving.first().body.mesh.face_count(),
+                              moving.is_rigid() ? "keeps its shape" : "changes its shape or that of the whole",
+                              moving.first().array.size()));
+    for (const std::string& note : options.notes) {
+      progress.remark(note);
+    }
+    const Motion motion = play_scene(moving, options, directory, progress, command.pictures);
+    directory.settle();
+    progress.note(fmt::format("results in {}", directory.path()));
+    put(flags.json ? fmt::format("{}\n", motion_json(motion, directory.path()).dump(2))
+                   : fmt::format("{}{}", motion_table(motion), flags.quiet ? directory.path() + "\n" : ""));
+    claimed.release();
+    return 0;
+  } catch (const std::exception& error) {
+    claimed.fail(error.what(), progress);
+    throw;
+  }
+}
+
+}  // namespace
+
+void add_play_command(CLI::App& app, Invocation& invocation) {
+  const auto play = std::make_shared<PlayCommand>();
+  CLI::App* command = app.add_subcommand("play", "Play a scene's motion on the clock of its sensor, solver and array");
+  command->add_option("SCENE", play->scene, "Scene file (YAML) with a motion")->required();
+  add_overrides(command, play->overrides);
+  command->add_option("-o,--output", play->output,
+                      "Output directory; default: results/runs/NAME-NNNN, the next free number");
+  command->add_flag("--force", play->force, "Replace the run that the output directory holds");
+  add_pictures(command, play->pictures, "Draw pictures of this format; default: PNG if the scene's write has png");
+  finish_command(command, invocation, [play](const Invocation& invoked) { return play_command(*play, invoked); });
+}
+
+}  // namespace touchfield

@@ -1,0 +1,114 @@
+#include "sim/batch/play_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "sim/batch/run_model.h"
+#include "sim/pictures/motion_picture.h"
+#include "sim/solve/stages.h"
+#include "sim/store/motion_file.h"
+#include "sim/store/motion_text.h"
+#include "sim/store/vtk_files.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kSeriesHz = 20;  // at most, about
+constexpr int kStripPictures = 6;
+
+int scores_of(const MotionSpec& motion) { return static_cast<int>(std::ceil(motion.seconds * motion.score_hz)); }
+
+/// Every how many scores the skin is written.
+int series_step(const MotionSpec& motion) {
+  return std::max(1, static_cast<int>(std::ceil(motion.score_hz / kSeriesHz)));
+}
+
+bool is_judged(const Scene& scene) { return scene.judge.kind != JudgeSpec::Kind::kNone; }
+
+/// The scores whose skin is drawn, evenly over the motion.
+std::vector<int> strip_scores(const MotionSpec& motion) {
+  std::vector<int> numbers;
+  const int count = scores_of(motion);
+  for (int i = 0; i < kStripPictures; ++i) {
+    const int number = static_cast<int>((i + 0.5) * count / kStripPictures);
+    if (numbers.empty() || numbers.back() < number) {
+      numbers.push_back(number);
+    }
+  }
+  return numbers;
+}
+
+}  // namespace
+
+std::vector<std::string> motion_files(const MovingModel& moving, std::optional<PictureFormat> asked) {
+  const Scene& scene = moving.first().scene;
+  std::vector<std::string> files = {"play.log", "failed.json", "motion.csv", "frames.csv"};
+  if (scene.write.h5) {
+    files.emplace_back("motion.h5");
+  }
+  if (scene.write.vtp && is_judged(scene)) {
+    files.emplace_back("judge.pvd");
+    for (int i = 0; i * series_step(*scene.motion) < scores_of(*scene.motion); ++i) {
+      files.push_back(fmt::format("judge_{:04d}.vtp", i + 1));
+    }
+  }
+  if (const auto format = picture_format(moving.first(), asked)) {
+    files.insert(files.end(), {"motion." + to_string(*format), "strip." + to_string(*format)});
+  }
+  return files;
+}
+
+Motion play_scene(const MovingModel& moving, MotionOptions options, RunDirectory& directory, Progress& progress,
+                  std::optional<PictureFormat> pictures) {
+  const Scene& scene = moving.first().scene;
+  const std::vector<int> drawn = strip_scores(*scene.motion);
+  const auto format = picture_format(moving.first(), pictures);
+  std::vector<MotionInstant> strip;
+  std::vector<MotionInstant> waiting;  // for the next second, when the motion that they are of is there too
+  std::vector<SeriesStep> series;
+  int number = 0;
+  options.scored = [&](const MotionInstant& instant) {
+    if (format && std::ranges::binary_search(drawn, number)) {
+      strip.push_back(instant);
+    }
+    if (scene.write.vtp && number % series_step(*scene.motion) == 0) {
+      waiting.push_back(instant);
+    }
+    ++number;
+  };
+  options.second = [&](const Motion& motion) {
+    if (scene.write.h5) {
+      write_motion_file(directory.file("motion.h5"), motion);
+    }
+    write_motion_csv(directory.file("motion.csv"), motion);
+    write_frames_csv(directory.file("frames.csv"), motion);
+    for (const MotionInstant& instant : waiting) {
+      add_to_series(directory.path(), motion, instant, series);
+    }
+    waiting.clear();
+  };
+  std::vector<std::string> methods;
+  for (const MethodSpec& method : scene.solve.methods) {
+    methods.push_back(method.name);
+  }
+  directory.plan(methods);
+  Motion motion = play_motion(moving, options, progress);
+  for (const std::string& method : methods) {
+    directory.finished(method);
+  }
+  if (format) {
+    timed(progress, motion.timings, "pictures", "draw pictures", [&] {
+      const std::string ending = to_string(*format);
+      draw_motion(directory.file("motion." + ending), motion, *format);
+      if (!strip.empty()) {
+        draw_motion_strip(directory.file("strip." + ending), motion, strip, *format);
+      }
+    });
+  }
+  return motion;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/batch/run_directory.h"
+#include "sim/core/progress.h"
+#include "sim/motion/play.h"
+#include "sim/pictures/picture_format.h"
+
+namespace touchfield {
+
+/// The names of all files that a motion may write into its directory, pictures in the format asked for beside the scene.
+std::vector<std::string> motion_files(const MovingModel& moving, std::optional<PictureFormat> asked = std::nullopt);
+
+/// Plays a motion (play_motion) and writes its results: motion.h5, motion.csv and frames.csv anew after every second of it,
+/// so that a kill leaves the last whole one; the skin that is scored as a ParaView series, at most some 20 a second; a plot
+/// over time and a strip of pictures.
+///
+/// options     their functions are this one's own
+/// directory   where the files land
+/// pictures    their format, and that there are some whatever the scene says; without it PNG if the scene asks for them
+/// returns     the finished motion
+/// throws      as play_motion; IoError on a failed write
+Motion play_scene(const MovingModel& moving, MotionOptions options, RunDirectory& directory, Progress& progress,
+                  std::optional<PictureFormat> pictures = std::nullopt);
+
+}  // namespace touchfield

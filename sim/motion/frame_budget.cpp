@@ -1,0 +1,94 @@
+#include "sim/motion/frame_budget.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+#include <fmt/format.h>
+
+#include "sim/core/units.h"
+#include "sim/motion/frame_solver.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kWithin = 12 * kMillimetre;
+constexpr double kMargin = 0.8;  // of the budget: the 95th percentile lies above the median
+constexpr int kTrials = 5;
+
+/// The least time of some frames [s]: the first one also makes what the others keep.
+double frame_seconds(const Scene& scene) {
+  const MovingModel moving(scene);
+  const MethodSpec& method = moving.first().scene.solve.methods.front();
+  FrameSolver solver(moving, method, drives_for(moving, method));
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < kTrials; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    const double instant = scene.motion->seconds * i / kTrials;
+    solver.solve(moving.at(moving.state(instant)));
+    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    least = i > 0 ? std::min(least, took) : least;
+  }
+  return least;
+}
+
+}  // namespace
+
+const std::vector<FrameSetting>& frame_settings() {
+  static const std::vector<FrameSetting> settings = {
+      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kChief, 5, 50.0, 0.01},
+  };
+  return settings;
+}
+
+FrameChoice choose_frame(const Scene& scene) {
+  const std::vector<FrameSetting>& settings = frame_settings();
+  const FrameSetting& quickest = settings.front();
+  const double slower = 1e3 * frame_seconds(with_setting(scene, quickest)) / quickest.milliseconds;
+  FrameChoice choice{quickest, slower * quickest.milliseconds};
+  for (const FrameSetting& setting : settings) {
+    if (slower * setting.milliseconds <= 1e3 * kMargin * scene.motion->frame->budget) {
+      choice = {setting, slower * setting.milliseconds};
+    }
+  }
+  return choice;
+}
+
+Scene within_budget(const Scene& scene, std::vector<std::string>& notes) {
+  if (!scene.motion || !scene.motion->frame) {
+    return scene;
+  }
+  const FrameChoice choice = choose_frame(scene);
+  const double budget = 1e3 * scene.motion->frame->budget;
+  notes.push_back(
+      fmt::format("frame: edges of {:.3g} and {:.3g} mm, {}, {} steps: about {:.0f} ms a frame here, {} the {:.4g} ms "
+                  "asked for; on a "
+                  "fingertip that is {:.1f} points of error above the nearest there is (docs/motion.md)",
+                  choice.setting.near_target / kMillimetre, choice.setting.far / kMillimetre,
+                  to_string(choice.setting.scheme), choice.setting.steps, choice.milliseconds,
+                  choice.milliseconds <= budget ? "within" : "NOT within", budget, 1e2 * choice.setting.above_best));
+  return with_setting(scene, choice.setting);
+}
+
+Scene with_setting(const Scene& scene, const FrameSetting& setting) {
+  Scene chosen = scene;
+  for (BodySpec& body : chosen.bodies) {
+    if (body.edge) {
+      EdgeSpec edge;
+      edge.near_target = setting.near_target;
+      edge.far = setting.far;
+      edge.within = kWithin;
+      body.edge = edge;
+    }
+  }
+  chosen.solve.scheme = setting.scheme;
+  for (MethodSpec& method : chosen.solve.methods) {
+    method.scheme = setting.scheme;
+  }
+  chosen.motion->iterations = setting.steps;
+  chosen.motion->frame.reset();
+  return chosen;
+}
+
+}  // namespace touchfield

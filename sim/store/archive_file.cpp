@@ -1,0 +1,97 @@
+#include "sim/store/archive_file.h"
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/store/checksum.h"
+
+namespace touchfield {
+
+namespace {
+
+/// throws   InputError if there is no such file or it does not begin as every HDF5 file does
+void require_hdf5(const std::string& path) {
+  constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    throw InputError(fmt::format("{}: {}", path, error ? error.message() : "is no file"));
+  }
+  std::ifstream file(path, std::ios::binary);
+  if (!file) {
+    throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
+  }
+  std::array<char, kSignature.size()> begin{};
+  file.read(begin.data(), begin.size());
+  if (std::string_view(begin.data(), static_cast<std::size_t>(file.gcount())) != kSignature) {
+    throw InputError(fmt::format("{}: is no HDF5 file", path));
+  }
+}
+
+/// Most damage is met here, before HDF5 is asked to make sense of it.
+void require_checksum(const std::string& path) {
+  switch (check_file(path)) {
+    case Checksum::kCorrect:
+      return;
+    case Checksum::kWrong:
+      throw InputError(fmt::format("{}: is damaged: its checksum does not fit", path));
+    case Checksum::kAbsent:
+      throw InputError(
+          fmt::format("{}: is no result of touchfield, or no longer: the checksum line at its end is missing "
+                      "(cut off, or rewritten by another program)",
+                      path));
+  }
+}
+
+hdf5::Content read_whole(const std::string& path) {
+  require_hdf5(path);
+  require_checksum(path);
+  return hdf5::read_content(path);
+}
+
+std::string format_of(const hdf5::Content& root) {
+  return root.has_attribute("format") ? root.text_attribute("format") : "";
+}
+
+}  // namespace
+
+void write_archive(const std::string& path, const hdf5::MemoryFile& file) {
+  const std::string bytes = file.bytes();
+  write_atomically(path, {bytes, checksum_line(bytes)});
+}
+
+hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format) {
+  hdf5::Content root = read_whole(path);
+  if (format_of(root) != format.name()) {
+    throw InputError(fmt::format("{}: is an HDF5 file but no touchfield {} (its attribute format must be {})", path,
+                                 format.noun, format.name()));
+  }
+  const int version = root.integer_attribute("format_version");
+  if (version > format.version) {
+    throw InputError(fmt::format("{}: format version {} is newer than the {} that this program reads", path, version,
+                                 format.version));
+  }
+  if (version < 1) {
+    throw InputError(fmt::format("{}: format_version = {} must be >= 1", root.place(), version));
+  }
+  return root;
+}
+
+std::string archive_format(const std::string& path) { return format_of(read_whole(path)); }
+
+void require_undamaged(const std::string& path, const std::function<void()>& check) {
+  try {
+    check();
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: is damaged: {}", path, error.what()));
+  }
+}
+
+}  // namespace touchfield

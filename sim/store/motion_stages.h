@@ -1,0 +1,23 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/store/motion_data.h"
+
+/// What files, tables and pictures of a motion read off its frames and scores.
+namespace touchfield {
+
+/// The stages of all frames, in the order in which they first appear.
+std::vector<std::string> stages_of(const std::vector<MotionFrame>& frames);
+
+/// How long a stage of a frame took [s]; NaN if the frame was without it.
+double stage_seconds(const MotionFrame& frame, const std::string& stage);
+
+/// All stages of a frame [s].
+double total_seconds(const MotionFrame& frame);
+
+/// How far the target's patch is from where the shown frame's sample has it [m]; NaN while the array shows no frame.
+double shown_displacement(const MotionScore& score);
+
+}  // namespace touchfield

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "sim/store/motion_data.h"
+
+namespace touchfield {
+
+/// motion.csv: a header line and a line a score and method: method, time_s, frame, age_s, dx_mm, dy_mm, dz_mm,
+/// displacement_mm, every metric. NaN is written as "nan"; displacements are NaN while the array shows no frame. Whole
+/// or not at all.
+void write_motion_csv(const std::string& path, const Motion& motion);
+
+/// frames.csv: a header line and a line a frame and method: method, frame, sampled_s, started_s, late_s, shown_s,
+/// pose_time_s, quiet (0 or 1), cost (after the last step), steps, status, seconds_STAGE for every stage. Whole or not
+/// at all.
+void write_frames_csv(const std::string& path, const Motion& motion);
+
+/// The methods side by side, one a line: error over the motion, level, displacement and age of what is felt, frames.
+std::string motion_table(const Motion& motion);
+
+/// Meshes, array, methods with their frames, latencies and stages, and provenance as text for a person.
+std::string describe_motion(const Motion& motion);
+
+}  // namespace touchfield

@@ -1,0 +1,156 @@
+#include "sim/pictures/motion_picture.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/pictures/picture_parts.h"
+#include "tests/support/error_support.h"
+#include "tests/support/motion_support.h"
+#include "tests/support/output_support.h"
+#include "tests/support/picture_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::has_colour;
+using support::long_motion;
+using support::message_of;
+using support::Picture;
+using support::read_bytes;
+using support::sheet;
+using support::TemporaryDirectory;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+int pixels_within(const Picture& picture, const PixelBox& box, const Colour& colour) {
+  int count = 0;
+  for (int y = box.y; y < box.y + box.height; ++y) {
+    for (int x = box.x; x < box.x + box.width; ++x) {
+      count += has_colour(picture.at(x, y), colour) ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+TEST(MotionPicture, HasALineAMethodInEveryPanel) {
+  const TemporaryDirectory directory;
+  const Motion motion = long_motion({"surface", "paper", "unscattered"});
+  ASSERT_TRUE(draw_motion(directory.file("motion.png"), motion, PictureFormat::kPng));
+  EXPECT_EQ(directory.entries(), 1U);
+  const Picture picture(directory.file("motion.png"));
+  EXPECT_EQ(picture.width(), 1200);
+  EXPECT_EQ(picture.height(), 900);
+  EXPECT_EQ(picture.text("Description"), "to and fro");
+  EXPECT_EQ(picture.text("Scene hash"), "abc");
+  for (const int bottom : {170, 384, 598}) {
+    for (const std::size_t method : {0U, 1U, 2U}) {
+      EXPECT_GT(pixels_within(picture, {120, bottom, 760, 190}, marker_colour(method)), 300) << bottom << " " << method;
+    }
+    EXPECT_LT(pixels_within(picture, {120, bottom, 760, 190}, marker_colour(3)), 5);
+    // Quiet from 60/61 to 70/61 s: no line in the middle of that time, of the axis' 2 s.
+    for (const std::size_t method : {0U, 1U, 2U}) {
+      EXPECT_EQ(pixels_within(picture, {520, bottom, 20, 190}, marker_colour(method)), 0) << bottom;
+    }
+  }
+  ASSERT_TRUE(draw_motion(directory.file("motion.pdf"), motion, PictureFormat::kPdf));
+  EXPECT_THAT(read_bytes(directory.file("motion.pdf")), StartsWith("%PDF-"));
+}
+
+TEST(MotionPicture, WithoutAScoreThereIsNone) {
+  const TemporaryDirectory directory;
+  Motion motion = long_motion({"surface"});
+  motion.methods[0].scores.clear();
+  EXPECT_FALSE(draw_motion(directory.file("motion.png"), motion, PictureFormat::kPng));
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(MotionPicture, AMotionWithoutATargetIsDrawn) {
+  const TemporaryDirectory directory;
+  Motion motion = long_motion({"focus"});
+  for (MotionScore& score : motion.methods[0].scores) {
+    score.metrics = {};
+  }
+  EXPECT_TRUE(draw_motion(directory.file("motion.png"), motion, PictureFormat::kPng));
+}
+
+/// A sheet that moves to the left as it is seen, a target of 1000 Pa on its middle square, |p| the same everywhere.
+std::vector<MotionInstant> instants_of(const std::vector<std::pair<std::string, double>>& methods) {
+  std::vector<MotionInstant> instants;
+  for (int i = 0; i < 6; ++i) {
+    MotionInstant& instant = instants.emplace_back(
+        MotionInstant{.time = 20 * i / 61.0,
+                      .mesh = transformed(sheet(21, 21, 2e-3), Eigen::Matrix3d::Identity(), Vector3(1e-3 * i, 0, 0)),
+                      .target = Target{.faces = {440, 441}, .amplitudes = Eigen::Vector2d(1000, 1000), .box = {0, 0}}});
+    for (const auto& [name, pressure] : methods) {
+      instant.pressure.emplace_back(name, Eigen::VectorXcd::Constant(instant.mesh.face_count(), pressure));
+    }
+  }
+  return instants;
+}
+
+TEST(MotionStrip, HasARowAMethodAndAColumnAnInstant) {
+  const TemporaryDirectory directory;
+  const Motion motion = long_motion({"surface", "paper"});
+  const auto instants = instants_of({{"surface", 500.0}, {"paper", 1500.0}});
+  draw_motion_strip(directory.file("strip.png"), motion, instants, PictureFormat::kPng);
+  EXPECT_EQ(directory.entries(), 1U);
+  const Picture picture(directory.file("strip.png"));
+  EXPECT_EQ(picture.width(), 1200);
+  EXPECT_EQ(picture.height(), 900);
+  EXPECT_EQ(picture.text("Description"), "to and fro");
+  // Colours end at twice what is wanted. Each panel of 161 x 303 pixels is full of its face's colour but for an outline.
+  for (int column = 0; column < 6; ++column) {
+    const int x = 64 + column * 167;
+    EXPECT_GT(pixels_within(picture, {x, 481, 161, 303}, viridis(0.25)), 40'000) << column;
+    EXPECT_GT(pixels_within(picture, {x, 150, 161, 303}, viridis(0.75)), 40'000) << column;
+  }
+  // The place is the same, so the target wanders: +x lies to the left.
+  const auto mean_x = [&](int column) {
+    double sum = 0;
+    int count = 0;
+    for (int y = 150; y < 453; ++y) {
+      for (int x = 64 + column * 167 + 1; x < 64 + column * 167 + 160; ++x) {
+        if (has_colour(picture.at(x, y), {235, 30, 60})) {
+          sum += x - column * 167;
+          ++count;
+        }
+      }
+    }
+    EXPECT_GT(count, 10) << column;
+    return sum / count;
+  };
+  for (int column = 1; column < 6; ++column) {
+    EXPECT_LT(mean_x(column), mean_x(column - 1) - 5.0) << column;
+  }
+}
+
+TEST(MotionStrip, InstantsThatDoNotFitAreRefused) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("strip.png");
+  const Motion motion = long_motion({"surface"});
+  const auto refused = [&](const std::vector<MotionInstant>& instants) {
+    return message_of<InputError>([&] { draw_motion_strip(path, motion, instants, PictureFormat::kPng); });
+  };
+  EXPECT_THAT(refused({}), HasSubstr("there must be an instant"));
+  auto instants = instants_of({{"surface", 1.0}});
+  instants[3].pressure[0].first = "other";
+  EXPECT_THAT(refused(instants), HasSubstr("methods of the first"));
+  instants = instants_of({{"surface", 1.0}});
+  instants[3].pressure[0].second.conservativeResize(5);
+  EXPECT_THAT(refused(instants), HasSubstr("pressure"));
+  EXPECT_EQ(directory.entries(), 0U);
+}
+
+TEST(MotionStrip, WithoutATargetAllOfTheSkinIsSeen) {
+  const TemporaryDirectory directory;
+  auto instants = instants_of({{"focus", 400.0}});
+  for (MotionInstant& instant : instants) {
+    instant.target.reset();
+  }
+  draw_motion_strip(directory.file("strip.png"), long_motion({"focus"}), instants, PictureFormat::kPng);
+  EXPECT_GT(pixels_within(Picture(directory.file("strip.png")), {64, 122, 996, 662}, viridis(1.0)), 50'000);
+}
+
+}  // namespace
+}  // namespace touchfield
