@@ -474,8 +474,8 @@ class LiveOnTheWallClock : public ::testing::Test {
 
 TEST_F(LiveOnTheWallClock, GoesThroughItsMotion) {
   MotionSpec motion = motion_of(0.5);
-  motion.frames_hz = 100;
-  motion.sensor.hz = 130;
+  motion.frames_hz = 1000;
+  motion.sensor.hz = 1300;
   motion.predict = MotionSpec::Prediction::kLinear;
   motion.stale = 10;
   std::size_t solved = 0;
