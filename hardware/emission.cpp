@@ -8,6 +8,7 @@
 
 #include "hardware/array_match.h"
 #include "hardware/guard/guarded_link.h"
+#include "hardware/links/dry_run_link.h"
 #include "hardware/make_link.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
@@ -26,29 +27,12 @@ Modulation modulation_of(const DeviceChoice& device, const LinkAbilities& abilit
   return StaticModulation{};
 }
 
-/// The frames of a plan, rounded for a device, and what that did to them.
-struct RoundedFrames {
-  std::vector<DriveFrame> frames;
-  QuantisationReport report;
-};
+/// Plays to a link and leaves it quiet.
+using Playing = std::function<PlayReport(ArrayLink& link, Pace& pace, const FrameObserver& observer)>;
 
-RoundedFrames rounded_frames(const std::vector<Drive>& drives, double level, const ArrayLink& link) {
-  RoundedFrames rounded;
-  rounded.report.steps = link.abilities().steps;
-  for (const Drive& drive : drives) {
-    QuantisedDrive quantised = quantise(drive.phases, drive.amplitudes, level, link.abilities().steps, link.describe());
-    require_fits(quantised.frame, link.abilities(), static_cast<std::size_t>(link.layout().positions.cols()),
-                 link.describe());
-    rounded.frames.push_back(std::move(quantised.frame));
-    rounded.report.add(quantised.report);
-  }
-  return rounded;
-}
-
-// Plays through a guarded link and leaves the array quiet.
-void play_guarded(const EmissionPlan& plan, const std::vector<DriveFrame>& frames, const Modulation& modulation,
-                  ArrayLink& link, StopSignals& signals, EmissionReport& report) {
-  const auto source = [&](std::size_t n) { return frames[n]; };
+// Plays through a guarded link.
+void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modulation& modulation, ArrayLink& link,
+                  StopSignals& signals, EmissionReport& report) {
   const auto observer = [&](std::size_t n, const DriveFrame& frame) {
     if (report.read_back) {
       require_read_back(frame, link);
@@ -65,8 +49,7 @@ void play_guarded(const EmissionPlan& plan, const std::vector<DriveFrame>& frame
     if (report.read_back) {
       require_read_back(modulation, link);
     }
-    report.play = play(frames.size(), source, link, {report.rate, report.seconds, plan.request.repeat}, pace, observer);
-    link.quiet();
+    report.play = playing(link, pace, observer);
     report.quiet = true;
     link.close();
   } catch (const DeviceError&) {
@@ -76,7 +59,28 @@ void play_guarded(const EmissionPlan& plan, const std::vector<DriveFrame>& frame
       throw;
     }
   }
-  report.signal = signals.signal();
+}
+
+// What is done without a device: a stream is played all the same, and a dry run writes its files.
+void play_dry(const EmissionPlan& plan, const std::vector<DriveFrame>& frames, const Playing& playing,
+              const ArrayLink& device, EmissionReport& report) {
+  // Between two frames of a stream there may be a quiet one.
+  const auto most = static_cast<std::size_t>(2 * std::ceil(report.seconds * report.rate)) + 1;
+  const std::unique_ptr<ArrayLink> writer =
+      report.dry ? local_link(plan.device, plan.array, plan.stream ? most : frames.size())
+                 : std::make_unique<DryRunLink>(device.layout(), device.abilities().steps.phase_levels, DryRunFiles{});
+  writer->open();
+  if (plan.stream) {
+    SignalledPace pace(*plan.signals);
+    report.play = playing(*writer, pace, plan.observer);
+  } else {
+    for (const DriveFrame& frame : frames) {
+      writer->send(frame);
+    }
+  }
+  if (report.dry && !parse_link_address(plan.device.link).path.empty()) {
+    report.written = plan.stream ? report.play.sent + report.play.silences : frames.size();
+  }
 }
 
 }  // namespace
@@ -168,12 +172,12 @@ std::unique_ptr<ArrayLink> local_link(const DeviceChoice& device, const ArrayLay
 EmissionReport emit(const EmissionPlan& plan) {
   EmissionReport report;
   report.link = plan.device.link;
-  const LinkAddress address = parse_link_address(plan.device.link);
-  report.dry = address.kind == LinkAddress::Kind::kDryRun;
+  report.dry = parse_link_address(plan.device.link).kind == LinkAddress::Kind::kDryRun;
   // Before a library can start threads of its own, which would take the signals.
-  std::optional<StopSignals> signals;
-  if (plan.emit && !report.dry) {
-    signals.emplace();
+  std::optional<StopSignals> own;
+  StopSignals* signals = plan.signals;
+  if (signals == nullptr && plan.emit && !report.dry) {
+    signals = &own.emplace();
   }
   const std::unique_ptr<ArrayLink> local = local_link(plan.device, plan.array);
   report.device = local->describe();
@@ -187,22 +191,47 @@ EmissionReport emit(const EmissionPlan& plan) {
   const Modulation modulation = modulation_of(plan.device, abilities);
   require_ability(modulation, abilities.modulation, report.device);
   report.modulation = describe(modulation, abilities.modulation);
-  const RoundedFrames rounded = rounded_frames(plan.drives(local->layout()), report.level, *local);
-  report.frames = rounded.frames.size();
-  report.quantisation = rounded.report;
-  report.seconds = permitted_seconds(plan.request, report.frames);
-  if (report.dry) {
-    const std::unique_ptr<ArrayLink> writer = local_link(plan.device, plan.array, report.frames);
-    writer->open();
-    for (const DriveFrame& frame : rounded.frames) {
-      writer->send(frame);
+  report.quantisation.steps = abilities.steps;
+  if (plan.stream) {
+    report.seconds = permitted_seconds(plan.request, 1);
+  }
+  const Rounding rounded = [&](const Drive& drive) {
+    QuantisedDrive quantised = quantise(drive.phases, drive.amplitudes, report.level, abilities.steps, report.device);
+    require_fits(quantised.frame, abilities, report.transducers, report.device);
+    report.quantisation.add(quantised.report);
+    return std::move(quantised.frame);
+  };
+  std::vector<DriveFrame> frames;
+  for (const Drive& drive : plan.drives(local->layout())) {
+    frames.push_back(rounded(drive));
+  }
+  if (!plan.stream) {
+    report.frames = frames.size();
+    report.seconds = permitted_seconds(plan.request, report.frames);
+  }
+  const Playing playing = [&](ArrayLink& link, Pace& pace, const FrameObserver& observer) {
+    if (plan.stream) {
+      return play(plan.stream(rounded), link, report.seconds, pace, observer);
     }
-    report.written = address.path.empty() ? 0 : report.frames;
-  } else if (signals) {
+    const auto source = [&](std::size_t n) { return frames[n]; };
+    const PlayReport done =
+        play(frames.size(), source, link, {report.rate, report.seconds, plan.request.repeat}, pace, observer);
+    link.quiet();
+    return done;
+  };
+  if (plan.emit && !report.dry) {
     GuardedLink link(plan.watchdog, {plan.device.link, plan.device.library, plan.array, report.frames, false},
                      {report.level, report.seconds});
     report.emitted = true;
-    play_guarded(plan, rounded.frames, modulation, link, *signals, report);
+    play_guarded(plan, playing, modulation, link, *signals, report);
+  } else if (plan.stream || report.dry) {
+    play_dry(plan, frames, playing, *local, report);
+  }
+  if (signals != nullptr) {
+    report.signal = signals->signal();
+  }
+  if (plan.stream) {
+    report.frames = report.play.sent;
   }
   return report;
 }

@@ -13,6 +13,8 @@
 
 namespace touchfield {
 
+class StopSignals;
+
 /// How hard, long and fast an array is asked to be driven, and the caps on that. Messages name the fields as the command
 /// line does.
 struct EmissionRequest {
@@ -71,6 +73,11 @@ struct Drive {
   Eigen::VectorXd amplitudes;  // N, 0..1
 };
 
+/// Rounds a drive for the device of a plan, at the plan's level.
+///
+/// throws   InputError as quantise, and if the count is not the device's
+using Rounding = std::function<DriveFrame(const Drive& drive)>;
+
 /// What is to be sent, and how.
 struct EmissionPlan {
   DeviceChoice device;
@@ -79,6 +86,10 @@ struct EmissionPlan {
   ArrayLayout array;                        // for the link, see LinkSettings; may be empty
   std::vector<TransducerArray> must_match;  // the device; each is compared with it before anything is sent
   std::function<std::vector<Drive>(const ArrayLayout& device)> drives;
+  /// Is played instead of `drives`, if given, of which it is then only found whether the device can do them. Without
+  /// `emit` it is played all the same, to no device.
+  std::function<FrameStream(const Rounding& rounded)> stream;
+  StopSignals* signals = nullptr;     // of a caller who has threads, and of every stream; else they are made here
   FrameObserver observer;             // told of each frame that was sent
   std::vector<std::string> watchdog;  // program and arguments that GuardedLink starts
 };
@@ -89,7 +100,7 @@ struct EmissionReport {
   std::string device;  // in a few words
   bool dry = false;    // no device: a dry run
   std::size_t transducers = 0;
-  std::size_t frames = 0;
+  std::size_t frames = 0;  // of a stream: that were sent
   double rate = 0;
   double seconds = 0;  // planned
   double level = 0;
@@ -98,7 +109,7 @@ struct EmissionReport {
   bool emitted = false;
   bool quiet = false;       // after an emission: this program has quieted the array; else the guard had to
   std::size_t written = 0;  // files of a dry run
-  PlayReport play;          // if emitted
+  PlayReport play;          // if emitted, or a stream
   bool read_back = false;   // every frame and the modulation, and equal
   int signal = 0;           // that ended the emission; 0: none
 };

@@ -12,22 +12,108 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kCheckPeriod = 0.05;  // [s] between looks at a device that is sent nothing
-constexpr double kSlack = 1e-9;        // [s]: what is due now must not wait for another turn by rounding
+constexpr double kCheckPeriod = 0.05;   // [s] between looks at a device that is sent nothing
+constexpr double kStreamPeriod = 1e-3;  // [s] between looks at a stream
+constexpr double kSlack = 1e-9;         // [s]: what is due now must not wait for another turn by rounding
+
+void require_positive(const char* name, double value) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    throw InputError(fmt::format("{} = {} must be > 0", name, value));
+  }
+}
 
 void require_options(std::size_t count, const PlayOptions& options, const ArrayLink& link) {
   if (count == 0) {
     throw InputError("there is no frame to play");
   }
-  if (!(options.seconds > 0) || !std::isfinite(options.seconds)) {
-    throw InputError(fmt::format("seconds = {} must be > 0", options.seconds));
-  }
+  require_positive("seconds", options.seconds);
   const double most = link.abilities().most_frames_per_second;
   if (!(options.rate > 0 && options.rate <= most)) {
     throw InputError(
         fmt::format("rate = {} Hz must be > 0 and <= {} Hz, what {} carries", options.rate, most, link.describe()));
   }
 }
+
+/// A stream on its way to a link.
+class StreamPlayer {
+ public:
+  StreamPlayer(const FrameStream& stream, ArrayLink& link, Pace& pace, const FrameObserver& observer)
+      : stream_(stream),
+        link_(link),
+        pace_(pace),
+        observer_(observer),
+        apart_(1 / link.abilities().most_frames_per_second),
+        quiet_(quiet_frame(static_cast<std::size_t>(link.layout().positions.cols()))) {}
+
+  PlayReport play(double seconds) {
+    const double start = pace_.now();
+    spoke_ = start;
+    next_ = start;
+    stream_.begin(start);
+    while (!report_.stopped && pace_.now() - start < seconds - kSlack && !stream_.over()) {
+      if (pace_.now() >= next_ - kSlack) {
+        if (const std::optional<StreamFrame> frame = stream_.newest()) {
+          take(*frame);
+        }
+      }
+      if (seen_ && pace_.now() - *seen_ > stream_.stale) {
+        seen_.reset();
+        send(quiet_);
+        silent_since_ = spoke_;
+        ++report_.silences;
+      }
+      if (pace_.now() - spoke_ >= kCheckPeriod) {
+        link_.check();
+        spoke_ = pace_.now();
+      }
+      report_.stopped = !pace_.wait_until(std::min(pace_.now() + kStreamPeriod, start + seconds));
+    }
+    end_silence();
+    report_.seconds = pace_.now() - start;
+    return report_;
+  }
+
+ private:
+  void take(const StreamFrame& frame) {
+    if (pace_.now() - frame.seen > stream_.stale) {
+      ++report_.stale;
+      return;
+    }
+    send(frame.frame);
+    stream_.committed(frame.number, spoke_);
+    ++report_.sent;
+    seen_ = frame.seen;
+    next_ = spoke_ + apart_;
+    end_silence();
+    if (observer_) {
+      observer_(frame.number, frame.frame);
+    }
+  }
+
+  void send(const DriveFrame& frame) {
+    link_.send(frame);
+    spoke_ = pace_.now();
+  }
+
+  void end_silence() {
+    if (silent_since_) {
+      report_.silent += pace_.now() - *silent_since_;
+      silent_since_.reset();
+    }
+  }
+
+  const FrameStream& stream_;
+  ArrayLink& link_;
+  Pace& pace_;
+  const FrameObserver& observer_;
+  double apart_;  // of frames, at least [s]
+  DriveFrame quiet_;
+  PlayReport report_;
+  double spoke_ = 0;                    // to the link
+  double next_ = 0;                     // when it takes another frame
+  std::optional<double> seen_;          // of the frame that it has, while that is not too old
+  std::optional<double> silent_since_;  // because what it had was
+};
 
 }  // namespace
 
@@ -69,6 +155,23 @@ PlayReport play(std::size_t count, const FrameSource& source, ArrayLink& link, c
     }
   }
   report.seconds = pace.now() - start;
+  return report;
+}
+
+PlayReport play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace, const FrameObserver& observer) {
+  require_positive("seconds", seconds);
+  require_positive("stale", stream.stale);
+  PlayReport report;
+  try {
+    report = StreamPlayer(stream, link, pace, observer).play(seconds);
+  } catch (...) {
+    try {
+      link.quiet();
+    } catch (const std::exception&) {  // it is lost: the first error says so
+    }
+    throw;
+  }
+  link.quiet();
   return report;
 }
 

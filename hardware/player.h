@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 
 #include "hardware/array_link.h"
 
@@ -34,6 +35,10 @@ struct PlayReport {
   double worst_delay = 0;   // of a frame that was sent [s]
   double seconds = 0;       // played
   bool stopped = false;     // by the pace, before its time
+  // Of a stream:
+  std::size_t stale = 0;     // frames that were too old when they came
+  std::size_t silences = 0;  // times it fell quiet because what it had became too old
+  double silent = 0;         // how long these were together [s]
 };
 
 /// The frame of a number from 0; may take its time.
@@ -49,6 +54,31 @@ using FrameObserver = std::function<void(std::size_t number, const DriveFrame& f
 /// throws   InputError if a rate or a time is not positive or the rate is more than the link carries; what the link and
 ///          the source throw
 PlayReport play(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
+                const FrameObserver& observer = {});
+
+/// A frame of a stream.
+struct StreamFrame {
+  std::size_t number = 0;
+  double seen = 0;  // when that was so which it is for [s]
+  DriveFrame frame;
+};
+
+/// Frames that come while they are played. Times are those of the pace; none of these functions may wait.
+struct FrameStream {
+  std::function<void(double now)> begin;                         // they are wanted from now on
+  std::function<std::optional<StreamFrame>()> newest;            // unless it was given before
+  std::function<void(std::size_t number, double at)> committed;  // the link has taken this one
+  std::function<bool()> over;                                    // no more will come
+  double stale = 0.15;                                           // [s], > 0
+};
+
+/// Sends the newest frame of a stream as soon as it is there, at most as many a second as the link carries. The array is
+/// quiet while what was seen for the frame that it has is older than stream.stale: before the first frame, when none
+/// comes, and when those that come are that old already, which are not sent. It is quieted at the end, be it an error.
+///
+/// seconds   after which it ends, if the stream is not over before and the pace does not stop it
+/// throws    InputError if a time is not positive; what the link and the stream's functions throw
+PlayReport play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace,
                 const FrameObserver& observer = {});
 
 }  // namespace touchfield

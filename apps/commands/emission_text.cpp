@@ -1,5 +1,6 @@
+#include "apps/commands/emission_text.h"
+
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/device_options.h"
@@ -26,6 +27,8 @@ std::string outcome(const EmissionReport& report) {
                      report.play.seconds, report.read_back ? "; every byte was read back and equal" : "");
 }
 
+}  // namespace
+
 std::string describe_emission(const EmissionReport& report) {
   const QuantisationReport& rounding = report.quantisation;
   return fmt::format(
@@ -38,7 +41,7 @@ std::string describe_emission(const EmissionReport& report) {
       rounding.rms_phase_error / kDegree, 100 * rounding.worst_drive_loss, outcome(report));
 }
 
-std::string emission_json(const EmissionReport& report) {
+nlohmann::ordered_json emission_json(const EmissionReport& report) {
   const QuantisationReport& rounding = report.quantisation;
   nlohmann::ordered_json json = {{"link", report.link},
                                  {"device", report.device},
@@ -64,21 +67,25 @@ std::string emission_json(const EmissionReport& report) {
     json["seconds_played"] = report.play.seconds;
     json["read_back"] = report.read_back;
   }
-  return json.dump(2) + "\n";
+  return json;
 }
 
-}  // namespace
+int said_exit_code(const EmissionReport& report) {
+  if (report.signal == 0) {
+    return 0;
+  }
+  say(fmt::format("touchfield: stopped by {}\n", StopSignals::name(report.signal)));
+  return 128 + report.signal;
+}
 
 int print_emission(const EmissionReport& report, const CommonFlags& flags, const std::string& heading) {
-  if (report.signal != 0) {
-    say(fmt::format("touchfield: stopped by {}\n", StopSignals::name(report.signal)));
-  }
+  const int code = said_exit_code(report);
   if (flags.json) {
-    put(emission_json(report));
+    put(emission_json(report).dump(2) + "\n");
   } else if (!flags.quiet) {
     put(heading + describe_emission(report));
   }
-  return report.signal == 0 ? 0 : 128 + report.signal;
+  return code;
 }
 
 }  // namespace touchfield

@@ -12,9 +12,17 @@ namespace touchfield {
 
 namespace {
 
+double required(const char* name, double value, bool positive) {
+  if (!std::isfinite(value) || value < 0.0 || (positive && value == 0.0)) {
+    throw InputError(fmt::format("motion.{} = {:.15g} must be {}", name, value, positive ? "> 0" : ">= 0"));
+  }
+  return value;
+}
+
+}  // namespace
+
 Tick instant(std::int64_t number, double hz) { return std::llround(static_cast<double>(number) * kTicksASecond / hz); }
 
-/// The last instant at or before a tick; -1 if there is none.
 std::int64_t last_instant(Tick tick, double hz) {
   if (tick < 0) {
     return -1;
@@ -29,15 +37,6 @@ std::int64_t last_instant(Tick tick, double hz) {
   return number;
 }
 
-double required(const char* name, double value, bool positive) {
-  if (!std::isfinite(value) || value < 0.0 || (positive && value == 0.0)) {
-    throw InputError(fmt::format("motion.{} = {:.15g} must be {}", name, value, positive ? "> 0" : ">= 0"));
-  }
-  return value;
-}
-
-}  // namespace
-
 Tick to_ticks(double seconds) { return std::llround(seconds * kTicksASecond); }
 
 LoopClock::LoopClock(const MotionSpec& motion)
@@ -50,7 +49,6 @@ LoopClock::LoopClock(const MotionSpec& motion)
   if (motion.solve) {
     solve_ = to_ticks(required("solve_ms", *motion.solve, false));
   }
-  solves_.reserve(kRemembered);
 }
 
 std::optional<FrameStart> LoopClock::next() {
@@ -89,12 +87,7 @@ ShownFrame LoopClock::finished(Tick solve) {
   free_ = open_->at + solve;
   shown_.push_back({*open_, free_ + array_});
   open_.reset();
-  if (solves_.size() < kRemembered) {
-    solves_.push_back(solve);
-  } else {
-    solves_[oldest_] = solve;
-    oldest_ = (oldest_ + 1) % kRemembered;
-  }
+  solves_.add(solve);
   return shown_.back();
 }
 
@@ -116,16 +109,6 @@ std::optional<ScoreInstant> LoopClock::next_score() {
 
 Tick LoopClock::predicted_for(const FrameStart& frame, Tick solve) const {
   return frame.at + solve + array_ + instant(1, 2.0 * frames_hz_);
-}
-
-Tick LoopClock::expected_solve() const {
-  if (solve_ || solves_.empty()) {
-    return solve_.value_or(0);
-  }
-  std::vector<Tick> sorted = solves_;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>((sorted.size() - 1) / 2);
-  std::ranges::nth_element(sorted, middle);
-  return *middle;
 }
 
 }  // namespace touchfield

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <optional>
-#include <vector>
 
+#include "sim/motion/running_median.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {
@@ -18,6 +17,11 @@ inline constexpr double kTicksASecond = 1e6;
 /// The nearest tick.
 Tick to_ticks(double seconds);
 inline double to_seconds(Tick ticks) { return static_cast<double>(ticks) / kTicksASecond; }
+
+/// When number k of what comes so often a second is due, round(k 1e6 / hz).
+Tick instant(std::int64_t number, double hz);
+/// The last one due at or before a tick; -1 if there is none.
+std::int64_t last_instant(Tick tick, double hz);
 
 /// A frame that starts: from here on its solver is busy.
 struct FrameStart {
@@ -88,10 +92,8 @@ class LoopClock {
   Tick predicted_for(const FrameStart& frame, Tick solve) const;
   Tick predicted_for(const FrameStart& frame) const { return predicted_for(frame, expected_solve()); }
 
-  /// solve_ms, or of `measured` the median of the last kRemembered frames' (of an even number the lower one of the two in
-  /// the middle; 0 before the first).
-  Tick expected_solve() const;
-  static constexpr std::size_t kRemembered = 31;
+  /// solve_ms, or of `measured` the running median of the frames'.
+  Tick expected_solve() const { return solve_.value_or(solves_.value()); }
 
   std::int64_t frames() const { return frames_; }    // started
   std::int64_t late() const { return late_; }        // frames that started after their slot
@@ -117,8 +119,7 @@ class LoopClock {
   std::int64_t waiting_ = 0;
   std::deque<ShownFrame> shown_;  // finished; from the one that the next score may be of
   std::int64_t score_ = 0;
-  std::vector<Tick> solves_;  // the last ones, a ring
-  std::size_t oldest_ = 0;
+  RunningMedian solves_;
 };
 
 }  // namespace touchfield

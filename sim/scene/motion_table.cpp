@@ -141,6 +141,8 @@ Codec<MotionSpec> motion_codec() {
            "middle of the time that it will be shown.")
       .key("score_hz", &MotionSpec::score_hz, number(kPlain, kRate),
            "How often a second what is on the array is scored on the pose as it is then.")
+      .key("stale_ms", &MotionSpec::stale, number(kMilliseconds, above_to(0, 60'000)),
+           "Of `touchfield live`: it is quiet while what it has is of a sample older than this [ms].")
       .check([](const Input& in, MotionSpec& motion, bool good) { return good && check_key_times(in, motion); })
       .codec();
 }

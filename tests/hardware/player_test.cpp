@@ -46,13 +46,14 @@ class NotingLink final : public ArrayLink {
   void check() override {
     if (++checks == lost_at) throw DeviceError("lost");
   }
-  void quiet() override {}
+  void quiet() override { ++quieted; }
   void close() noexcept override {}
 
   std::vector<int> numbers;
   std::vector<double> times;
   double busy = 0;  // [s] that a frame takes
   int checks = 0;
+  int quieted = 0;
   int lost_at = -1;
 
  private:
@@ -163,6 +164,77 @@ TEST_F(Player, RefusesWhatCannotBePlayed) {
       },
       testing::ThrowsMessage<InputError>(testing::HasSubstr("<= 50 Hz, what noting link carries")));
   EXPECT_THAT(link_.numbers, testing::IsEmpty());
+}
+
+/// A stream that has a new frame whenever it is asked, of what was seen `age` ago.
+class Stream : public Player {
+ protected:
+  FrameStream stream() {
+    return {.begin = [&](double now) { begun_ = now; },
+            .newest = [&]() -> std::optional<StreamFrame> {
+              if (asked_ == last_) throw InputError("no frame");
+              const std::size_t number = asked_++;
+              return StreamFrame{number, pace_.now() - age_, numbered(number)};
+            },
+            .committed = [&](std::size_t number, double at) { committed_.emplace_back(number, at); },
+            .over = [&] { return asked_ == over_; },
+            .stale = 0.15};
+  }
+
+  double begun_ = 0;
+  double age_ = 0;
+  std::size_t asked_ = 0;
+  std::size_t last_ = 1'000'000;
+  std::size_t over_ = 1'000'000;
+  std::vector<std::pair<std::size_t, double>> committed_;
+};
+
+// The link takes 50 a second: it is not asked for more.
+TEST_F(Stream, KeepsWithinTheLink) {
+  link_.busy = 0.004;
+  const PlayReport report = play(stream(), link_, 0.999, pace_);
+  EXPECT_EQ(begun_, 100);
+  EXPECT_EQ(report.sent, link_.numbers.size());
+  EXPECT_GE(report.sent, 40U);
+  EXPECT_LE(report.sent, 50U);
+  for (std::size_t k = 1; k < link_.times.size(); ++k) EXPECT_GE(link_.times[k] - link_.times[k - 1], 0.02 - 1e-9);
+  ASSERT_EQ(committed_.size(), report.sent);
+  EXPECT_NEAR(committed_[3].second, 100 + link_.times[3] + 0.004, 1e-9);
+  EXPECT_EQ(committed_[3].first, 3U);
+  EXPECT_EQ(link_.quieted, 1);
+}
+
+TEST_F(Stream, SendsNothingThatIsTooOld) {
+  age_ = 0.151;
+  const PlayReport report = play(stream(), link_, 1, pace_);
+  EXPECT_EQ(report.sent, 0U);
+  EXPECT_GT(report.stale, 900U);
+  EXPECT_THAT(link_.numbers, testing::IsEmpty());
+  EXPECT_GE(link_.checks, 19);
+  EXPECT_EQ(link_.quieted, 1);
+}
+
+TEST_F(Stream, EndsWhenItIsOver) {
+  over_ = 5;
+  const PlayReport report = play(stream(), link_, 1, pace_);
+  EXPECT_EQ(report.sent, 5U);
+  EXPECT_LT(report.seconds, 0.2);
+  EXPECT_EQ(link_.quieted, 1);
+}
+
+TEST_F(Stream, IsQuietedByAnError) {
+  last_ = 5;
+  EXPECT_THROW(play(stream(), link_, 1, pace_), InputError);
+  EXPECT_EQ(link_.numbers.size(), 5U);
+  EXPECT_EQ(link_.quieted, 1);
+}
+
+TEST_F(Stream, RefusesWhatIsNoTime) {
+  FrameStream never_fresh = stream();
+  never_fresh.stale = 0;
+  EXPECT_THROW(play(never_fresh, link_, 1, pace_), InputError);
+  EXPECT_THROW(play(stream(), link_, -1, pace_), InputError);
+  EXPECT_EQ(asked_, 0U);
 }
 
 }  // namespace

@@ -251,9 +251,9 @@ TEST(LoopClock, ExpectsTheMedianOfMeasuredSolves) {
   EXPECT_EQ(clock.expected_solve(), 5);
   solve(100);
   EXPECT_EQ(clock.expected_solve(), 9);
-  for (std::size_t i = 0; i < LoopClock::kRemembered / 2 - 1; ++i) solve(1);
+  for (std::size_t i = 0; i < RunningMedian::kRemembered / 2 - 1; ++i) solve(1);
   EXPECT_EQ(clock.expected_solve(), 1);
-  for (std::size_t i = 0; i < LoopClock::kRemembered; ++i) solve(70);  // and the first are forgotten
+  for (std::size_t i = 0; i < RunningMedian::kRemembered; ++i) solve(70);  // and the first are forgotten
   EXPECT_EQ(clock.expected_solve(), 70);
 }
 

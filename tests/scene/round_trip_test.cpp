@@ -89,7 +89,7 @@ bool operator==(const MotionSpec& a, const MotionSpec& b) {
   return a.seconds == b.seconds && a.changes == b.changes && a.target == b.target && a.frames_hz == b.frames_hz &&
          a.iterations == b.iterations && a.start == b.start && a.steer == b.steer && a.sensor.hz == b.sensor.hz &&
          a.sensor.latency == b.sensor.latency && a.solve == b.solve && a.array_delay == b.array_delay &&
-         a.predict == b.predict && a.score_hz == b.score_hz;
+         a.predict == b.predict && a.score_hz == b.score_hz && a.stale == b.stale;
 }
 
 namespace {
@@ -220,7 +220,7 @@ const std::vector<Variant> kVariants = {
       "about: 200.7}}, {path: body.place.rotate_deg.0, keys: [[0, 0.1], [0.5, -7.3], [2.1, 3]]}, {path: "
       "body.place.at_mm.0, rate: -50.3}], target: in_world, frames_hz: 29.97, iterations: 7, start: zero, steer: "
       "false, sensor: {hz: 59.94, latency_ms: 12.3}, solve_ms: 20.7, array_ms: 0.3, predict: linear, score_hz: "
-      "60.1}"}},
+      "60.1, stale_ms: 99.9}"}},
     {"large_and_small", {"array.at_mm=[1e9, -1e-30, 123456789.01234567]", "array.source_pa_m=1e-9"}},
 };
 
@@ -274,7 +274,7 @@ TEST(ResolvedScene, WritesEveryDefaultOfAMotion) {
   EXPECT_THAT(text, ::testing::HasSubstr(
                         "motion:\n  seconds: 2\n  change: []\n  target: on_skin\n  frames_hz: 20\n  iterations: 5\n"
                         "  start: previous\n  steer: true\n  sensor:\n    hz: 30\n    latency_ms: 0\n"
-                        "  solve_ms: measured\n  array_ms: 1\n  predict: none\n  score_hz: 61\n"));
+                        "  solve_ms: measured\n  array_ms: 1\n  predict: none\n  score_hz: 61\n  stale_ms: 150\n"));
   EXPECT_EQ(resolved_yaml(scene_from(kSmallScene)).find("motion"), std::string::npos);
 }
 

@@ -1,0 +1,228 @@
+#include <chrono>
+#include <future>
+#include <memory>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
+#include "apps/commands/device_options.h"
+#include "apps/commands/emission_text.h"
+#include "apps/commands/live_stream.h"
+#include "apps/commands/live_text.h"
+#include "apps/commands/standard_streams.h"
+#include "hardware/stop_signals.h"
+#include "sim/batch/run_directory.h"
+#include "sim/core/errors.h"
+#include "sim/motion/frame_budget.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/store/run_file.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kLook = 0.05;      // [s] between looks for a signal while the solver is being made
+constexpr double kPatience = 10.0;  // [s] for a frame that is being solved when the loop ends
+
+struct LiveCommand {
+  std::string scene;
+  std::vector<std::string> overrides;
+  std::string method;  // empty: the scene's only one
+  std::string output;  // empty: no file
+  DeviceOptions options;
+};
+
+const MethodSpec& method_of(const Scene& scene, const std::string& name) {
+  const std::vector<MethodSpec>& methods = scene.solve.methods;
+  if (name.empty() && methods.size() == 1) {
+    return methods.front();
+  }
+  std::string known;
+  for (const MethodSpec& method : methods) {
+    if (method.name == name) {
+      return method;
+    }
+    known += (known.empty() ? "" : ", ") + method.name;
+  }
+  throw InputError(name.empty() ? fmt::format("the scene has the methods {}; --method picks one", known)
+                                : fmt::format("the scene has no method '{}', it has {}", name, known));
+}
+
+/// The motion of the scene for as long as is asked for.
+MotionSpec motion_of(const Scene& scene, const std::optional<double>& seconds) {
+  if (!scene.motion) {
+    throw InputError("motion: is missing: live takes a scene that says how it moves");
+  }
+  MotionSpec motion = *scene.motion;
+  if (seconds && !(*seconds <= motion.seconds)) {
+    throw InputError(fmt::format("--seconds = {:g} must be <= motion.seconds = {:g}", *seconds, motion.seconds));
+  }
+  motion.seconds = seconds.value_or(motion.seconds);
+  return motion;
+}
+
+/// One command from its scene to its report. Signals are held back before there are threads, so that none of them takes
+/// one; what takes its time is done beside a look for them.
+class Live {
+ public:
+  Live(const LiveCommand& command, const CommonFlags& flags)
+      : command_(command),
+        flags_(flags),
+        progress_(flags.quiet || flags.json),
+        scene_(read_scene(command.scene, command.overrides)),
+        method_(method_of(scene_, command.method)),
+        motion_(motion_of(scene_, command.options.request.seconds)) {}
+
+  int run() {
+    EmissionPlan plan = plan_of(command_.options);
+    build();
+    plan.request.rate = motion_.frames_hz;
+    plan.request.seconds = motion_.seconds;
+    plan.signals = &signals_;
+    plan.array = layout_of(moving_->first().array);
+    plan.must_match = {moving_->first().array};
+    plan.drives = [this](const ArrayLayout&) { return std::vector<Drive>{prepared()}; };
+    plan.stream = [this](const Rounding& rounded) { return stream_of(*loop_, motion_, rounded); };
+    EmissionReport report;
+    std::exception_ptr failure;
+    try {
+      report = emit(plan);
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    const bool ended = !loop_ || loop_->stop(kPatience);
+    try {
+      if (failure) {
+        std::rethrow_exception(failure);
+      }
+      const int code = reported(report);
+      if (ended) {
+        loop_->rethrow();
+        return code;
+      }
+      throw NumericalError(fmt::format("the solver hangs: no frame for {:g} s", kPatience));
+    } catch (const std::exception& error) {
+      if (directory_) {
+        directory_->fail(error.what());
+      }
+      if (ended) {
+        throw;
+      }
+      // Its thread cannot be waited for.
+      say(fmt::format("touchfield: error: {}\n", error.what()));
+      ::_exit(finish_output(1));
+    }
+  }
+
+ private:
+  void build() {
+    progress_.note(fmt::format("live: building {}", scene_.name));
+    std::future<std::unique_ptr<MovingModel>> built = std::async(std::launch::async, [this] {
+      apply_threads(flags_);
+      return std::make_unique<MovingModel>(within_budget(scene_, notes_));
+    });
+    while (built.wait_for(std::chrono::duration<double>(kLook)) != std::future_status::ready) {
+      leave_if_interrupted();
+    }
+    moving_ = built.get();
+    method_ = method_of(moving_->first().scene, command_.method);
+    motion_ = motion_of(moving_->first().scene, command_.options.request.seconds);
+    for (const std::string& note : notes_) {
+      progress_.remark(note);
+    }
+  }
+
+  /// The solver, made in the loop's thread, and the phases that it began with.
+  Drive prepared() {
+    if (!command_.output.empty()) {
+      directory_.emplace(RunDirectory::at(command_.output, {"live.csv"}, command_.options.device.replace));
+    }
+    progress_.note(fmt::format("live: preparing {}: {} faces, {} channels", method_.name,
+                               moving_->first().body.mesh.face_count(), moving_->first().array.size()));
+    MotionFrame first;
+    const auto prepare = [&] {
+      apply_threads(flags_);
+      return live_solver(*moving_, method_, first);
+    };
+    loop_.emplace(
+        motion_, [this](double seconds) { return moving_->state(seconds); }, prepare, time_);
+    while (!loop_->ready(kLook)) {
+      leave_if_interrupted();
+    }
+    progress_.note(fmt::format("live: playing {:g} s", motion_.seconds));
+    return {first.solution.phases, first.solution.amplitudes};
+  }
+
+  void leave_if_interrupted() {
+    if (!signals_.wait(0)) {
+      return;
+    }
+    if (directory_) {
+      directory_->fail("interrupted by " + StopSignals::name(signals_.signal()));
+    }
+    say("touchfield: interrupted before anything was sent\n");
+    ::_exit(128 + signals_.signal());
+  }
+
+  int reported(EmissionReport report) {
+    const LiveReport loop = loop_->report();
+    report.play.late = static_cast<std::size_t>(loop.late);
+    report.play.dropped = static_cast<std::size_t>(loop.dropped);
+    for (const MotionFrame& frame : loop.frames) {
+      report.play.worst_delay = std::max(report.play.worst_delay, frame.late);
+    }
+    const LiveResult result{motion_, loop, report.play};
+    if (directory_) {
+      write_text_file(directory_->file("live.csv"), live_csv(loop));
+      directory_->settle();
+      progress_.note(fmt::format("frames in {}", directory_->file("live.csv")));
+    }
+    const double tolerance = scene_.solve.solver.tolerance;
+    if (loop.residual > tolerance) {
+      progress_.warn(
+          fmt::format("residual: the equations of a frame were left with {:.1e}, above the tolerance of {:.1e}",
+                      loop.residual, tolerance));
+    }
+    if (flags_.json) {
+      nlohmann::ordered_json json = emission_json(report);
+      json["live"] = live_json(result);
+      put(json.dump(2) + "\n");
+    } else if (!flags_.quiet) {
+      put(describe_emission(report) + describe_live(result));
+    }
+    return said_exit_code(report);
+  }
+
+  const LiveCommand& command_;
+  const CommonFlags& flags_;
+  StopSignals signals_;
+  ConsoleProgress progress_;
+  Scene scene_;
+  MethodSpec method_;
+  MotionSpec motion_;
+  std::vector<std::string> notes_;  // of the frame that was chosen for a budget
+  std::unique_ptr<MovingModel> moving_;
+  std::optional<RunDirectory> directory_;
+  SteadyTime time_;
+  std::optional<LiveLoop> loop_;  // the last of all: its threads use what is above
+};
+
+}  // namespace
+
+void add_live_command(CLI::App& app, Invocation& invocation) {
+  const auto live = std::make_shared<LiveCommand>();
+  CLI::App* command =
+      app.add_subcommand("live", "Play a scene that moves on the wall clock: sensor, solver and array in a loop");
+  add_scene(command, live->scene, live->overrides);
+  command->add_option("--method", live->method, "Which method of the scene; default: the only one there is");
+  add_device(command, live->options);
+  add_emission(command, live->options);
+  command->add_option("--seconds", live->options.request.seconds, "Time of the loop; default: the whole motion");
+  command->add_option("-o,--output", live->output, "Directory for live.csv, a line a frame; default: no file");
+  finish_command(command, invocation, [live](const Invocation& invoked) { return Live(*live, invoked.flags).run(); });
+}
+
+}  // namespace touchfield

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include "hardware/player.h"
+#include "sim/motion/live.h"
+
+namespace touchfield {
+
+/// What a live loop did, and how what it found was played.
+struct LiveResult {
+  MotionSpec motion;
+  LiveReport loop;
+  PlayReport play;
+};
+
+/// As a person reads it: frames, silences, and a table of the median, 95th percentile and worst of times, those of
+/// `solve` by stage.
+std::string describe_live(const LiveResult& result);
+nlohmann::ordered_json live_json(const LiveResult& result);
+
+/// live.csv: a header line and a line a frame: number, times since the loop began [s], whether it is quiet, seconds a
+/// stage; nan where a frame was without it.
+std::string live_csv(const LiveReport& report);
+
+}  // namespace touchfield

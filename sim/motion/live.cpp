@@ -1,0 +1,243 @@
+#include "sim/motion/live.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "sim/motion/frame_solver.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kLookAgain = 1e-3;   // [s]: for a sample where there is none yet
+constexpr int kFirstPlaces = 9;       // of a motion, where the target is looked for
+constexpr double kLongestWait = 1e3;  // [s] at a time: no clock overflows
+
+std::chrono::duration<double> seconds_of(double seconds) { return std::chrono::duration<double>(seconds); }
+
+/// The motion of a loop whose solve times are its own.
+MotionSpec measured(MotionSpec motion) {
+  motion.solve.reset();
+  return motion;
+}
+
+}  // namespace
+
+double SteadyTime::now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+void SteadyTime::wait_until(double t, const std::stop_token& stop) {
+  std::mutex mutex;
+  std::condition_variable_any never;
+  std::unique_lock lock(mutex);
+  for (double left = t - now(); left > 0 && !stop.stop_requested(); left = t - now()) {
+    never.wait_for(lock, stop, seconds_of(std::min(left, kLongestWait)), [] { return false; });
+  }
+}
+
+LiveLoop::LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time)
+    : motion_(measured(motion)), sensor_(std::move(sensor)), time_(time) {
+  LoopClock checked(motion_);
+  const auto slots = static_cast<std::size_t>(std::ceil(motion.seconds * motion.frames_hz));
+  report_.frames.reserve(slots);
+  report_.solved.reserve(slots);
+  solver_thread_ =
+      std::jthread([this, make = std::move(prepare)](const std::stop_token& stop) { run([&] { solve(stop, make); }); });
+}
+
+LiveLoop::~LiveLoop() = default;
+
+bool LiveLoop::ready(double seconds) {
+  std::unique_lock lock(mutex_);
+  changed_.wait_for(lock, seconds_of(seconds), [this] { return ready_ || failure_; });
+  if (failure_) {
+    std::rethrow_exception(failure_);
+  }
+  return ready_;
+}
+
+void LiveLoop::begin(double now) {
+  {
+    const std::lock_guard lock(mutex_);
+    begun_ = now;
+    ++running_;
+  }
+  sensor_thread_ = std::jthread([this](const std::stop_token& stop) { run([&] { sense(stop); }); });
+  changed_.notify_all();
+}
+
+double LiveLoop::begun() const {
+  const std::lock_guard lock(mutex_);
+  return begun_.value();
+}
+
+void LiveLoop::committed(std::size_t number, double at) {
+  const std::lock_guard lock(mutex_);
+  const double shown = at - *begun_;
+  report_.frames[number].shown = shown;
+  handover_.add(to_ticks(shown - report_.solved[number]));
+}
+
+bool LiveLoop::over() const {
+  const std::lock_guard lock(mutex_);
+  return failure_ != nullptr;
+}
+
+void LiveLoop::rethrow() const {
+  const std::lock_guard lock(mutex_);
+  if (failure_) {
+    std::rethrow_exception(failure_);
+  }
+}
+
+bool LiveLoop::stop(double patience) {
+  solver_thread_.request_stop();
+  sensor_thread_.request_stop();
+  std::unique_lock lock(mutex_);
+  return changed_.wait_for(lock, seconds_of(patience), [this] { return running_ == 0; });
+}
+
+LiveReport LiveLoop::report() const {
+  const std::lock_guard lock(mutex_);
+  return report_;
+}
+
+void LiveLoop::run(const std::function<void()>& work) {
+  std::exception_ptr failure;
+  try {
+    work();
+  } catch (...) {
+    failure = std::current_exception();
+  }
+  const std::lock_guard lock(mutex_);
+  if (failure && !failure_) {
+    failure_ = std::move(failure);
+  }
+  --running_;
+  changed_.notify_all();
+}
+
+void LiveLoop::sense(const std::stop_token& stop) {
+  const double begin = begun();
+  const Tick latency = to_ticks(motion_.sensor.latency);
+  std::optional<LiveSample::Seen> before;
+  for (std::int64_t number = 0;;) {
+    const Tick at = instant(number, motion_.sensor.hz);
+    if (at >= to_ticks(motion_.seconds)) {
+      return;
+    }
+    time_.wait_until(begin + to_seconds(at + latency), stop);
+    if (stop.stop_requested()) {
+      return;
+    }
+    // Those that were known while this thread had no processor are overtaken.
+    number = std::max(number, last_instant(to_ticks(time_.now() - begin) - latency, motion_.sensor.hz));
+    const Tick newest = instant(number++, motion_.sensor.hz);
+    LiveSample sample{{newest, sensor_(to_seconds(newest))}, std::move(before)};
+    before = sample.now;
+    sensed_.put(std::make_shared<const LiveSample>(std::move(sample)));
+  }
+}
+
+void LiveLoop::solve(const std::stop_token& stop, const std::function<LiveSolver()>& prepare) {
+  const LiveSolver solver = prepare();
+  double begin = 0;
+  {
+    std::unique_lock lock(mutex_);
+    ready_ = true;
+    changed_.notify_all();
+    if (!changed_.wait(lock, stop, [this] { return begun_.has_value(); })) {
+      return;
+    }
+    begin = *begun_;
+  }
+  LoopClock clock(motion_);
+  while (const std::optional<FrameStart> start = clock.next()) {
+    time_.wait_until(begin + to_seconds(start->at), stop);
+    const std::shared_ptr<const LiveSample> sample = newest_sample(stop);
+    if (!sample) {
+      return;
+    }
+    auto frame = std::make_shared<LiveFrame>(frame_for(*start, *sample, clock, solver));
+    if (stop.stop_requested()) {
+      return;
+    }
+    clock.finished(std::max<Tick>(0, to_ticks(frame->solved) - start->at));
+    keep(*frame, clock);
+    solved_.put(std::move(frame));
+  }
+}
+
+std::shared_ptr<const LiveSample> LiveLoop::newest_sample(const std::stop_token& stop) {
+  while (!stop.stop_requested()) {
+    if (auto sample = sensed_.newest()) {
+      return sample;
+    }
+    time_.wait_until(time_.now() + kLookAgain, stop);
+  }
+  return nullptr;
+}
+
+LiveFrame LiveLoop::frame_for(const FrameStart& start, const LiveSample& sample, const LoopClock& clock,
+                              const LiveSolver& solver) {
+  const double begin = begun();
+  Tick wanted = sample.now.at;
+  if (motion_.predict == MotionSpec::Prediction::kLinear && sample.before) {
+    const auto handover = [this] {
+      const std::lock_guard lock(mutex_);
+      return handover_.value();
+    };
+    wanted = clock.predicted_for(start, clock.expected_solve() + handover());
+  }
+  const double started = time_.now() - begin;
+  LiveSolution solution = solver(sample, wanted);
+  LiveFrame frame;
+  frame.number = static_cast<std::size_t>(start.number);
+  frame.solved = time_.now() - begin;
+  frame.frame = std::move(solution.frame);
+  frame.frame.sampled = to_seconds(sample.now.at);
+  frame.frame.started = started;
+  frame.frame.late = started - to_seconds(start.due);
+  frame.frame.pose_time = to_seconds(wanted);
+  frame.frame.shown = kNotComputed;
+  const std::lock_guard lock(mutex_);
+  report_.residual = std::max(report_.residual, solution.residual);
+  return frame;
+}
+
+void LiveLoop::keep(const LiveFrame& frame, const LoopClock& clock) {
+  MotionFrame kept = frame.frame;
+  kept.solution = {};
+  const std::lock_guard lock(mutex_);
+  report_.frames.push_back(std::move(kept));
+  report_.solved.push_back(frame.solved);
+  report_.late = clock.late();
+  report_.dropped = clock.dropped();
+  report_.waiting = clock.waiting();
+}
+
+LiveSolver live_solver(const MovingModel& moving, const MethodSpec& method, MotionFrame& first) {
+  const auto solver = std::make_shared<FrameSolver>(moving, method, drives_for(moving, method));
+  const double seconds = moving.first().scene.motion->seconds;
+  for (int place = 0; place < kFirstPlaces; ++place) {
+    first = solver->solve(moving.at(moving.state(seconds * place / (kFirstPlaces - 1))));
+    if (!first.quiet) {
+      break;
+    }
+  }
+  return [&moving, solver](const LiveSample& sample, Tick wanted) {
+    const auto begin = std::chrono::steady_clock::now();
+    const auto& [now, before] = sample;
+    const double share = wanted == now.at ? 0 : to_seconds(wanted - now.at) / to_seconds(now.at - before.value().at);
+    const Model model = moving.at(share == 0 ? now.state : moving.predicted(before->state, now.state, share));
+    const double posed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    LiveSolution solution{solver->solve(model), solver->worst_residual()};
+    solution.frame.seconds.insert(solution.frame.seconds.begin(), {"pose", posed});
+    return solution;
+  };
+}
+
+}  // namespace touchfield

@@ -1,0 +1,166 @@
+#pragma once
+
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <stop_token>
+#include <thread>
+#include <vector>
+
+#include "sim/motion/latest_slot.h"
+#include "sim/motion/loop_clock.h"
+#include "sim/motion/moving_model.h"
+#include "sim/motion/running_median.h"
+#include "sim/scene/phase_methods.h"
+#include "sim/store/motion_data.h"
+
+namespace touchfield {
+
+/// The clock of a live loop, one for all its threads.
+class LiveTime {
+ public:
+  LiveTime() = default;
+  LiveTime(const LiveTime&) = delete;
+  LiveTime& operator=(const LiveTime&) = delete;
+  virtual ~LiveTime() = default;
+
+  /// [s] since a moment of its own.
+  virtual double now() = 0;
+  /// Returns at time t [s], or when it is told to stop.
+  virtual void wait_until(double t, const std::stop_token& stop) = 0;
+};
+
+/// Seconds of std::chrono::steady_clock.
+class SteadyTime final : public LiveTime {
+ public:
+  double now() override;
+  void wait_until(double t, const std::stop_token& stop) override;
+};
+
+/// What a sensor saw last, and what before that.
+struct LiveSample {
+  struct Seen {
+    Tick at = 0;  // since the loop began
+    MotionState state;
+  };
+  Seen now;
+  std::optional<Seen> before;
+};
+
+/// What a solver found for a sample.
+struct LiveSolution {
+  MotionFrame frame;    // whose times are not its
+  double residual = 0;  // the largest that it was ever left with
+};
+
+/// The state of what moves at a time of the motion [s].
+using LiveSensor = std::function<MotionState(double seconds)>;
+/// Finds phases for the pose at `wanted`, which is that of the sample or, predicted, later.
+using LiveSolver = std::function<LiveSolution(const LiveSample& sample, Tick wanted)>;
+
+/// A frame of the loop. Its times are since the loop began; `shown` is when the link had taken it, NaN before.
+struct LiveFrame {
+  std::size_t number = 0;  // from 0
+  double solved = 0;       // when the solver was done
+  MotionFrame frame;
+};
+
+/// What a loop did.
+struct LiveReport {
+  std::vector<MotionFrame> frames;  // by their numbers, without phases
+  std::vector<double> solved;       // a frame
+  std::int64_t late = 0;            // as LoopClock has them
+  std::int64_t dropped = 0;
+  std::int64_t waiting = 0;
+  double residual = 0;
+};
+
+/// The loop of a sensor and a solver on the wall clock, each in a thread of its own, with a slot between them and one
+/// behind the solver: the newest wins, nothing queues.
+///
+/// Slots of frames, samples and what is late or dropped are those of a LoopClock whose solve times are measured. The
+/// pose predicted for is LoopClock's as well, where what passes from a frame's solution until the link has it counts as
+/// solving, by its own running median. A solver that throws or never returns ends or hangs its thread alone: whoever
+/// takes the frames sees `over`, or that no more come.
+class LiveLoop {
+ public:
+  /// motion    with the time that the loop goes on
+  /// prepare   makes the solver, in the thread that will call it; may take its time
+  /// throws    InputError as LoopClock
+  LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<LiveSolver()> prepare, LiveTime& time);
+  /// Waits for the threads, for ever if one hangs: see stop.
+  ~LiveLoop();
+  LiveLoop(const LiveLoop&) = delete;
+  LiveLoop& operator=(const LiveLoop&) = delete;
+
+  /// Waits for the solver to be made, at most so many seconds.
+  /// returns   whether it is
+  /// throws    what `prepare` threw
+  bool ready(double seconds);
+
+  /// The loop begins, at this time of its clock. Once, after ready.
+  void begin(double now);
+  /// That time.
+  double begun() const;
+
+  /// The newest frame, unless it was taken before.
+  std::shared_ptr<const LiveFrame> take() { return solved_.take(); }
+  /// The link has taken that frame, at this time of the clock.
+  void committed(std::size_t number, double at);
+
+  /// Whether sensor or solver failed, so that there will be no frame any more.
+  bool over() const;
+  /// Throws what they threw, if so.
+  void rethrow() const;
+
+  /// Ends the loop. Waits for both threads, at most so many seconds of the machine's clock.
+  /// returns   whether they have ended
+  bool stop(double patience);
+
+  /// So far.
+  LiveReport report() const;
+
+ private:
+  void run(const std::function<void()>& work);
+  void sense(const std::stop_token& stop);
+  void solve(const std::stop_token& stop, const std::function<LiveSolver()>& prepare);
+  /// The newest sample, once there is one; null when it is told to stop.
+  std::shared_ptr<const LiveSample> newest_sample(const std::stop_token& stop);
+  LiveFrame frame_for(const FrameStart& start, const LiveSample& sample, const LoopClock& clock,
+                      const LiveSolver& solver);
+  void keep(const LiveFrame& frame, const LoopClock& clock);
+
+  MotionSpec motion_;
+  LiveSensor sensor_;
+  LiveTime& time_;
+  LatestSlot<LiveSample> sensed_;
+  LatestSlot<LiveFrame> solved_;
+
+  mutable std::mutex mutex_;  // of what follows
+  std::condition_variable_any changed_;
+  bool ready_ = false;
+  std::optional<double> begun_;
+  std::exception_ptr failure_;
+  int running_ = 1;  // threads
+  LiveReport report_;
+  RunningMedian handover_;  // from a solution until the link has it
+
+  std::jthread sensor_thread_;  // the last of all: ends first
+  std::jthread solver_thread_;
+};
+
+/// The solver of a scene's method: FrameSolver on what the sensor saw, or on what is expected from it.
+///
+/// Finds before it returns what does not have to be found in every frame, and solves once where the target first holds
+/// skin.
+///
+/// first    gets that solution
+/// throws   NumericalError as FrameSolver
+LiveSolver live_solver(const MovingModel& moving, const MethodSpec& method, MotionFrame& first);
+LiveSolver live_solver(MovingModel&&, const MethodSpec&, MotionFrame&) = delete;
+
+}  // namespace touchfield

@@ -1,0 +1,197 @@
+"""`live`: a scene that moves on the wall clock, without a device and through the guard of `send`."""
+
+import csv
+import json
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "hardware"))
+
+from support import PROGRAM, CommandTest  # noqa: E402
+from sonicsurface_board import OFF, Board  # noqa: E402
+
+SCENE = """\
+name: swing
+array: {sonicsurface: {}}
+body:
+  sphere: {radius_mm: 8}
+  place: {landmark: bottom, at_mm: [0, 0, 80]}
+  edge_mm: 4
+target: {box: {at: bottom, size_mm: [6, 6, 4]}, pressure_pa: 500}
+solve: {methods: [surface, {unscattered: {faces: area}}], scheme: paper_corrected}
+judge: none
+motion:
+  seconds: 2
+  frames_hz: 10
+  stale_ms: 5000
+  change: [{path: 'body.place.at_mm[0]', sine: {amplitude: 5, hz: 1}}]
+"""
+
+FULL = ["--max-level", "1"]  # the board has no other level
+DEVICE_FAILED = 4
+BAD_INPUT = 2
+
+
+class LiveTest(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.scene = self.write("scene.yaml", SCENE)
+
+    def live(self, *arguments):
+        return json.loads(self.run_ok("live", self.scene, "--method", "unscattered", *arguments, "--json").stdout)
+
+
+class Dry(LiveTest):
+    def test_a_whole_motion(self):
+        said = self.live("-o", "out")
+        self.assertFalse(said["emitted"])
+        self.assertEqual((said["transducers"], said["rate_hz"], said["seconds"]), (256, 10, 2))
+        live = said["live"]
+        self.assertGreater(live["frames"], 0)
+        self.assertEqual(live["frames"] + live["dropped"] + live["waiting"], 20)
+        self.assertEqual((live["stale"], live["silences"], live["quiet_frames"]), (0, 0, 0))
+        self.assertLess(live["solve"]["median_s"], live["latency"]["worst_s"])
+        self.assertIn("phases", live["stages"])
+        rows = list(csv.DictReader((self.folder / "out/live.csv").read_text().splitlines()))
+        self.assertEqual([int(row["frame"]) for row in rows], list(range(live["frames"])))
+        sampled = [float(row["sampled_s"]) for row in rows]
+        self.assertEqual(sampled, sorted(sampled))
+        for row in rows[:-1]:
+            self.assertLessEqual(float(row["sampled_s"]), float(row["started_s"]) + 1e-5)
+            self.assertLess(float(row["started_s"]), float(row["solved_s"]))
+            self.assertLess(float(row["solved_s"]), float(row["shown_s"]))
+        again = self.touchfield("live", self.scene, "--method", "unscattered", "-o", "out")
+        self.assertEqual(again.returncode, BAD_INPUT)
+
+    def test_as_text(self):
+        done = self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.5", "--set",
+                           "motion.predict=linear")
+        for phrase in ("nothing was sent: a dry run", "sample to link", "factorise", "95 %"):
+            self.assertIn(phrase, done.stdout)
+        self.assertEqual(self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.2", "--quiet").stdout, "")
+
+    def test_files_of_a_dry_run(self):
+        said = self.live("--seconds", "0.5", "--to", "dry-run:f.txt")
+        files = sorted(path.name for path in self.folder.glob("f-*.txt"))
+        self.assertEqual(said["files"], len(files))
+        self.assertEqual(files[0], "f-0001.txt")
+
+    def test_without_emit_a_device_hears_nothing(self):
+        board = Board()
+        self.addCleanup(board.close)
+        said = self.live("--seconds", "0.5", "--to", f"sonicsurface:{board.port}", *FULL)
+        self.assertGreater(said["live"]["sent"], 0)
+        self.assertEqual(bytes(board.heard), b"")
+
+    def test_what_is_too_old_is_quiet(self):
+        live = self.live("--seconds", "0.6", "--set", "motion.sensor.latency_ms=200", "--set",
+                         "motion.stale_ms=150")["live"]
+        self.assertEqual(live["sent"], 0)
+        self.assertEqual(live["stale"], live["frames"])
+
+    def test_bad_input(self):
+        for change, says in [(["--seconds", "3"], "--seconds = 3 must be <= motion.seconds = 2"),
+                             (["--seconds", "nan"], "--seconds"), (["--level", "0.6"], "--max-level"),
+                             (["--set", "motion=null"], "motion: is missing"),
+                             (["--set", "motion.stale_ms=0"], "motion.stale_ms"),
+                             (["--set", "motion.seconds=11"], "--max-seconds raises the cap"),
+                             (["--set", "motion.frames_hz=90", "--to", "sonicsurface:x", *FULL], "<= 89"),
+                             (["--set", "array={grid: {count: [4, 4]}}", "--to", "sonicsurface:x", *FULL],
+                              "16 transducers")]:
+            with self.subTest(says=says):
+                done = self.touchfield("live", self.scene, "--method", "unscattered", *change, "-o", "bad")
+                self.assertEqual(done.returncode, BAD_INPUT, done.stderr)
+                self.assertIn(says, done.stderr)
+                self.assertFalse((self.folder / "bad").exists())
+        done = self.touchfield("live", self.scene)
+        self.assertIn("the scene has the methods surface, unscattered; --method picks one", done.stderr)
+
+
+class OnABoard(LiveTest):
+    def setUp(self):
+        super().setUp()
+        self.board = Board()
+        self.addCleanup(self.board.close)
+        self.to = ["--to", f"sonicsurface:{self.board.port}", *FULL, "--emit"]
+
+    def start(self, *arguments):
+        process = subprocess.Popen(
+            [PROGRAM, "live", str(self.scene), "--method", "unscattered", "--set", "motion.seconds=20",
+             "--max-seconds", "20", *self.to, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+            cwd=self.folder)
+        self.addCleanup(process.stdout.close)
+        self.addCleanup(process.stderr.close)
+        self.addCleanup(process.wait, 20)
+        self.addCleanup(process.kill)
+        self.assertTrue(self.board.wait(lambda b: len([1 for _, p in b.events if set(p) != {OFF}]) > 2, 30),
+                        "it never emitted")
+        return process
+
+    def quiet_after(self, stop):
+        start = time.monotonic()
+        stop()
+        self.assertTrue(self.board.wait(lambda b: b.quiet_at is not None), "it is still on")
+        self.assertLessEqual(self.board.quiet_at - start, 0.5)
+        time.sleep(0.3)
+        self.assertTrue(self.board.firmware.quiet(), "something resumed")
+        self.assertEqual(self.board.firmware.faults, [])
+
+    def test_a_whole_motion(self):
+        said = self.live(*self.to, "--set", "motion.frames_hz=20")
+        self.assertTrue(said["emitted"] and said["quiet"])
+        self.assertTrue(self.board.wait(lambda b: b.quiet_at is not None))
+        patterns = self.board.patterns()
+        self.assertEqual(len(patterns), said["sent"])
+        self.assertGreater(len({tuple(pattern) for pattern in patterns}), 1)
+        self.assertEqual(self.board.firmware.faults, [])
+
+    def test_no_skin_in_the_target(self):
+        # The sphere leaves the box after half a second and does not come back.
+        said = self.live(*self.to, "--set", "motion.target=in_world", "--set",
+                         "motion.change=[{path: 'body.place.at_mm[0]', keys: [[0, 0], [0.5, 0], [0.6, 60]]}]")
+        self.assertGreater(said["live"]["quiet_frames"], 3)
+        self.board.wait(lambda b: b.quiet_at is not None)
+        loud = [when for when, phases in self.board.events if set(phases) != {OFF}]
+        self.assertLess(loud[-1] - loud[0], 1.5)
+
+    def test_ctrl_c(self):
+        process = self.start("-o", "out")
+        self.quiet_after(lambda: process.send_signal(signal.SIGINT))
+        self.assertEqual(process.wait(20), 128 + signal.SIGINT)
+        self.assertIn("stopped by SIGINT", process.stderr.read())
+        self.assertIn("the array is quiet", process.stdout.read())
+        self.assertGreater(len((self.folder / "out/live.csv").read_text().splitlines()), 3)
+
+    def test_killed(self):
+        process = self.start()
+        self.quiet_after(process.kill)
+        self.assertEqual(process.wait(5), -signal.SIGKILL)
+        self.assertIn("the program that drove the array is gone; the array is quiet", process.stderr.read())
+
+    def test_unplugged(self):
+        process = self.start()
+        self.board.unplug()
+        self.assertEqual(process.wait(20), DEVICE_FAILED)
+
+    def test_interrupted_while_it_prepares(self):
+        process = subprocess.Popen(
+            [PROGRAM, "live", str(self.scene), "--method", "surface", "--set", "body.edge_mm=1.2", *self.to, "-o", "out"],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=self.folder)
+        self.addCleanup(process.kill)
+        for line in process.stderr:
+            if "preparing" in line:
+                break
+        process.send_signal(signal.SIGTERM)
+        said = process.communicate(timeout=20)[1]
+        self.assertEqual(process.returncode, 128 + signal.SIGTERM, said)
+        self.assertIn("interrupted before anything was sent", said)
+        self.assertEqual(bytes(self.board.heard), b"")
+        self.assertTrue((self.folder / "out/failed.json").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
