@@ -1,6 +1,9 @@
+#include <algorithm>
 #include <chrono>
+#include <exception>
 #include <future>
 #include <memory>
+#include <optional>
 #include <unistd.h>
 
 #include <fmt/format.h>

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "hardware/emission.h"
 #include "sim/motion/live.h"
 

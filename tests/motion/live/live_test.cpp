@@ -493,6 +493,12 @@ class LiveScene : public LiveOnTheWallClock {
   const MovingModel moving_{testing::scene_from(
       testing::kMovingCapsule,
       {"array.grid.count=[6, 5]", "solve.methods=[surface]", "motion.predict=linear", "motion.stale_ms=10000"})};
+  /// The largest difference of two frames' phases; single precision rounds differently by how memory lies.
+  static double turned(const MotionFrame& a, const MotionFrame& b) {
+    const Eigen::ArrayXd apart = a.solution.phases - b.solution.phases;
+    return (apart - 2 * std::numbers::pi * (apart / (2 * std::numbers::pi)).round()).abs().maxCoeff();
+  }
+
   const MethodSpec& method_ = moving_.first().scene.solve.methods.front();
   MotionFrame first_;
 };
@@ -501,15 +507,14 @@ class LiveScene : public LiveOnTheWallClock {
 TEST_F(LiveScene, IsSolvedForThePoseThatIsExpected) {
   const LiveSolver solver = live_solver(moving_, method_, first_);
   FrameSolver reference(moving_, method_, drives_of_motion(moving_, method_.scheme));
-  EXPECT_EQ(first_.solution.phases, reference.solve(moving_.first()).solution.phases);
+  EXPECT_LT(turned(first_, reference.solve(moving_.first())), 1e-4);
   LiveSample sample{{to_ticks(0.1), moving_.state(0.1)}, LiveSample::Seen{to_ticks(0.06), moving_.state(0.06)}};
   for (const double wanted : {0.1, 0.17}) {
     const LiveSolution found = solver(sample, to_ticks(wanted));
     const MotionFrame expected = reference.solve(moving_.at(moving_.state(wanted)));
-    const Eigen::ArrayXd apart = found.frame.solution.phases - expected.solution.phases;
-    EXPECT_LT((apart - 2 * std::numbers::pi * (apart / (2 * std::numbers::pi)).round()).abs().maxCoeff(), 1e-4);
+    EXPECT_LT(turned(found.frame, expected), 1e-4);
     EXPECT_EQ(found.frame.seconds.front().first, "pose");
-    EXPECT_EQ(found.residual, reference.worst_residual());
+    EXPECT_NEAR(found.residual, reference.worst_residual(), 0.1 * reference.worst_residual());
   }
 }
 
