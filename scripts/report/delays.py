@@ -11,7 +11,6 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 
 import course  # noqa: E402
-from curves import from_there_on  # noqa: E402
 from runs import LABELS, STYLES, number, percent, scene_of, setting, table  # noqa: E402
 
 LOOP = {"sensor_hz": "motion.sensor.hz", "latency_ms": "motion.sensor.latency_ms", "frames_hz": "motion.frames_hz",
@@ -46,7 +45,7 @@ class Play:
 def plays(folder, name):
     """The sweep's plays of that name, in order."""
     found = []
-    for case in sorted(pathlib.Path(folder).glob("cases/*")):
+    for case in sorted(pathlib.Path(folder).glob("cases/[0-9]*")):
         with h5py.File(case / "motion.h5") as motion:
             if motion.attrs["name"] != name:
                 continue
@@ -64,29 +63,38 @@ def within(play, segment):
     return (known >= segment.begin - 1e-6) & (play.time <= segment.end + 1e-6)
 
 
-def summary_of(play, chosen):
-    """What a table says of some scores of a play."""
-    error = play.error[chosen]
-    return {"age_ms_mean": f"{1e3 * play.age[chosen].mean():.4g}", "displacement_mm_mean": f"{play.displacement[chosen].mean():.4g}",
+def summary_of(age, displacement, error):
+    """What a table says of some scores."""
+    return {"age_ms_mean": f"{1e3 * age.mean():.4g}", "displacement_mm_mean": f"{displacement.mean():.4g}",
             "error_mean": f"{error.mean():.6g}", "error_median": f"{numpy.median(error):.6g}",
             "error_p95": f"{numpy.percentile(error, 95):.6g}", "scores": str(len(error))}
 
 
 def delay_rows(held, predicted, segments):
-    """A line an axis, speed, delay, prediction and method. Without prediction: the held frames at the ages of the same delay."""
+    """A line an axis, speed, delay, prediction and method. Without prediction: the held frames' errors at the very ages of the scores
+    with it, linear in age."""
     rows = []
+
+    def add(segment, loop, predict, method, *columns):
+        rows.append({"axis": segment.axis, "speed_mm_s": f"{segment.speed:g}", "array_ms": f"{loop.loop['array_ms']:g}",
+                     "predict": predict, "method": method} | summary_of(*columns))
+
     for segment in segments:
+        of_held = within(held, segment)
         for loop in predicted:
-            own = within(loop, segment)
-            if not own.any():
+            chosen = within(loop, segment)
+            one = chosen & (loop.method == loop.method[0])  # every method is scored at the same instants
+            ages = loop.age[one][loop.age[one] <= held.age[of_held].max()]
+            if len(ages) == 0:
                 continue
-            ages = loop.age[own].min() - 1e-6, loop.age[own].max() + 1e-6
-            for play, chosen in ((held, within(held, segment) & (held.age >= ages[0]) & (held.age <= ages[1])), (loop, own)):
-                for method in dict.fromkeys(play.method):
-                    scores = chosen & (play.method == method)
-                    if scores.any():
-                        rows.append({"axis": segment.axis, "speed_mm_s": f"{segment.speed:g}", "array_ms": f"{loop.loop['array_ms']:g}",
-                                     "predict": play.predict, "method": method} | summary_of(play, scores))
+            for method in dict.fromkeys(held.method):
+                scores = of_held & (held.method == method)
+                order = numpy.argsort(held.age[scores])
+                add(segment, loop, held.predict, method, ages, segment.speed * ages,
+                    numpy.interp(ages, held.age[scores][order], held.error[scores][order]))
+            for method in dict.fromkeys(loop.method):
+                scores = chosen & (loop.method == method)
+                add(segment, loop, loop.predict, method, loop.age[scores], loop.displacement[scores], loop.error[scores])
     return rows
 
 
@@ -130,7 +138,7 @@ def tremor_rows(tremors, segments):
                 if chosen.any():
                     rows.append({"hz": f"{segment.hz:g}", "amplitude_mm": f"{segment.amplitude:g}",
                                  "array_ms": f"{play.loop['array_ms']:g}", "predict": play.predict, "method": method}
-                                | summary_of(play, chosen))
+                                | summary_of(play.age[chosen], play.displacement[chosen], play.error[chosen]))
     return rows
 
 
@@ -172,27 +180,34 @@ def reaches(displacements, errors, level):
 
 
 def answer_rows(by_displacement, speeds=(10, 50, 200)):
-    """Of every axis and method that knows the scattering: how far off it is as bad as `unscattered` without delay, and from where on it
-    is better by less than a point than `unscattered` as far off; as lengths and as delays. What is nowhere is empty."""
+    """Of every axis and method that knows the scattering: how far off it is as bad as `unscattered` without delay, and where it is
+    first better by less than a point than `unscattered` as far off; as lengths and as delays. What is nowhere is empty."""
     rows = []
-    for axis, method in dict.fromkeys((row["axis"], row["method"]) for row in by_displacement if row["method"] != "unscattered"):
+    knowing = [row for row in by_displacement if row["method"] != "unscattered"]
+    for axis, method in dict.fromkeys((row["axis"], row["method"]) for row in knowing):
         displacements, errors = curve(by_displacement, axis, method)
         unscattered = dict(zip(*curve(by_displacement, axis, "unscattered")))
-        gains = [(displacement, unscattered[displacement] - error) for displacement, error in zip(displacements, errors)
-                 if displacement in unscattered]
+        gains = [unscattered[displacement] - error for displacement, error in zip(displacements, errors)]
         equal = reaches(displacements, errors, unscattered[0])
-        alike = from_there_on(*zip(*((displacement, max(gain, 0)) for displacement, gain in gains)), 0, within=POINT)
-        row = {"axis": axis, "method": method, "at_rest": f"{errors[0]:.6g}", "unscattered_at_rest": f"{unscattered[0]:.6g}",
-               "tried_to_mm": f"{gains[-1][0]:g}", "worst_gain_points": f"{100 * min(gain for _, gain in gains):.3f}"}
+        alike = reaches(displacements, [-gain for gain in gains], -POINT)
+        row = {"axis": axis, "method": method, "at_rest": f"{errors[0]:.6g}",
+               "unscattered_at_rest": f"{unscattered[0]:.6g}", "tried_to_mm": f"{displacements[-1]:g}"}
         for name, value in (("equal", equal), ("alike", alike)):
             row[f"{name}_mm"] = "" if value is None else f"{value:.4g}"
             row |= {f"{name}_ms_at_{speed}": "" if value is None else f"{1e3 * value / speed:.4g}" for speed in speeds}
+        beyond = [] if alike is None else [100 * gain for displacement, gain in zip(displacements, gains) if displacement >= alike]
+        row["alike_error"] = "" if alike is None else f"{numpy.interp(alike, displacements, errors):.6g}"
+        row["beyond_least_points"], row["beyond_most_points"] = (f"{choose(beyond):.3f}" if beyond else "" for choose in (min, max))
         rows.append(row)
     return rows
 
 
+def milliseconds(value):
+    return f"{float(value):,.0f}" if float(value) >= 100 else number(value, 2)
+
+
 def delays_in_words(row, name):
-    return ", ".join(f"{number(value)} ms at {key.rsplit('_', 1)[1]} mm/s" for key, value in row.items()
+    return ", ".join(f"{milliseconds(value)} ms at {key.rsplit('_', 1)[1]} mm/s" for key, value in row.items()
                      if key.startswith(f"{name}_ms_at_"))
 
 
@@ -200,17 +215,17 @@ def answer_sentences(rows):
     said = []
     for row in rows:
         gain = float(row["unscattered_at_rest"]) - float(row["at_rest"])
-        begin = (f"{AXES[row['axis']].capitalize()}, `{row['method']}`: without delay off by {percent(row['at_rest'])}, `unscattered` by "
-                 f"{percent(row['unscattered_at_rest'])}, {100 * gain:.1f} points more. ")
-        equal = (f"It is as far off as that once the hand has moved by {number(row['equal_mm'])} mm ({delays_in_words(row, 'equal')}). "
+        begin = (f"{AXES[row['axis']].capitalize()}, `{row['method']}`: without delay off by {percent(row['at_rest'])}, `unscattered` "
+                 f"by {percent(row['unscattered_at_rest'])}, {100 * gain:.1f} points more. ")
+        equal = (f"It is as far off as that once the hand has moved by {number(row['equal_mm'], 2)} mm "
+                 f"({delays_in_words(row, 'equal')}). "
                  if row["equal_mm"] else f"It stays below that up to {row['tried_to_mm']} mm, as far as was tried. ")
-        if row["alike_mm"]:
-            alike = (f"At the same delay knowing the scattering gains less than a point from {number(row['alike_mm'])} mm on "
-                     f"({delays_in_words(row, 'alike')})")
-            worst = float(row["worst_gain_points"])
-            alike += f", and costs up to {-worst:.1f} points." if worst < -1 else "."
-        else:
-            alike = f"At the same delay knowing the scattering gains a point or more up to {row['tried_to_mm']} mm, as far as was tried."
+        alike = (f"At the same delay knowing the scattering gains less than a point once the hand has moved by "
+                 f"{number(row['alike_mm'], 2)} mm ({delays_in_words(row, 'alike')}), where it is off by "
+                 f"{percent(row['alike_error'], 0)}; further off it gains {float(row['beyond_least_points']):+.1f} to "
+                 f"{float(row['beyond_most_points']):+.1f} points."
+                 if row["alike_mm"] else "At the same delay knowing the scattering gains a point or more up to "
+                 f"{row['tried_to_mm']} mm, as far as was tried.")
         said.append(begin + equal + alike)
     return said
 
@@ -229,8 +244,13 @@ def prediction_sentences(delay, tremor):
         gains = gains_of_prediction(alike, ("axis", "array_ms"))
         if gains:
             (least, low), (most, high) = (choose(gains, key=lambda item: item[0]) for choose in (min, max))
+            known = {(row["axis"], row["array_ms"], row["method"]): float(row["error_mean"]) for row in alike
+                     if row["predict"] == "linear"}
+            pays = [100 * (known[axis, array, "unscattered"] - error) for (axis, array, method), error in known.items()
+                    if method == "surface" and (axis, array, "unscattered") in known]
             said.append(f"Prediction at a constant {speed} mm/s changes the mean error of `surface` by {-least:+.1f} points "
-                        f"({AXES[low['axis']]}, {low['array_ms']} ms) to {-most:+.1f} ({AXES[high['axis']]}, {high['array_ms']} ms).")
+                        f"({AXES[low['axis']]}, {low['array_ms']} ms) to {-most:+.1f} ({AXES[high['axis']]}, {high['array_ms']} ms)"
+                        + (f"; with it knowing the scattering gains {min(pays):+.1f} to {max(pays):+.1f} points." if pays else "."))
     gains = gains_of_prediction(tremor, ("hz", "amplitude_mm", "array_ms"))
     if gains:
         def what(row):
@@ -248,10 +268,12 @@ def prediction_sentences(delay, tremor):
 def loop_sentences(rows):
     whole = rows[0]
     parts = {"the sensor's clock": float(whole["wait_ms_mean"]), "its latency": float(whole["latency_ms"]),
-             "solving": float(whole["solve_ms"]), "the array": float(whole["array_ms"]), "holding the frame": float(whole["hold_ms_mean"])}
+             "solving": float(whole["solve_ms"]), "the array": float(whole["array_ms"]),
+             "holding the frame": float(whole["hold_ms_mean"])}
     said = [f"The loop of scenes/moving.yaml (sensor at {whole['sensor_hz']} Hz, frames at {whole['frames_hz']} Hz): what is felt is "
             f"{number(whole['age_ms_mean'])} ms old on average and {number(whole['age_ms_worst'])} ms at worst; on average "
-            + ", ".join(f"{number(value)} ms of it by {part}" for part, value in sorted(parts.items(), key=lambda item: -item[1])) + "."]
+            + ", ".join(f"{number(value)} ms of it by {part}"
+                        for part, value in sorted(parts.items(), key=lambda item: -item[1])) + "."]
     for row in rows[1:]:
         changed = " and ".join(words.format(row[key]) for key, words in CHANGED.items() if row[key] != whole[key])
         said.append(f"With {changed}: {number(row['age_ms_mean'])} ms, at worst {number(row['age_ms_worst'])} ms.")
@@ -269,8 +291,8 @@ def reference_sentence(rows):
             away = [(float(row["relative_error"]) - rest) - (float(row["reference"]) - REFERENCE_REST) for row in own]
             most = max(range(len(own)), key=lambda i: abs(away[i]))
             said.append(f"{AXES[axis]} {100 * away[most]:+.1f} points at {own[most]['displacement_mm']} mm")
-    return ("The rise of `surface`'s error above that at rest differs from a prototype's, which solved on 2,404 faces (and moved away from "
-            "the array instead of towards it), by at most: " + ", ".join(said) + ".")
+    return ("The rise of `surface`'s error above that at rest differs from a prototype's, which solved on 2,404 faces (and moved away "
+            "from the array instead of towards it), by at most: " + ", ".join(said) + ".")
 
 
 def figure(held, predicted, segments, path):
