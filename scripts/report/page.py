@@ -8,14 +8,16 @@ import re
 import markdown
 
 import assumptions
+import course
 import curves
+import delays
 import panels
 import sequences
 import widths
 import widths_figure
 import widths_trials
 import widths_words
-from runs import SCENES, made, markdown_table, number, provenance, settings, size_of, write_table
+from runs import SCENES, made, markdown_table, number, percent, provenance, settings, size_of, write_table
 
 STYLE = """body { max-width: 62em; margin: 2em auto; padding: 0 1em; font: 16px/1.5 sans-serif; color: #111; background: #fff; }
 img { max-width: 100%; } table { border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto; }
@@ -203,6 +205,40 @@ def add_widths(page, work, report):
     page.add(lines_of(widths_words.sentences(result)))
 
 
+DELAYS = "## How much delay there is and what it does"
+AGAIN = "## Again"
+
+
+def add_delays(page, work, report, quick):
+    segments = course.translations(quick)
+    (held,), predicted = delays.plays(work / "delays", "held"), delays.plays(work / "delays", "predicted")
+    origin = made(work, "delays")
+    by_displacement = delays.displacement_rows(held, segments)
+    tables = {"delays": delays.delay_rows(held, predicted, segments), "delays_by_displacement": by_displacement,
+              "delays_answers": delays.answer_rows(by_displacement),
+              "delays_tremor": delays.tremor_rows(delays.plays(work / "delays", "tremor"), course.tremors(quick)),
+              "delays_loop": delays.loop_rows(delays.plays(work / "delays", "loop"))}
+    for name, rows in tables.items():
+        write_table(report / f"tables/{name}.csv", rows, origin)
+    delays.figure(held, predicted, segments, report / "figures/delays.png")
+    page.add(f"{DELAYS}\n\nThe 8 mm box on a finger that moves through the place of the scenes above, 200 mm above the array, at "
+             "constant velocity or shaking across itself; phases are found on a mesh of some 570 faces (scenes/moving.yaml), errors judged on "
+             "the skin that is kept. Every score counts with the age of the sample that its phases are of. Without prediction frames are "
+             "held for 200 ms, 30 steps each, so that one play has every age; with it, and of tremor, frames come at 20 Hz, 10 steps "
+             "each, of a sensor at 30 Hz, and solving takes no time: the delay is the array's.")
+    page.figure("delays.png", "Judged error against the age of the sample that the phases are of. Dashed: with `predict: linear`. Numbers: "
+                + ", ".join(f"[{name}](tables/{name}.csv)" for name in tables) + ".", origin)
+    page.add(lines_of([*delays.answer_sentences(tables["delays_answers"]),
+                       *delays.prediction_sentences(tables["delays"], tables["delays_tremor"]),
+                       *delays.loop_sentences(tables["delays_loop"]), delays.reference_sentence(by_displacement)]))
+    shown = {"speed_mm_s": "mm/s", "array_ms": "delay of the array [ms]", "age_ms_mean": "mean age [ms]",
+             "displacement_mm_mean": "mean displacement [mm]", "error_mean": "mean error", "error_p95": "95 %"}
+    page.table("delays.csv", ["axis", "predict", "method", *shown.values()],
+               [[row["axis"], row["predict"], row["method"], *(row[key] for key in list(shown)[:2]),
+                 number(row["age_ms_mean"]), number(row["displacement_mm_mean"], 2), percent(row["error_mean"]),
+                 percent(row["error_p95"])] for row in tables["delays"]], origin)
+
+
 def write_report(work, report, quick):
     """Writes report.md, report.html, figures/ and tables/ into `report` from the runs in `work`."""
     work, report = pathlib.Path(work), pathlib.Path(report)
@@ -226,11 +262,30 @@ def write_report(work, report, quick):
     add_curves(page, work, report)
     add_assumptions(page, work, report)
     add_widths(page, work, report)
-    page.add("## Again\n\n`scripts/reproduce` computes all of this (seeds are in the scenes and sweeps), `--quick` a small version of it, "
+    add_delays(page, work, report, quick)
+    page.add(f"{AGAIN}\n\n`scripts/reproduce` computes all of this (seeds are in the scenes and sweeps), `--quick` a small version of it, "
              "`--report-only` the report of what is there.")
     parts = seconds_of(work)
     page.add(markdown_table(["part", "seconds"], [[name, f"{seconds:.0f}"] for name, seconds in parts]
                             + [["all", f"{sum(seconds for _, seconds in parts):.0f}"]]))
-    text = page.text()
+    write_page(page.text(), report)
+
+
+def write_page(text, report):
     (report / "report.md").write_text(text, encoding="utf-8")
     (report / "report.html").write_text(html_of(text, report), encoding="utf-8")
+
+
+def refresh_delays(work, report, quick):
+    """Puts the part of the delays, the last before what tells how to compute all again, into the report that is there, or a new one."""
+    work, report = pathlib.Path(work), pathlib.Path(report)
+    for part in ("figures", "tables"):
+        (report / part).mkdir(parents=True, exist_ok=True)
+    kept = (report / "report.md").read_text(encoding="utf-8") if (report / "report.md").exists() else "# Delays alone\n"
+    before, again, after = kept.partition(f"{AGAIN}\n")
+    before = before.partition(f"{DELAYS}\n")[0]
+    page = Page()
+    page.figures, page.tables = (max((int(found) for found in re.findall(rf"^\*{kind} (\d+)", before, re.M)), default=0)
+                                 for kind in ("Figure", "Table"))
+    add_delays(page, work, report, quick)
+    write_page(before.rstrip("\n") + "\n\n" + page.text() + (f"\n{again}{after}" if again else ""), report)

@@ -6,6 +6,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -193,9 +194,13 @@ class Player {
   Motion played() {
     const Tick end = to_ticks(motion_.seconds);
     const auto second = static_cast<Tick>(kTicksASecond);
+    const std::size_t stage = motion_.timings.size();
+    motion_.timings.emplace_back("play", 0.0);
     for (Tick until = std::min(second, end);; until = std::min(until + second, end)) {
-      timed(progress_, motion_.timings, "play",
-            fmt::format("play to {:.2f} of {:.2f} s", to_seconds(until), motion_.seconds), [&] { play_until(until); });
+      std::vector<std::pair<std::string, double>> taken;
+      timed(progress_, taken, "play", fmt::format("play to {:.2f} of {:.2f} s", to_seconds(until), motion_.seconds),
+            [&] { play_until(until); });
+      motion_.timings[stage].second += taken.front().second;
       if (until == end) {
         break;
       }

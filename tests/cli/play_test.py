@@ -62,6 +62,15 @@ class Play(CommandTest):
         self.assertGreater(surface["relative_error_median"], 0.1)
         self.assertLessEqual(surface["relative_error_median"], surface["relative_error_worst"])
 
+    def test_longer_than_a_second(self):
+        scene = self.write("scene.yaml", MOVING.replace("seconds: 0.5", "seconds: 2.1\n  frames_hz: 4\n  score_hz: 7"))
+        self.run_ok("play", scene, "-o", "out", "--quiet", "--set", "write=[h5]", "--set", "motion.change[0].rate=1")
+        with h5py.File(self.folder / "out" / "motion.h5") as motion:
+            self.assertEqual(motion.attrs["complete"], 1)
+            self.assertEqual(len(motion["methods/surface/frames/started"]), 9)
+            self.assertEqual(len(motion["methods/surface/scores/time"]), 15)
+            self.assertIn("play", motion["seconds"].attrs)
+
     def test_a_kill_leaves_the_last_whole_second(self):
         scene = self.write("scene.yaml", MOVING.replace("seconds: 0.5", "seconds: 600"))
         child = subprocess.Popen([PROGRAM, "play", scene, "-o", "out", "--quiet", "--set", "write=[h5]", "--set",

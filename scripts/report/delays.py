@@ -1,0 +1,330 @@
+"""How much delay there is between hand and sound, and what it does: plays of a hand that moves at constant velocity or shakes."""
+
+import dataclasses
+import pathlib
+
+import h5py
+import matplotlib
+import numpy
+
+matplotlib.use("Agg")
+from matplotlib import pyplot  # noqa: E402
+
+import course  # noqa: E402
+from runs import LABELS, STYLES, number, percent, scene_of, setting, table  # noqa: E402
+
+LOOP = {"sensor_hz": "motion.sensor.hz", "latency_ms": "motion.sensor.latency_ms", "frames_hz": "motion.frames_hz",
+        "solve_ms": "motion.solve_ms", "array_ms": "motion.array_ms"}
+CHANGED = {"sensor_hz": "a sensor at {} Hz", "latency_ms": "a sensor that is {} ms late", "frames_hz": "frames at {} Hz",
+           "solve_ms": "{} ms to solve", "array_ms": "{} ms to the array"}
+AXES = {"across": "across the finger", "along": "along the finger", "towards": "towards the array"}
+GRID = (0, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 35)  # [mm]
+POINT = 0.01  # of relative error
+# Of a prototype, 2,404 faces, the finger moved by so many mm after phases were found at rest: (relative_error at rest, {mm: ..}).
+REFERENCE_REST = 0.453
+REFERENCE = {
+    "across": {0.25: 0.457, 0.5: 0.471, 1: 0.520, 1.5: 0.588, 2: 0.663, 3: 0.783, 4: 0.862, 6: 0.943, 8: 0.964, 10: 0.938},
+    "along": {0.25: 0.456, 0.5: 0.466, 1: 0.502, 1.5: 0.555, 2: 0.617, 3: 0.746, 4: 0.843, 6: 0.953, 8: 0.989, 10: 0.992},
+    "towards": {0.25: 0.453, 0.5: 0.454, 1: 0.459, 1.5: 0.466, 2: 0.475, 3: 0.498, 4: 0.527, 6: 0.592, 8: 0.658, 10: 0.719}}
+
+
+@dataclasses.dataclass
+class Play:
+    """Scores of a play as columns, those before its first frame left out, and what its scene says of the loop."""
+
+    folder: pathlib.Path
+    loop: dict
+    predict: str
+    method: numpy.ndarray
+    time: numpy.ndarray  # [s]
+    age: numpy.ndarray  # [s]
+    displacement: numpy.ndarray  # [mm]
+    error: numpy.ndarray
+
+
+def plays(folder, name):
+    """The sweep's plays of that name, in order."""
+    found = []
+    for case in sorted(pathlib.Path(folder).glob("cases/[0-9]*")):
+        with h5py.File(case / "motion.h5") as motion:
+            if motion.attrs["name"] != name:
+                continue
+            scene = scene_of(motion)
+        rows = [row for row in table(case / "motion.csv") if int(row["frame"]) >= 0]
+        columns = [numpy.array([float(row[key]) for row in rows]) for key in ("time_s", "age_s", "displacement_mm", "relative_error")]
+        found.append(Play(case, {key: float(setting(scene, path)) for key, path in LOOP.items()}, setting(scene, "motion.predict"),
+                          numpy.array([row["method"] for row in rows]), *columns))
+    return found
+
+
+def within(play, segment):
+    """Which scores are of a segment: sampled in it, as is the sample before if that is needed, and felt in it."""
+    known = play.time - play.age - (1 / play.loop["sensor_hz"] if play.predict == "linear" else 0)
+    return (known >= segment.begin - 1e-6) & (play.time <= segment.end + 1e-6)
+
+
+def summary_of(age, displacement, error):
+    """What a table says of some scores."""
+    return {"age_ms_mean": f"{1e3 * age.mean():.4g}", "displacement_mm_mean": f"{displacement.mean():.4g}",
+            "error_mean": f"{error.mean():.6g}", "error_median": f"{numpy.median(error):.6g}",
+            "error_p95": f"{numpy.percentile(error, 95):.6g}", "scores": str(len(error))}
+
+
+def delay_rows(held, predicted, segments):
+    """A line an axis, speed, delay, prediction and method. Without prediction: the held frames' errors at the very ages of the scores
+    with it, linear in age."""
+    rows = []
+
+    def add(segment, loop, predict, method, *columns):
+        rows.append({"axis": segment.axis, "speed_mm_s": f"{segment.speed:g}", "array_ms": f"{loop.loop['array_ms']:g}",
+                     "predict": predict, "method": method} | summary_of(*columns))
+
+    for segment in segments:
+        of_held = within(held, segment)
+        for loop in predicted:
+            chosen = within(loop, segment)
+            one = chosen & (loop.method == loop.method[0])  # every method is scored at the same instants
+            ages = loop.age[one][loop.age[one] <= held.age[of_held].max()]
+            if len(ages) == 0:
+                continue
+            for method in dict.fromkeys(held.method):
+                scores = of_held & (held.method == method)
+                order = numpy.argsort(held.age[scores])
+                add(segment, loop, held.predict, method, ages, segment.speed * ages,
+                    numpy.interp(ages, held.age[scores][order], held.error[scores][order]))
+            for method in dict.fromkeys(loop.method):
+                scores = chosen & (loop.method == method)
+                add(segment, loop, loop.predict, method, loop.age[scores], loop.displacement[scores], loop.error[scores])
+    return rows
+
+
+def error_at(displacement, distances, errors):
+    """Error at a displacement by a straight line through the scores about it; None beyond the last score."""
+    if displacement > distances.max():
+        return None
+    away = numpy.abs(distances - displacement)
+    order = numpy.argsort(away)
+    near = order[:max(4, int((away <= 0.2 + 0.1 * displacement).sum()))]
+    if numpy.ptp(distances[near]) == 0:
+        return float(errors[near].mean())
+    return float(numpy.polyval(numpy.polyfit(distances[near] - displacement, errors[near], 1), 0))
+
+
+def displacement_rows(held, segments):
+    """Error against displacement of every axis and method, each displacement from the slowest motion that reaches it."""
+    rows = []
+    for axis in dict.fromkeys(segment.axis for segment in segments):
+        own = sorted((segment for segment in segments if segment.axis == axis), key=lambda segment: segment.speed)
+        for method in dict.fromkeys(held.method):
+            for displacement in GRID:
+                for segment in own:
+                    chosen = within(held, segment) & (held.method == method)
+                    error = error_at(displacement, held.displacement[chosen], held.error[chosen])
+                    if error is not None:
+                        reference = REFERENCE[axis].get(displacement, numpy.nan) if method == "surface" else numpy.nan
+                        rows.append({"axis": axis, "method": method, "displacement_mm": f"{displacement:g}",
+                                     "relative_error": f"{error:.6g}", "from_speed_mm_s": f"{segment.speed:g}",
+                                     "reference": f"{reference:g}"})
+                        break
+    return rows
+
+
+def tremor_rows(tremors, segments):
+    rows = []
+    for segment in segments:
+        for play in tremors:
+            for method in dict.fromkeys(play.method):
+                chosen = within(play, segment) & (play.method == method)
+                if chosen.any():
+                    rows.append({"hz": f"{segment.hz:g}", "amplitude_mm": f"{segment.amplitude:g}",
+                                 "array_ms": f"{play.loop['array_ms']:g}", "predict": play.predict, "method": method}
+                                | summary_of(play.age[chosen], play.displacement[chosen], play.error[chosen]))
+    return rows
+
+
+def loop_rows(loops):
+    """Mean and worst age of what is felt, and its parts on the way, of loops that differ in one part from the first."""
+    rows = []
+    for play in loops:
+        frames = table(play.folder / "frames.csv")
+        settled = play.time >= 0.3  # after frames with a shorter way to the first sample
+        age = 1e3 * play.age[settled]
+        solved = [1e3 * (float(row["started_s"]) - float(row["sampled_s"])) for row in frames]
+        waited = float(numpy.mean(solved)) - play.loop["latency_ms"]
+        onward = play.loop["latency_ms"] + play.loop["solve_ms"] + play.loop["array_ms"]
+        changed = [f"{key} {value:g}" for key, value in play.loop.items() if value != loops[0].loop[key]]
+        rows.append({"changed": ", ".join(changed) or "as it is"} | {key: f"{value:g}" for key, value in play.loop.items()}
+                    | {"age_ms_mean": f"{age.mean():.3f}", "age_ms_worst": f"{age.max():.3f}", "wait_ms_mean": f"{waited:.3f}",
+                       "hold_ms_mean": f"{age.mean() - waited - onward:.3f}"})
+    return rows
+
+
+# What the tables say
+
+def curve(rows, axis, method):
+    """Displacements and errors of delays_by_displacement.csv."""
+    own = [(float(row["displacement_mm"]), float(row["relative_error"])) for row in rows
+           if (row["axis"], row["method"]) == (axis, method)]
+    return [displacement for displacement, _ in own], [error for _, error in own]
+
+
+def reaches(displacements, errors, level):
+    """Where the error first reaches a level, linear in between; None: nowhere."""
+    for i, error in enumerate(errors):
+        if error >= level:
+            if i == 0:
+                return displacements[0]
+            share = (level - errors[i - 1]) / (error - errors[i - 1])
+            return displacements[i - 1] + share * (displacements[i] - displacements[i - 1])
+    return None
+
+
+def answer_rows(by_displacement, speeds=(10, 50, 200)):
+    """Of every axis and method that knows the scattering: how far off it is as bad as `unscattered` without delay, and where it is
+    first better by less than a point than `unscattered` as far off; as lengths and as delays. What is nowhere is empty."""
+    rows = []
+    knowing = [row for row in by_displacement if row["method"] != "unscattered"]
+    for axis, method in dict.fromkeys((row["axis"], row["method"]) for row in knowing):
+        displacements, errors = curve(by_displacement, axis, method)
+        unscattered = dict(zip(*curve(by_displacement, axis, "unscattered")))
+        gains = [unscattered[displacement] - error for displacement, error in zip(displacements, errors)]
+        equal = reaches(displacements, errors, unscattered[0])
+        alike = reaches(displacements, [-gain for gain in gains], -POINT)
+        row = {"axis": axis, "method": method, "at_rest": f"{errors[0]:.6g}",
+               "unscattered_at_rest": f"{unscattered[0]:.6g}", "tried_to_mm": f"{displacements[-1]:g}"}
+        for name, value in (("equal", equal), ("alike", alike)):
+            row[f"{name}_mm"] = "" if value is None else f"{value:.4g}"
+            row |= {f"{name}_ms_at_{speed}": "" if value is None else f"{1e3 * value / speed:.4g}" for speed in speeds}
+        beyond = [] if alike is None else [100 * gain for displacement, gain in zip(displacements, gains) if displacement >= alike]
+        row["alike_error"] = "" if alike is None else f"{numpy.interp(alike, displacements, errors):.6g}"
+        row["beyond_least_points"], row["beyond_most_points"] = (f"{choose(beyond):.3f}" if beyond else "" for choose in (min, max))
+        rows.append(row)
+    return rows
+
+
+def milliseconds(value):
+    return f"{float(value):,.0f}" if float(value) >= 100 else number(value, 2)
+
+
+def delays_in_words(row, name):
+    return ", ".join(f"{milliseconds(value)} ms at {key.rsplit('_', 1)[1]} mm/s" for key, value in row.items()
+                     if key.startswith(f"{name}_ms_at_"))
+
+
+def answer_sentences(rows):
+    said = []
+    for row in rows:
+        gain = float(row["unscattered_at_rest"]) - float(row["at_rest"])
+        begin = (f"{AXES[row['axis']].capitalize()}, `{row['method']}`: without delay off by {percent(row['at_rest'])}, `unscattered` "
+                 f"by {percent(row['unscattered_at_rest'])}, {100 * gain:.1f} points more. ")
+        equal = (f"It is as far off as that once the hand has moved by {number(row['equal_mm'], 2)} mm "
+                 f"({delays_in_words(row, 'equal')}). "
+                 if row["equal_mm"] else f"It stays below that up to {row['tried_to_mm']} mm, as far as was tried. ")
+        alike = (f"At the same delay knowing the scattering gains less than a point once the hand has moved by "
+                 f"{number(row['alike_mm'], 2)} mm ({delays_in_words(row, 'alike')}), where it is off by "
+                 f"{percent(row['alike_error'], 0)}; further off it gains {float(row['beyond_least_points']):+.1f} to "
+                 f"{float(row['beyond_most_points']):+.1f} points."
+                 if row["alike_mm"] else "At the same delay knowing the scattering gains a point or more up to "
+                 f"{row['tried_to_mm']} mm, as far as was tried.")
+        said.append(begin + equal + alike)
+    return said
+
+
+def gains_of_prediction(rows, keys, method="surface"):
+    """[(points that prediction takes off the mean error, row without it)] of rows that are alike in `keys`."""
+    kept = {(tuple(row[key] for key in keys), row["predict"]): row for row in rows if row["method"] == method}
+    return [(100 * (float(row["error_mean"]) - float(kept[alike, "linear"]["error_mean"])), row)
+            for (alike, predict), row in kept.items() if predict == "none" and (alike, "linear") in kept]
+
+
+def prediction_sentences(delay, tremor):
+    said = []
+    for speed in dict.fromkeys(row["speed_mm_s"] for row in delay):
+        alike = [row for row in delay if row["speed_mm_s"] == speed]
+        gains = gains_of_prediction(alike, ("axis", "array_ms"))
+        if gains:
+            (least, low), (most, high) = (choose(gains, key=lambda item: item[0]) for choose in (min, max))
+            known = {(row["axis"], row["array_ms"], row["method"]): float(row["error_mean"]) for row in alike
+                     if row["predict"] == "linear"}
+            pays = [100 * (known[axis, array, "unscattered"] - error) for (axis, array, method), error in known.items()
+                    if method == "surface" and (axis, array, "unscattered") in known]
+            said.append(f"Prediction at a constant {speed} mm/s changes the mean error of `surface` by {-least:+.1f} points "
+                        f"({AXES[low['axis']]}, {low['array_ms']} ms) to {-most:+.1f} ({AXES[high['axis']]}, {high['array_ms']} ms)"
+                        + (f"; with it knowing the scattering gains {min(pays):+.1f} to {max(pays):+.1f} points." if pays else "."))
+    gains = gains_of_prediction(tremor, ("hz", "amplitude_mm", "array_ms"))
+    if gains:
+        def what(row):
+            return f"{row['amplitude_mm']} mm at {row['hz']} Hz, {row['array_ms']} ms"
+
+        (least, low), (most, high) = (choose(gains, key=lambda item: item[0]) for choose in (min, max))
+        hurts = sum(gain < 0 for gain, _ in gains)
+        said.append(f"Of {len(gains)} tremors prediction makes {hurts} worse and {len(gains) - hurts} not: from {-most:+.1f} points "
+                    f"({what(high)}) to {-least:+.1f} ({what(low)}).")
+        worst = max((row for row in tremor if row["predict"] == "none"), key=lambda row: float(row["error_mean"]))
+        said.append(f"The worst tremor without prediction ({what(worst)}) leaves a mean error of {percent(worst['error_mean'])}.")
+    return said
+
+
+def loop_sentences(rows):
+    whole = rows[0]
+    parts = {"the sensor's clock": float(whole["wait_ms_mean"]), "its latency": float(whole["latency_ms"]),
+             "solving": float(whole["solve_ms"]), "the array": float(whole["array_ms"]),
+             "holding the frame": float(whole["hold_ms_mean"])}
+    said = [f"The loop of scenes/moving.yaml (sensor at {whole['sensor_hz']} Hz, frames at {whole['frames_hz']} Hz): what is felt is "
+            f"{number(whole['age_ms_mean'])} ms old on average and {number(whole['age_ms_worst'])} ms at worst; on average "
+            + ", ".join(f"{number(value)} ms of it by {part}"
+                        for part, value in sorted(parts.items(), key=lambda item: -item[1])) + "."]
+    for row in rows[1:]:
+        changed = " and ".join(words.format(row[key]) for key, words in CHANGED.items() if row[key] != whole[key])
+        said.append(f"With {changed}: {number(row['age_ms_mean'])} ms, at worst {number(row['age_ms_worst'])} ms.")
+    return said
+
+
+def reference_sentence(rows):
+    """How far the rise above rest is from the prototype's."""
+    said = []
+    for axis in dict.fromkeys(row["axis"] for row in rows):
+        own = [row for row in rows if row["axis"] == axis and row["reference"] != "nan"]
+        rest = next(float(row["relative_error"]) for row in rows
+                    if (row["axis"], row["method"], row["displacement_mm"]) == (axis, "surface", "0"))
+        if own:
+            away = [(float(row["relative_error"]) - rest) - (float(row["reference"]) - REFERENCE_REST) for row in own]
+            most = max(range(len(own)), key=lambda i: abs(away[i]))
+            said.append(f"{AXES[axis]} {100 * away[most]:+.1f} points at {own[most]['displacement_mm']} mm")
+    return ("The rise of `surface`'s error above that at rest differs from a prototype's, which solved on 2,404 faces (and moved away "
+            "from the array instead of towards it), by at most: " + ", ".join(said) + ".")
+
+
+def figure(held, predicted, segments, path):
+    """Error against age; prediction dashed."""
+    axes_of = list(dict.fromkeys(segment.axis for segment in segments))
+    speeds = list(dict.fromkeys(segment.speed for segment in segments))
+    drawing, panels = pyplot.subplots(len(axes_of), len(speeds), figsize=(4.3 * len(speeds) + 1.5, 3 * len(axes_of)),
+                                      layout="constrained", sharex=True, sharey=True, squeeze=False)
+    for segment in segments:
+        panel = panels[axes_of.index(segment.axis), speeds.index(segment.speed)]
+        for method in dict.fromkeys(held.method):
+            chosen = within(held, segment) & (held.method == method)
+            ages, errors = binned(held.age[chosen], held.error[chosen])
+            panel.plot(ages, errors, color=STYLES[method]["color"], marker=STYLES[method]["marker"], markersize=3,
+                       label=LABELS[method])
+        for method in dict.fromkeys(predicted[0].method):
+            found = [(play, within(play, segment) & (play.method == method)) for play in predicted]
+            ages, errors = binned(numpy.concatenate([play.age[chosen] for play, chosen in found]),
+                                  numpy.concatenate([play.error[chosen] for play, chosen in found]))
+            panel.plot(ages, errors, color=STYLES[method]["color"], linestyle="--", label=f"{LABELS[method]}, predicted")
+        panel.set_title(f"{AXES[segment.axis]}, {segment.speed:g} mm/s", fontsize=10)
+        panel.grid(color="0.9")
+    for panel in panels[-1]:
+        panel.set_xlabel("age of the sample [ms]")
+    for panel in panels[:, 0]:
+        panel.set_ylabel("judged error [%]")
+    panels[0, 0].legend(fontsize=8)
+    drawing.savefig(path, dpi=90)
+    pyplot.close(drawing)
+
+
+def binned(ages, errors, width=0.0125):
+    """Means of age [ms] and error [%] in bins of age."""
+    bins = numpy.floor(ages / width).astype(int)
+    return tuple(zip(*[(1e3 * ages[bins == own].mean(), 100 * errors[bins == own].mean()) for own in sorted(set(bins))])) or ((), ())

@@ -1,0 +1,159 @@
+"""The study of delays: which scores are of which motion, and what follows from small tables."""
+
+import dataclasses
+import pathlib
+import tempfile
+import unittest
+
+import report_support  # noqa: F401
+
+import numpy
+
+import course
+import delays
+
+LOOP = {"sensor_hz": 30.0, "latency_ms": 0.0, "frames_hz": 20.0, "solve_ms": 0.0, "array_ms": 0.0}
+
+
+def play(predict="none", array_ms=0.0, methods=("surface", "unscattered"), age=0.05, rise=0.1):
+    """Scores every 10 ms for 1 s, of one age, of a hand at 50 mm/s whose error grows by `rise` a mm."""
+    time = numpy.tile(numpy.arange(100) * 0.01, len(methods))
+    names = numpy.repeat(methods, 100)
+    ages = numpy.full(len(time), age)
+    return delays.Play(pathlib.Path(), LOOP | {"array_ms": array_ms}, predict, names, time, ages, 50e3 * ages / 1e3,
+                       0.45 + rise * 50 * ages + 0.08 * (names == "unscattered"))
+
+
+def displacement_table(surface, unscattered, axis="across"):
+    return [{"axis": axis, "method": method, "displacement_mm": str(displacement), "relative_error": str(error), "reference": "nan"}
+            for method, errors in (("surface", surface), ("unscattered", unscattered))
+            for displacement, error in zip((0, 1, 2, 4), errors)]
+
+
+class Course(unittest.TestCase):
+    def test_the_hand_is_steady_where_it_is_said_to_be(self):
+        """Keys of a translation lie on the line of its speed, which crosses the middle."""
+        for segment in course.translations():
+            self.assertGreater(segment.end - segment.begin, 0.4)
+        text = course.translation_change()
+        first = course.translations()[0]
+        self.assertEqual((first.axis, first.speed, first.begin, first.end), ("across", 10, 0.15, 0.57))
+        self.assertIn("[0.15, -2.1], [0.57, 2.1]", text)  # 10 mm/s for 0.42 s
+        self.assertIn("[0.15, 200], [0.57, 200]", text)  # and nothing else moves
+        towards = course.translations()[-1]
+        self.assertIn(f"[{towards.begin:g}, 242], [{towards.end:g}, 158]", text)
+
+    def test_a_tremor_is_whole_periods(self):
+        for segment in course.tremors():
+            periods = segment.hz * (segment.end - segment.begin)
+            self.assertAlmostEqual(periods, round(periods))
+        self.assertIn("[0.03125, 0.1]", course.tremor_change())  # a quarter of 8 Hz
+
+
+class Scores(unittest.TestCase):
+    segment = course.Translation("across", 50, 0.2, 0.6)
+
+    def test_sampled_and_felt_within(self):
+        seen = play(methods=("surface",))
+        self.assertAlmostEqual(seen.time[delays.within(seen, self.segment)].min(), 0.25)
+        self.assertAlmostEqual(seen.time[delays.within(seen, self.segment)].max(), 0.6)
+        predicted = play(predict="linear", methods=("surface",))  # the sample before, 33 ms earlier, as well
+        self.assertAlmostEqual(predicted.time[delays.within(predicted, self.segment)].min(), 0.29)
+
+    def test_without_prediction_the_same_ages_are_compared(self):
+        young, old = play(age=0.05), play(age=0.15)
+        held = delays.Play(pathlib.Path(), LOOP, "none", *(numpy.concatenate([getattr(one, name) for one in (young, old)])
+                                                           for name in ("method", "time", "age", "displacement", "error")))
+        rows = delays.delay_rows(held, [play("linear", 100.0, ("surface",), 0.15, rise=0.0)], [self.segment])
+        self.assertEqual([(row["predict"], row["method"], row["array_ms"]) for row in rows],
+                         [("none", "surface", "100"), ("none", "unscattered", "100"), ("linear", "surface", "100")])
+        self.assertEqual({row["age_ms_mean"] for row in rows}, {"150"})
+        self.assertEqual([float(row["error_mean"]) for row in rows], [1.2, 1.28, 0.45])
+
+    def test_error_at_a_displacement(self):
+        distances = numpy.linspace(0, 2, 41)
+        errors = 0.4 + 0.1 * distances
+        for displacement in (0, 0.33, 2):
+            self.assertAlmostEqual(delays.error_at(displacement, distances, errors), 0.4 + 0.1 * displacement)
+        self.assertIsNone(delays.error_at(2.1, distances, errors))
+        self.assertAlmostEqual(delays.error_at(1, numpy.ones(5), numpy.full(5, 0.7)), 0.7)
+
+    def test_each_displacement_is_of_the_slowest_motion_that_reaches_it(self):
+        ages = numpy.linspace(0, 0.2, 21)
+        slow, fast = course.Translation("along", 10, 0, 1), course.Translation("along", 50, 1, 2)
+        time = numpy.concatenate([0.5 + ages, 1.5 + ages])
+        moved = numpy.concatenate([10 * ages, 50 * ages])
+        held = delays.Play(pathlib.Path(), LOOP, "none", numpy.array(["surface"] * 42), time, numpy.tile(ages, 2), moved,
+                           0.45 + 0.05 * moved)
+        rows = delays.displacement_rows(held, [fast, slow])
+        self.assertEqual(rows[-1]["displacement_mm"], "10")  # nothing goes further
+        for row in rows:
+            displacement = float(row["displacement_mm"])
+            self.assertEqual(row["from_speed_mm_s"], "10" if displacement <= 2 else "50")
+            self.assertAlmostEqual(float(row["relative_error"]), 0.45 + 0.05 * displacement, places=5)
+
+
+class Answers(unittest.TestCase):
+    def test_crossings(self):
+        row, = delays.answer_rows(displacement_table((0.45, 0.5, 0.6, 0.8), (0.54, 0.56, 0.605, 0.79)))
+        self.assertEqual(float(row["equal_mm"]), 1.4)
+        self.assertEqual([float(row[f"equal_ms_at_{speed}"]) for speed in (10, 50, 200)], [140, 28, 7])
+        self.assertAlmostEqual(float(row["alike_mm"]), 1 + 0.05 / 0.055, places=3)  # the gain falls from 6 to 0.5 points
+        self.assertEqual([float(row[f"beyond_{which}_points"]) for which in ("least", "most")], [-1, 0.5])
+        said, = delays.answer_sentences([row])
+        self.assertIn("Across the finger, `surface`: without delay off by 45.0 %, `unscattered` by 54.0 %, 9.0 points more.", said)
+        self.assertIn("once the hand has moved by 1.4 mm (140 ms at 10 mm/s, 28 ms at 50 mm/s, 7 ms at 200 mm/s)", said)
+        self.assertIn("less than a point once the hand has moved by 1.9 mm (191 ms at 10 mm/s, 38 ms at 50 mm/s, 9.5 ms at 200 "
+                      "mm/s), where it is off by 59 %; further off it gains -1.0 to +0.5 points.", said)
+
+    def test_what_is_nowhere_is_said_to_be(self):
+        row, = delays.answer_rows(displacement_table((0.45, 0.46, 0.47, 0.48), (0.54, 0.55, 0.56, 0.57)))
+        self.assertEqual((row["equal_mm"], row["alike_mm"], row["equal_ms_at_50"]), ("", "", ""))
+        said, = delays.answer_sentences([row])
+        self.assertIn("It stays below that up to 4 mm", said)
+        self.assertIn("gains a point or more up to 4 mm", said)
+
+    def test_what_prediction_buys(self):
+        def row(predict, error, **more):
+            return {"predict": predict, "method": "surface", "error_mean": str(error)} | more
+
+        moved = [row(predict, error, axis=axis, speed_mm_s="50", array_ms="70") for axis, errors in (
+            ("across", (0.8, 0.5)), ("towards", (0.5, 0.49))) for predict, error in zip(("none", "linear"), errors)]
+        shaken = [row(predict, error, hz=hz, amplitude_mm="1", array_ms="70") for hz, errors in (
+            ("8", (0.6, 0.7)), ("12", (0.55, 0.5))) for predict, error in zip(("none", "linear"), errors)]
+        moved += [row("linear", 0.56, axis="across", speed_mm_s="50", array_ms="70") | {"method": "unscattered"}]
+        said = delays.prediction_sentences(moved, shaken)
+        self.assertIn("; with it knowing the scattering gains +6.0 to +6.0 points.", said[0])
+        self.assertIn("changes the mean error of `surface` by -1.0 points (towards the array, 70 ms) to -30.0 (across the finger, "
+                      "70 ms)", said[0])
+        self.assertIn("Of 2 tremors prediction makes 1 worse and 1 not: from -5.0 points (1 mm at 12 Hz, 70 ms) to +10.0 (1 mm at "
+                      "8 Hz, 70 ms)", said[1])
+        self.assertIn("leaves a mean error of 60.0 %", said[2])
+
+    def test_parts_of_the_loop(self):
+        """Samples that wait 10 ms, 45 ms to solve, held for 0 to 50 ms."""
+        milliseconds = numpy.arange(1000)
+        with tempfile.TemporaryDirectory() as folder:
+            pathlib.Path(folder, "frames.csv").write_text("method,frame,sampled_s,started_s\nfocus,0,0.04,0.05\nfocus,1,0.09,0.1\n")
+            whole = play(methods=("surface",))
+            whole = dataclasses.replace(whole, folder=pathlib.Path(folder), loop=LOOP | {"solve_ms": 45.0},
+                                        time=milliseconds / 1e3, age=0.055 + milliseconds % 50 / 1e3)
+            late = dataclasses.replace(whole, loop=whole.loop | {"latency_ms": 5.0})
+            rows = delays.loop_rows([whole, late])
+        self.assertAlmostEqual(float(rows[0]["wait_ms_mean"]), 10)
+        self.assertAlmostEqual(float(rows[0]["hold_ms_mean"]), 24.5)
+        self.assertAlmostEqual(float(rows[0]["age_ms_worst"]), 104)
+        said = delays.loop_sentences(rows)
+        self.assertIn("45 ms of it by solving, 24.5 ms of it by holding the frame, 10 ms of it by the sensor's clock, 0 ms", said[0])
+        self.assertIn("With a sensor that is 5 ms late: ", said[1])
+
+    def test_how_far_from_the_prototype(self):
+        rows = displacement_table((0.46, 0.53, 0.7, 0.9), (0.54, 0.6, 0.7, 0.9))
+        for row in rows:
+            if row["method"] == "surface" and row["displacement_mm"] != "0":
+                row["reference"] = str(delays.REFERENCE["across"][int(row["displacement_mm"])])
+        self.assertIn("at most: across the finger +3.1 points at 4 mm.", delays.reference_sentence(rows))  # 0.44 and 0.409
+
+
+if __name__ == "__main__":
+    unittest.main()
