@@ -37,7 +37,19 @@ double frame_seconds(const Scene& scene) {
 
 const std::vector<FrameSetting>& frame_settings() {
   static const std::vector<FrameSetting> settings = {
-      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kChief, 5, 50.0, 0.01},
+      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kPaperCorrected, 1, 20.7, 0.04619},
+      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kPaperCorrected, 3, 22.7, 0.02912},
+      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kPaperCorrected, 5, 24.6, 0.02481},
+      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kPaperCorrected, 3, 32.4, 0.00834},
+      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kPaperCorrected, 5, 35.9, 0.00623},
+      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kChief, 3, 44.3, 0.00516},
+      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kBurtonMillerPolished, 10, 72.9, 0.00464},
+      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kPaperCorrected, 1, 204.0, 0.00254},
+      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kPaperCorrected, 5, 212.0, 0.00023},
+      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kChief, 5, 244.0, 7e-05},
+      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kChief, 10, 261.0, 5e-05},
+      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kBurtonMillerPolished, 5, 320.0, 1e-05},
+      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kBurtonMillerPolished, 10, 333.0, 0.0},
   };
   return settings;
 }

@@ -17,8 +17,8 @@ struct FrameSetting {
   double above_best;    // judged error above that of 30 steps on the finest mesh
 };
 
-/// Those that no other one beats in both time and error, the quickest first: the front of results/tables/frame_study.csv,
-/// which a test holds it to.
+/// Some that no other one beats in both time and error, the quickest first: of the front of results/tables/frame_study.csv,
+/// which a test holds them to, those that each are nearer than the one before by a tenth.
 const std::vector<FrameSetting>& frame_settings();
 
 struct FrameChoice {
