@@ -98,7 +98,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
     accuracy = measure_accuracy(model, progress);
   }
   std::optional<MotionCost> motion;
-  if (scene.motion) {
+  if (scene.motion && !scene.sensing) {  // which is of the still alone: `play` refuses it
     require_memory(report);
     motion = expected_cost(MovingModel(scene));
   }
