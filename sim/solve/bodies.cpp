@@ -368,8 +368,8 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
       place(make());
     }
   }
-  PlacedBodies all{{joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin),
-                   cut ? whole_faces : 0.0};
+  PlacedBodies all{
+      {joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin), cut ? whole_faces : 0.0};
   if (bodies.size() > 1) {
     require_apart(scene, parted(all.body.mesh, all.owner));
   }
