@@ -3,10 +3,14 @@
 #include <filesystem>
 #include <utility>
 
+#include <fmt/format.h>
 #include <omp.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/core/version.h"
+#include "solvers/linear/blas_core.h"
+#include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
 
@@ -55,6 +59,12 @@ int apply_threads(const CommonFlags& flags) {
     omp_set_num_threads(flags.threads);  // the OpenMP flavour of OpenBLAS follows
   }
   return omp_get_max_threads();
+}
+
+std::string first_log_line(const std::string& scene, int threads) {
+  const BuildInfo build = build_info();
+  return fmt::format("touchfield {} ({}): scene {}, {} threads, BLAS core {}, loops {}", build.version, build.revision,
+                     scene, threads, blas_core(), to_string(instruction_level()));
 }
 
 std::string run_file_at(const std::string& path) {

@@ -75,6 +75,9 @@ void add_pictures(CLI::App* command, Format& format, const std::string& what) {
 /// Sets the number of threads of our loops and of OpenBLAS; returns the number in use.
 int apply_threads(const CommonFlags& flags);
 
+/// The first line of a log: which program computes the scene, and by what on this machine.
+std::string first_log_line(const std::string& scene, int threads);
+
 /// The run.h5 that a path on the command line names: the file itself, or the directory that holds it.
 std::string run_file_at(const std::string& path);
 

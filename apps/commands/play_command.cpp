@@ -11,13 +11,10 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/play_scene.h"
 #include "sim/core/errors.h"
-#include "sim/core/version.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/motion_text.h"
-#include "solvers/linear/blas_core.h"
-#include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
 
@@ -60,8 +57,7 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
       claimed.claim(command.output, command.force, scene.name, motion_files(moving, command.pictures));
   try {
     progress.log_to(directory.file("play.log"));
-    progress.note(fmt::format("touchfield {} ({}): scene {}, {} threads, BLAS core {}, loops {}", build_info().version,
-                              build_info().revision, scene.name, threads, blas_core(), to_string(instruction_level())));
+    progress.note(first_log_line(scene.name, threads));
     progress.note(fmt::format("  {:.4g} s of a body of {} faces that {}, {} channels", scene.motion->seconds,
                               moving.first().body.mesh.face_count(),
                               moving.is_rigid() ? "keeps its shape" : "changes its shape or that of the whole",

@@ -11,11 +11,8 @@
 #include "sim/assess/check.h"
 #include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
-#include "sim/core/version.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_file.h"
-#include "solvers/linear/blas_core.h"
-#include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
 
@@ -72,8 +69,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
       claimed.claim(command.output, command.force, scene.name, run_files(model, command.pictures));
   try {
     progress.log_to(directory.file("run.log"));
-    progress.note(fmt::format("touchfield {} ({}): scene {}, {} threads, BLAS core {}, loops {}", build_info().version,
-                              build_info().revision, scene.name, threads, blas_core(), to_string(instruction_level())));
+    progress.note(first_log_line(scene.name, threads));
     progress.note(fmt::format(
         "  {} faces, {:.2f} edges a wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
         report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,

@@ -7,10 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
 #include "sim/core/rotation.h"
-#include "sim/core/units.h"
-#include "sim/mesh/remesh/subdivide.h"
 
 namespace touchfield {
 
@@ -52,6 +49,14 @@ std::optional<MeshSequence> sequence_of(const Scene& scene) {
     throw InputError("judge.edge_mm: bodies given as meshes over time cannot be meshed anew; take judge: {split: 1}");
   }
   return sequence;
+}
+
+Vector3 mean_centre(const std::vector<TargetBox>& boxes) {
+  Vector3 centre = Vector3::Zero();
+  for (const TargetBox& box : boxes) {
+    centre += box.centre / static_cast<double>(boxes.size());
+  }
+  return centre;
 }
 
 /// "at 0.35 s: " before what is wrong there.
@@ -145,11 +150,7 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept)
     }
   }
   if (!first_.boxes.empty()) {
-    Vector3 centre = Vector3::Zero();
-    for (const TargetBox& box : first_.boxes) {
-      centre += box.centre / static_cast<double>(first_.boxes.size());
-    }
-    patch_ = nearest_landmark(first_.body.mesh, "patch", centre);
+    patch_ = nearest_landmark(first_.body.mesh, "patch", mean_centre(first_.boxes));
   }
   check_motion();
 }
@@ -212,11 +213,7 @@ Vector3 MovingModel::patch(const Model& model) const {
   if (model.scene.motion->target == MotionSpec::Target::kInWorld) {
     return position(model.body.mesh, patch_);
   }
-  Vector3 centre = Vector3::Zero();
-  for (const TargetBox& box : model.boxes) {
-    centre += box.centre / static_cast<double>(model.boxes.size());
-  }
-  return centre;
+  return mean_centre(model.boxes);
 }
 
 void MovingModel::check_motion() const {

@@ -20,7 +20,6 @@
 #include "sim/solve/run_field.h"
 #include "sim/solve/solve_model.h"
 #include "sim/solve/stages.h"
-#include "sim/solve/warnings.h"
 
 namespace touchfield {
 
@@ -67,9 +66,12 @@ class MethodLoop {
     const Model sampled = moving_.at(seen);
     const bool predicts = motion.predict == MotionSpec::Prediction::kLinear && start.sample > 0;
     const Tick wanted = predicts ? clock_.predicted_for(start) : start.sampled;
-    const Model expected = predicts ? moving_.at(expected_state(start, seen, wanted)) : sampled;
+    std::optional<Model> expected;
+    if (predicts) {
+      expected = moving_.at(expected_state(start, seen, wanted));
+    }
     const double posed = seconds_since(begin);
-    MotionFrame frame = solver_.solve(expected);
+    MotionFrame frame = solver_.solve(expected ? *expected : sampled);
     const double took = seconds_since(begin);
     frame.seconds.insert(frame.seconds.begin(), {"pose", posed});
     const ShownFrame shown = clock_.finished(to_ticks(motion.solve.value_or(took)));
@@ -85,7 +87,7 @@ class MethodLoop {
   /// On from the last two samples at their constant velocity.
   MotionState expected_state(const FrameStart& start, const MotionState& seen, Tick wanted) const {
     const double hz = motion_of(moving_).sensor.hz;
-    const double before = std::round(kTicksASecond * static_cast<double>(start.sample - 1) / hz) / kTicksASecond;
+    const double before = to_seconds(instant(start.sample - 1, hz));
     const double now = to_seconds(start.sampled);
     return moving_.predicted(moving_.state(before), seen, (to_seconds(wanted) - now) / (now - before));
   }
