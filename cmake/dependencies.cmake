@@ -26,6 +26,8 @@ find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(EXPAT REQUIRED)
 find_package(ZLIB REQUIRED)
+find_package(PNG REQUIRED)
+find_path(TOUCHFIELD_NANOFLANN_INCLUDE nanoflann.hpp REQUIRED)
 
 # The serial HDF5: VTK's packages also bring the MPI one.
 set(HDF5_PREFER_PARALLEL OFF)

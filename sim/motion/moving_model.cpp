@@ -138,6 +138,9 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept)
   if (scene.sensing) {
     throw InputError("sensing: is of stills; a motion has motion.sensor");
   }
+  if (!std::holds_alternative<std::monostate>(scene.motion->sensor.sight)) {
+    throw InputError("motion.sensor: noise, cameras and recorded images are not played yet");
+  }
   if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
     const JudgeMesh judge = build_judge_mesh(first_, kept);
     judging_.emplace(scene, first_.plan, judge.mesh, judge.owner);

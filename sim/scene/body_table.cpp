@@ -40,19 +40,6 @@ Codec<ThumbJoints> thumb_codec() {
       .codec();
 }
 
-Codec<HandShape> hand_codec() {
-  return Map<HandShape>()
-      .key("pose", &HandShape::pose, word(hand_poses()), "How the fingers are held.")
-      .key("breadth_mm", &HandShape::breadth, number(kMillimetres, between(50, 150)),
-           "Breadth across the knuckles [mm].")
-      .key("length_mm", &HandShape::length, number(kMillimetres, between(120, 260)),
-           "Length from the wrist to the tip of the middle finger, the hand held flat [mm].")
-      .key("side", &HandShape::side, choice<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}),
-           "Which hand.")
-      .key("joints", &HandShape::joints, joints_codec(), "Joints turned away from the pose.")
-      .codec();
-}
-
 Codec<SphereShape> sphere_codec() {
   return Map<SphereShape>()
       .required("radius_mm", &SphereShape::radius, number(kMillimetres, kBodySize), "8", "Radius [mm].")
@@ -237,6 +224,19 @@ Codec<HandJoints> joints_codec() {
       .key("middle", &HandJoints::middle, finger_codec(-20, 20), help)
       .key("ring", &HandJoints::ring, finger_codec(-15, 25), help)
       .key("little", &HandJoints::little, finger_codec(-15, 45), help)
+      .codec();
+}
+
+Codec<HandShape> hand_codec() {
+  return Map<HandShape>()
+      .key("pose", &HandShape::pose, word(hand_poses()), "How the fingers are held.")
+      .key("breadth_mm", &HandShape::breadth, number(kMillimetres, between(50, 150)),
+           "Breadth across the knuckles [mm].")
+      .key("length_mm", &HandShape::length, number(kMillimetres, between(120, 260)),
+           "Length from the wrist to the tip of the middle finger, the hand held flat [mm].")
+      .key("side", &HandShape::side, choice<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}),
+           "Which hand.")
+      .key("joints", &HandShape::joints, joints_codec(), "Joints turned away from the pose.")
       .codec();
 }
 

@@ -8,9 +8,7 @@ namespace touchfield::schema {
 
 namespace {
 
-const Range kRate = above_to(0, 1e5);  // [Hz]: 10 ticks of the clock
 constexpr double kLongest = 3600;      // of a motion [s]
-const Range kDelay = between(0, 60'000);
 
 Codec<std::string> path_codec() {
   return kept_as<std::string, std::string>(
@@ -69,14 +67,6 @@ Codec<MotionChange> change_codec() {
       .maybe("rate", &MotionChange::law, kept_in(&RateLaw::rate, number(kPlain, {})), "50",
              "It grows from the scene's own value by this much a second, in the unit of the path.")
       .exactly_one({"sine", "keys", "rate"})
-      .codec();
-}
-
-Codec<MotionSpec::Sensor> sensor_codec() {
-  return Map<MotionSpec::Sensor>()
-      .key("hz", &MotionSpec::Sensor::hz, number(kPlain, kRate), "Samples of the pose a second.")
-      .key("latency_ms", &MotionSpec::Sensor::latency, number(kMilliseconds, kDelay),
-           "From when a sample is taken until the solver knows it [ms].")
       .codec();
 }
 

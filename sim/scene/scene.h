@@ -297,6 +297,24 @@ struct MotionChange {
   MotionLaw law;
 };
 
+/// A depth camera that is simulated. What its model is made of: sim/sensing/camera_model.h.
+struct CameraSpec {
+  std::string model = "d415";
+  Vector3 at = Vector3::Zero();       // its eye [m]
+  Vector3 look_at = Vector3::Zero();  // [m]
+  double roll = 0;                    // about where it looks [rad]; 0: the image's right is level
+  std::array<int, 2> resolution{640, 360};
+  double disparity_noise = 0.08;  // [pixels], rms
+  double depth_unit = 1e-3;       // of the image's numbers [m]
+  double shift_error = 0;         // of its place as the fit is told it [m], in a direction that is drawn
+  double turn_error = 0;          // likewise [rad]
+};
+
+/// Images of real cameras, or of `touchfield see`: docs/cameras.md.
+struct RecordedSpec {
+  std::string folder;
+};
+
 /// The loop of sensor, solver and array while the scene moves.
 struct MotionSpec {
   enum class Target { kOnSkin, kInWorld };
@@ -305,6 +323,13 @@ struct MotionSpec {
   struct Sensor {
     double hz = 30;
     double latency = 0;  // from when a sample is taken until it is known [s]
+    /// What the solver knows of the skin: where it is; that made worse by noise of its own in every sample; or what is
+    /// fitted to images of cameras.
+    std::variant<std::monostate, SensingNoise, std::vector<CameraSpec>, RecordedSpec> sight;
+    unsigned seed = 1;                                           // of what cameras get wrong
+    std::optional<HandShape> hand;                               // that is fitted; absent: the scene's pose, mean size
+    std::array<Vector3, 2> workspace{Vector3{-0.3, -0.3, 0.05},  // the corners of the box that hands are looked for in,
+                                     Vector3{0.3, 0.3, 0.6}};    // the world's frame [m]
   };
 
   /// What a frame may take; the mesh, the scheme and the steps are then chosen for it.

@@ -142,18 +142,6 @@ bool check_targets(const Input& in, const Scene& scene) {
 /// A scene with `body`, not `bodies`.
 bool is_single(const Scene& scene) { return scene.bodies.size() == 1 && scene.bodies.front().name.empty(); }
 
-Codec<SensingNoise> sensing_codec() {
-  return Map<SensingNoise>()
-      .key("noise_mm_rms", &SensingNoise::rms, number(kMillimetres, between(0, 3)),
-           "Displacement along the normal of the skin, root mean square [mm].")
-      .key("correlation_mm", &SensingNoise::correlation, number(kMillimetres, between(1, 100)),
-           "Length over which it loses its correlation [mm].")
-      .key("offset_mm", &SensingNoise::offset, vector3(kMillimetres, between(-100, 100)),
-           "Of the bodies as a whole [mm].")
-      .key("seed", &SensingNoise::seed, seed(), "Of the noise.")
-      .codec();
-}
-
 Codec<Scene> make_scene_codec() {
   return Map<Scene>()
       .required("name", &Scene::name, name(), "my_scene", "Names the run's folder.")
@@ -192,6 +180,18 @@ Codec<Scene> make_scene_codec() {
 }
 
 }  // namespace
+
+Codec<SensingNoise> sensing_codec() {
+  return Map<SensingNoise>()
+      .key("noise_mm_rms", &SensingNoise::rms, number(kMillimetres, between(0, 3)),
+           "Displacement along the normal of the skin, root mean square [mm].")
+      .key("correlation_mm", &SensingNoise::correlation, number(kMillimetres, between(1, 100)),
+           "Length over which it loses its correlation [mm].")
+      .key("offset_mm", &SensingNoise::offset, vector3(kMillimetres, between(-100, 100)),
+           "Of the bodies as a whole [mm].")
+      .key("seed", &SensingNoise::seed, seed(), "Of the noise.")
+      .codec();
+}
 
 Codec<std::optional<double>> number_or(const std::string& none, const Codec<double>& number) {
   const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {number.type, word({none}).type}};

@@ -33,6 +33,10 @@ Codec<EdgeSpec> edge_codec();
 Codec<SolveSpec> solve_codec();
 Codec<JudgeSpec> judge_codec();
 Codec<MotionSpec> motion_codec();
+Codec<MotionSpec::Sensor> sensor_codec();
+Codec<HandShape> hand_codec();
+/// Noise on a skin as a sensor sees it.
+Codec<SensingNoise> sensing_codec();
 /// The schemes of the boundary elements.
 Codec<Scheme> scheme_codec();
 Codec<std::vector<FieldSpec>> fields_codec();
@@ -40,6 +44,10 @@ Codec<std::vector<FieldSpec>> fields_codec();
 /// A number, or a word for none.
 Codec<std::optional<double>> number_or(const std::string& none, const Codec<double>& number);
 
+/// Rates of a motion [Hz]: 10 ticks of its clock and slower.
+inline const Range kRate = above_to(0, 1e5);
+/// Of a motion [ms].
+inline const Range kDelay = between(0, 60'000);
 /// The hand generator's own bounds of an edge [mm]; other shapes take any.
 inline const Range kHandEdge = between(0.4, 8);
 /// Sizes of a body [mm]: from a tenth of a hair to a room. Beyond is a slip of the unit.

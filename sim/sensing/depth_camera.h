@@ -1,0 +1,40 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "sim/core/types.h"
+#include "sim/mesh/raster/raster.h"
+
+namespace touchfield {
+
+/// A depth camera as whoever reads its images knows it: intrinsics, distortion, place, unit.
+struct DepthCamera {
+  std::string name;
+  Camera view;                         // pinhole, what its image would be without distortion
+  std::array<double, 5> distortion{};  // k1, k2, p1, p2, k3 of Brown and Conrady, in OpenCV's order
+  double depth_unit = 1e-3;            // of the numbers in its images [m]
+};
+
+/// One depth image, row by row from the upper left pixel.
+struct DepthImage {
+  int width = 0;             // [pixels]
+  int height = 0;            // [pixels]
+  std::vector<float> depth;  // Z along the camera's axis [m]; 0 where it saw nothing
+};
+
+/// What all cameras saw at one time, an image a camera in their order.
+struct DepthFrame {
+  double seconds = 0;
+  std::vector<DepthImage> images;
+};
+
+/// Which way each pixel's middle looks: (X / Z, Y / Z) in the camera's axes, 2 x (width height), so that what it sees at
+/// depth Z is eye + Z axes (X / Z, Y / Z, 1). With distortion x -> x (1 + k1 r^2 + k2 r^4 + k3 r^6) + tangential part,
+/// undone to 1e-9.
+///
+/// throws   InputError where that cannot be undone within the image
+Eigen::Matrix2Xd pixel_rays(const DepthCamera& camera);
+
+}  // namespace touchfield
