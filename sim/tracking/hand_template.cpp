@@ -80,29 +80,8 @@ HandTemplate::HandTemplate(const HandShape& hand, const HandPose& pose, Triangle
       skeleton_(posed_skeleton(pose, hand.length, hand.breadth)),
       mesh_(std::move(mesh)),
       skin_(mesh_.vertices(), skeleton_, hand.side),
-      free_(joints_without_contact(pose, hand.length, hand.breadth)) {
-  starts_.assign(static_cast<std::size_t>(mesh_.vertex_count()) + 1, 0);
-  for (const int v : mesh_.triangles().reshaped()) {
-    ++starts_[static_cast<std::size_t>(v) + 1];
-  }
-  for (std::size_t v = 1; v < starts_.size(); ++v) {
-    starts_[v] += starts_[v - 1];
-  }
-  faces_.resize(static_cast<std::size_t>(mesh_.triangles().size()));
-  std::vector<int> next(starts_.begin(), starts_.end() - 1);
-  for (Eigen::Index f = 0; f < mesh_.face_count(); ++f) {
-    for (int c = 0; c < 3; ++c) {
-      faces_[static_cast<std::size_t>(next[static_cast<std::size_t>(mesh_.triangles()(c, f))]++)] =
-          static_cast<int>(f);
-    }
-  }
-}
-
-std::span<const int> HandTemplate::faces_round(Eigen::Index vertex) const {
-  const auto v = static_cast<std::size_t>(vertex);
-  const auto first = static_cast<std::size_t>(starts_[v]);
-  return std::span(faces_).subspan(first, static_cast<std::size_t>(starts_[v + 1]) - first);
-}
+      free_(joints_without_contact(pose, hand.length, hand.breadth)),
+      round_(mesh_.triangles(), mesh_.vertex_count()) {}
 
 Points HandTemplate::shaped_points(const SkinnedHand& skin, const Points& points, const ShapeMap& map) const {
   Points result(3, points.cols());

@@ -5,6 +5,7 @@
 
 #include "sim/body/hand_pose.h"
 #include "sim/body/skinned_hand.h"
+#include "sim/mesh/subset.h"
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/scene/scene.h"
 #include "sim/tracking/hand_shape.h"
@@ -35,7 +36,7 @@ class HandTemplate {
   const TriangleMesh& mesh() const { return mesh_; }  // in the hand's own frame
   double side() const { return hand_.side == HandSide::kRight ? 1.0 : -1.0; }
   std::span<const SkinnedHand::Influence> influences(Eigen::Index vertex) const { return skin_.influences(vertex); }
-  std::span<const int> faces_round(Eigen::Index vertex) const;
+  const FacesRound& faces_round() const { return round_; }
 
   /// 1 for joints that the fit may turn, 0 for those between parts that touch in the template.
   const JointAngles& free_joints() const { return free_; }
@@ -72,8 +73,7 @@ class HandTemplate {
   TriangleMesh mesh_;
   SkinnedHand skin_;
   JointAngles free_;
-  std::vector<int> faces_;   // round each vertex
-  std::vector<int> starts_;  // of vertex v: faces_[k], starts_[v] <= k < starts_[v + 1]
+  FacesRound round_;
 };
 
 /// Unit normals of vertices: the mean of the faces round each, weighted by area.

@@ -77,14 +77,14 @@ void PoseFit::place_skin(const ShapedHand& shape, const HandState& state) {
 bool PoseFit::match_point(const HandPoints& points, int i, int vertex, SkinMatch& match) const {
   const Vector3 p = points.at.col(i);
   double least = std::numeric_limits<double>::infinity();
-  for (const int f : hand_.faces_round(vertex)) {
+  for (const Eigen::Index f : hand_.faces_round().of(vertex)) {
     const auto face = hand_.mesh().triangles().col(f);
     const Vector3 weights =
         nearest_weights(vertices_.col(face(0)), vertices_.col(face(1)), vertices_.col(face(2)), p);
     const double squared = (vertices_(Eigen::all, face) * weights - p).squaredNorm();
     if (squared < least) {
       least = squared;
-      match.face = f;
+      match.face = static_cast<int>(f);
       match.weights = weights;
     }
   }
