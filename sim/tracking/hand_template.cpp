@@ -114,12 +114,12 @@ void HandTemplate::carry(const ShapedHand& shape, const HandSkeleton& posed, Poi
 }
 
 HandTemplate::Carrier HandTemplate::carrier(const Points& points) const {
-  Carrier carrier{SkinnedHand(points, skeleton_, hand_.side), points, {}, Points(3, points.cols())};
+  Carrier carrier{SkinnedHand(points, skeleton_, hand_.side), points, {{}, Points(3, points.cols())}};
   const FaceTree tree(mesh_);
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const SkinPoint nearest = tree.nearest(points.col(i));
-    carrier.face.push_back(static_cast<int>(nearest.face));
-    carrier.weights.col(i) = weights_on_face(mesh_.vertices(), mesh_.triangles().col(nearest.face), nearest.at);
+    carrier.binding.face.push_back(static_cast<int>(nearest.face));
+    carrier.binding.weights.col(i) = weights_on_face(mesh_.vertices(), mesh_.triangles().col(nearest.face), nearest.at);
   }
   return carrier;
 }
@@ -128,8 +128,8 @@ void HandTemplate::carry(const ShapedHand& shape, const HandSkeleton& posed, con
                          Points& points) const {
   Points rest = shaped_points(carrier.skin, carrier.rest, ShapeMap(skeleton_, shape.skeleton, shape.proportions));
   for (Eigen::Index i = 0; i < rest.cols(); ++i) {
-    const auto face = mesh_.triangles().col(carrier.face[static_cast<std::size_t>(i)]);
-    rest.col(i) += shape.displacement(Eigen::all, face) * carrier.weights.col(i);
+    const auto face = mesh_.triangles().col(carrier.binding.face[static_cast<std::size_t>(i)]);
+    rest.col(i) += shape.displacement(Eigen::all, face) * carrier.binding.weights.col(i);
   }
   carrier.skin.pose(rest, shape.skeleton, posed, points);
 }

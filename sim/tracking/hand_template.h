@@ -8,6 +8,7 @@
 #include "sim/mesh/subset.h"
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/scene/scene.h"
+#include "sim/tracking/deformation_graph.h"
 #include "sim/tracking/hand_shape.h"
 
 namespace touchfield {
@@ -54,9 +55,8 @@ class HandTemplate {
   /// How other points hang on the template: of a finer mesh of the same hand, of a region, an anchor.
   struct Carrier {
     SkinnedHand skin;
-    Points rest;               // [m], in the template's frame
-    std::vector<int> face;     // of the template, nearest to the point
-    Points weights;            // of that face's corners, sum 1
+    Points rest;          // [m], in the template's frame
+    SkinBinding binding;  // to the nearest points of the template
   };
   /// points   on or near the template's skin, in its own frame [m]
   Carrier carrier(const Points& points) const;
