@@ -54,25 +54,33 @@ inline DepthFrame exact_frame(const std::vector<DepthCamera>& cameras, const Tri
   return frame;
 }
 
-/// Adds Z^2 s / (f B) of noise, s = `pixels` rms, white noise averaged over 5 x 5 pixels, and rounds to `unit` [m].
+/// Adds Z^2 s / (f B) of noise, s = `pixels` rms and B = 55 mm, correlated by exp(-r^2 / (4 2.5^2)) over r pixels, and
+/// rounds to `unit` [m].
 inline void add_stereo_noise(DepthFrame& frame, const std::vector<DepthCamera>& cameras, unsigned seed,
                              double pixels = 0.08, double unit = 1e-3) {
+  constexpr int kHalf = 7;
+  const Eigen::VectorXd weights =
+      (-0.5 * (Eigen::ArrayXd::LinSpaced(2 * kHalf + 1, -kHalf, kHalf) / 2.5).square()).exp();
   std::mt19937 random(seed);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     DepthImage& image = frame.images[c];
-    Eigen::ArrayXXd white(image.width + 4, image.height + 4);
+    Eigen::MatrixXd white(image.width + 2 * kHalf, image.height + 2 * kHalf);
     for (double& value : white.reshaped()) {
       value = std::sqrt(3.0) * uniform(random, -1, 1);
     }
+    Eigen::MatrixXd across = Eigen::MatrixXd::Zero(image.width, white.cols());
+    Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(image.width, image.height);
+    for (Eigen::Index k = 0; k < weights.size(); ++k) {
+      across += weights(k) * white.middleRows(k, image.width);
+    }
+    for (Eigen::Index k = 0; k < weights.size(); ++k) {
+      noise += weights(k) / weights.squaredNorm() * across.middleCols(k, image.height);
+    }
     const double slope = pixels / (cameras[c].view.focal.x() * 55e-3);
-    for (int row = 0; row < image.height; ++row) {
-      for (int column = 0; column < image.width; ++column) {
-        float& depth = image.depth[static_cast<std::size_t>(row * image.width + column)];
-        if (depth > 0) {
-          const auto z = static_cast<double>(depth);
-          const double noise = 5 * white.block<5, 5>(column, row).mean();
-          depth = static_cast<float>(unit * std::round((z + slope * z * z * noise) / unit));
-        }
+    for (std::size_t i = 0; i < image.depth.size(); ++i) {
+      if (image.depth[i] > 0) {
+        const auto z = static_cast<double>(image.depth[i]);
+        image.depth[i] = static_cast<float>(unit * std::round((z + slope * z * z * noise.data()[i]) / unit));
       }
     }
   }
