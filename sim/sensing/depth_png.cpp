@@ -28,6 +28,7 @@ constexpr std::size_t kChunkFrame = 12;                                     // l
 constexpr std::size_t kHeaderBytes = kSignature.size() + kChunkFrame + 13;  // until the image's format has been said
 constexpr int kMostChunks = 100'000;                                        // of a file; an image has tens
 constexpr int kPngEffort = 3;                                               // of zlib: noise gains little from more
+constexpr std::size_t kMostAtLast = std::size_t{256} << 10U;  // [bytes] of the file from an image's last row on
 constexpr double kMostUnits = 65535;
 
 [[noreturn]] void refuse_png(const std::string& path, const std::string& what) { throw InputError(path + ": " + what); }
@@ -96,12 +97,13 @@ void ignore_png_warning(png_structp /*png*/, png_const_charp /*text*/) {}
 struct PngSource {
   const char* bytes;
   std::size_t left;
+  const char* at_end = "cut off";
 };
 
 void take_bytes(png_structp png, png_bytep out, std::size_t count) {
   auto* source = static_cast<PngSource*>(png_get_io_ptr(png));
   if (count > source->left) {
-    png_error(png, "cut off");
+    png_error(png, source->at_end);
   }
   std::memcpy(out, source->bytes, count);
   source->bytes += count;
@@ -121,6 +123,11 @@ bool unpack_png(png_structp png, png_infop info, PngSource* source, png_bytep ro
     png_error(png, "two headers");
   }
   for (int row = 0; row < height; ++row) {
+    // With its last row libpng unpacks whatever comes after it, up to a thousand bytes a byte.
+    if (row == height - 1 && source->left > kMostAtLast) {
+      source->left = kMostAtLast;
+      source->at_end = "too much follows its last row";
+    }
     png_read_row(png, rows + static_cast<std::size_t>(row) * row_bytes, nullptr);
   }
   png_read_end(png, nullptr);
@@ -237,7 +244,7 @@ DepthImage read_depth_png(const std::string& path, double unit, int width, int h
   check_png_header(path, bytes, width, height);
   const std::size_t row_bytes = 2 * static_cast<std::size_t>(width);
   std::vector<png_byte> rows(row_bytes * static_cast<std::size_t>(height));
-  PngSource source{bytes.data(), bytes.size()};
+  PngSource source{.bytes = bytes.data(), .left = bytes.size()};
   const Png reader(true);
   if (!unpack_png(reader.png(), reader.info(), &source, rows.data(), row_bytes, height)) {
     refuse_png(path, fmt::format("damaged: {}", reader.error()));
