@@ -12,7 +12,6 @@ namespace touchfield {
 namespace {
 
 constexpr int kReach = 10;  // of the noise's weights [pixels]: four deviations
-constexpr double kMostUnits = 65535;
 
 /// The part of an image that sees anything.
 struct SeenPart {
