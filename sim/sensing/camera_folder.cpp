@@ -35,6 +35,10 @@ std::string path_in(const std::string& folder, const std::string& file) {
   return (fs::path(folder) / file).lexically_normal().string();
 }
 
+std::string image_file(const DepthCamera& camera, std::size_t frame) {
+  return fmt::format("{}/{:06}.png", camera.name, frame);
+}
+
 /// Where the time and then each camera stand in a row; nothing after a report.
 std::optional<std::vector<std::size_t>> header_order(schema::FileReport& report, int line,
                                                      const std::vector<std::string_view>& parts,
@@ -158,6 +162,16 @@ DepthFrame CameraFolder::frame(std::size_t frame) const {
   return seen;
 }
 
+std::vector<std::string> recorded_files(const std::vector<DepthCamera>& cameras, std::size_t frames) {
+  std::vector<std::string> files{kCamerasFile, kTimesFile};
+  for (const DepthCamera& camera : cameras) {
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+      files.push_back(image_file(camera, frame));
+    }
+  }
+  return files;
+}
+
 CameraFolderWriter::CameraFolderWriter(std::string folder, std::vector<DepthCamera> cameras)
     : folder_(std::move(folder)), cameras_(std::move(cameras)), table_(kTimeColumn) {
   for (const char* file : {kCamerasFile, kTimesFile}) {
@@ -207,7 +221,7 @@ void CameraFolderWriter::add(const DepthFrame& frame) {
       refuse(fmt::format("{}: {} x {} pixels, must be {} x {}", cameras_[c].name, image.width, image.height, view.width,
                          view.height));
     }
-    const std::string file = fmt::format("{}/{:06}.png", cameras_[c].name, frames_);
+    const std::string file = image_file(cameras_[c], frames_);
     write_depth_png(path_in(folder_, file), image, cameras_[c].depth_unit);
     row += file;
   }

@@ -43,6 +43,9 @@ class CameraFolder {
   std::vector<Row> rows_;
 };
 
+/// The files that CameraFolderWriter writes of so many frames, named from the folder.
+std::vector<std::string> recorded_files(const std::vector<DepthCamera>& cameras, std::size_t frames);
+
 /// Writes such a folder frame by frame. What is there after any of them can be read, also if the process or the machine
 /// stops within one: a row is added once its images stand.
 class CameraFolderWriter {
