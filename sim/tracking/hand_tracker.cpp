@@ -21,7 +21,7 @@ constexpr double kNear = 20e-3;           // points count as near the hand [m]
 constexpr double kExplained = 4e-3;       // [m]
 constexpr double kBehindWrist = -5e-3;    // y in the hand's frame [m]
 constexpr double kSightTolerance = 7e-3;  // [m]
-constexpr Eigen::Index kLeastPoints = 150;
+constexpr Eigen::Index kLeastFitPoints = 150;
 constexpr std::size_t kLearningFrames = 12;
 constexpr std::size_t kLeastLearningFrames = 3;
 constexpr std::size_t kStartsPerFrame = 2;
@@ -133,7 +133,7 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, HandF
   fit.share = check_.share();
   fit.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
   const double slack = learning_ ? 0.15 : 0;
-  fit.lost = !(count >= static_cast<double>(kLeastPoints) && fit.explained >= options_.least_explained - slack &&
+  fit.lost = !(count >= static_cast<double>(kLeastFitPoints) && fit.explained >= options_.least_explained - slack &&
                fit.share >= options_.least_share - slack && fit.residual <= options_.most_residual);
 }
 
@@ -143,7 +143,7 @@ HandFit HandTracker::followed(const DepthFrame& frame, const HandPoints& points,
   HandFit fit;
   fit.seconds = frame.seconds;
   fit.state = start;
-  if (points.size() < kLeastPoints) {
+  if (points.size() < kLeastFitPoints) {
     return fit;
   }
   {
@@ -172,7 +172,7 @@ HandState HandTracker::brought_closer(const HandPoints& points, const HandStart&
 HandFit HandTracker::found(const DepthFrame& frame, const HandPoints& points) {
   HandFit fit;
   fit.seconds = frame.seconds;
-  if (points.size() < kLeastPoints) {
+  if (points.size() < kLeastFitPoints) {
     starts_.clear();
     return fit;
   }

@@ -35,7 +35,7 @@ const HandTemplate& mean_hand() {
   return hand;
 }
 
-const MovingHand& true_hand() {
+const MovingHand& moving_hand() {
   static const MovingHand hand(smaller_hand(), 3e-3);
   return hand;
 }
@@ -77,15 +77,15 @@ struct Sight {
 
 TEST(HandTracker, SeesAHandOfAnotherSizeExactly) {
   Sight sight;
-  ASSERT_TRUE(sight.learn(true_hand(), exact()));
+  ASSERT_TRUE(sight.learn(moving_hand(), exact()));
   const HandSkeleton& learnt = sight.tracker.shape().skeleton;
   const HandSkeleton truth = posed_skeleton(hand_pose("index_up"), 0.181, 0.082);
   const auto finger = [](const HandSkeleton& hand) { return (hand.fingers[0].joints[3] - hand.fingers[0].joints[0]).norm(); };
   EXPECT_NEAR(finger(learnt), finger(truth), 0.03 * finger(truth));
   EXPECT_NEAR(learnt.breadth, 0.082, 0.04 * 0.082);
-  const HandFit fit = sight.tracker.track(sight.at(true_hand(), 26, exact()));
+  const HandFit fit = sight.tracker.track(sight.at(moving_hand(), 26, exact()));
   ASSERT_FALSE(fit.lost);
-  const SkinError error = sight.error(fit, true_hand(), 26);
+  const SkinError error = sight.error(fit, moving_hand(), 26);
   EXPECT_LT(error.seen.rms, 0.15e-3);
   EXPECT_LT(error.patch.rms, 0.15e-3);
   EXPECT_GT(fit.explained, 0.97);
@@ -94,7 +94,7 @@ TEST(HandTracker, SeesAHandOfAnotherSizeExactly) {
 
 TEST(HandTracker, FollowsAMovingHandThatCamerasSeeWithNoise) {
   for (const bool odd : {false, true}) {
-    const MovingHand hand = odd ? MovingHand(smaller_hand(), 3e-3, beyond_the_template(), 2e-3) : true_hand();
+    const MovingHand hand = odd ? MovingHand(smaller_hand(), 3e-3, beyond_the_template(), 2e-3) : moving_hand();
     Sight sight;
     ASSERT_TRUE(sight.learn(hand));
     for (int frame = 26; frame < 36; ++frame) {
@@ -112,16 +112,16 @@ TEST(HandTracker, FollowsAMovingHandThatCamerasSeeWithNoise) {
 
 TEST(HandTracker, OneCameraIsEnoughForWhatItSees) {
   Sight sight(1);
-  ASSERT_TRUE(sight.learn(true_hand()));
-  const HandFit fit = sight.tracker.track(sight.at(true_hand(), 26));
+  ASSERT_TRUE(sight.learn(moving_hand()));
+  const HandFit fit = sight.tracker.track(sight.at(moving_hand(), 26));
   ASSERT_FALSE(fit.lost);
-  EXPECT_LT(sight.error(fit, true_hand(), 26).seen.rms, 0.6e-3);
+  EXPECT_LT(sight.error(fit, moving_hand(), 26).seen.rms, 0.6e-3);
 }
 
 TEST(HandTracker, SaysWhichFacesWereSeen) {
   Sight sight;
-  ASSERT_TRUE(sight.learn(true_hand(), exact()));
-  const HandFit fit = sight.tracker.track(sight.at(true_hand(), 26, exact()));
+  ASSERT_TRUE(sight.learn(moving_hand(), exact()));
+  const HandFit fit = sight.tracker.track(sight.at(moving_hand(), 26, exact()));
   const Eigen::VectorXd confidence = sight.tracker.confidence(fit);
   Points skin;
   sight.tracker.skin(fit, skin);
@@ -146,23 +146,23 @@ TEST(HandTracker, SaysWhichFacesWereSeen) {
 
 TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
   Sight sight;
-  ASSERT_TRUE(sight.learn(true_hand()));
-  DepthFrame nothing = sight.at(true_hand(), 26);
+  ASSERT_TRUE(sight.learn(moving_hand()));
+  DepthFrame nothing = sight.at(moving_hand(), 26);
   for (DepthImage& image : nothing.images) {
     std::ranges::fill(image.depth, 0.0F);
   }
-  EXPECT_FALSE(sight.tracker.track(sight.at(true_hand(), 26)).lost);
+  EXPECT_FALSE(sight.tracker.track(sight.at(moving_hand(), 26)).lost);
   EXPECT_TRUE(sight.tracker.track(nothing).lost);
   EXPECT_TRUE(sight.tracker.track(nothing).lost);
   int frame = 60;
   HandFit fit;
   do {
-    fit = sight.tracker.track(sight.at(true_hand(), frame++));
+    fit = sight.tracker.track(sight.at(moving_hand(), frame++));
   } while (fit.lost && frame < 75);
   ASSERT_FALSE(fit.lost) << "within half a second";
-  fit = sight.tracker.track(sight.at(true_hand(), frame));
+  fit = sight.tracker.track(sight.at(moving_hand(), frame));
   ASSERT_FALSE(fit.lost);
-  EXPECT_LT(sight.error(fit, true_hand(), frame).seen.rms, 0.6e-3);
+  EXPECT_LT(sight.error(fit, moving_hand(), frame).seen.rms, 0.6e-3);
 }
 
 TEST(HandTracker, TakesNothingElseForAHand) {
@@ -181,8 +181,8 @@ TEST(HandTracker, TakesNothingElseForAHand) {
 TEST(HandTracker, TheSameFramesGiveTheSameFit) {
   const auto fitted = [] {
     Sight sight;
-    sight.learn(true_hand());
-    return sight.tracker.track(sight.at(true_hand(), 26));
+    sight.learn(moving_hand());
+    return sight.tracker.track(sight.at(moving_hand(), 26));
   };
   const HandFit one = fitted();
   const HandFit other = fitted();
@@ -192,7 +192,7 @@ TEST(HandTracker, TheSameFramesGiveTheSameFit) {
 
 TEST(HandTracker, RefusesFramesOfOtherCameras) {
   Sight sight;
-  DepthFrame frame = sight.at(true_hand(), 0);
+  DepthFrame frame = sight.at(moving_hand(), 0);
   frame.images.pop_back();
   EXPECT_THROW(sight.tracker.track(frame), InputError);
 }
