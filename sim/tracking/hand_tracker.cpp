@@ -1,6 +1,7 @@
 #include "sim/tracking/hand_tracker.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -17,8 +18,7 @@ constexpr double kFollowReach = 8e-3;     // from the predicted skin [m]
 constexpr double kFollowScale = 2e-3;     // [m]
 constexpr double kFollowTurn = 6 * kDegree;  // deviation of joints from what is predicted
 constexpr double kRegionMargin = 40e-3;   // round the hand where points are looked for [m]
-constexpr double kNear = 20e-3;           // points count as near the hand [m]
-constexpr double kExplained = 4e-3;       // [m]
+constexpr double kNear = 12e-3;           // points count as near the skin [m]
 constexpr double kBehindWrist = -5e-3;    // y in the hand's frame [m]
 constexpr double kSightTolerance = 7e-3;  // [m]
 constexpr Eigen::Index kLeastFitPoints = 150;
@@ -63,6 +63,11 @@ HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> came
       shape_(hand_->shaped(HandProportions::Zero())),
       fit_(*hand_),
       search_({hand_->mesh()}) {
+  for (Eigen::Index v = 0; v < hand_->mesh().vertex_count(); ++v) {
+    const std::size_t bone = hand_->influences(v).front().bone;
+    const bool end = bone != SkinnedHand::kPalm && bone != SkinnedHand::kSwing && (bone - 1) % 3 > 0;
+    digit_.push_back(end ? static_cast<int>((bone - 1) / 3) : -1);
+  }
   if (options.node_spacing > 0) {
     deformation_.emplace(DeformationGraph(hand_->mesh(), options.node_spacing));
   }
@@ -103,43 +108,60 @@ Box HandTracker::region(const HandState& state) const {
   return box_round(state.place(vertices), kRegionMargin).intersection(workspace_);
 }
 
-/// Whether a fit is to be believed. Leaves the skin's matches in fit_.
-void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, HandFit& fit) {
-  const Stopwatch watch(times_.check);
-  fit_.match(shape_, points, fit.state, kFollowReach, kFollowScale);
-  const Box near = box_round(fit_.vertices(), kNear);
-  const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
-  const auto counts = [&](Eigen::Index i) {
-    const Vector3 x = points.at.col(i);
-    return near.contains(x) && (back * (x - fit.state.place.shift)).y() > kBehindWrist;
-  };
-  double count = 0;
-  for (Eigen::Index i = 0; i < points.size(); ++i) {
-    count += counts(i) ? 1 : 0;
+/// Whether the ends of all digits are where the images can have them.
+bool HandTracker::digits_confirmed(double least) const {
+  constexpr double kLeastSaid = 12;
+  std::array<double, HandSkeleton::kDigits> confirmed{};
+  std::array<double, HandSkeleton::kDigits> said{};
+  for (std::size_t v = 0; v < digit_.size(); ++v) {
+    if (digit_[v] >= 0) {
+      const auto d = static_cast<std::size_t>(digit_[v]);
+      const auto vertex = static_cast<Eigen::Index>(v);
+      confirmed[d] += check_.confirmed(vertex);
+      said[d] += check_.confirmed(vertex) + check_.refuted(vertex);
+    }
   }
+  for (std::size_t d = 0; d < said.size(); ++d) {
+    if (said[d] >= kLeastSaid && confirmed[d] < least * said[d]) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Whether a fit is to be believed. Leaves the skin's matches in fit_.
+void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& belief, HandFit& fit) {
+  constexpr double kOfDigits = 0.6;
+  const Stopwatch watch(times_.check);
+  fit_.match(shape_, points, fit.state, kNear, kFollowScale);
+  const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
+  double near = 0;
   double explained = 0;
   double squares = 0;
   double weights = 0;
   for (const SkinMatch& match : fit_.matches()) {
-    explained += std::abs(match.residual) < kExplained && counts(match.point) ? 1 : 0;
+    if ((back * (points.at.col(match.point) - fit.state.place.shift)).y() > kBehindWrist) {
+      near += 1;
+      explained += std::abs(match.residual) < belief.within ? 1 : 0;
+    }
     squares += match.weight * match.residual * match.residual;
     weights += match.weight;
   }
   check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, check_);
   const TriangleMesh& mesh = hand_->mesh();
-  fit.seen_vertex = check_.seen;
+  fit.seen_vertex = check_.confirmed.cwiseMin(1.0);
   fit.seen = confidence(fit).dot(mesh.areas()) / mesh.total_area();
-  fit.explained = explained / std::max(count, 1.0);
+  fit.explained = explained / std::max(near, 1.0);
   fit.share = check_.share();
   fit.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
-  const double slack = learning_ ? 0.15 : 0;
-  fit.lost = !(count >= static_cast<double>(kLeastFitPoints) && fit.explained >= options_.least_explained - slack &&
-               fit.share >= options_.least_share - slack && fit.residual <= options_.most_residual);
+  fit.lost = !(near >= static_cast<double>(kLeastFitPoints) && fit.explained >= belief.explained &&
+               fit.share >= belief.share && fit.residual <= belief.residual &&
+               digits_confirmed(kOfDigits * belief.share));
 }
 
 /// freedom   deviation of the joints from where they start [rad]
-HandFit HandTracker::followed(const DepthFrame& frame, const HandPoints& points, const HandState& start,
-                              double freedom) {
+HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom,
+                            const FitBelief& belief) {
   HandFit fit;
   fit.seconds = frame.seconds;
   fit.state = start;
@@ -153,11 +175,11 @@ HandFit HandTracker::followed(const DepthFrame& frame, const HandPoints& points,
     fit.state = fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false})
                     .state;
   }
-  judge(frame, points, fit);
+  judge(frame, points, learnt_ ? belief : options_.unlearnt, fit);
   return fit;
 }
 
-/// Brings a start that is some centimetres and tens of degrees off to where followed() can take it up.
+/// Brings a start that is some centimetres and tens of degrees off to where fitted() can take it up.
 HandState HandTracker::brought_closer(const HandPoints& points, const HandStart& start) {
   const Stopwatch watch(times_.pose);
   const int stride = std::max(1, static_cast<int>(points.size() / kPointsOfStart));
@@ -187,7 +209,7 @@ HandFit HandTracker::found(const DepthFrame& frame, const HandPoints& points) {
   for (std::size_t k = 0; k < most && fit.lost; ++k) {
     const HandState near = brought_closer(points, starts_.back());
     starts_.pop_back();
-    fit = followed(frame, points, near, kStartTurn);
+    fit = fitted(frame, points, near, kStartTurn, options_.found);
   }
   return fit;
 }
@@ -226,7 +248,7 @@ HandFit HandTracker::track_points(const DepthFrame& frame, HandPoints& points) {
     const Stopwatch watch(times_.points);
     points = reader_.read(frame, following ? region(from) : workspace_);
   }
-  HandFit fit = following ? followed(frame, points, from, kFollowTurn) : found(frame, points);
+  HandFit fit = following ? fitted(frame, points, from, kFollowTurn, options_.followed) : found(frame, points);
   if (fit.lost) {
     past_.clear();
     shifts_.resize(3, 0);
@@ -273,6 +295,7 @@ bool HandTracker::learn(const std::vector<DepthFrame>& frames) {
     chosen_points.push_back(std::move(points[from]));
     chosen_states.push_back(states[from]);
   }
+  learnt_ = true;
   shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
   shifts_.resize(3, 0);
   if (!past_.empty()) {

@@ -14,15 +14,23 @@
 
 namespace touchfield {
 
+/// What a fit must reach to be believed.
+struct FitBelief {
+  double share;      // of what the images say of the skin, confirmed; of each digit's end 0.6 of it
+  double explained;  // share of the points within 12 mm of the skin that lie ...
+  double within;     // ... so near to it [m]
+  double residual;   // most rms distance of matched points [m]
+};
+
 struct FitOptions {
   PointOptions points{.most = 900};
   LearningOptions learning{};
   int rounds = 3;               // of the pose, each frame
   double node_spacing = 12e-3;  // of the deformation graph [m]; 0: the skin follows its skeleton alone
   DeformationPriors deformation{.rigid = 20.0, .rest = 2.0, .before = 2.0};
-  double least_share = 0.75;      // of what the images say of the skin, confirmed
-  double least_explained = 0.8;   // of the points near the hand, within 4 mm of its skin
-  double most_residual = 2.5e-3;  // [m]
+  FitBelief unlearnt{0.70, 0.75, 4.0e-3, 2.0e-3};  // by the template's own shape
+  FitBelief found{0.90, 0.92, 2.5e-3, 0.9e-3};     // after the hand was lost
+  FitBelief followed{0.85, 0.85, 2.5e-3, 1.2e-3};  // from frame to frame
 };
 
 /// A hand as it was fitted to one frame.
@@ -30,7 +38,7 @@ struct HandFit {
   double seconds = 0;
   bool lost = true;      // nothing below holds
   double residual = 0;   // rms distance of the matched points from the skin, robustly weighted [m]
-  double explained = 0;  // share of the points near the hand that lie within 4 mm of its skin
+  double explained = 0;  // share of the points near the hand's skin that lie on it (FitBelief)
   double share = 0;      // of what the images say of the skin, confirmed
   double seen = 0;       // share of the template's area that a camera saw where the fit has it
   HandState state{};
@@ -53,8 +61,8 @@ struct FitTimes {
 /// Follows a hand through the frames of depth cameras: points, pose, check, deformation.
 ///
 /// Each frame the pose starts from where the last two have it move to (the place's motion times 0.8, the joints' times
-/// 0.5) and is fitted (PoseFit). It is believed if the images confirm it (SightCheck) and enough of the points near the
-/// hand lie on its skin; what lies behind the wrist does not count. If not, the hand is lost: the fit says so, and the
+/// 0.5) and is fitted (PoseFit). It is believed if the images confirm it (SightCheck), as a whole and at each digit's end,
+/// and the points near the skin lie on it; what lies behind the wrist does not count. If not, the hand is lost: the fit says so, and the
 /// following frames look for it anew (HandSearch), some starts a frame. The skin is then deformed towards the points (DeformationFit).
 ///
 /// accuracy   see tests/tracking/hand_tracker_test.cpp
@@ -98,10 +106,12 @@ class HandTracker {
 
   HandState predicted(double seconds) const;
   Box region(const HandState& state) const;
-  HandFit followed(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom);
+  HandFit fitted(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom,
+                 const FitBelief& belief);
   HandFit found(const DepthFrame& frame, const HandPoints& points);
   HandState brought_closer(const HandPoints& points, const HandStart& start);
-  void judge(const DepthFrame& frame, const HandPoints& points, HandFit& fit);
+  void judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& belief, HandFit& fit);
+  bool digits_confirmed(double least) const;
   void deform(const HandPoints& points, HandFit& fit);
   NodeMotions motions(const HandFit& fit) const;
   HandFit track_points(const DepthFrame& frame, HandPoints& points);
@@ -119,7 +129,9 @@ class HandTracker {
   std::vector<Past> past_;  // none, one or two, the last at the end
   Points shifts_;           // of the last frame
   std::vector<HandStart> starts_;  // still to be tried while the hand is lost, the best at the end
+  std::vector<int> digit_;  // at whose end a vertex lies, -1 elsewhere
   bool learning_ = false;
+  bool learnt_ = false;
   FitTimes times_;
 };
 

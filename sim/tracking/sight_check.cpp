@@ -32,9 +32,8 @@ double depth_round(const DepthImage& image, int column, int row) {
 
 void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const Points& vertices,
                  const Points& normals, double tolerance, SightCheck& check) {
-  check.seen.setZero(vertices.cols());
-  check.confirmed = 0;
-  check.refuted = 0;
+  check.confirmed.setZero(vertices.cols());
+  check.refuted.setZero(vertices.cols());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& view = cameras[c].view;
     const DepthImage& image = frame.images[c];
@@ -51,10 +50,9 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
       }
       const double depth = depth_round(image, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
       if (depth > 0 && std::abs(depth - x.z()) <= tolerance) {
-        check.seen(v) = 1;
-        check.confirmed += 1;
+        check.confirmed(v) += 1;
       } else if (depth == 0 || depth > x.z()) {
-        check.refuted += 1;
+        check.refuted(v) += 1;
       }
     }
   }

@@ -9,13 +9,13 @@ namespace touchfield {
 
 /// What depth images say of a skin that is thought to be somewhere.
 struct SightCheck {
-  /// 1 for vertices that a camera saw where they are thought to be, else 0.
-  Eigen::VectorXd seen;
-  double confirmed = 0;  // vertices towards a camera that it saw there, counted camera by camera
-  double refuted = 0;    // vertices towards a camera that looked past where they are thought to be, or saw nothing
+  /// How many cameras saw each vertex where it is thought to be,
+  Eigen::VectorXd confirmed;
+  /// and how many looked past it, or saw nothing there.
+  Eigen::VectorXd refuted;
 
-  /// Of what could be said: 0 to 1.
-  double share() const { return confirmed / std::max(confirmed + refuted, 1.0); }
+  /// Of what could be said of all vertices: 0 to 1.
+  double share() const { return confirmed.sum() / std::max(confirmed.sum() + refuted.sum(), 1.0); }
 };
 
 /// Holds vertices against the images: a vertex whose normal is within 70 degrees of a camera is seen if the depth at its
