@@ -206,7 +206,7 @@ TEST_P(HardResonance, FingerSweepAcrossAFictitiousFrequency) {
 TEST_P(HardResonanceOfAHand, Paper) {
   const Body body = hand({.edge = 3.5e-3});
   const Sweep sweep = swept_from_one_lu(body, "index_pad", Scheme::kPaper, frequencies(40e3, 1, 101));
-  print_sweep("hand `index_up`", body.mesh, Scheme::kPaper, 1, sweep);
+  print_sweep("hand", body.mesh, Scheme::kPaper, 1, sweep);
   // Its inside has a mode every few hertz: five times as much as the pressure may do.
   EXPECT_GT(sweep.spread(), 0.05);
   EXPECT_GT(sweep.jump(), 1e-3);
@@ -216,7 +216,7 @@ TEST_P(HardResonanceOfAHand, Polished) {
   const Body body = hand({.edge = 3.5e-3});
   const Scheme scheme = Scheme::kBurtonMillerPolished;
   const Sweep sweep = swept(body, "index_pad", scheme, frequencies(40e3, 1, 101), usual_solver(scheme));
-  print_sweep("hand `index_up`", body.mesh, scheme, 1, sweep);
+  print_sweep("hand", body.mesh, scheme, 1, sweep);
   // The hand is 22 wavelengths long: its pressure may turn over some tenths of a per cent as k changes by 0.25 %.
   EXPECT_LT(sweep.spread(), 0.01);
   EXPECT_LT(sweep.jump(), 2e-4);
