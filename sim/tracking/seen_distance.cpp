@@ -23,19 +23,23 @@ SeenDistance seen_distance(const std::vector<DepthCamera>& cameras, const DepthF
     for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
       const Vector3 from_eye = mesh.centroids().col(f) - view.eye;
       const Vector3 x = view.axes.transpose() * from_eye;
-      const double towards = -mesh.normals().col(f).dot(from_eye);
-      if (!(x.z() > view.near) || towards < least_cosine * from_eye.norm()) {
+      if (!(x.z() > view.near) || -mesh.normals().col(f).dot(from_eye) < least_cosine * from_eye.norm()) {
         continue;
       }
-      const Eigen::Vector2d pixel = distorted(cameras[c], x.head<2>() / x.z()).cwiseProduct(view.focal) + view.centre;
+      const Eigen::Vector2d ray = x.head<2>() / x.z();
+      const Eigen::Vector2d pixel = distorted(cameras[c], ray).cwiseProduct(view.focal) + view.centre;
       if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < image.width && pixel.y() < image.height)) {
         continue;
       }
+      const Eigen::Vector2d middle = pixel.array().floor() + 0.5;
       const auto depth =
           static_cast<double>(image.depth[static_cast<std::size_t>(pixel.y()) * static_cast<std::size_t>(image.width) +
                                           static_cast<std::size_t>(pixel.x())]);
       if (depth > 0 && std::abs(depth - x.z()) <= reach) {
-        seen.distance(f) += (x.z() - depth) * towards / x.z();
+        // Lenses bend little within a pixel.
+        const Eigen::Vector2d seen_ray = ray + (middle - pixel).cwiseQuotient(view.focal);
+        const Vector3 point = view.axes * (depth * seen_ray.homogeneous());
+        seen.distance(f) += mesh.normals().col(f).dot(point - from_eye);
         ++seen.cameras(f);
       }
     }

@@ -14,9 +14,9 @@ struct SeenDistance {
   Eigen::VectorXi cameras;  // M, how many saw it
 };
 
-/// Holds the faces of a skin against depth images. A camera saw a face if its centroid is within 75 degrees of the
-/// camera, in its image, and the depth Z' of its pixel within `reach` of the centroid's Z; its distance is then
-/// (Z - Z') |r| cos(incidence), r the ray of the pixel at Z = 1.
+/// Holds the faces of a skin against depth images. A camera saw a face if its centroid x is within 75 degrees of the
+/// camera, in its image, and the depth of its pixel within `reach` of its own; with y the point that the pixel saw, the
+/// distance is n . (y - x).
 ///
 /// reach   what lies farther off is of something else [m]
 SeenDistance seen_distance(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const TriangleMesh& mesh,
