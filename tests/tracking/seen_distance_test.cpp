@@ -38,8 +38,8 @@ TEST(SeenDistance, IsThatOfASkinThatWasMoved) {
       }
     }
     EXPECT_GT(faces, 0.6 * static_cast<double>(held.face_count()));
-    // A ray at 75 degrees to the held sphere meets a smaller one at 82, and far behind the face.
-    EXPECT_LT(worst, grown > 0 ? 0.6e-3 : 0.2e-3) << grown;
+    // A ray that grazes meets the sphere up to 7 mm beside the face, where it has curved away by 0.7 mm.
+    EXPECT_LT(worst, grown == 0 ? 0.1e-3 : 0.75e-3) << grown;
   }
 }
 
