@@ -46,6 +46,12 @@ bool is_plain_name(const std::string& name) {
   return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos;
 }
 
+/// A file in the directory itself or in a folder of it.
+bool is_own_name(const std::string& name) {
+  const std::size_t slash = name.find('/');
+  return is_plain_name(name.substr(0, slash)) && (slash == std::string::npos || is_plain_name(name.substr(slash + 1)));
+}
+
 /// The names in a directory's manifest; nothing if there is none, or another file of its name.
 std::optional<std::vector<std::string>> manifest(const fs::path& directory) {
   std::ifstream file(directory / kManifest);
@@ -56,7 +62,7 @@ std::optional<std::vector<std::string>> manifest(const fs::path& directory) {
   }
   std::vector<std::string> names;
   for (const nlohmann::json& name : json["files"]) {
-    if (name.is_string() && is_plain_name(name.get<std::string>())) {
+    if (name.is_string() && is_own_name(name.get<std::string>())) {
       names.push_back(name.get<std::string>());
     }
   }

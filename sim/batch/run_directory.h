@@ -12,7 +12,8 @@ namespace touchfield {
 std::optional<std::vector<std::string>> own_files(const std::string& directory, const std::vector<std::string>& files);
 
 /// The directory a run lands in, claimed before anything is computed, and the record of what it holds. Its manifest,
-/// files.json, names the files that the run writes: no other file is ever replaced or removed.
+/// files.json, names the files that the run writes, in the directory or a folder of it: no other file is ever replaced
+/// or removed.
 /// Safe to call from several threads: an interrupt is handled beside the run.
 class RunDirectory {
  public:

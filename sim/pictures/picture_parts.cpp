@@ -150,14 +150,15 @@ void draw_caption(Canvas& canvas, const std::string& first, const std::string& s
   draw_fitted(canvas, kLeft, 24, second, {.size = 15}, kTextWidth);
 }
 
-void draw_colour_bar(Canvas& canvas, double top) {
+void draw_colour_bar(Canvas& canvas, double top, double bottom, const std::string& label) {
   canvas.image(kBar, [](int, int j) { return viridis((j + 0.5) / kBar.height); });
   canvas.frame(kBar, kInk, 1.0);
-  canvas.text(kBar.x + 0.5 * kBar.width, kBar.y + kBar.height + 26, "|p| [Pa]", {.size = 18, .align = Align::kCentre});
-  const double step = tick_step(top, 8);
+  canvas.text(kBar.x + 0.5 * kBar.width, kBar.y + kBar.height + 26, label, {.size = 18, .align = Align::kCentre});
+  const double step = tick_step(top - bottom, 8);
   const int right = kBar.x + kBar.width;
-  for (int i = 0; i * step <= top * (1.0 + 1e-9); ++i) {
-    const double y = kBar.y + kBar.height * (i * step / top);
+  constexpr double kRounding = 1e-9;
+  for (double i = std::ceil(bottom / step - kRounding); i * step <= top * (1.0 + kRounding); ++i) {
+    const double y = kBar.y + kBar.height * ((i * step - bottom) / (top - bottom));
     canvas.line({right, y}, {right + 6, y}, kInk, 1.0);
     draw_fitted(canvas, right + 10, y, fmt::format("{:.6g}", i * step), {.size = 16}, kPictureWidth - right - 16);
   }

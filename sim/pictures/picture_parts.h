@@ -56,8 +56,8 @@ void draw_title(Canvas& canvas, const std::string& title, const std::string& sub
 /// Lines at the foot of the picture.
 void draw_caption(Canvas& canvas, const std::string& first, const std::string& second);
 
-/// The colours from 0 to `top` at the right side of the picture, with values in Pa.
-void draw_colour_bar(Canvas& canvas, double top);
+/// The colours of values from `bottom` to `top` at the right side of the picture.
+void draw_colour_bar(Canvas& canvas, double top, double bottom = 0.0, const std::string& label = "|p| [Pa]");
 
 /// A mesh in its panel, one colour a face; finer than the picture in a PDF or SVG, which are made for print.
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours);

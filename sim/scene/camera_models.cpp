@@ -17,9 +17,9 @@ constexpr double kDisparities = 126;  // [pixels]
 }  // namespace
 
 const std::vector<CameraModel>& camera_models() {
-  static const std::vector<CameraModel> models{{"d415", 65 * kDegree, 40 * kDegree, 55e-3, kDisparities},
-                                               {"d435", 87 * kDegree, 58 * kDegree, 50e-3, kDisparities},
-                                               {"d405", 87 * kDegree, 58 * kDegree, 18e-3, kDisparities}};
+  static const std::vector<CameraModel> models{{"d415", 65 * kDegree, 55e-3, kDisparities},
+                                               {"d435", 87 * kDegree, 50e-3, kDisparities},
+                                               {"d405", 87 * kDegree, 18e-3, kDisparities}};
   return models;
 }
 

@@ -297,7 +297,7 @@ struct MotionChange {
   MotionLaw law;
 };
 
-/// A depth camera that is simulated. What its model is made of: sim/sensing/camera_model.h.
+/// A depth camera that is simulated. What its model is made of: sim/sensing/simulated_camera.h.
 struct CameraSpec {
   std::string model = "d415";
   Vector3 at = Vector3::Zero();       // its eye [m]

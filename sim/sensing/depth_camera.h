@@ -9,6 +9,9 @@
 
 namespace touchfield {
 
+/// The largest number of a depth image, of 16 bits.
+inline constexpr double kMostUnits = 65535;
+
 /// A depth camera as whoever reads its images knows it: intrinsics, distortion, place, unit.
 struct DepthCamera {
   std::string name;

@@ -1,5 +1,6 @@
 // write_seeds SOURCES FOLDER: the inputs that the fuzzers start from, a folder a target: those of tests/fuzz/seeds, the
-// scenes and sweeps that ship and those that must be refused, small meshes, runs and motions as touchfield itself writes them.
+// scenes and sweeps that ship and those that must be refused, small meshes, runs, motions and recordings as
+// touchfield itself writes them.
 
 #include <cstdint>
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include "sim/store/checksum.h"
 #include "sim/store/motion_file.h"
 #include "sim/store/run_file.h"
+#include "tests/sensing/recording_support.h"
 #include "tests/support/motion_support.h"
 #include "tests/support/output_support.h"
 
@@ -46,6 +48,17 @@ void write_meshes(const fs::path& to) {
     write_mesh(to / ending / ("box." + ending), box({2, 3, 4}, 10).mesh, 1e-3);
     write_mesh(to / ending / ("ball." + ending), icosphere(1.0, 1), 1e-3);
   }
+}
+
+/// Each file of a small recording after the byte that says which it is.
+void write_recordings(const fs::path& to) {
+  fs::create_directories(to);
+  const support::TemporaryDirectory folder;
+  const std::vector<DepthCamera> cameras = support::two_cameras();
+  support::write_recording(folder.path(), cameras, 1);
+  support::write_bytes(to / "cameras", "c" + support::read_bytes(folder.file("cameras.yaml")));
+  support::write_bytes(to / "times", "t" + support::read_bytes(folder.file("times.csv")));
+  support::write_bytes(to / "image", "i" + support::read_bytes(folder.file("left/000000.png")));
 }
 
 void without_checksum(const std::string& path) {
@@ -92,6 +105,7 @@ int main(int argc, char** argv) {
     write_meshes(folder);
     write_runs(folder / "run_file");
     write_motions(folder / "motion_file");
+    write_recordings(folder / "camera_folder");
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 1;

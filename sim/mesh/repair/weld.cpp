@@ -13,6 +13,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/mixed_bits.h"
 #include "sim/mesh/subset.h"
 
 namespace touchfield {
@@ -25,11 +26,8 @@ using Cell = std::array<std::int64_t, 3>;
 struct CellHash {
   std::size_t operator()(const Cell& cell) const {
     std::uint64_t hash = 0;
-    for (const std::int64_t part : cell) {  // the finaliser of splitmix64
-      hash += static_cast<std::uint64_t>(part) + 0x9e3779b97f4a7c15;
-      hash = (hash ^ (hash >> 30)) * 0xbf58476d1ce4e5b9;
-      hash = (hash ^ (hash >> 27)) * 0x94d049bb133111eb;
-      hash ^= hash >> 31;
+    for (const std::int64_t part : cell) {
+      hash = mixed_bits(hash + static_cast<std::uint64_t>(part));
     }
     return static_cast<std::size_t>(hash);
   }

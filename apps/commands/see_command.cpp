@@ -1,0 +1,94 @@
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/claimed_directory.h"
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
+#include "apps/commands/standard_streams.h"
+#include "sim/batch/see_scene.h"
+#include "sim/core/units.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield {
+
+namespace {
+
+struct SeeCommand {
+  std::string scene;
+  std::string output;                  // empty: results/runs/NAME-NNNN
+  std::vector<std::string> overrides;  // key.path=value
+  bool force = false;
+  PictureFormat pictures = PictureFormat::kPng;
+};
+
+std::string sights_text(const std::vector<SightSummary>& sights) {
+  std::string text = fmt::format("{:<10} {:>14} {:>9} {:>16}\n", "camera", "pixels a frame", "holes [%]", "depth [mm]");
+  for (const SightSummary& sight : sights) {
+    text += fmt::format("{:<10} {:>14.0f} {:>9.1f} {:>16}\n", sight.camera, sight.pixels, 100 * sight.holes,
+                        fmt::format("{:.0f} to {:.0f}", sight.nearest / kMillimetre, sight.farthest / kMillimetre));
+  }
+  return text;
+}
+
+nlohmann::ordered_json sights_json(const SeenScene& seen, const std::vector<SightSummary>& sights,
+                                   const std::string& directory) {
+  nlohmann::ordered_json cameras = nlohmann::ordered_json::array();
+  for (const SightSummary& sight : sights) {
+    cameras.push_back({{"camera", sight.camera},
+                       {"pixels", sight.pixels},
+                       {"holes", sight.holes},
+                       {"nearest_mm", sight.nearest / kMillimetre},
+                       {"farthest_mm", sight.farthest / kMillimetre}});
+  }
+  return {{"name", seen.moving.first().scene.name},
+          {"directory", directory},
+          {"frames", seen.frames},
+          {"cameras", std::move(cameras)}};
+}
+
+int see_command(const SeeCommand& command, const Invocation& invoked) {
+  const CommonFlags& flags = invoked.flags;
+  ClaimedDirectory claimed("times.csv names the frames that are whole, {} says that they are not all");
+  const int threads = apply_threads(flags);
+  ConsoleProgress progress(flags.quiet || flags.json);
+  // All that can be wrong with the input is found before the output directory exists.
+  const Scene scene = read_scene(command.scene, command.overrides);
+  const SeenScene seen = seen_scene(scene);
+  RunDirectory& directory =
+      claimed.claim(command.output, command.force, scene.name, sight_files(seen, command.pictures));
+  try {
+    progress.log_to(directory.file("see.log"));
+    progress.note(first_log_line(scene.name, threads));
+    const std::vector<SightSummary> sights = see_scene(seen, directory, command.pictures, progress);
+    directory.settle();
+    progress.note(fmt::format("images in {}", directory.path()));
+    put(flags.json ? fmt::format("{}\n", sights_json(seen, sights, directory.path()).dump(2))
+                   : fmt::format("{}{}", sights_text(sights), flags.quiet ? directory.path() + "\n" : ""));
+    claimed.release();
+    return 0;
+  } catch (const std::exception& error) {
+    claimed.fail(error.what(), progress);
+    throw;
+  }
+}
+
+}  // namespace
+
+void add_see_command(CLI::App& app, Invocation& invocation) {
+  const auto see = std::make_shared<SeeCommand>();
+  CLI::App* command = app.add_subcommand("see", "Write the depth images that a scene's simulated cameras take");
+  command->add_option("SCENE", see->scene, "Scene file (YAML) with motion.sensor.cameras")->required();
+  add_overrides(command, see->overrides);
+  command->add_option(
+      "-o,--output", see->output,
+      "Output directory, as sensor: {recorded: {folder}} takes it; default: results/runs/NAME-NNNN, the "
+      "next free number");
+  command->add_flag("--force", see->force, "Replace what the output directory holds of a run");
+  add_pictures(command, see->pictures, "Format of the picture of what each camera sees; default: PNG");
+  finish_command(command, invocation, [see](const Invocation& invoked) { return see_command(*see, invoked); });
+}
+
+}  // namespace touchfield

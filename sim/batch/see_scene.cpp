@@ -1,0 +1,119 @@
+#include "sim/batch/see_scene.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/motion/loop_clock.h"
+#include "sim/pictures/sight_picture.h"
+#include "sim/scene/schema.h"
+#include "sim/sensing/camera_folder.h"
+#include "sim/solve/stages.h"
+
+namespace touchfield {
+
+namespace {
+
+std::string sight_name(PictureFormat format) { return "sight." + to_string(format); }
+
+/// The skin at one time, and what the cameras see of it.
+struct Instant {
+  TriangleMesh mesh;
+  DepthFrame frame;
+};
+
+Instant instant_of(const SeenScene& seen, int number) {
+  const double seconds = to_seconds(instant(number, seen.moving.first().scene.motion->sensor.hz));
+  const MotionState state = seen.moving.state(seconds);
+  TriangleMesh mesh = seen.skin.at(seen.moving.at(state), state);
+  DepthFrame frame = seen.cameras.sees(mesh, seconds, static_cast<std::uint64_t>(number));
+  return {std::move(mesh), std::move(frame)};
+}
+
+void draw_instant(const std::string& path, const SeenScene& seen, const Instant& instant, PictureFormat format) {
+  std::vector<CameraSight> sights;
+  for (std::size_t c = 0; c < instant.frame.images.size(); ++c) {
+    const Camera& camera = seen.cameras.real()[c].view;
+    sights.push_back(
+        {fmt::format("{}: {}, {} x {}", seen.cameras.told()[c].name, seen.models[c], camera.width, camera.height),
+         camera, instant.frame.images[c].depth});
+  }
+  draw_sights(path, seen.moving.first().scene.name, "what its cameras see of the first frame", instant.mesh, sights,
+              format);
+}
+
+/// Adds a frame to the mean of `frames`.
+void add_sight(const DepthImage& image, const DepthImage& exact, int frames, SightSummary& summary) {
+  int seen = 0;
+  int holes = 0;
+  for (std::size_t p = 0; p < exact.depth.size(); ++p) {
+    if (exact.depth[p] > 0) {
+      const auto depth = static_cast<double>(exact.depth[p]);
+      ++seen;
+      holes += image.depth[p] > 0 ? 0 : 1;
+      summary.nearest = summary.nearest > 0 ? std::min(summary.nearest, depth) : depth;
+      summary.farthest = std::max(summary.farthest, depth);
+    }
+  }
+  summary.pixels += static_cast<double>(seen - holes) / frames;
+  summary.holes += seen > 0 ? static_cast<double>(holes) / seen / frames : 0.0;
+}
+
+}  // namespace
+
+SeenScene seen_scene(const Scene& scene) {
+  const auto* specs = scene.motion ? std::get_if<std::vector<CameraSpec>>(&scene.motion->sensor.sight) : nullptr;
+  if (specs == nullptr) {
+    throw InputError("motion.sensor.cameras: the scene has none whose images could be made");
+  }
+  Scene still = scene;
+  still.motion->sensor.sight = std::monostate();
+  MovingModel moving(still);
+  WholeSkin skin(moving.first());
+  std::vector<std::string> models;
+  std::ranges::transform(*specs, std::back_inserter(models), &CameraSpec::model);
+  const MotionSpec& motion = *scene.motion;
+  const auto frames = last_instant(to_ticks(motion.seconds) - 1, motion.sensor.hz) + 1;
+  if (frames > static_cast<std::int64_t>(schema::kMostListed)) {
+    throw InputError(fmt::format("motion.sensor.hz: {} images a camera in {} s, must be <= {}", frames, motion.seconds,
+                                 schema::kMostListed));
+  }
+  return {std::move(moving), std::move(skin), SimulatedCameras(*specs, motion.sensor.seed), std::move(models),
+          static_cast<int>(frames)};
+}
+
+std::vector<std::string> sight_files(const SeenScene& seen, PictureFormat format) {
+  std::vector<std::string> files = {"see.log", "failed.json", sight_name(format)};
+  const std::vector<std::string> images = recorded_files(seen.cameras.told(), static_cast<std::size_t>(seen.frames));
+  files.insert(files.end(), images.begin(), images.end());
+  return files;
+}
+
+std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directory, PictureFormat format,
+                                    Progress& progress) {
+  const std::vector<DepthCamera>& told = seen.cameras.told();
+  CameraFolderWriter folder(directory.path(), told);
+  std::vector<SightSummary> summaries;
+  std::ranges::transform(told, std::back_inserter(summaries),
+                         [](const DepthCamera& camera) { return SightSummary{.camera = camera.name}; });
+  std::vector<std::pair<std::string, double>> seconds;
+  timed(progress, seconds, "see", fmt::format("{} images of each of {} cameras", seen.frames, told.size()), [&] {
+    for (int k = 0; k < seen.frames; ++k) {
+      const Instant instant = instant_of(seen, k);
+      folder.add(instant.frame);
+      for (std::size_t c = 0; c < told.size(); ++c) {
+        add_sight(instant.frame.images[c], exact_image(seen.cameras.real()[c].view, instant.mesh), seen.frames,
+                  summaries[c]);
+      }
+      if (k == 0) {
+        draw_instant(directory.file(sight_name(format)), seen, instant, format);
+      }
+      progress.advance((k + 1.0) / seen.frames);
+    }
+  });
+  return summaries;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/batch/run_directory.h"
+#include "sim/core/progress.h"
+#include "sim/motion/whole_skin.h"
+#include "sim/pictures/picture_format.h"
+#include "sim/sensing/simulated_camera.h"
+
+namespace touchfield {
+
+/// A scene that moves before simulated cameras.
+struct SeenScene {
+  MovingModel moving;  // of the scene without them
+  WholeSkin skin;
+  SimulatedCameras cameras;
+  std::vector<std::string> models;  // of the cameras
+  int frames;                       // at k / motion.sensor.hz seconds, k = 0, 1, ..., before the motion's end
+};
+
+/// throws   InputError as MovingModel; unless the scene has motion.sensor.cameras; where there are more frames than a
+///          folder of images holds, 10,000
+SeenScene seen_scene(const Scene& scene);
+
+/// The names of all files that see_scene writes.
+std::vector<std::string> sight_files(const SeenScene& seen, PictureFormat format);
+
+/// What a camera saw of a motion.
+struct SightSummary {
+  std::string camera;
+  double pixels = 0;   // with depth, a frame
+  double holes = 0;    // share of the pixels that see skin and have no depth
+  double nearest = 0;  // depth of the skin that it sees [m]
+  double farthest = 0;
+};
+
+/// Writes what the cameras of a scene see of its whole motion: a folder of images (CameraFolderWriter) and sight.png, the
+/// first frame. Nothing in it says where skin and cameras truly are.
+///
+/// throws   IoError on a failed write
+std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directory, PictureFormat format,
+                                    Progress& progress);
+
+}  // namespace touchfield

@@ -1,0 +1,234 @@
+#include "sim/sensing/camera_folder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/core/whole_file.h"
+#include "sim/scene/number_table.h"
+#include "sim/scene/quantity.h"
+#include "sim/scene/schema.h"
+#include "sim/scene/text_file.h"
+#include "sim/sensing/camera_table.h"
+#include "sim/sensing/depth_png.h"
+
+namespace touchfield {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCamerasFile = "cameras.yaml";
+constexpr const char* kTimesFile = "times.csv";
+constexpr const char* kTimeColumn = "time_s";
+
+std::string path_in(const std::string& folder, const std::string& file) {
+  return (fs::path(folder) / file).lexically_normal().string();
+}
+
+std::string image_file(const DepthCamera& camera, std::size_t frame) {
+  return fmt::format("{}/{:06}.png", camera.name, frame);
+}
+
+/// Where the time and then each camera stand in a row; nothing after a report.
+std::optional<std::vector<std::size_t>> header_order(schema::FileReport& report, int line,
+                                                     const std::vector<std::string_view>& parts,
+                                                     const std::vector<std::string>& columns) {
+  std::vector<std::size_t> order;
+  for (const std::string& column : columns) {
+    order.push_back(static_cast<std::size_t>(std::ranges::find(parts, column) - parts.begin()));
+  }
+  if (parts.size() != columns.size() || std::ranges::find(order, parts.size()) != order.end()) {
+    report.add(line,
+               fmt::format("a header {} must come first: the cameras of {}", fmt::join(columns, ","), kCamerasFile));
+    return std::nullopt;
+  }
+  return order;
+}
+
+}  // namespace
+
+CameraFolder::CameraFolder(std::string folder) : folder_(std::move(folder)) {
+  std::error_code error;
+  if (!fs::is_directory(folder_, error)) {
+    throw InputError(
+        fmt::format("{}: {}", folder_, fs::exists(folder_, error) ? "a file, must be a folder" : "no such folder"));
+  }
+  const std::string cameras = path_in(folder_, kCamerasFile);
+  cameras_ = read_cameras_text(read_whole_file(cameras, schema::kMostTextBytes), cameras);
+  const std::string table = path_in(folder_, kTimesFile);
+  read_rows(table);
+  check_images(table);
+}
+
+void CameraFolder::read_rows(const std::string& table) {
+  schema::Reading reading(table, {});
+  const schema::Node named = schema::scalar(table);
+  const schema::Input in(named, kTimesFile, reading);
+  schema::FileReport report(in, table);
+  const auto text = report.text();
+  std::vector<std::string> columns{kTimeColumn};
+  std::ranges::transform(cameras_, std::back_inserter(columns), &DepthCamera::name);
+  std::optional<std::vector<std::size_t>> order;
+  schema::for_each_line(text.value_or(""), [&](int line, std::string_view content) {
+    if (schema::trimmed(content).empty() || report.full() || (!order && report.failed())) {
+      return;
+    }
+    const auto parts = schema::cells(content);
+    if (!order) {
+      order = header_order(report, line, parts, columns);
+      return;
+    }
+    if (parts.size() != columns.size()) {
+      report.add(line, fmt::format("{} value{}, must be {} as in the header", parts.size(),
+                                   parts.size() == 1 ? "" : "s", columns.size()));
+      return;
+    }
+    const auto seconds = report.number(line, parts[order->front()]);
+    if (!seconds) {
+      return;
+    }
+    if (!rows_.empty() && *seconds <= rows_.back().seconds) {
+      report.add(line, fmt::format("time_s = {:.15g} must be after {:.15g}, that of the frame before it", *seconds,
+                                   rows_.back().seconds));
+      return;
+    }
+    Row row{line, *seconds, {}};
+    for (std::size_t camera = 1; camera < order->size(); ++camera) {
+      row.files.emplace_back(parts[(*order)[camera]]);
+    }
+    rows_.push_back(std::move(row));
+  });
+  report.require_few(rows_.size(), "frames");
+  if (!report.failed() && rows_.empty()) {
+    report.add("no frame in it, must hold at least one");
+  }
+  if (report.failed()) {
+    throw InputError(reading.message());
+  }
+}
+
+void CameraFolder::check_images(const std::string& table) const {
+  constexpr std::size_t kMostNamed = 10;
+  std::vector<std::string> faults;
+  std::size_t images = 0;
+  std::size_t faulty = 0;
+  for (const Row& row : rows_) {
+    for (std::size_t c = 0; c < cameras_.size(); ++c) {
+      if (row.files[c].empty()) {
+        continue;
+      }
+      ++images;
+      try {
+        check_depth_png(path_in(folder_, row.files[c]), cameras_[c].view.width, cameras_[c].view.height);
+      } catch (const InputError& error) {
+        if (++faulty <= kMostNamed) {
+          faults.push_back(fmt::format("{}:{}: {}: {}", table, row.line, cameras_[c].name, error.what()));
+        }
+      }
+    }
+  }
+  if (faulty > kMostNamed) {
+    faults.push_back(
+        fmt::format("{}: {} of {} images are faulty, these are the first {}", table, faulty, images, kMostNamed));
+  }
+  if (faulty > 0) {
+    throw InputError(fmt::format("{}", fmt::join(faults, "\n")));
+  }
+}
+
+DepthFrame CameraFolder::frame(std::size_t frame) const {
+  const Row& row = rows_.at(frame);
+  DepthFrame seen{row.seconds, {}};
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    const int width = cameras_[c].view.width;
+    const int height = cameras_[c].view.height;
+    if (row.files[c].empty()) {
+      const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+      seen.images.push_back({width, height, std::vector<float>(pixels, 0.0F)});
+    } else {
+      seen.images.push_back(read_depth_png(path_in(folder_, row.files[c]), cameras_[c].depth_unit, width, height));
+    }
+  }
+  return seen;
+}
+
+std::vector<std::string> recorded_files(const std::vector<DepthCamera>& cameras, std::size_t frames) {
+  std::vector<std::string> files{kCamerasFile, kTimesFile};
+  for (const DepthCamera& camera : cameras) {
+    for (std::size_t frame = 0; frame < frames; ++frame) {
+      files.push_back(image_file(camera, frame));
+    }
+  }
+  return files;
+}
+
+CameraFolderWriter::CameraFolderWriter(std::string folder, std::vector<DepthCamera> cameras)
+    : folder_(std::move(folder)), cameras_(std::move(cameras)), table_(kTimeColumn) {
+  for (const char* file : {kCamerasFile, kTimesFile}) {
+    std::error_code error;
+    if (fs::exists(path_in(folder_, file), error)) {
+      throw InputError(
+          fmt::format("{}: there already, images are recorded to a folder of their own", path_in(folder_, file)));
+    }
+  }
+  const std::string text = cameras_text(cameras_);
+  read_cameras_text(text, path_in(folder_, kCamerasFile));
+  for (const DepthCamera& camera : cameras_) {
+    table_ += "," + camera.name;
+    std::error_code error;
+    fs::create_directories(fs::path(folder_) / camera.name, error);
+    if (error) {
+      throw IoError(fmt::format("{}: cannot be made: {}", path_in(folder_, camera.name), error.message()));
+    }
+  }
+  table_ += "\n";
+  write_atomically(path_in(folder_, kCamerasFile), {text});
+  write_atomically(path_in(folder_, kTimesFile), {table_});
+}
+
+void CameraFolderWriter::add(const DepthFrame& frame) {
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(fmt::format("{}: frame {}: {}", folder_, frames_, what));
+  };
+  if (frames_ == schema::kMostListed) {
+    refuse(fmt::format("a recording must have at most {} frames", schema::kMostListed));
+  }
+  if (!std::isfinite(frame.seconds) || (frames_ > 0 && frame.seconds <= seconds_)) {
+    refuse(fmt::format("at {} s must be after the frame before it, at {} s", frame.seconds, seconds_));
+  }
+  if (frame.images.size() != cameras_.size()) {
+    refuse(fmt::format("{} images, must be {}", frame.images.size(), cameras_.size()));
+  }
+  std::string row = schema::decimal_text(frame.seconds);
+  for (std::size_t c = 0; c < cameras_.size(); ++c) {
+    const DepthImage& image = frame.images[c];
+    const Camera& view = cameras_[c].view;
+    row += ",";
+    if (image.width == 0 && image.height == 0) {
+      continue;
+    }
+    if (image.width != view.width || image.height != view.height) {
+      refuse(fmt::format("{}: {} x {} pixels, must be {} x {}", cameras_[c].name, image.width, image.height, view.width,
+                         view.height));
+    }
+    const std::string file = image_file(cameras_[c], frames_);
+    write_depth_png(path_in(folder_, file), image, cameras_[c].depth_unit);
+    row += file;
+  }
+  table_ += row + "\n";
+  write_atomically(path_in(folder_, kTimesFile), {table_});
+  seconds_ = frame.seconds;
+  ++frames_;
+}
+
+}  // namespace touchfield

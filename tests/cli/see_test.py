@@ -1,0 +1,101 @@
+"""Depth images of simulated cameras from the command line: the folder, that a seed repeats it, what is refused."""
+
+import json
+import pathlib
+import struct
+import unittest
+import zlib
+
+import numpy
+
+from support import FINGER, CommandTest
+
+SEEN = FINGER + """\
+motion:
+  seconds: 0.1
+  change: [{path: "body.place.at_mm[0]", rate: 40}]
+  sensor:
+    hz: 30
+    cameras:
+      - {at_mm: [200, 0, -150], look_at_mm: [0, 0, 65], resolution: [160, 90], place_error_mm: 2}
+      - {model: d405, at_mm: [-100, 50, -40], look_at_mm: [0, 0, 65], resolution: [160, 120], depth_unit_mm: 0.1}
+"""
+
+
+def depths(path):
+    """The numbers of a 16-bit grey PNG whose rows are filtered in any of the five ways."""
+    data = path.read_bytes()
+    at, packed = 8, b""
+    while at < len(data):
+        length, kind = struct.unpack(">I4s", data[at:at + 8])
+        body = data[at + 8:at + 8 + length]
+        if kind == b"IHDR":
+            width, height, bits, colour = struct.unpack(">IIBB", body[:10])
+            assert (bits, colour) == (16, 0)
+        packed += body if kind == b"IDAT" else b""
+        at += 12 + length
+    raw = zlib.decompress(packed)
+    stride = 2 * width
+    rows = numpy.zeros((height + 1, stride + 2), dtype=int)
+    for j in range(height):
+        row = numpy.frombuffer(raw[j * (stride + 1):(j + 1) * (stride + 1)], dtype=numpy.uint8).astype(int)
+        for i in range(stride):
+            left, up, corner = rows[j + 1, i], rows[j, i + 2], rows[j, i]
+            guess = left + up - corner
+            paeth = min((abs(guess - left), 0, left), (abs(guess - up), 1, up), (abs(guess - corner), 2, corner))[2]
+            rows[j + 1, i + 2] = (row[i + 1] + [0, left, up, (left + up) // 2, paeth][row[0]]) % 256
+    return rows[1:, 2::2] * 256 + rows[1:, 3::2]
+
+
+class See(CommandTest):
+    def test_folder(self):
+        scene = self.write("scene.yaml", SEEN)
+        said = json.loads(self.run_ok("see", scene, "-o", "out", "--json").stdout)
+        self.assertEqual(said["frames"], 3)
+        out = self.folder / "out"
+        times = [line for line in (out / "times.csv").read_text().splitlines() if not line.startswith("#")]
+        self.assertEqual([row.split(",")[0] for row in times[1:]], ["0", "0.033333", "0.066667"])
+        for row in times[1:]:
+            for name in row.split(",")[1:]:
+                self.assertTrue((out / name).is_file(), name)
+        self.assertTrue((out / "cameras.yaml").is_file())
+        self.assertGreater((out / "sight.png").stat().st_size, 5000)
+        first = depths(out / "camera_1/000000.png")
+        self.assertEqual(first.shape, (90, 160))
+        seen = first[first > 0]
+        self.assertGreater(seen.size, 50)
+        # The capsule's middle is 68 mm above the array's, 296 mm from the camera.
+        self.assertLess(abs(numpy.median(seen) - 290), 8)
+        again = self.run_ok("see", scene, "-o", "again")
+        self.assertIn("camera_2", again.stdout)
+        other = self.run_ok("see", scene, "-o", "other", "--set", "motion.sensor.seed=2")
+        self.assertIn("camera_2", other.stdout)
+        for name in ("cameras.yaml", "times.csv", "camera_1/000002.png", "camera_2/000001.png"):
+            self.assertEqual((self.folder / "again" / name).read_bytes(), (out / name).read_bytes(), name)
+        for name in ("cameras.yaml", "camera_1/000002.png", "camera_2/000001.png"):
+            self.assertNotEqual((self.folder / "other" / name).read_bytes(), (out / name).read_bytes(), name)
+
+    def test_force_replaces_all_of_it(self):
+        scene = self.write("scene.yaml", SEEN)
+        self.run_ok("see", scene, "-o", "out")
+        mine = self.folder / "out/camera_1/mine.png"
+        mine.write_text("mine")
+        self.assertEqual(self.touchfield("see", scene, "-o", "out").returncode, 2)
+        self.run_ok("see", scene, "-o", "out", "--force", "--set", "motion.seconds=0.04")
+        images = sorted(path.name for path in pathlib.Path(self.folder / "out/camera_1").iterdir())
+        self.assertEqual(images, ["000000.png", "000001.png", "mine.png"])
+
+    def test_refused(self):
+        scene = self.write("scene.yaml", SEEN)
+        for change, named in ((["motion.sensor={hz: 30}"], "motion.sensor.cameras"),
+                              (["motion.sensor.hz=200", "motion.seconds=60"], "motion.sensor.hz"),
+                              (["motion.sensor.cameras[0].model=d999"], "cameras[0].model")):
+            done = self.touchfield("see", scene, "-o", "out", *(f"--set={text}" for text in change))
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(named, done.stderr)
+        self.assertEqual(self.touchfield("see", self.write("still.yaml", FINGER), "-o", "out").returncode, 2)
+        self.assertFalse((self.folder / "out").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()
