@@ -12,20 +12,6 @@
 
 namespace touchfield {
 
-namespace {
-
-/// Barycentric weights of a point of face f.
-Vector3 barycentric(const TriangleMesh& mesh, Eigen::Index f, const Vector3& x) {
-  Vector3 weights;
-  for (int c = 0; c < 3; ++c) {
-    const Vector3 b = mesh.corner(f, (c + 1) % 3);
-    weights(c) = std::max(0.0, (mesh.corner(f, (c + 2) % 3) - b).dot(mesh.normals().col(f).cross(b - x)));
-  }
-  return weights / weights.sum();
-}
-
-}  // namespace
-
 Vector3 position(const TriangleMesh& mesh, const Landmark& landmark) {
   const Vector3& weights = landmark.barycentric;
   return weights(0) * mesh.corner(landmark.face, 0) + weights(1) * mesh.corner(landmark.face, 1) +

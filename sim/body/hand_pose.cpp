@@ -58,7 +58,46 @@ ThumbAngles thumb(double flexion, double abduction, double rotation, double mcp,
   return {flexion * kDegree, abduction * kDegree, rotation * kDegree, mcp * kDegree, ip * kDegree};
 }
 
+/// Calls visit(angle, its place in the row) for every joint.
+template <class Pose, class Visit>
+void for_each_joint(Pose& pose, const Visit& visit) {
+  Eigen::Index i = 0;
+  for (auto* angle : {&pose.thumb.cmc_flexion, &pose.thumb.cmc_abduction, &pose.thumb.cmc_rotation, &pose.thumb.mcp,
+                      &pose.thumb.ip}) {
+    visit(*angle, i++);
+  }
+  for (auto& finger : pose.fingers) {
+    for (auto* angle : {&finger.abduction, &finger.mcp, &finger.pip, &finger.dip}) {
+      visit(*angle, i++);
+    }
+  }
+}
+
 }  // namespace
+
+JointAngles joint_angles(const HandPose& pose) {
+  JointAngles angles;
+  for_each_joint(pose, [&](double angle, Eigen::Index i) { angles(i) = angle; });
+  return angles;
+}
+
+HandPose with_angles(HandPose pose, const JointAngles& angles) {
+  for_each_joint(pose, [&](double& angle, Eigen::Index i) { angle = angles(i); });
+  return pose;
+}
+
+JointRanges joint_ranges() {
+  std::vector<Range> ranges = {kThumbFlexion, kThumbAbduction, kThumbRotation, kThumbMcp, kThumbIp};
+  for (const Range& abduction : kAbduction) {
+    ranges.insert(ranges.end(), {abduction, kMcp, kPip, kDip});
+  }
+  JointRanges result;
+  for (Eigen::Index i = 0; i < result.least.size(); ++i) {
+    result.least(i) = ranges[static_cast<std::size_t>(i)].least * kDegree;
+    result.most(i) = ranges[static_cast<std::size_t>(i)].most * kDegree;
+  }
+  return result;
+}
 
 const std::vector<HandPose>& hand_pose_table() {
   static const std::vector<HandPose> kPoses = {

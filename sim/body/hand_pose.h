@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/body/hand.h"
+#include "sim/core/types.h"
 
 namespace touchfield {
 
@@ -30,6 +31,22 @@ struct HandPose {
   ThumbAngles thumb;
   std::array<FingerAngles, 4> fingers;  // index, middle, ring, little
 };
+
+/// The angles of all joints in a row [rad]: the thumb's five in the order of ThumbAngles, then four of each finger, from
+/// index to little, in that of FingerAngles.
+using JointAngles = Eigen::Matrix<double, 21, 1>;
+
+JointAngles joint_angles(const HandPose& pose);
+
+/// The pose with all its joints turned to these angles, in range or not.
+HandPose with_angles(HandPose pose, const JointAngles& angles);
+
+/// The ranges of the joints [rad], as FingerJoints and ThumbJoints have them.
+struct JointRanges {
+  JointAngles least;
+  JointAngles most;
+};
+JointRanges joint_ranges();
 
 /// The poses the hand knows.
 const std::vector<HandPose>& hand_pose_table();

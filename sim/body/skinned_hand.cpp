@@ -14,10 +14,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr std::size_t kPalm = 0;
-constexpr std::size_t kSwing = 16;  // the thumb's metacarpal without its turn about itself
-std::size_t bone_number(std::size_t digit, std::size_t bone) { return 1 + 3 * digit + bone; }
-
 /// How a digit holds the skin about it. Measured: with narrower webs skin folds between fingers that are bent
 /// differently, with wider ones their knuckles drag each other along.
 struct Hold {
@@ -173,14 +169,34 @@ void SkinnedHand::add_influences(const Vector3& x) {
   starts_.push_back(influences_.size());
 }
 
-SkinnedHand::DualQuaternion SkinnedHand::motion(const Eigen::Matrix3d& rotation, const Vector3& from,
-                                                const Vector3& to) {
-  const Eigen::Quaterniond turn(rotation);
-  DualQuaternion result;
-  result.real << turn.w(), turn.vec();
-  const Vector3 half = 0.5 * (to - rotated(result.real, from));
-  result.dual = product({0.0, half.x(), half.y(), half.z()}, result.real);
+SkinnedHand::Motions SkinnedHand::dual_quaternions(const std::array<RigidMotion, kBones>& motions) {
+  Motions result;
+  for (std::size_t b = 0; b < kBones; ++b) {
+    const Eigen::Quaterniond turn(motions[b].rotation);
+    const Vector3 half = 0.5 * motions[b].shift;
+    result[b].real << turn.w(), turn.vec();
+    result[b].dual = product({0.0, half.x(), half.y(), half.z()}, result[b].real);
+  }
   return result;
+}
+
+std::array<RigidMotion, SkinnedHand::kBones> SkinnedHand::bone_motions(const HandSkeleton& from,
+                                                                       const HandSkeleton& to) {
+  const auto motion = [](const Eigen::Matrix3d& rotation, const Vector3& start, const Vector3& end) {
+    return RigidMotion{rotation, end - rotation * start};
+  };
+  std::array<RigidMotion, kBones> motions;
+  for (std::size_t i = 0; i < HandSkeleton::kDigits; ++i) {
+    const BoneChain& one = from.digit(i);
+    const BoneChain& other = to.digit(i);
+    for (std::size_t bone = 0; bone < 3; ++bone) {
+      motions[bone_number(i, bone)] =
+          motion(frame_of(other, bone) * frame_of(one, bone).transpose(), one.joints[bone], other.joints[bone]);
+    }
+  }
+  const auto swing = Eigen::Quaterniond::FromTwoVectors(from.thumb.direction(0), to.thumb.direction(0));
+  motions[kSwing] = motion(swing.toRotationMatrix(), from.thumb.joints[0], to.thumb.joints[0]);
+  return motions;
 }
 
 SkinnedHand::Motions SkinnedHand::motions_to(const HandSkeleton& posed) const {
@@ -189,21 +205,7 @@ SkinnedHand::Motions SkinnedHand::motions_to(const HandSkeleton& posed) const {
         fmt::format("skinned hand: a pose of a hand {} m long and {} m broad is asked of one of {} m and {} m",
                     posed.length, posed.breadth, made_in_.length, made_in_.breadth));
   }
-  Motions motions;
-  motions[kPalm].real(0) = 1.0;
-  for (std::size_t i = 0; i < HandSkeleton::kDigits; ++i) {
-    const BoneChain& from = made_in_.digit(i);
-    const BoneChain& to = posed.digit(i);
-    for (std::size_t bone = 0; bone < 3; ++bone) {
-      motions[bone_number(i, bone)] =
-          motion(frame_of(to, bone) * frame_of(from, bone).transpose(), from.joints[bone], to.joints[bone]);
-    }
-  }
-  const BoneChain& from = made_in_.thumb;
-  const BoneChain& to = posed.thumb;
-  const auto swing = Eigen::Quaterniond::FromTwoVectors(from.direction(0), to.direction(0));
-  motions[kSwing] = motion(swing.toRotationMatrix(), from.joints[0], to.joints[0]);
-  return motions;
+  return dual_quaternions(bone_motions(made_in_, posed));
 }
 
 SkinnedHand::DualQuaternion SkinnedHand::blended(const Motions& motions, Eigen::Index vertex) const {
@@ -223,12 +225,22 @@ SkinnedHand::DualQuaternion SkinnedHand::blended(const Motions& motions, Eigen::
 }
 
 void SkinnedHand::pose(const HandSkeleton& posed, Points& vertices) const {
-  const Motions motions = motions_to(posed);
+  move(motions_to(posed), template_, 1.0, vertices);
+}
+
+void SkinnedHand::pose(const Points& rest, const HandSkeleton& from, const HandSkeleton& posed,
+                       Points& vertices) const {
+  move(dual_quaternions(bone_motions(from, posed)), rest, side_, vertices);
+}
+
+/// side   of the points' x: 1 where they are those of the right hand
+void SkinnedHand::move(const Motions& motions, const Points& rest, double side, Points& vertices) const {
   vertices.resize(3, template_.cols());
   for (Eigen::Index v = 0; v < template_.cols(); ++v) {
     const DualQuaternion q = blended(motions, v);
     const Eigen::Vector4d inverse(q.real(0), -q.real(1), -q.real(2), -q.real(3));
-    vertices.col(v) = rotated(q.real, template_.col(v)) + 2.0 * product(q.dual, inverse).tail<3>();
+    const Vector3 x(side * rest(0, v), rest(1, v), rest(2, v));
+    vertices.col(v) = rotated(q.real, x) + 2.0 * product(q.dual, inverse).tail<3>();
   }
   vertices.row(0) *= side_;
 }

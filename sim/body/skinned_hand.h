@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "sim/body/hand.h"
 #include "sim/body/hand_skeleton.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -41,6 +43,30 @@ class SkinnedHand {
   /// throws   InputError if the skeleton is of a hand of another length or breadth
   void pose(const HandSkeleton& posed, Points& vertices) const;
 
+  /// The same with the weights of these vertices and other places of them: of a hand of other proportions.
+  ///
+  /// rest   3 x V [m], in the hand's own frame, about the bones `from`; `posed` has the same bones in another pose
+  void pose(const Points& rest, const HandSkeleton& from, const HandSkeleton& posed, Points& vertices) const;
+
+  static constexpr std::size_t kBones = 17;
+  static constexpr std::size_t kPalm = 0;
+  static constexpr std::size_t kSwing = 16;  // the thumb's metacarpal without its turn about itself
+  /// Bone 0 to 2 of a digit (0 the thumb, then the fingers from index to little).
+  static constexpr std::size_t bone_number(std::size_t digit, std::size_t bone) { return 1 + 3 * digit + bone; }
+
+  /// How the bones of a right hand move from one skeleton to another.
+  static std::array<RigidMotion, kBones> bone_motions(const HandSkeleton& from, const HandSkeleton& to);
+
+  struct Influence {
+    std::size_t bone;
+    double weight;
+  };
+  /// The bones that a vertex hangs on, the heaviest first.
+  std::span<const Influence> influences(Eigen::Index vertex) const {
+    const auto v = static_cast<std::size_t>(vertex);
+    return std::span(influences_).subspan(starts_[v], starts_[v + 1] - starts_[v]);
+  }
+
   /// The faces whose normal in a pose does not point to the side that their bones turned it to: n . sum_c R_c n0 > 0
   /// does not hold, n0 the template's normal and R_c the rotation that moved corner c.
   ///
@@ -55,12 +81,6 @@ class SkinnedHand {
   std::string part_of(Eigen::Index vertex) const;
 
  private:
-  static constexpr std::size_t kBones = 17;
-
-  struct Influence {
-    std::size_t bone;
-    double weight;
-  };
   /// A rigid motion: (w, x, y, z) of the rotation, and of half the shift times the rotation.
   struct DualQuaternion {
     Eigen::Vector4d real = Eigen::Vector4d::Zero();
@@ -68,9 +88,10 @@ class SkinnedHand {
   };
   using Motions = std::array<DualQuaternion, kBones>;
 
-  static DualQuaternion motion(const Eigen::Matrix3d& rotation, const Vector3& from, const Vector3& to);
+  static Motions dual_quaternions(const std::array<RigidMotion, kBones>& motions);
   void add_influences(const Vector3& x);
   Motions motions_to(const HandSkeleton& posed) const;
+  void move(const Motions& motions, const Points& rest, double side, Points& vertices) const;
   DualQuaternion blended(const Motions& motions, Eigen::Index vertex) const;
 
   HandSkeleton made_in_;

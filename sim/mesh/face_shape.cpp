@@ -44,4 +44,13 @@ double longest_edge(const TriangleMesh& mesh, Eigen::Index face) {
   return longest;
 }
 
+Vector3 barycentric(const TriangleMesh& mesh, Eigen::Index face, const Vector3& x) {
+  Vector3 weights;
+  for (int c = 0; c < 3; ++c) {
+    const Vector3 b = mesh.corner(face, (c + 1) % 3);
+    weights(c) = std::max(0.0, (mesh.corner(face, (c + 2) % 3) - b).dot(mesh.normals().col(face).cross(b - x)));
+  }
+  return weights / weights.sum();
+}
+
 }  // namespace touchfield

@@ -27,6 +27,9 @@ double smallest_angle(const Vector3& a, const Vector3& b, const Vector3& c);
 /// The longest edge of a face [m].
 double longest_edge(const TriangleMesh& mesh, Eigen::Index face);
 
+/// Weights of a face's corners, >= 0 and 1 in sum, whose mean by them is the point x of the face.
+Vector3 barycentric(const TriangleMesh& mesh, Eigen::Index face, const Vector3& x);
+
 /// The point of triangle a, b, c that is nearest to x.
 ///
 /// source   Ericson, Real-Time Collision Detection, 5.1.5

@@ -11,16 +11,16 @@ namespace {
 constexpr int kRounds = 50;
 constexpr double kUndone = 1e-9;
 
-/// Where Brown and Conrady's lens puts what a pinhole sees at x.
-Eigen::Vector2d distorted(const Eigen::Vector2d& x, const std::array<double, 5>& d) {
+}  // namespace
+
+Eigen::Vector2d distorted(const DepthCamera& camera, const Eigen::Vector2d& x) {
+  const std::array<double, 5>& d = camera.distortion;
   const double r2 = x.squaredNorm();
   const double radial = 1 + r2 * (d[0] + r2 * (d[1] + r2 * d[4]));
   const double xy = 2 * x.x() * x.y();
   return radial * x +
          Eigen::Vector2d(d[2] * xy + d[3] * (r2 + 2 * x.x() * x.x()), d[2] * (r2 + 2 * x.y() * x.y()) + d[3] * xy);
 }
-
-}  // namespace
 
 Eigen::Matrix2Xd pixel_rays(const DepthCamera& camera) {
   const Camera& view = camera.view;
@@ -33,7 +33,7 @@ Eigen::Matrix2Xd pixel_rays(const DepthCamera& camera) {
       Eigen::Vector2d ray = seen;
       double error = straight ? 0.0 : 1.0;
       for (int round = 0; round < kRounds && error > kUndone; ++round) {
-        const Eigen::Vector2d off = distorted(ray, camera.distortion) - seen;
+        const Eigen::Vector2d off = distorted(camera, ray) - seen;
         ray -= off;
         error = off.norm();
       }

@@ -33,6 +33,9 @@ struct DepthFrame {
   std::vector<DepthImage> images;
 };
 
+/// Where the camera's lens puts what a pinhole sees at x = (X / Z, Y / Z).
+Eigen::Vector2d distorted(const DepthCamera& camera, const Eigen::Vector2d& x);
+
 /// Which way each pixel's middle looks: (X / Z, Y / Z) in the camera's axes, 2 x (width height), so that what it sees at
 /// depth Z is eye + Z axes (X / Z, Y / Z, 1). With distortion x -> x (1 + k1 r^2 + k2 r^4 + k3 r^6) + tangential part,
 /// undone to 1e-9.

@@ -1,0 +1,325 @@
+#include "sim/tracking/hand_tracker.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include <Eigen/Geometry>
+
+#include "sim/core/units.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kFollowReach = 8e-3;     // from the predicted skin [m]
+constexpr double kFollowScale = 2e-3;     // [m]
+constexpr double kFollowTurn = 6 * kDegree;  // deviation of joints from what is predicted
+constexpr double kRegionMargin = 40e-3;   // round the hand where points are looked for [m]
+constexpr double kNear = 20e-3;           // points count as near the hand [m]
+constexpr double kExplained = 4e-3;       // [m]
+constexpr double kBehindWrist = -5e-3;    // y in the hand's frame [m]
+constexpr double kSightTolerance = 7e-3;  // [m]
+constexpr Eigen::Index kLeastPoints = 150;
+constexpr std::size_t kLearningFrames = 12;
+constexpr std::size_t kLeastLearningFrames = 3;
+constexpr int kStartsPerFrame = 4;
+
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& seconds) : seconds_(seconds) {}
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+Box box_round(const Points& points, double margin) {
+  const Vector3 more = Vector3::Constant(margin);
+  return {Vector3(points.rowwise().minCoeff() - more), Vector3(points.rowwise().maxCoeff() + more)};
+}
+
+}  // namespace
+
+PoseVector HandFit::pose() const {
+  const Eigen::AngleAxisd turn(state.place.rotation);
+  PoseVector row;
+  row << turn.angle() * turn.axis(), state.place.shift, state.joints;
+  return row;
+}
+
+HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> cameras, const Box& workspace,
+                         const FitOptions& options)
+    : hand_(std::make_shared<const HandTemplate>(hand)),
+      reader_(std::move(cameras), options.points),
+      workspace_(workspace),
+      options_(options),
+      shape_(hand_->shaped(HandProportions::Zero())),
+      fit_(*hand_) {
+  if (options.node_spacing > 0) {
+    deformation_.emplace(DeformationGraph(hand_->mesh(), options.node_spacing));
+  }
+}
+
+void HandTracker::forget() {
+  past_.clear();
+  shifts_.resize(3, 0);
+}
+
+HandState HandTracker::predicted(double seconds) const {
+  const Past& last = past_.back();
+  if (past_.size() < 2) {
+    return last.state;
+  }
+  const Past& before = past_.front();
+  constexpr double kPlaceKept = 0.8;
+  constexpr double kJointsKept = 0.5;
+  const double between = last.seconds - before.seconds;
+  const double ahead = between > 0 ? std::clamp((seconds - last.seconds) / between, 0.0, 2.0) : 0.0;
+  const Eigen::AngleAxisd turn(last.state.place.rotation * before.state.place.rotation.transpose());
+  HandState state = last.state;
+  state.place.rotation =
+      Eigen::AngleAxisd(kPlaceKept * ahead * turn.angle(), turn.axis()).toRotationMatrix() * last.state.place.rotation;
+  // The middle of the palm moves on, not the wrist that the place is about.
+  const Vector3 middle(0, 0.2 * hand_->hand().length, 0);
+  const Vector3 now = last.state.place(middle);
+  state.place.shift =
+      now + kPlaceKept * ahead * (now - before.state.place(middle)) - state.place.rotation * middle;
+  state.joints += kJointsKept * ahead * (last.state.joints - before.state.joints);
+  return state;
+}
+
+Box HandTracker::region(const HandState& state) const {
+  Points vertices;
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, state.joints), vertices);
+  return box_round(state.place(vertices), kRegionMargin).intersection(workspace_);
+}
+
+/// Whether a fit is to be believed. Leaves the skin's matches in fit_.
+void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, HandFit& fit) {
+  const Stopwatch watch(times_.check);
+  fit_.match(shape_, points, fit.state, kFollowReach, kFollowScale);
+  const Box near = box_round(fit_.vertices(), kNear);
+  const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
+  const auto counts = [&](Eigen::Index i) {
+    const Vector3 x = points.at.col(i);
+    return near.contains(x) && (back * (x - fit.state.place.shift)).y() > kBehindWrist;
+  };
+  double count = 0;
+  for (Eigen::Index i = 0; i < points.size(); ++i) {
+    count += counts(i) ? 1 : 0;
+  }
+  double explained = 0;
+  double squares = 0;
+  double weights = 0;
+  for (const SkinMatch& match : fit_.matches()) {
+    explained += std::abs(match.residual) < kExplained && counts(match.point) ? 1 : 0;
+    squares += match.weight * match.residual * match.residual;
+    weights += match.weight;
+  }
+  check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, check_);
+  const TriangleMesh& mesh = hand_->mesh();
+  fit.seen_vertex = check_.seen;
+  fit.seen = confidence(fit).dot(mesh.areas()) / mesh.total_area();
+  fit.explained = explained / std::max(count, 1.0);
+  fit.share = check_.share();
+  fit.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
+  const double slack = learning_ ? 0.15 : 0;
+  fit.lost = !(count >= static_cast<double>(kLeastPoints) && fit.explained >= options_.least_explained - slack &&
+               fit.share >= options_.least_share - slack && fit.residual <= options_.most_residual);
+}
+
+/// freedom   deviation of the joints from where they start [rad]
+HandFit HandTracker::followed(const DepthFrame& frame, const HandPoints& points, const HandState& start,
+                              double freedom) {
+  HandFit fit;
+  fit.seconds = frame.seconds;
+  fit.state = start;
+  if (points.size() < kLeastPoints) {
+    return fit;
+  }
+  {
+    const Stopwatch watch(times_.pose);
+    const PosePrior prior{start.joints, JointAngles::Constant(freedom)};
+    const double reach = learning_ ? 2 * kFollowReach : kFollowReach;
+    fit.state = fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false})
+                    .state;
+  }
+  judge(frame, points, fit);
+  return fit;
+}
+
+/// Where a hand could be: turned in a way of its own, its middle in the middle of the points.
+HandState HandTracker::start(const HandPoints& points, int number) const {
+  HandState state{{}, joint_angles(hand_->pose())};
+  if (number == 0 && last_seen_) {
+    state = *last_seen_;
+  } else {
+    const double turn = 0.25 * std::numbers::pi * (number % 8);
+    const double roll = 0.5 * std::numbers::pi * ((number / 8) % 4);
+    state.place.rotation = (Eigen::AngleAxisd(turn, Vector3::UnitZ()) * Eigen::AngleAxisd(roll, Vector3::UnitY()))
+                               .toRotationMatrix();
+    state.place.shift.setZero();
+  }
+  Points vertices;
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, state.joints), vertices);
+  const Points placed = state.place(vertices);
+  state.place.shift += 0.5 * (points.at.rowwise().minCoeff() + points.at.rowwise().maxCoeff()) -
+                       0.5 * (placed.rowwise().minCoeff() + placed.rowwise().maxCoeff());
+  return state;
+}
+
+HandFit HandTracker::found(const DepthFrame& frame, const HandPoints& points) {
+  HandFit best;
+  best.seconds = frame.seconds;
+  if (points.size() < kLeastPoints) {
+    return best;
+  }
+  constexpr int kStarts = 32;
+  constexpr double kStiff = 4 * kDegree;
+  constexpr double kLoose = 15 * kDegree;
+  HandState nearest;
+  double explained = -1;
+  {
+    const Stopwatch watch(times_.pose);
+    const int stride = std::max(1, static_cast<int>(points.size() / 300));
+    for (int k = 0; k < kStartsPerFrame; ++k) {
+      const HandState from = start(points, k == 0 && last_seen_ ? 0 : next_start_++ % kStarts);
+      const PosePrior prior{from.joints, JointAngles::Constant(kStiff)};
+      const PoseFitResult result = fit_.fit(shape_, points, from, prior, {6, 40e-3, 12e-3, 4e-3, stride, true});
+      if (result.explained > explained) {
+        explained = result.explained;
+        nearest = result.state;
+      }
+    }
+    const PosePrior prior{nearest.joints, JointAngles::Constant(kLoose)};
+    nearest = fit_.fit(shape_, points, nearest, prior, {8, 24e-3, 8e-3, 3e-3, stride, false}).state;
+  }
+  return followed(frame, points, nearest, kLoose);
+}
+
+void HandTracker::deform(const HandPoints& points, HandFit& fit) {
+  const Stopwatch watch(times_.deformation);
+  const auto& matches = fit_.matches();
+  const auto count = static_cast<Eigen::Index>(matches.size());
+  targets_.skin.face.resize(matches.size());
+  targets_.skin.weights.resize(3, count);
+  targets_.at.resize(3, count);
+  targets_.target.resize(3, count);
+  targets_.normal.resize(3, count);
+  targets_.weight.resize(count);
+  for (Eigen::Index m = 0; m < count; ++m) {
+    const SkinMatch& match = matches[static_cast<std::size_t>(m)];
+    targets_.skin.face[static_cast<std::size_t>(m)] = match.face;
+    targets_.skin.weights.col(m) = match.weights;
+    targets_.target.col(m) = points.at.col(match.point);
+    targets_.at.col(m) = points.at.col(match.point) - match.residual * match.normal;
+    targets_.normal.col(m) = match.normal;
+    const double damping = 1 / (1 + match.residual * match.residual / (kFollowScale * kFollowScale));
+    targets_.weight(m) = damping * damping;
+  }
+  NodeMotions motions = deformation_->graph().motions(fit_.vertices(), shifts_);
+  deformation_->fit(targets_, options_.deformation, shifts_, 1, motions);
+  fit.deformation = DeformationGraph::shifts(motions);
+  shifts_ = fit.deformation;
+}
+
+HandFit HandTracker::track_points(const DepthFrame& frame, HandPoints& points) {
+  times_ = {};
+  const bool following = !past_.empty();
+  const HandState from = following ? predicted(frame.seconds) : HandState{};
+  {
+    const Stopwatch watch(times_.points);
+    points = reader_.read(frame, following ? region(from) : workspace_);
+  }
+  HandFit fit = following ? followed(frame, points, from, kFollowTurn) : found(frame, points);
+  if (fit.lost) {
+    forget();
+    return fit;
+  }
+  last_seen_ = fit.state;
+  if (past_.size() == 2) {
+    past_.erase(past_.begin());
+  }
+  past_.push_back({frame.seconds, fit.state});
+  return fit;
+}
+
+HandFit HandTracker::track(const DepthFrame& frame) {
+  HandPoints points;
+  HandFit fit = track_points(frame, points);
+  if (!fit.lost && deformation_) {
+    deform(points, fit);
+  }
+  return fit;
+}
+
+bool HandTracker::learn(const std::vector<DepthFrame>& frames) {
+  learning_ = true;
+  std::vector<HandPoints> points;
+  std::vector<HandState> states;
+  for (const DepthFrame& frame : frames) {
+    HandPoints of_frame;
+    const HandFit fit = track_points(frame, of_frame);
+    if (!fit.lost) {
+      points.push_back(std::move(of_frame));
+      states.push_back(fit.state);
+    }
+  }
+  learning_ = false;
+  if (states.size() < kLeastLearningFrames) {
+    return false;
+  }
+  const std::size_t count = std::min(states.size(), kLearningFrames);
+  std::vector<HandPoints> chosen_points;
+  std::vector<HandState> chosen_states;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t from = (i * (states.size() - 1)) / std::max<std::size_t>(count - 1, 1);
+    chosen_points.push_back(std::move(points[from]));
+    chosen_states.push_back(states[from]);
+  }
+  shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
+  shifts_.resize(3, 0);
+  if (!past_.empty()) {
+    past_ = {{past_.back().seconds, chosen_states.back()}};
+  }
+  return true;
+}
+
+NodeMotions HandTracker::motions(const HandFit& fit) const {
+  Points vertices;
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, fit.state.joints), vertices);
+  return deformation_->graph().motions(fit.state.place(vertices), fit.deformation);
+}
+
+void HandTracker::skin(const HandFit& fit, const HandTemplate::Carrier& carrier, Points& world) const {
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, fit.state.joints), carrier, world);
+  world = fit.state.place(world);
+  if (deformation_ && fit.deformation.cols() > 0) {
+    deformation_->graph().apply(motions(fit), carrier.binding, world);
+  }
+}
+
+void HandTracker::skin(const HandFit& fit, Points& world) const {
+  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, fit.state.joints), world);
+  world = fit.state.place(world);
+  if (deformation_ && fit.deformation.cols() > 0) {
+    deformation_->graph().apply(motions(fit), world);
+  }
+}
+
+Eigen::VectorXd HandTracker::confidence(const HandFit& fit) const {
+  const Triangles& triangles = hand_->mesh().triangles();
+  Eigen::VectorXd result(triangles.cols());
+  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
+    result(f) = fit.seen_vertex(triangles.col(f)).mean();
+  }
+  return result;
+}
+
+}  // namespace touchfield

@@ -1,0 +1,124 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sim/tracking/deformation_fit.h"
+#include "sim/tracking/hand_learning.h"
+#include "sim/tracking/hand_points.h"
+#include "sim/tracking/hand_template.h"
+#include "sim/tracking/pose_fit.h"
+#include "sim/tracking/sight_check.h"
+
+namespace touchfield {
+
+struct FitOptions {
+  PointOptions points{.most = 900};
+  LearningOptions learning{};
+  int rounds = 3;               // of the pose, each frame
+  double node_spacing = 12e-3;  // of the deformation graph [m]; 0: the skin follows its skeleton alone
+  DeformationPriors deformation{.rigid = 20.0, .rest = 2.0, .before = 2.0};
+  double least_share = 0.75;      // of what the images say of the skin, confirmed
+  double least_explained = 0.8;   // of the points near the hand, within 4 mm of its skin
+  double most_residual = 2.5e-3;  // [m]
+};
+
+/// A hand as it was fitted to one frame.
+struct HandFit {
+  double seconds = 0;
+  bool lost = true;      // nothing below holds
+  double residual = 0;   // rms distance of the matched points from the skin, robustly weighted [m]
+  double explained = 0;  // share of the points near the hand that lie within 4 mm of its skin
+  double share = 0;      // of what the images say of the skin, confirmed
+  double seen = 0;       // share of the template's area that a camera saw where the fit has it
+  HandState state{};
+  Points deformation;           // 3 x N shifts of the graph's nodes (DeformationGraph::shifts); empty for none
+  Eigen::VectorXd seen_vertex;  // of the template: 1 seen, 0 not
+
+  /// Unknowns in a row: the place's turn as angle times axis [rad], its shift [m], the joints [rad].
+  PoseVector pose() const;
+};
+
+/// What a track() took [s].
+struct FitTimes {
+  double points = 0;
+  double pose = 0;
+  double check = 0;
+  double deformation = 0;
+};
+
+/// Follows a hand through the frames of depth cameras: points, pose, check, deformation.
+///
+/// Each frame the pose starts from where the last two have it move to (the place's motion times 0.8, the joints' times
+/// 0.5) and is fitted (PoseFit). It is believed if the images confirm it (SightCheck) and enough of the points near the
+/// hand lie on its skin; what lies behind the wrist does not count. If not, the hand is lost: the fit says so, and the
+/// following frames look for it anew, some starts a frame. The skin is then deformed towards the points (DeformationFit).
+///
+/// accuracy   see tests/tracking/hand_tracker_test.cpp
+class HandTracker {
+ public:
+  /// workspace   box in which hands are looked for, the world's frame [m]
+  /// throws      InputError as PointReader does
+  HandTracker(const HandTemplate& hand, std::vector<DepthCamera> cameras, const Box& workspace,
+              const FitOptions& options = {});
+
+  /// Learns the hand's shape from frames that follow each other: finds and follows the hand by the template's shape, or
+  /// what was learnt before, then learns from up to twelve of the frames.
+  ///
+  /// returns   whether the hand was found in three frames or more; if not the shape is as it was
+  bool learn(const std::vector<DepthFrame>& frames);
+
+  /// The fit to the next frame in time.
+  HandFit track(const DepthFrame& frame);
+
+  /// Forgets where the hand was, not its shape.
+  void forget();
+
+  /// Where the fit has the points that a carrier of the template holds [m], the world's frame.
+  void skin(const HandFit& fit, const HandTemplate::Carrier& carrier, Points& world) const;
+  /// The same of the template's own vertices.
+  void skin(const HandFit& fit, Points& world) const;
+
+  /// Of each face of the template: the share of its corners that a camera saw where the fit has them.
+  Eigen::VectorXd confidence(const HandFit& fit) const;
+
+  const HandTemplate& hand() const { return *hand_; }
+  const ShapedHand& shape() const { return shape_; }
+  const std::vector<DepthCamera>& cameras() const { return reader_.cameras(); }
+  const FitTimes& times() const { return times_; }  // of the last track()
+
+ private:
+  struct Past {
+    double seconds;
+    HandState state;
+  };
+
+  HandState predicted(double seconds) const;
+  Box region(const HandState& state) const;
+  HandFit followed(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom);
+  HandFit found(const DepthFrame& frame, const HandPoints& points);
+  HandState start(const HandPoints& points, int number) const;
+  void judge(const DepthFrame& frame, const HandPoints& points, HandFit& fit);
+  void deform(const HandPoints& points, HandFit& fit);
+  NodeMotions motions(const HandFit& fit) const;
+  HandFit track_points(const DepthFrame& frame, HandPoints& points);
+
+  std::shared_ptr<const HandTemplate> hand_;
+  PointReader reader_;
+  Box workspace_;
+  FitOptions options_;
+  ShapedHand shape_;
+  PoseFit fit_;
+  std::optional<DeformationFit> deformation_;
+  SightCheck check_;
+  SkinTargets targets_;
+  std::vector<Past> past_;  // none, one or two, the last at the end
+  Points shifts_;           // of the last frame
+  std::optional<HandState> last_seen_;
+  int next_start_ = 0;  // that is tried when the hand is lost
+  bool learning_ = false;
+  FitTimes times_;
+};
+
+}  // namespace touchfield

@@ -1,0 +1,63 @@
+#include "sim/tracking/sight_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kTowards = 0.34;  // cosine between normal and ray
+
+/// The depth of a pixel or, if it saw nothing, of one of the eight round it; 0 if none saw anything.
+double depth_round(const DepthImage& image, int column, int row) {
+  const auto at = [&](int i, int j) {
+    return static_cast<double>(image.depth[static_cast<std::size_t>(j) * static_cast<std::size_t>(image.width) +
+                                           static_cast<std::size_t>(i)]);
+  };
+  if (at(column, row) > 0) {
+    return at(column, row);
+  }
+  for (int j = std::max(row - 1, 0); j <= std::min(row + 1, image.height - 1); ++j) {
+    for (int i = std::max(column - 1, 0); i <= std::min(column + 1, image.width - 1); ++i) {
+      if (at(i, j) > 0) {
+        return at(i, j);
+      }
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+
+void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const Points& vertices,
+                 const Points& normals, double tolerance, SightCheck& check) {
+  check.seen.setZero(vertices.cols());
+  check.confirmed = 0;
+  check.refuted = 0;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& view = cameras[c].view;
+    const DepthImage& image = frame.images[c];
+    for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+      const Vector3 from_eye = vertices.col(v) - view.eye;
+      const Vector3 x = view.axes.transpose() * from_eye;
+      if (!(x.z() > view.near) || -normals.col(v).dot(from_eye) < kTowards * from_eye.norm()) {
+        continue;
+      }
+      const Eigen::Vector2d pixel =
+          distorted(cameras[c], x.head<2>() / x.z()).cwiseProduct(view.focal) + view.centre;
+      if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < image.width && pixel.y() < image.height)) {
+        continue;
+      }
+      const double depth = depth_round(image, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
+      if (depth > 0 && std::abs(depth - x.z()) <= tolerance) {
+        check.seen(v) = 1;
+        check.confirmed += 1;
+      } else if (depth == 0 || depth > x.z()) {
+        check.refuted += 1;
+      }
+    }
+  }
+}
+
+}  // namespace touchfield
