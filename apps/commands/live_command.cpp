@@ -136,6 +136,7 @@ class Live {
     sensed_.emplace(built.get());
     method_ = method_of(sensed_->scene, command_.method);
     motion_ = motion_of(sensed_->scene, command_.options.request.seconds);
+    std::ranges::copy(sensed_->sensor->notes(), std::back_inserter(notes_));
     for (const std::string& note : notes_) {
       progress_.remark(note);
     }

@@ -61,7 +61,9 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
     const MovingModel& solved = sensed.solved();
     progress.note(fmt::format("  {:.4g} s of a body of {} faces that {}, {} channels", scene.motion->seconds,
                               solved.first().body.mesh.face_count(),
-                              solved.is_rigid() ? "keeps its shape" : "changes its shape or that of the whole",
+                              solved.is_rigid() && is_exact(scene.motion->sensor)
+                                  ? "keeps its shape"
+                                  : "changes its shape or that of the whole",
                               solved.first().array.size()));
     progress.note("  the solver knows " + sensor_text(scene.motion->sensor));
     for (const std::string& note : options.notes) {

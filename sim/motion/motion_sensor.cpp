@@ -8,6 +8,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/motion/fitted_sensor.h"
 #include "sim/motion/loop_clock.h"
 
 namespace touchfield {
@@ -108,13 +109,25 @@ void SampleStore::forget(double seconds) {
 SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept) {
   const auto& sight = scene.motion->sensor.sight;
   SensedMotion motion{scene, nullptr, nullptr};
-  if (!is_exact(scene.motion->sensor) && !std::holds_alternative<SensingNoise>(sight)) {
-    throw InputError("motion.sensor: cameras and recorded images are not played yet");
+  if (const auto* recorded = std::get_if<RecordedSpec>(&sight)) {
+    HandImages images = recorded_images(recorded->folder);
+    if (scene.motion->seconds > images.seconds) {
+      throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of what is recorded in {}",
+                                   scene.motion->seconds, images.seconds, recorded->folder));
+    }
+    motion.sensor = std::make_unique<FittedSensor>(scene, std::move(images), nullptr, kept);
+    return motion;
+  }
+  if (std::holds_alternative<std::vector<CameraSpec>>(sight)) {
+    fitted_scene(scene);  // what is wrong with it is said before the true hand is meshed
   }
   motion.truth = std::make_unique<const MovingModel>(scene, kept);
   if (const auto* noise = std::get_if<SensingNoise>(&sight)) {
     motion.sensor = std::make_unique<NoisySensor>(*motion.truth, *noise);
     motion.sensor->sample(0, 0.0);  // what it cannot be is found before anything is written
+  } else if (std::holds_alternative<std::vector<CameraSpec>>(sight)) {
+    motion.sensor =
+        std::make_unique<FittedSensor>(scene, simulated_images(*motion.truth, kept), motion.truth.get(), kept);
   } else {
     motion.sensor = std::make_unique<ExactSensor>(*motion.truth);
   }

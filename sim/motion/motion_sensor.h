@@ -36,6 +36,9 @@ class MotionSensor {
   /// Learns what has to be known before the first sample, and forgets all samples. Called before anything below.
   virtual void start(Progress& progress);
 
+  /// What is to be said of a result because of that, a line each, once it has started.
+  virtual std::vector<std::string> notes() const { return {}; }
+
   /// Whether a sample depends on those before it, so that none should be left out.
   virtual bool remembers() const { return false; }
 
@@ -113,7 +116,7 @@ class SampleStore {
 
 /// A motion as it is, and what sees it.
 struct SensedMotion {
-  Scene scene;
+  Scene scene;                               // as it is written
   std::unique_ptr<const MovingModel> truth;  // what is scored; null where nobody knows it
   std::unique_ptr<MotionSensor> sensor;
 
@@ -123,7 +126,8 @@ struct SensedMotion {
 /// The motion of a scene with the sensor that it says.
 ///
 /// kept     meshes of scenes before this one; may be null
-/// throws   InputError as MovingModel, or where the first sample is no skin; for sensors that are not played
+/// throws   InputError as MovingModel, FittedSensor and CameraFolder, where the first sample's noise leaves no skin, and
+///          where the motion goes on for longer than recorded images
 SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept = nullptr);
 
 /// "noise of 0.5 mm rms over 5 mm, 30 samples a second": what a scene's sensor is, for a person.
