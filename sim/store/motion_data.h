@@ -16,7 +16,8 @@ struct MotionFrame {
   double late = 0;           // how long after its turn that was
   double shown = 0;          // when the array had the phases
   double pose_time = 0;      // the instant whose hand was solved for: `sampled`, or later if predicted
-  bool quiet = false;        // the target held no skin: all drives are 0
+  bool quiet = false;        // all drives are 0: the target held no skin, or
+  bool lost = false;         // the sensor did not know where the hand was
   PhaseSolution solution{};  // of a quiet frame: N zeros
   std::vector<std::pair<std::string, double>> seconds{};  // stage -> seconds this machine took
 };

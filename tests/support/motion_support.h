@@ -64,6 +64,7 @@ inline Motion full_motion() {
   other.dropped = 3;
   MotionFrame& quiet = other.frames[1];
   quiet.quiet = true;
+  quiet.lost = true;
   quiet.solution = {.phases = Eigen::VectorXd::Zero(motion.array.size()),
                     .amplitudes = Eigen::VectorXd::Zero(motion.array.size()),
                     .cost_history = {},
