@@ -5,7 +5,7 @@
 #include "sim/core/rigid_motion.h"
 #include "sim/sensing/depth_camera.h"
 #include "sim/tracking/hand_points.h"
-#include "sim/tracking/skin_field.h"
+#include "sim/tracking/skin_grid.h"
 
 namespace touchfield {
 
@@ -27,7 +27,7 @@ struct HandStart {
 ///
 /// d is the distance of a point from the skin, D = 15 mm; it counts as D where their normals differ by more than 78
 /// degrees. Doubt is 1 where a camera sees through the skin, 0.7 where it sees nothing, 0.5 where it sees something
-/// before what faces it. What lies within 70 mm behind the end of the hand's skin is a sleeve, costs 0.2 and moves
+/// before what faces it, lens distortion apart. What lies within 70 mm behind the end of the hand's skin is a sleeve, costs 0.2 and moves
 /// nothing.
 ///
 /// accuracy   right hands of 180 to 205 mm any way round, three cameras with 0.36 mm of noise, a mean hand's skin in the
@@ -48,7 +48,7 @@ class HandSearch {
 
  private:
   struct Skin {
-    SkinField field;
+    SkinGrid grid;
     Points at;      // some of its points [m]
     Points normal;  // there
     Vector3 middle;

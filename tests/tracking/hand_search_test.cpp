@@ -113,14 +113,14 @@ TEST(HandSearch, FindsNoHandInNothing) {
   EXPECT_THAT(message_of<InputError>([&] { HandSearch({}); }), HasSubstr("no skin"));
 }
 
-TEST(SkinField, KnowsWhatIsNearest) {
+TEST(SkinGrid, KnowsWhatIsNearest) {
   const TriangleMesh ball = icosphere(30e-3, 12);
   const FaceTree tree(ball);
-  const SkinField field(ball, 4e-3, 20e-3);
+  const SkinGrid grid(ball, 4e-3, 20e-3);
   std::mt19937 random(4);
   for (int trial = 0; trial < 200; ++trial) {
     const Vector3 x = 70e-3 * point_in_cube(random);
-    const SkinField::Near& near = field.near(x);
+    const SkinGrid::Near& near = grid.near(x);
     EXPECT_NEAR(near.at.norm(), 30e-3, 0.5e-3);
     EXPECT_GT(near.normal.dot(near.at), 29e-3);
     if (x.cwiseAbs().maxCoeff() < 50e-3) {  // within the grid: the middle of a cell is half its diagonal away at most
