@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kThin = 8e-3;    // [m]
 constexpr double kApart = 15e-3;  // [m]
-constexpr Eigen::Index kLeastPoints = 20;
+constexpr Eigen::Index kLeastPartPoints = 20;
 constexpr std::size_t kMostParts = 4;
 constexpr double kWholeHand = 0.26;  // [m]
 
@@ -89,7 +89,7 @@ std::vector<SkinSamples> parts_of(const SkinSamples& samples) {
   std::ranges::stable_sort(members, std::ranges::greater{}, &std::vector<Eigen::Index>::size);
   std::vector<SkinSamples> parts;
   for (const auto& member : members) {
-    if (static_cast<Eigen::Index>(member.size()) >= kLeastPoints && parts.size() < kMostParts) {
+    if (static_cast<Eigen::Index>(member.size()) >= kLeastPartPoints && parts.size() < kMostParts) {
       parts.push_back(samples.part(member));
     }
   }

@@ -30,7 +30,7 @@ const HandSearch& search() {
 }
 
 /// A smaller hand than the one looked for, its index finger bent.
-const TriangleMesh& true_hand() {
+const TriangleMesh& searched_hand() {
   static const TriangleMesh kHand = [] {
     HandOptions options;
     options.breadth = 80e-3;
@@ -70,7 +70,7 @@ TEST(HandSearch, FindsAHandOfAnotherSizeAnyWayRound) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 6; ++trial) {
     const RigidMotion place = some_place(random);
-    const std::vector<HandStart> starts = starts_of(transformed(true_hand(), place.rotation, place.shift), cameras);
+    const std::vector<HandStart> starts = starts_of(transformed(searched_hand(), place.rotation, place.shift), cameras);
     EXPECT_LT(rank_of(place, starts), 2) << trial;
     EXPECT_LE(starts.size(), 6U);
     EXPECT_TRUE(std::ranges::is_sorted(starts, {}, &HandStart::cost));
@@ -79,7 +79,7 @@ TEST(HandSearch, FindsAHandOfAnotherSizeAnyWayRound) {
 
 TEST(HandSearch, IsNotMisledByASleeveAndAnotherThing) {
   const std::vector<DepthCamera> cameras = cameras_round(kOver, 0.2, 0.25, 3);
-  const TriangleMesh sleeved = together(true_hand(), shifted(capsule(35e-3, 0.2, 6e-3).mesh, Vector3(0, -0.14, 0)));
+  const TriangleMesh sleeved = together(searched_hand(), shifted(capsule(35e-3, 0.2, 6e-3).mesh, Vector3(0, -0.14, 0)));
   const TriangleMesh thing = shifted(box({0.08, 0.06, 0.05}, 0.02).mesh, kOver + Vector3(0.15, 0.12, 0));
   std::mt19937 random(2);
   for (int trial = 0; trial < 6; ++trial) {
@@ -97,7 +97,7 @@ TEST(HandSearch, FindsThePalmThatOneCameraSees) {
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(uniform(random, 0, 6), Vector3::UnitZ()) *
                                  Eigen::AngleAxisd(uniform(random, -0.4, 0.4), Vector3::UnitX()).toRotationMatrix();
     const RigidMotion place{turn, kOver - turn * kPalm};
-    const std::vector<HandStart> starts = starts_of(transformed(true_hand(), place.rotation, place.shift), cameras);
+    const std::vector<HandStart> starts = starts_of(transformed(searched_hand(), place.rotation, place.shift), cameras);
     EXPECT_LT(rank_of(place, starts), 6) << trial;
   }
 }
