@@ -41,7 +41,7 @@ def row_of(case, folder):
         return f"{numpy.sqrt((values ** 2).mean()):.4g}" if len(values) else "nan"
 
     return {"sensor": case.group, "value": case.value, "hand": "other" if case.other_hand else "template's",
-            "frames": str(len(frames)), "lost": str(lost), "skin_mm": mean("skin_mm"), "patch_mm": mean("patch_mm"),
+            "frames": str(len(frames)), "lost": str(lost), "skin_mm": mean("skin_off_mm"), "patch_mm": mean("patch_off_mm"),
             "error_mean": f"{error.mean():.6g}" if len(error) else "nan",
             "error_p95": f"{numpy.percentile(error, 95):.6g}" if len(error) else "nan"}
 

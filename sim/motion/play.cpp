@@ -15,6 +15,7 @@
 #include "sim/field/pressure_metrics.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/loop_clock.h"
+#include "sim/motion/seen_error.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/judge.h"
 #include "sim/solve/run_field.h"
@@ -70,7 +71,7 @@ class MethodLoop {
     const auto begin = Clock::now();
     MotionFrame frame = now.lost ? solver_.lost() : solved(expected_state(sensed_.solved(), before, now, wanted));
     const ShownFrame shown = clock_.finished(to_ticks(motion_.solve.value_or(seconds_since(begin))));
-    patches_.push_back(true_patch(now.seconds));
+    look_at_truth(now, frame);
     frame.sampled = now.seconds;
     frame.started = to_seconds(start.at);
     frame.late = to_seconds(start.late());
@@ -88,11 +89,17 @@ class MethodLoop {
     return frame;
   }
 
-  Vector3 true_patch(double seconds) const {
+  /// Where the target's patch really was at a sample, and how far off what was seen of the skin is.
+  void look_at_truth(const Seen& seen, MotionFrame& frame) {
+    patches_.emplace_back(Vector3::Zero());
     if (!sensed_.truth || !sensed_.scene.target) {
-      return Vector3::Zero();
+      return;
     }
-    return sensed_.truth->patch(sensed_.truth->at(sensed_.truth->state(seconds)));
+    const Model truth = sensed_.truth->at(sensed_.truth->state(seen.seconds));
+    patches_.back() = sensed_.truth->patch(truth);
+    if (!seen.lost && !is_exact(motion_.sensor)) {
+      frame.off = seen_error(truth, sensed_.solved().at(seen.state));
+    }
   }
 
   const SensedMotion& sensed_;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/core/units.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/result_text.h"
@@ -80,8 +81,9 @@ void write_motion_csv(const std::string& path, const Motion& motion) {
 }
 
 void write_frames_csv(const std::string& path, const Motion& motion) {
-  std::vector<std::string> header = {"method",      "frame", "sampled_s", "started_s", "late_s", "shown_s",
-                                     "pose_time_s", "quiet", "lost",      "cost",      "steps",  "status"};
+  std::vector<std::string> header = {"method",       "frame",       "sampled_s", "started_s", "late_s",
+                                     "shown_s",      "pose_time_s", "quiet",     "lost",      "skin_off_mm",
+                                     "patch_off_mm", "cost",        "steps",     "status"};
   const std::vector<std::string> stages = all_stages(motion);
   for (const std::string& stage : stages) {
     header.push_back("seconds_" + stage);
@@ -97,6 +99,8 @@ void write_frames_csv(const std::string& path, const Motion& motion) {
       }
       line.emplace_back(frame.quiet ? "1" : "0");
       line.emplace_back(frame.lost ? "1" : "0");
+      line.push_back(csv_number(frame.off.skin / kMillimetre));
+      line.push_back(csv_number(frame.off.patch / kMillimetre));
       line.push_back(csv_number(solution.cost_history.empty() ? kNotComputed : solution.cost_history.back()));
       line.push_back(fmt::to_string(solution.iterations));
       line.push_back(to_string(solution.status));
