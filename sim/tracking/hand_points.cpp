@@ -30,22 +30,6 @@ void require_options(const PointOptions& options) {
   }
 }
 
-void require_frame(const std::vector<DepthCamera>& cameras, const DepthFrame& frame) {
-  if (frame.images.size() != cameras.size()) {
-    throw InputError(fmt::format("{} depth images of {} cameras", frame.images.size(), cameras.size()));
-  }
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const Camera& view = cameras[c].view;
-    const DepthImage& image = frame.images[c];
-    if (image.width != view.width || image.height != view.height ||
-        image.depth.size() != static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height)) {
-      throw InputError(fmt::format("camera {}: its depth image is {} x {} ({} numbers) and must be {} x {}",
-                                   cameras[c].name, image.width, image.height, image.depth.size(), view.width,
-                                   view.height));
-    }
-  }
-}
-
 /// Sums over a window, of pixels' rays (u, v) and inverse depths w relative to the middle's.
 struct WindowSums {
   double count = 0;
@@ -79,6 +63,22 @@ struct WindowSums {
 };
 
 }  // namespace
+
+void require_frame(const std::vector<DepthCamera>& cameras, const DepthFrame& frame) {
+  if (frame.images.size() != cameras.size()) {
+    throw InputError(fmt::format("{} depth images of {} cameras", frame.images.size(), cameras.size()));
+  }
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Camera& view = cameras[c].view;
+    const DepthImage& image = frame.images[c];
+    if (image.width != view.width || image.height != view.height ||
+        image.depth.size() != static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height)) {
+      throw InputError(fmt::format("camera {}: its depth image is {} x {} ({} numbers) and must be {} x {}",
+                                   cameras[c].name, image.width, image.height, image.depth.size(), view.width,
+                                   view.height));
+    }
+  }
+}
 
 PointReader::PointReader(std::vector<DepthCamera> cameras, const PointOptions& options)
     : cameras_(std::move(cameras)), options_(options) {

@@ -8,6 +8,9 @@
 
 namespace touchfield {
 
+/// throws   InputError if the frame has not an image a camera or an image not its camera's size
+void require_frame(const std::vector<DepthCamera>& cameras, const DepthFrame& frame);
+
 /// Points of a skin that cameras saw, in the world's frame.
 struct HandPoints {
   Points at;                // 3 x N [m]
@@ -53,7 +56,7 @@ class PointReader {
 
   /// within   points outside are left out: the workspace, or what of it a hand is expected in
   /// returns  camera by camera, row by row
-  /// throws   InputError if the frame has not an image a camera or an image not its camera's size
+  /// throws   InputError as require_frame does
   HandPoints read(const DepthFrame& frame, const Box& within) const;
 
   const std::vector<DepthCamera>& cameras() const { return cameras_; }

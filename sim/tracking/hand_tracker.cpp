@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -25,7 +24,9 @@ constexpr double kSightTolerance = 7e-3;  // [m]
 constexpr Eigen::Index kLeastPoints = 150;
 constexpr std::size_t kLearningFrames = 12;
 constexpr std::size_t kLeastLearningFrames = 3;
-constexpr int kStartsPerFrame = 4;
+constexpr std::size_t kStartsPerFrame = 2;
+constexpr Eigen::Index kPointsOfStart = 500;
+constexpr double kStartTurn = 15 * kDegree;  // deviation of joints from the template's
 
 class Stopwatch {
  public:
@@ -60,7 +61,8 @@ HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> came
       workspace_(workspace),
       options_(options),
       shape_(hand_->shaped(HandProportions::Zero())),
-      fit_(*hand_) {
+      fit_(*hand_),
+      search_({hand_->mesh()}) {
   if (options.node_spacing > 0) {
     deformation_.emplace(DeformationGraph(hand_->mesh(), options.node_spacing));
   }
@@ -68,6 +70,7 @@ HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> came
 
 void HandTracker::forget() {
   past_.clear();
+  starts_.clear();
   shifts_.resize(3, 0);
 }
 
@@ -154,53 +157,39 @@ HandFit HandTracker::followed(const DepthFrame& frame, const HandPoints& points,
   return fit;
 }
 
-/// Where a hand could be: turned in a way of its own, its middle in the middle of the points.
-HandState HandTracker::start(const HandPoints& points, int number) const {
-  HandState state{{}, joint_angles(hand_->pose())};
-  if (number == 0 && last_seen_) {
-    state = *last_seen_;
-  } else {
-    const double turn = 0.25 * std::numbers::pi * (number % 8);
-    const double roll = 0.5 * std::numbers::pi * ((number / 8) % 4);
-    state.place.rotation = (Eigen::AngleAxisd(turn, Vector3::UnitZ()) * Eigen::AngleAxisd(roll, Vector3::UnitY()))
-                               .toRotationMatrix();
-    state.place.shift.setZero();
-  }
-  Points vertices;
-  hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, state.joints), vertices);
-  const Points placed = state.place(vertices);
-  state.place.shift += 0.5 * (points.at.rowwise().minCoeff() + points.at.rowwise().maxCoeff()) -
-                       0.5 * (placed.rowwise().minCoeff() + placed.rowwise().maxCoeff());
-  return state;
+/// Brings a start that is some centimetres and tens of degrees off to where followed() can take it up.
+HandState HandTracker::brought_closer(const HandPoints& points, const HandStart& start) {
+  const Stopwatch watch(times_.pose);
+  const int stride = std::max(1, static_cast<int>(points.size() / kPointsOfStart));
+  const JointAngles joints = joint_angles(hand_->pose());
+  const PosePrior stiff{joints, JointAngles::Constant(kFollowTurn)};
+  const HandState placed =
+      fit_.fit(shape_, points, {start.place, joints}, stiff, {6, 24e-3, 12e-3, 4e-3, stride, true}).state;
+  const PosePrior loose{joints, JointAngles::Constant(kStartTurn)};
+  return fit_.fit(shape_, points, placed, loose, {8, 20e-3, 8e-3, 3e-3, stride, false}).state;
 }
 
 HandFit HandTracker::found(const DepthFrame& frame, const HandPoints& points) {
-  HandFit best;
-  best.seconds = frame.seconds;
+  HandFit fit;
+  fit.seconds = frame.seconds;
   if (points.size() < kLeastPoints) {
-    return best;
+    starts_.clear();
+    return fit;
   }
-  constexpr int kStarts = 32;
-  constexpr double kStiff = 4 * kDegree;
-  constexpr double kLoose = 15 * kDegree;
-  HandState nearest;
-  double explained = -1;
-  {
-    const Stopwatch watch(times_.pose);
-    const int stride = std::max(1, static_cast<int>(points.size() / 300));
-    for (int k = 0; k < kStartsPerFrame; ++k) {
-      const HandState from = start(points, k == 0 && last_seen_ ? 0 : next_start_++ % kStarts);
-      const PosePrior prior{from.joints, JointAngles::Constant(kStiff)};
-      const PoseFitResult result = fit_.fit(shape_, points, from, prior, {6, 40e-3, 12e-3, 4e-3, stride, true});
-      if (result.explained > explained) {
-        explained = result.explained;
-        nearest = result.state;
-      }
-    }
-    const PosePrior prior{nearest.joints, JointAngles::Constant(kLoose)};
-    nearest = fit_.fit(shape_, points, nearest, prior, {8, 24e-3, 8e-3, 3e-3, stride, false}).state;
+  std::size_t most = kStartsPerFrame;
+  if (starts_.empty()) {
+    const Stopwatch watch(times_.search);
+    starts_ = search_.starts(points, cameras(), frame);
+    std::ranges::reverse(starts_);
+    most = 1;
   }
-  return followed(frame, points, nearest, kLoose);
+  most = learning_ ? starts_.size() : std::min(most, starts_.size());
+  for (std::size_t k = 0; k < most && fit.lost; ++k) {
+    const HandState near = brought_closer(points, starts_.back());
+    starts_.pop_back();
+    fit = followed(frame, points, near, kStartTurn);
+  }
+  return fit;
 }
 
 void HandTracker::deform(const HandPoints& points, HandFit& fit) {
@@ -239,10 +228,11 @@ HandFit HandTracker::track_points(const DepthFrame& frame, HandPoints& points) {
   }
   HandFit fit = following ? followed(frame, points, from, kFollowTurn) : found(frame, points);
   if (fit.lost) {
-    forget();
+    past_.clear();
+    shifts_.resize(3, 0);
     return fit;
   }
-  last_seen_ = fit.state;
+  starts_.clear();
   if (past_.size() == 2) {
     past_.erase(past_.begin());
   }

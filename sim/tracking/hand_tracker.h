@@ -7,6 +7,7 @@
 #include "sim/tracking/deformation_fit.h"
 #include "sim/tracking/hand_learning.h"
 #include "sim/tracking/hand_points.h"
+#include "sim/tracking/hand_search.h"
 #include "sim/tracking/hand_template.h"
 #include "sim/tracking/pose_fit.h"
 #include "sim/tracking/sight_check.h"
@@ -43,6 +44,7 @@ struct HandFit {
 /// What a track() took [s].
 struct FitTimes {
   double points = 0;
+  double search = 0;
   double pose = 0;
   double check = 0;
   double deformation = 0;
@@ -53,7 +55,7 @@ struct FitTimes {
 /// Each frame the pose starts from where the last two have it move to (the place's motion times 0.8, the joints' times
 /// 0.5) and is fitted (PoseFit). It is believed if the images confirm it (SightCheck) and enough of the points near the
 /// hand lie on its skin; what lies behind the wrist does not count. If not, the hand is lost: the fit says so, and the
-/// following frames look for it anew, some starts a frame. The skin is then deformed towards the points (DeformationFit).
+/// following frames look for it anew (HandSearch), some starts a frame. The skin is then deformed towards the points (DeformationFit).
 ///
 /// accuracy   see tests/tracking/hand_tracker_test.cpp
 class HandTracker {
@@ -98,7 +100,7 @@ class HandTracker {
   Box region(const HandState& state) const;
   HandFit followed(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom);
   HandFit found(const DepthFrame& frame, const HandPoints& points);
-  HandState start(const HandPoints& points, int number) const;
+  HandState brought_closer(const HandPoints& points, const HandStart& start);
   void judge(const DepthFrame& frame, const HandPoints& points, HandFit& fit);
   void deform(const HandPoints& points, HandFit& fit);
   NodeMotions motions(const HandFit& fit) const;
@@ -110,13 +112,13 @@ class HandTracker {
   FitOptions options_;
   ShapedHand shape_;
   PoseFit fit_;
+  HandSearch search_;
   std::optional<DeformationFit> deformation_;
   SightCheck check_;
   SkinTargets targets_;
   std::vector<Past> past_;  // none, one or two, the last at the end
   Points shifts_;           // of the last frame
-  std::optional<HandState> last_seen_;
-  int next_start_ = 0;  // that is tried when the hand is lost
+  std::vector<HandStart> starts_;  // still to be tried while the hand is lost, the best at the end
   bool learning_ = false;
   FitTimes times_;
 };

@@ -1,0 +1,201 @@
+#include "sim/tracking/hand_tracker.h"
+
+#include <algorithm>
+
+#include <gtest/gtest.h>
+
+#include "sim/body/shapes.h"
+#include "sim/core/errors.h"
+#include "sim/tracking/skin_distance.h"
+#include "tests/support/moving_hand_support.h"
+
+namespace touchfield {
+namespace {
+
+constexpr double kFrameTime = 1.0 / 30;
+
+HandShape smaller_hand() {
+  HandShape hand;
+  hand.length = 0.181;
+  hand.breadth = 0.082;
+  hand.joints.index.mcp = 12 * kDegree;
+  hand.joints.index.pip = 15 * kDegree;
+  hand.joints.index.dip = 8 * kDegree;
+  return hand;
+}
+
+HandProportions beyond_the_template() {
+  HandProportions by;
+  by << 0.03, -0.04, 0.05, 0.06, -0.05, 0.06, 0.04, -0.06, 0.04, -0.05, 0.04, 0.03, -0.05;
+  return by;
+}
+
+const HandTemplate& mean_hand() {
+  static const HandTemplate hand(HandShape{}, 4.5e-3);
+  return hand;
+}
+
+const MovingHand& true_hand() {
+  static const MovingHand hand(smaller_hand(), 3e-3);
+  return hand;
+}
+
+StereoEffects exact() { return {false, false, false, false, false, false, false}; }
+
+/// Cameras, and the tracker that sees by them.
+struct Sight {
+  explicit Sight(std::size_t count = 3)
+      : cameras(first(count), 1), tracker(mean_hand(), cameras.told(), workspace_above_array()) {}
+  static std::vector<CameraSpec> first(std::size_t count) {
+    std::vector<CameraSpec> specs = cameras_beside_array();
+    specs.resize(count);
+    return specs;
+  }
+  DepthFrame at(const MovingHand& hand, int frame, const StereoEffects& effects = {}) const {
+    return cameras.sees(hand.mesh(frame * kFrameTime), frame * kFrameTime, static_cast<std::uint64_t>(frame), effects);
+  }
+  bool learn(const MovingHand& hand, const StereoEffects& effects = {}) {
+    std::vector<DepthFrame> frames;
+    for (int frame = 0; frame < 30; frame += 5) {
+      frames.push_back(at(hand, frame, effects));
+    }
+    return tracker.learn(frames);
+  }
+  SkinError error(const HandFit& fit, const MovingHand& hand, int frame) const {
+    static const TriangleMesh finer = touchfield::hand(hand_options(mean_hand().hand(), 3e-3)).mesh;
+    static const HandTemplate::Carrier carrier = mean_hand().carrier(finer.vertices());
+    Points skin;
+    tracker.skin(fit, carrier, skin);
+    const TriangleMesh truth = hand.mesh(frame * kFrameTime);
+    return skin_error(truth, {skin, finer.triangles()}, faces_seen(cameras.told(), truth),
+                      {hand.index_pad(frame * kFrameTime), 4e-3});
+  }
+
+  SimulatedCameras cameras;
+  HandTracker tracker;
+};
+
+TEST(HandTracker, SeesAHandOfAnotherSizeExactly) {
+  Sight sight;
+  ASSERT_TRUE(sight.learn(true_hand(), exact()));
+  const HandSkeleton& learnt = sight.tracker.shape().skeleton;
+  const HandSkeleton truth = posed_skeleton(hand_pose("index_up"), 0.181, 0.082);
+  const auto finger = [](const HandSkeleton& hand) { return (hand.fingers[0].joints[3] - hand.fingers[0].joints[0]).norm(); };
+  EXPECT_NEAR(finger(learnt), finger(truth), 0.03 * finger(truth));
+  EXPECT_NEAR(learnt.breadth, 0.082, 0.04 * 0.082);
+  const HandFit fit = sight.tracker.track(sight.at(true_hand(), 26, exact()));
+  ASSERT_FALSE(fit.lost);
+  const SkinError error = sight.error(fit, true_hand(), 26);
+  EXPECT_LT(error.seen.rms, 0.15e-3);
+  EXPECT_LT(error.patch.rms, 0.15e-3);
+  EXPECT_GT(fit.explained, 0.97);
+  EXPECT_GT(fit.seen, 0.25);
+}
+
+TEST(HandTracker, FollowsAMovingHandThatCamerasSeeWithNoise) {
+  for (const bool odd : {false, true}) {
+    const MovingHand hand = odd ? MovingHand(smaller_hand(), 3e-3, beyond_the_template(), 2e-3) : true_hand();
+    Sight sight;
+    ASSERT_TRUE(sight.learn(hand));
+    for (int frame = 26; frame < 36; ++frame) {
+      const HandFit fit = sight.tracker.track(sight.at(hand, frame));
+      ASSERT_FALSE(fit.lost) << frame;
+      if (frame % 5 == 0) {
+        const SkinError error = sight.error(fit, hand, frame);
+        EXPECT_LT(error.seen.rms, odd ? 0.5e-3 : 0.3e-3);
+        EXPECT_LT(error.seen.p95, odd ? 1.0e-3 : 0.6e-3);
+        EXPECT_LT(error.patch.rms, 0.5e-3);
+      }
+    }
+  }
+}
+
+TEST(HandTracker, OneCameraIsEnoughForWhatItSees) {
+  Sight sight(1);
+  ASSERT_TRUE(sight.learn(true_hand()));
+  const HandFit fit = sight.tracker.track(sight.at(true_hand(), 26));
+  ASSERT_FALSE(fit.lost);
+  EXPECT_LT(sight.error(fit, true_hand(), 26).seen.rms, 0.6e-3);
+}
+
+TEST(HandTracker, SaysWhichFacesWereSeen) {
+  Sight sight;
+  ASSERT_TRUE(sight.learn(true_hand(), exact()));
+  const HandFit fit = sight.tracker.track(sight.at(true_hand(), 26, exact()));
+  const Eigen::VectorXd confidence = sight.tracker.confidence(fit);
+  Points skin;
+  sight.tracker.skin(fit, skin);
+  const TriangleMesh mesh(skin, mean_hand().mesh().triangles());
+  const std::vector<bool> well = faces_seen(sight.cameras.told(), mesh, 60 * kDegree);
+  const std::vector<bool> at_all = faces_seen(sight.cameras.told(), mesh, 85 * kDegree);
+  double believed = 0;
+  double rightly = 0;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const auto face = static_cast<std::size_t>(f);
+    if (well[face]) {
+      EXPECT_GT(confidence(f), 0) << f;
+    }
+    if (confidence(f) > 0.99) {
+      believed += 1;
+      rightly += at_all[face] ? 1 : 0;
+    }
+  }
+  EXPECT_GT(rightly, 0.97 * believed);
+  EXPECT_GT(believed, 500);
+}
+
+TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
+  Sight sight;
+  ASSERT_TRUE(sight.learn(true_hand()));
+  DepthFrame nothing = sight.at(true_hand(), 26);
+  for (DepthImage& image : nothing.images) {
+    std::ranges::fill(image.depth, 0.0F);
+  }
+  EXPECT_FALSE(sight.tracker.track(sight.at(true_hand(), 26)).lost);
+  EXPECT_TRUE(sight.tracker.track(nothing).lost);
+  EXPECT_TRUE(sight.tracker.track(nothing).lost);
+  int frame = 60;
+  HandFit fit;
+  do {
+    fit = sight.tracker.track(sight.at(true_hand(), frame++));
+  } while (fit.lost && frame < 75);
+  ASSERT_FALSE(fit.lost) << "within half a second";
+  fit = sight.tracker.track(sight.at(true_hand(), frame));
+  ASSERT_FALSE(fit.lost);
+  EXPECT_LT(sight.error(fit, true_hand(), frame).seen.rms, 0.6e-3);
+}
+
+TEST(HandTracker, TakesNothingElseForAHand) {
+  Sight sight;
+  const TriangleMesh ball = transformed(sphere(0.05, 5e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
+  const TriangleMesh stick = transformed(capsule(0.03, 0.2, 5e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
+  for (const TriangleMesh& thing : {ball, stick}) {
+    sight.tracker.forget();
+    for (int frame = 0; frame < 10; ++frame) {
+      EXPECT_TRUE(sight.tracker.track(sight.cameras.sees(thing, frame * kFrameTime, static_cast<std::uint64_t>(frame))).lost)
+          << frame;
+    }
+  }
+}
+
+TEST(HandTracker, TheSameFramesGiveTheSameFit) {
+  const auto fitted = [] {
+    Sight sight;
+    sight.learn(true_hand());
+    return sight.tracker.track(sight.at(true_hand(), 26));
+  };
+  const HandFit one = fitted();
+  const HandFit other = fitted();
+  EXPECT_EQ(one.pose(), other.pose());
+  EXPECT_EQ(one.deformation, other.deformation);
+}
+
+TEST(HandTracker, RefusesFramesOfOtherCameras) {
+  Sight sight;
+  DepthFrame frame = sight.at(true_hand(), 0);
+  frame.images.pop_back();
+  EXPECT_THROW(sight.tracker.track(frame), InputError);
+}
+
+}  // namespace
+}  // namespace touchfield
