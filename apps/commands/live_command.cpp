@@ -125,8 +125,10 @@ class Live {
   void build() {
     progress_.note(fmt::format("live: building {}", scene_.name));
     std::future<SensedMotion> built = std::async(std::launch::async, [this] {
+      leave_one_to_the_sensor(apply_threads(flags_));
+      const Scene scene = within_budget(scene_, notes_);
       apply_threads(flags_);
-      SensedMotion sensed = sensed_motion(within_budget(scene_, notes_));
+      SensedMotion sensed = sensed_motion(scene);
       sensed.sensor->start(silent_);
       return sensed;
     });
@@ -154,9 +156,7 @@ class Live {
     const auto prepare = [&] {
       const int threads = apply_threads(flags_);
       LiveSolver solver = live_solver(*sensed_->sensor, method_, first);
-      if (!is_exact(motion_.sensor)) {
-        omp_set_num_threads(std::max(1, threads - 1));  // one is the sensor's
-      }
+      leave_one_to_the_sensor(threads);
       return solver;
     };
     loop_.emplace(
@@ -171,6 +171,13 @@ class Live {
     }
     progress_.note(fmt::format("live: playing {:g} s", motion_.seconds));
     return {first.solution.phases, first.solution.amplitudes};
+  }
+
+  /// A sensor that computes has a thread of its own; this one gets the others.
+  void leave_one_to_the_sensor(int threads) const {
+    if (!is_exact(motion_.sensor)) {
+      omp_set_num_threads(std::max(1, threads - 1));
+    }
   }
 
   void leave_if_interrupted() {
