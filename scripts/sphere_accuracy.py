@@ -3,7 +3,8 @@
 
 usage: scripts/sphere_accuracy.py [PROGRAM [FOLDER]]     (default: build/release/apps/touchfield, results/tables)
 
-Writes spheres.csv, on the built-in sphere, and spheres_from_files.csv, on finer icospheres from mesh files.
+Writes spheres.csv, on the built-in sphere, spheres_from_files.csv, on finer icospheres from mesh files, and sphere_sizes.csv,
+what the whole process takes on those.
 """
 
 import math
@@ -12,6 +13,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import time
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
@@ -36,16 +38,21 @@ write: [h5]
 
 
 def errors(body, radius, schemes, folder):
-    """Number of faces of the body, a sphere of this radius [m], and the error of each scheme."""
+    """Number of faces of the body, a sphere of this radius [m], the error of each scheme, and what the process took: seconds, GiB."""
     methods = ", ".join(f"{{fixed: {{as: {scheme}, scheme: {scheme}, phases_rad: 0}}}}" for scheme in schemes)
     scene = pathlib.Path(folder) / "scene.yaml"
     scene.write_text(SCENE.format(body=body, methods=methods))
-    subprocess.run([PROGRAM, "run", str(scene), "-o", folder + "/out", "--quiet"], check=True,
-                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    began = time.monotonic()
+    process = subprocess.Popen([PROGRAM, "run", str(scene), "-o", folder + "/out", "--quiet"], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    taken = time.monotonic() - began, usage.ru_maxrss / 2**20
+    if status:
+        sys.exit(f"scripts/sphere_accuracy.py: {PROGRAM} has failed on {body}")
     with open_run(folder + "/out") as run:
         centroid, area = faces(run)
         exact = plane_wave(radius, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
-        return len(area), {scheme: relative_l2(area, run[f"methods/{scheme}/pressure"][:], exact) for scheme in schemes}
+        return len(area), {scheme: relative_l2(area, run[f"methods/{scheme}/pressure"][:], exact) for scheme in schemes}, taken
 
 
 def built_in(ka, edges_a_wavelength):
@@ -66,7 +73,7 @@ made = made_by("scripts/sphere_accuracy.py", PROGRAM)
 rows = []
 for ka in [5.10, 5.858277, math.pi, 4.493409, 9.424778]:
     for edges in [3, 4, 6, 10] if ka < 7 else [3, 4, 6]:
-        count, found = built_in(ka, edges)
+        count, found, _ = built_in(ka, edges)
         rows.append({"ka": f"{ka:.4f}", "edges a wavelength": edges, "faces": count,
                      **{scheme: f"{error:.6g}" for scheme, error in found.items()}})
         print(*rows[-1].values(), flush=True)
@@ -74,10 +81,17 @@ write_table(tables / "spheres.csv", rows, made)
 
 rows = []
 for ka, splits, schemes in [(13, 4, SCHEMES[1:]), (25, 5, SCHEMES[3:])]:
-    count, found = from_file(ka, splits, schemes)
+    count, found, _ = from_file(ka, splits, schemes)
     edge = math.sqrt(4 / math.sqrt(3) * 4 * math.pi * ka**2 / count)  # times k, of an equilateral face
     for scheme, error in found.items():
         rows.append({"ka": ka, "faces": count, "edges a wavelength": f"{2 * math.pi / edge:.1f}", "scheme": scheme,
                      "error": f"{error:.6g}"})
         print(*rows[-1].values(), flush=True)
 write_table(tables / "spheres_from_files.csv", rows, made)
+
+rows = []
+for ka, splits in [(13, 4), (25, 5), (50, 6)]:
+    count, found, (seconds, gib) = from_file(ka, splits, SCHEMES[4:])
+    rows.append({"faces": f"{count:,}", "ka": ka, "seconds": f"{seconds:.2g}", "GiB": f"{gib:.2g}", "error": f"{100 * found[SCHEMES[4]]:.2f} %"})
+    print(*rows[-1].values(), flush=True)
+write_table(tables / "sphere_sizes.csv", rows, made)

@@ -100,7 +100,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
   std::optional<MotionCost> motion;
   if (scene.motion && !scene.sensing) {  // which is of the still alone: `play` refuses it
     require_memory(report);
-    motion = expected_cost(MovingModel(scene));
+    motion = expected_cost(sensed_motion(scene));
   }
   if (flags.json) {
     const Remarks remarks = model_remarks(model);
@@ -131,10 +131,9 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
       json["accuracy_seconds"] = accuracy->seconds;
     }
     if (motion) {
-      json["motion"] = {{"frames", motion->frames},
-                        {"scores", motion->scores},
-                        {"seconds", motion->seconds},
-                        {"memory_mib", motion->memory_mib}};
+      json["motion"] = {{"frames", motion->frames},         {"scores", motion->scores},
+                        {"seconds", motion->seconds},       {"sensor", sensor_text(scene.motion->sensor)},
+                        {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
     }
     put(fmt::format("{}\n", json.dump(2)));
   } else if (!flags.quiet) {
@@ -143,6 +142,8 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
       put(fmt::format(
           "motion: {} frames a method and {} scores, about {:.0f} s to play, {:.0f} MiB beside the still's\n",
           motion->frames, motion->scores, motion->seconds, motion->memory_mib));
+      put(fmt::format("sensor: the solver knows {}; a sample takes about {:.1f} ms here\n",
+                      sensor_text(scene.motion->sensor), 1e3 * motion->sample));
     }
     if (accuracy) {
       put(describe_accuracy(*accuracy, model.body.mesh.mean_edge()));

@@ -27,6 +27,7 @@ void add_play_command(CLI::App& app, Invocation& invocation);
 void add_run_command(CLI::App& app, Invocation& invocation);
 void add_schema_command(CLI::App& app, Invocation& invocation);
 void add_see_command(CLI::App& app, Invocation& invocation);
+void add_fit_command(CLI::App& app, Invocation& invocation);
 void add_send_command(CLI::App& app, Invocation& invocation);
 void add_study_command(CLI::App& app, Invocation& invocation);
 void add_sweep_command(CLI::App& app, Invocation& invocation);

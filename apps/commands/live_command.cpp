@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
@@ -85,8 +86,8 @@ class Live {
     plan.request.rate = motion_.frames_hz;
     plan.request.seconds = motion_.seconds;
     plan.signals = &signals_;
-    plan.array = layout_of(moving_->first().array);
-    plan.must_match = {moving_->first().array};
+    plan.array = layout_of(sensed_->solved().first().array);
+    plan.must_match = {sensed_->solved().first().array};
     plan.drives = [this](const ArrayLayout&) { return std::vector<Drive>{prepared()}; };
     plan.stream = [this](const Rounding& rounded) { return stream_of(*loop_, motion_, rounded); };
     EmissionReport report;
@@ -123,16 +124,21 @@ class Live {
  private:
   void build() {
     progress_.note(fmt::format("live: building {}", scene_.name));
-    std::future<std::unique_ptr<MovingModel>> built = std::async(std::launch::async, [this] {
+    std::future<SensedMotion> built = std::async(std::launch::async, [this] {
+      leave_one_to_the_sensor(apply_threads(flags_));
+      const Scene scene = within_budget(scene_, notes_);
       apply_threads(flags_);
-      return std::make_unique<MovingModel>(within_budget(scene_, notes_));
+      SensedMotion sensed = sensed_motion(scene);
+      sensed.sensor->start(silent_);
+      return sensed;
     });
     while (built.wait_for(std::chrono::duration<double>(kLook)) != std::future_status::ready) {
       leave_if_interrupted();
     }
-    moving_ = built.get();
-    method_ = method_of(moving_->first().scene, command_.method);
-    motion_ = motion_of(moving_->first().scene, command_.options.request.seconds);
+    sensed_.emplace(built.get());
+    method_ = method_of(sensed_->scene, command_.method);
+    motion_ = motion_of(sensed_->scene, command_.options.request.seconds);
+    std::ranges::copy(sensed_->sensor->notes(), std::back_inserter(notes_));
     for (const std::string& note : notes_) {
       progress_.remark(note);
     }
@@ -143,20 +149,35 @@ class Live {
     if (!command_.output.empty()) {
       directory_.emplace(RunDirectory::at(command_.output, {"live.csv"}, command_.options.device.replace));
     }
-    progress_.note(fmt::format("live: preparing {}: {} faces, {} channels", method_.name,
-                               moving_->first().body.mesh.face_count(), moving_->first().array.size()));
+    const Model& solved = sensed_->solved().first();
+    progress_.note(fmt::format("live: preparing {}: {} faces, {} channels; the solver knows {}", method_.name,
+                               solved.body.mesh.face_count(), solved.array.size(), sensor_text(motion_.sensor)));
     MotionFrame first;
     const auto prepare = [&] {
-      apply_threads(flags_);
-      return live_solver(*moving_, method_, first);
+      const int threads = apply_threads(flags_);
+      LiveSolver solver = live_solver(*sensed_->sensor, method_, first);
+      leave_one_to_the_sensor(threads);
+      return solver;
     };
     loop_.emplace(
-        motion_, [this](double seconds) { return moving_->state(seconds); }, prepare, time_);
+        motion_,
+        [this](std::int64_t number, double seconds) {
+          omp_set_num_threads(1);
+          return sensed_->sensor->sample(number, seconds);
+        },
+        prepare, time_);
     while (!loop_->ready(kLook)) {
       leave_if_interrupted();
     }
     progress_.note(fmt::format("live: playing {:g} s", motion_.seconds));
     return {first.solution.phases, first.solution.amplitudes};
+  }
+
+  /// A sensor that computes has a thread of its own; this one gets the others.
+  void leave_one_to_the_sensor(int threads) const {
+    if (!is_exact(motion_.sensor)) {
+      omp_set_num_threads(std::max(1, threads - 1));
+    }
   }
 
   void leave_if_interrupted() {
@@ -207,7 +228,8 @@ class Live {
   MethodSpec method_;
   MotionSpec motion_;
   std::vector<std::string> notes_;  // of the frame that was chosen for a budget
-  std::unique_ptr<MovingModel> moving_;
+  Progress silent_;
+  std::optional<SensedMotion> sensed_;
   std::optional<RunDirectory> directory_;
   SteadyTime time_;
   std::optional<LiveLoop> loop_;  // the last of all: its threads use what is above

@@ -62,6 +62,7 @@ double rate_of(const LiveResult& result) {
 }
 
 long quiet_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::quiet); }
+long lost_frames(const LiveReport& report) { return std::ranges::count(report.frames, true, &MotionFrame::lost); }
 
 }  // namespace
 
@@ -69,10 +70,11 @@ std::string describe_live(const LiveResult& result) {
   const LiveReport& loop = result.loop;
   const std::string text = fmt::format(
       "  loop: {} frames solved in {:.2f} s, {:.1f} a second; {} late, {} slots dropped, {} before a sample; {} quiet, "
-      "of no target\n"
+      "of no target, and {} lost\n"
       "  quiet {} times, {:.2f} s in all, for what was older than {:g} ms; {} frames came that old\n",
       loop.frames.size(), result.play.seconds, rate_of(result), loop.late, loop.dropped, loop.waiting,
-      quiet_frames(loop), result.play.silences, result.play.silent, 1e3 * result.motion.stale, result.play.stale);
+      quiet_frames(loop) - lost_frames(loop), lost_frames(loop), result.play.silences, result.play.silent,
+      1e3 * result.motion.stale, result.play.stale);
   std::vector<std::vector<std::string>> rows = {
       {"ms", "median", "95 %", "worst"}, row_of("sample to link", latencies(loop)), row_of("solve", solve_times(loop))};
   for (const std::string& stage : stages_of(loop.frames)) {
@@ -95,6 +97,7 @@ nlohmann::ordered_json live_json(const LiveResult& result) {
           {"dropped", loop.dropped},
           {"waiting", loop.waiting},
           {"quiet_frames", quiet_frames(loop)},
+          {"lost_frames", lost_frames(loop)},
           {"stale", result.play.stale},
           {"silences", result.play.silences},
           {"silent_s", result.play.silent},
@@ -106,8 +109,8 @@ nlohmann::ordered_json live_json(const LiveResult& result) {
 
 std::string live_csv(const LiveReport& report) {
   const std::vector<std::string> stages = stages_of(report.frames);
-  std::vector<std::string> header = {"frame",       "sampled_s", "started_s", "late_s",
-                                     "pose_time_s", "solved_s",  "shown_s",   "quiet"};
+  std::vector<std::string> header = {"frame",    "sampled_s", "started_s", "late_s", "pose_time_s",
+                                     "solved_s", "shown_s",   "quiet",     "lost"};
   for (const std::string& stage : stages) {
     header.push_back(stage + "_s");
   }
@@ -120,6 +123,7 @@ std::string live_csv(const LiveReport& report) {
       line.push_back(csv_number(time));
     }
     line.push_back(frame.quiet ? "1" : "0");
+    line.push_back(frame.lost ? "1" : "0");
     for (const std::string& stage : stages) {
       line.push_back(csv_number(stage_seconds(frame, stage)));
     }

@@ -52,20 +52,24 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
     throw InputError(fmt::format("{}: it has no motion to play; `touchfield run` computes a still", command.scene));
   }
   MotionOptions options{.command_line = invoked.command_line, .threads = threads};
-  const MovingModel moving(within_budget(scene, options.notes));
+  const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes));
   RunDirectory& directory =
-      claimed.claim(command.output, command.force, scene.name, motion_files(moving, command.pictures));
+      claimed.claim(command.output, command.force, scene.name, motion_files(sensed, command.pictures));
   try {
     progress.log_to(directory.file("play.log"));
     progress.note(first_log_line(scene.name, threads));
+    const MovingModel& solved = sensed.solved();
     progress.note(fmt::format("  {:.4g} s of a body of {} faces that {}, {} channels", scene.motion->seconds,
-                              moving.first().body.mesh.face_count(),
-                              moving.is_rigid() ? "keeps its shape" : "changes its shape or that of the whole",
-                              moving.first().array.size()));
+                              solved.first().body.mesh.face_count(),
+                              solved.is_rigid() && is_exact(scene.motion->sensor)
+                                  ? "keeps its shape"
+                                  : "changes its shape or that of the whole",
+                              solved.first().array.size()));
+    progress.note("  the solver knows " + sensor_text(scene.motion->sensor));
     for (const std::string& note : options.notes) {
       progress.remark(note);
     }
-    const Motion motion = play_scene(moving, options, directory, progress, command.pictures);
+    const Motion motion = play_scene(sensed, options, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     put(flags.json ? fmt::format("{}\n", motion_json(motion, directory.path()).dump(2))

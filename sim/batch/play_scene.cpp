@@ -26,7 +26,12 @@ int series_step(const MotionSpec& motion) {
   return std::max(1, static_cast<int>(std::ceil(motion.score_hz / kSeriesHz)));
 }
 
-bool is_judged(const Scene& scene) { return scene.judge.kind != JudgeSpec::Kind::kNone; }
+bool is_judged(const SensedMotion& sensed) { return sensed.truth && sensed.scene.judge.kind != JudgeSpec::Kind::kNone; }
+
+/// Of its pictures: none without scores.
+std::optional<PictureFormat> format_of(const SensedMotion& sensed, std::optional<PictureFormat> asked) {
+  return sensed.truth ? picture_format(sensed.truth->first(), asked) : std::nullopt;
+}
 
 /// The scores whose skin is drawn, evenly over the motion.
 std::vector<int> strip_scores(const MotionSpec& motion) {
@@ -43,29 +48,29 @@ std::vector<int> strip_scores(const MotionSpec& motion) {
 
 }  // namespace
 
-std::vector<std::string> motion_files(const MovingModel& moving, std::optional<PictureFormat> asked) {
-  const Scene& scene = moving.first().scene;
+std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<PictureFormat> asked) {
+  const Scene& scene = sensed.scene;
   std::vector<std::string> files = {"play.log", "failed.json", "motion.csv", "frames.csv"};
   if (scene.write.h5) {
     files.emplace_back("motion.h5");
   }
-  if (scene.write.vtp && is_judged(scene)) {
+  if (scene.write.vtp && is_judged(sensed)) {
     files.emplace_back("judge.pvd");
     for (int i = 0; i * series_step(*scene.motion) < scores_of(*scene.motion); ++i) {
       files.push_back(fmt::format("judge_{:04d}.vtp", i + 1));
     }
   }
-  if (const auto format = picture_format(moving.first(), asked)) {
+  if (const auto format = format_of(sensed, asked)) {
     files.insert(files.end(), {"motion." + to_string(*format), "strip." + to_string(*format)});
   }
   return files;
 }
 
-Motion play_scene(const MovingModel& moving, MotionOptions options, RunDirectory& directory, Progress& progress,
+Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirectory& directory, Progress& progress,
                   std::optional<PictureFormat> pictures) {
-  const Scene& scene = moving.first().scene;
+  const Scene& scene = sensed.scene;
   const std::vector<int> drawn = strip_scores(*scene.motion);
-  const auto format = picture_format(moving.first(), pictures);
+  const auto format = format_of(sensed, pictures);
   std::vector<MotionInstant> strip;
   std::vector<MotionInstant> waiting;  // for the next second, when the motion that they are of is there too
   std::vector<SeriesStep> series;
@@ -95,7 +100,7 @@ Motion play_scene(const MovingModel& moving, MotionOptions options, RunDirectory
     methods.push_back(method.name);
   }
   directory.plan(methods);
-  Motion motion = play_motion(moving, options, progress);
+  Motion motion = play_motion(sensed, options, progress);
   for (const std::string& method : methods) {
     directory.finished(method);
   }

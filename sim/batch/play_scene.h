@@ -12,7 +12,7 @@
 namespace touchfield {
 
 /// The names of all files that a motion may write into its directory, pictures in the format asked for beside the scene.
-std::vector<std::string> motion_files(const MovingModel& moving, std::optional<PictureFormat> asked = std::nullopt);
+std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<PictureFormat> asked = std::nullopt);
 
 /// Plays a motion (play_motion) and writes its results: motion.h5, motion.csv and frames.csv anew after every second of it,
 /// so that a kill leaves the last whole one; the skin that is scored as a ParaView series, at most some 20 a second; a plot
@@ -23,7 +23,7 @@ std::vector<std::string> motion_files(const MovingModel& moving, std::optional<P
 /// pictures    their format, and that there are some whatever the scene says; without it PNG if the scene asks for them
 /// returns     the finished motion
 /// throws      as play_motion; IoError on a failed write
-Motion play_scene(const MovingModel& moving, MotionOptions options, RunDirectory& directory, Progress& progress,
+Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirectory& directory, Progress& progress,
                   std::optional<PictureFormat> pictures = std::nullopt);
 
 }  // namespace touchfield

@@ -68,9 +68,7 @@ SeenScene seen_scene(const Scene& scene) {
   if (specs == nullptr) {
     throw InputError("motion.sensor.cameras: the scene has none whose images could be made");
   }
-  Scene still = scene;
-  still.motion->sensor.sight = std::monostate();
-  MovingModel moving(still);
+  MovingModel moving(scene);
   WholeSkin skin(moving.first());
   std::vector<std::string> models;
   std::ranges::transform(*specs, std::back_inserter(models), &CameraSpec::model);

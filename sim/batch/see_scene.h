@@ -13,7 +13,7 @@ namespace touchfield {
 
 /// A scene that moves before simulated cameras.
 struct SeenScene {
-  MovingModel moving;  // of the scene without them
+  MovingModel moving;
   WholeSkin skin;
   SimulatedCameras cameras;
   std::vector<std::string> models;  // of the cameras

@@ -94,11 +94,11 @@ void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::
   const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
   if (scene.motion) {
     MotionOptions options{.command_line = job.command_line, .threads = job.threads};
-    const MovingModel moving(within_budget(scene, options.notes), &kept.bodies);
-    require_memory(check_model(moving.first()));
-    expect(expected_cost(moving).seconds);
-    in_directory(job.scratch, motion_files(moving), [&](RunDirectory& directory) {
-      take_results(play_scene(moving, options, directory, progress), record);
+    const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes), &kept.bodies);
+    require_memory(check_model(sensed.solved().first()));
+    expect(expected_cost(sensed).seconds);
+    in_directory(job.scratch, motion_files(sensed), [&](RunDirectory& directory) {
+      take_results(play_scene(sensed, options, directory, progress), record);
     });
     return;
   }

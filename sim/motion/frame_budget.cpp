@@ -20,7 +20,7 @@ constexpr int kTrials = 9;
 double frame_seconds(const Scene& scene) {
   const MovingModel moving(scene);
   const MethodSpec& method = moving.first().scene.solve.methods.front();
-  FrameSolver solver(moving, method, drives_for(moving, method));
+  FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
   std::vector<double> took;
   for (int i = 0; i <= kTrials; ++i) {
     const auto begin = std::chrono::steady_clock::now();

@@ -24,15 +24,14 @@ SolverSpec frame_solver_spec(const SolverSpec& scene) {
   return spec;
 }
 
-/// The body where it is at so many instants, from the motion's beginning to its end.
-std::vector<std::unique_ptr<SkinScattering>> places(const MovingModel& moving, Scheme scheme, int count,
+/// The body at so many of the places where it may be seen.
+std::vector<std::unique_ptr<SkinScattering>> places(const MotionSensor& sensor, Scheme scheme, int count,
                                                     std::vector<SolveRecord>& records, Progress& progress) {
+  const Model& model = sensor.solved().first();
   std::vector<std::unique_ptr<SkinScattering>> all;
-  for (int i = 0; i < count; ++i) {
-    const double seconds = moving.first().scene.motion->seconds * i / (count - 1);
-    const Model model = moving.at(moving.state(seconds));
-    all.push_back(std::make_unique<SkinScattering>(model.body.mesh, model.wave, scheme, model.scene.solve.solver,
-                                                   model.array, records, progress));
+  for (const TriangleMesh& mesh : sensor.places(count)) {
+    all.push_back(std::make_unique<SkinScattering>(mesh, model.wave, scheme, model.scene.solve.solver, model.array,
+                                                   records, progress));
   }
   return all;
 }
@@ -50,24 +49,24 @@ double left_out(const std::vector<std::unique_ptr<SkinScattering>>& all, const E
 
 }  // namespace
 
-Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme) {
+Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme) {
   std::vector<SolveRecord> records;
   Progress silent;
   for (int count = 3;; count = 2 * count - 1) {
     const Eigen::MatrixXcd drives =
-        spanning_drives(places(moving, scheme, count, records, silent), 0.5 * kDriveTolerance);
+        spanning_drives(places(sensor, scheme, count, records, silent), 0.5 * kDriveTolerance);
     // Places between those: twice as many less one hold them.
     if (count >= kMostPlaces ||
-        left_out(places(moving, scheme, 2 * count - 1, records, silent), drives) <= kDriveTolerance) {
+        left_out(places(sensor, scheme, 2 * count - 1, records, silent), drives) <= kDriveTolerance) {
       return drives;
     }
   }
 }
 
-Eigen::MatrixXcd drives_for(const MovingModel& moving, const MethodSpec& method) {
+Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method) {
   const bool whole_skin = method.kind->model == MethodModel::kSkin && method.kind->minds_quiet &&
-                          moving.first().scene.solve.quiet_weight > 0;
-  return whole_skin ? drives_of_motion(moving, method.scheme) : Eigen::MatrixXcd();
+                          sensor.solved().first().scene.solve.quiet_weight > 0;
+  return whole_skin ? drives_of_motion(sensor, method.scheme) : Eigen::MatrixXcd();
 }
 
 Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& array, const Wave& wave,
@@ -93,7 +92,7 @@ FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Ei
   method_.iterations = moving.first().scene.motion->iterations;
   method_.start = StartSpec{};
   method_.start.kind = StartSpec::Kind::kZero;
-  if (moving.is_rigid()) {
+  if (moving.is_rigid() && is_exact(moving.first().scene.motion->sensor)) {
     kept_.expect(
         static_cast<int>(std::ceil(moving.first().scene.motion->seconds * moving.first().scene.motion->frames_hz)));
   }
@@ -124,6 +123,20 @@ void FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   }
 }
 
+MotionFrame FrameSolver::quiet() const {
+  MotionFrame frame;
+  frame.quiet = true;
+  frame.solution.phases = Eigen::VectorXd::Zero(moving_.first().array.size());
+  frame.solution.amplitudes = frame.solution.phases;
+  return frame;
+}
+
+MotionFrame FrameSolver::lost() const {
+  MotionFrame frame = quiet();
+  frame.lost = true;
+  return frame;
+}
+
 MotionFrame FrameSolver::solve(const Model& model) {
   MotionFrame frame;
   records_.clear();
@@ -131,12 +144,8 @@ MotionFrame FrameSolver::solve(const Model& model) {
   if (presses(model)) {
     target = build_target(model);
   }
-  const Eigen::Index channels = model.array.size();
   if (!target && method_.kind->model != MethodModel::kGiven) {
-    frame.quiet = true;
-    frame.solution.phases = Eigen::VectorXd::Zero(channels);
-    frame.solution.amplitudes = Eigen::VectorXd::Zero(channels);
-    return frame;
+    return quiet();
   }
   set_up(model, target, frame);
   const bool works_on_body = method_.kind->model == MethodModel::kSkin || method_.kind->model == MethodModel::kCentre;

@@ -3,7 +3,7 @@
 #include <memory>
 #include <optional>
 
-#include "sim/motion/moving_model.h"
+#include "sim/motion/motion_sensor.h"
 #include "sim/solve/kept_models.h"
 #include "sim/solve/methods.h"
 #include "sim/store/motion_data.h"
@@ -14,13 +14,14 @@ namespace touchfield {
 bool presses(const Model& model, const TriangleMesh& mesh);
 bool presses(const Model& model);
 
-/// Drives that span what all channels do to a body over its whole motion, N x r, to 5e-3 of b anywhere on the way.
+/// Drives that span what all channels do to a body wherever its sensor may see it (MotionSensor::places), N x r, to 5e-3
+/// of b.
 ///
 /// scheme   of the frames
-Eigen::MatrixXcd drives_of_motion(const MovingModel& moving, Scheme scheme);
+Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme);
 
 /// The same for a method, by its scheme, if it works on what all channels do to the whole skin; else nothing.
-Eigen::MatrixXcd drives_for(const MovingModel& moving, const MethodSpec& method);
+Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method);
 
 /// What is expected of phases that turn with a patch that moves: of channel n, at x_n,
 ///
@@ -37,6 +38,7 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 /// one factorisation; one that keeps its place has one transfer matrix for all targets.
 class FrameSolver {
  public:
+  /// moving   what is solved
   /// method   of moving's scene
   /// drives   of drives_of_motion; empty: found anew in each frame
   FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives);
@@ -48,10 +50,14 @@ class FrameSolver {
   /// throws    NumericalError as MethodSolver
   MotionFrame solve(const Model& model);
 
+  /// Of a sample that does not say where the body is: no drive sounds. The next frame starts from the last that was solved.
+  MotionFrame lost() const;
+
   /// The largest relative residual that a frame's equations were left with.
   double worst_residual() const { return worst_residual_; }
 
  private:
+  MotionFrame quiet() const;
   void set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame);
 
   const MovingModel& moving_;

@@ -123,8 +123,8 @@ void LiveLoop::run(const std::function<void()>& work) {
 void LiveLoop::sense(const std::stop_token& stop) {
   const double begin = begun();
   const Tick latency = to_ticks(motion_.sensor.latency);
-  std::optional<LiveSample::Seen> before;
-  for (std::int64_t number = 0;;) {
+  LiveSample sample{.now = {.lost = true}, .before = std::nullopt};
+  for (std::int64_t number = 0; true; ++number) {
     const Tick at = instant(number, motion_.sensor.hz);
     if (at >= to_ticks(motion_.seconds)) {
       return;
@@ -135,10 +135,12 @@ void LiveLoop::sense(const std::stop_token& stop) {
     }
     // Those that were known while this thread had no processor are overtaken.
     number = std::max(number, last_instant(to_ticks(time_.now() - begin) - latency, motion_.sensor.hz));
-    const Tick newest = instant(number++, motion_.sensor.hz);
-    LiveSample sample{{newest, sensor_(to_seconds(newest))}, std::move(before)};
-    before = sample.now;
-    sensed_.put(std::make_shared<const LiveSample>(std::move(sample)));
+    Seen now = sensor_(number, to_seconds(instant(number, motion_.sensor.hz)));
+    if (now.seconds > sample.now.seconds) {  // a recording may have nothing new
+      sample.before = std::move(sample.now);
+    }
+    sample.now = std::move(now);
+    sensed_.put(std::make_shared<const LiveSample>(sample));
   }
 }
 
@@ -184,13 +186,13 @@ std::shared_ptr<const LiveSample> LiveLoop::newest_sample(const std::stop_token&
 LiveFrame LiveLoop::frame_for(const FrameStart& start, const LiveSample& sample, const LoopClock& clock,
                               const LiveSolver& solver) {
   const double begin = begun();
-  Tick wanted = sample.now.at;
-  if (motion_.predict == MotionSpec::Prediction::kLinear && sample.before) {
+  double wanted = sample.now.seconds;
+  if (motion_.predict == MotionSpec::Prediction::kLinear && !sample.now.lost && is_known(sample.earlier())) {
     const auto handover = [this] {
       const std::lock_guard lock(mutex_);
       return handover_.value();
     };
-    wanted = clock.predicted_for(start, clock.expected_solve() + handover());
+    wanted = to_seconds(clock.predicted_for(start, clock.expected_solve() + handover()));
   }
   const double started = time_.now() - begin;
   LiveSolution solution = solver(sample, wanted);
@@ -198,10 +200,10 @@ LiveFrame LiveLoop::frame_for(const FrameStart& start, const LiveSample& sample,
   frame.number = static_cast<std::size_t>(start.number);
   frame.solved = time_.now() - begin;
   frame.frame = std::move(solution.frame);
-  frame.frame.sampled = to_seconds(sample.now.at);
+  frame.frame.sampled = sample.now.seconds;
   frame.frame.started = started;
   frame.frame.late = started - to_seconds(start.due);
-  frame.frame.pose_time = to_seconds(wanted);
+  frame.frame.pose_time = wanted;
   frame.frame.shown = kNotComputed;
   const std::lock_guard lock(mutex_);
   report_.residual = std::max(report_.residual, solution.residual);
@@ -219,8 +221,9 @@ void LiveLoop::keep(const LiveFrame& frame, const LoopClock& clock) {
   report_.waiting = clock.waiting();
 }
 
-LiveSolver live_solver(const MovingModel& moving, const MethodSpec& method, MotionFrame& first) {
-  const auto solver = std::make_shared<FrameSolver>(moving, method, drives_for(moving, method));
+LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first) {
+  const MovingModel& moving = sensor.solved();
+  const auto solver = std::make_shared<FrameSolver>(moving, method, drives_for(sensor, method));
   const double seconds = moving.first().scene.motion->seconds;
   for (int place = 0; place < kFirstPlaces; ++place) {
     first = solver->solve(moving.at(moving.state(seconds * place / (kFirstPlaces - 1))));
@@ -228,11 +231,12 @@ LiveSolver live_solver(const MovingModel& moving, const MethodSpec& method, Moti
       break;
     }
   }
-  return [&moving, solver](const LiveSample& sample, Tick wanted) {
+  return [&moving, solver](const LiveSample& sample, double wanted) {
+    if (sample.now.lost) {
+      return LiveSolution{solver->lost(), solver->worst_residual()};
+    }
     const auto begin = std::chrono::steady_clock::now();
-    const auto& [now, before] = sample;
-    const double share = wanted == now.at ? 0 : to_seconds(wanted - now.at) / to_seconds(now.at - before.value().at);
-    const Model model = moving.at(share == 0 ? now.state : moving.predicted(before->state, now.state, share));
+    const Model model = moving.at(expected_state(moving, sample.earlier(), sample.now, wanted));
     const double posed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     LiveSolution solution{solver->solve(model), solver->worst_residual()};
     solution.frame.seconds.insert(solution.frame.seconds.begin(), {"pose", posed});

@@ -13,7 +13,7 @@
 
 #include "sim/motion/latest_slot.h"
 #include "sim/motion/loop_clock.h"
-#include "sim/motion/moving_model.h"
+#include "sim/motion/motion_sensor.h"
 #include "sim/motion/running_median.h"
 #include "sim/scene/phase_methods.h"
 #include "sim/store/motion_data.h"
@@ -41,14 +41,12 @@ class SteadyTime final : public LiveTime {
   void wait_until(double t, const std::stop_token& stop) override;
 };
 
-/// What a sensor saw last, and what before that.
+/// What a sensor saw last, and what at a time before that. Times are since the loop began.
 struct LiveSample {
-  struct Seen {
-    Tick at = 0;  // since the loop began
-    MotionState state;
-  };
   Seen now;
   std::optional<Seen> before;
+
+  const Seen* earlier() const { return before ? &*before : nullptr; }
 };
 
 /// What a solver found for a sample.
@@ -57,10 +55,11 @@ struct LiveSolution {
   double residual = 0;  // the largest that it was ever left with
 };
 
-/// The state of what moves at a time of the motion [s].
-using LiveSensor = std::function<MotionState(double seconds)>;
-/// Finds phases for the pose at `wanted`, which is that of the sample or, predicted, later.
-using LiveSolver = std::function<LiveSolution(const LiveSample& sample, Tick wanted)>;
+/// Takes a sample of this number, rising but for those that are left out, at a time of the motion [s]. What that takes
+/// makes the sample known later.
+using LiveSensor = std::function<Seen(std::int64_t number, double seconds)>;
+/// Finds phases for the pose at `wanted` [s], which is that of the sample or, predicted, later; none for a sample that is lost.
+using LiveSolver = std::function<LiveSolution(const LiveSample& sample, double wanted)>;
 
 /// A frame of the loop. Its times are since the loop began; `shown` is when the link had taken it, NaN before.
 struct LiveFrame {
@@ -158,9 +157,9 @@ class LiveLoop {
 /// Finds before it returns what does not have to be found in every frame, and solves once where the target first holds
 /// skin.
 ///
+/// sensor   started; its model has to outlive the solver
 /// first    gets that solution
 /// throws   NumericalError as FrameSolver
-LiveSolver live_solver(const MovingModel& moving, const MethodSpec& method, MotionFrame& first);
-LiveSolver live_solver(MovingModel&&, const MethodSpec&, MotionFrame&) = delete;
+LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first);
 
 }  // namespace touchfield

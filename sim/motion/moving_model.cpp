@@ -72,6 +72,9 @@ MotionState MotionState::beyond(const MotionState& before, double share) const {
   if (vertices && before.vertices) {
     *state.vertices += share * (*vertices - *before.vertices);
   }
+  if (skin && before.skin) {
+    *state.skin += share * (*skin - *before.skin);
+  }
   return state;
 }
 
@@ -136,10 +139,10 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept)
       sequence_(sequence_of(scene)),
       solving_(scene, first_.plan, first_.body.mesh, first_.owner) {
   if (scene.sensing) {
-    throw InputError("sensing: is of stills; a motion has motion.sensor");
-  }
-  if (!std::holds_alternative<std::monostate>(scene.motion->sensor.sight)) {
-    throw InputError("motion.sensor: noise, cameras and recorded images are not played yet");
+    throw InputError(
+        "sensing: is of a still; what the solver sees of a motion is said once, by motion.sensor: put the same keys "
+        "into "
+        "motion.sensor.noise, which gives every sample noise of its own, and leave sensing out");
   }
   if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
     const JudgeMesh judge = build_judge_mesh(first_, kept);
@@ -159,7 +162,7 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept)
 }
 
 MotionState MovingModel::state(double seconds) const {
-  MotionState state{trajectory_.state(seconds), std::nullopt};
+  MotionState state{trajectory_.state(seconds)};
   if (sequence_) {
     state.vertices = sequence_->state(seconds);
   }
@@ -189,7 +192,8 @@ Model MovingModel::at(const MotionState& state) const {
   trajectory_.apply(state.numbers, model.scene);
   model.plan = plan_at(model.scene);
   model.own_frame = model.plan.own_frame(model.scene, 0);
-  model.body.mesh = solving_.at(model.scene, model.plan, state);
+  model.body.mesh = state.skin ? TriangleMesh(*state.skin, first_.body.mesh.triangles())
+                               : solving_.at(model.scene, model.plan, state);
   if (model.scene.target) {
     const bool on_skin = model.scene.motion->target == MotionSpec::Target::kOnSkin;
     model.boxes = build_boxes(*model.scene.target, on_skin ? model.body : first_.body);

@@ -15,10 +15,11 @@
 namespace touchfield {
 
 /// What of a scene moves, at one instant: the numbers that its motion changes, and the vertices of a body that is given
-/// as meshes over time.
+/// as meshes over time. Or the whole solving mesh as a sensor sees it, wherever numbers and vertices have it.
 struct MotionState {
   Eigen::VectorXd numbers;
-  std::optional<Points> vertices;
+  std::optional<Points> vertices{};  // in the body's own frame [m]
+  std::optional<Points> skin{};      // in the world's frame [m]
 
   /// On the straight line through this state and an earlier one: this + share (this - before).
   MotionState beyond(const MotionState& before, double share) const;
@@ -81,7 +82,8 @@ class MovingModel {
   /// A state on from what the sensor saw, kept within the ranges of its numbers.
   MotionState predicted(const MotionState& before, const MotionState& now, double share) const;
 
-  /// The model at a state: its scene's numbers, mesh, boxes and own frame.
+  /// The model at a state: its scene's numbers, mesh, boxes and own frame. Of a state with a skin that is the mesh, which
+  /// boxes and landmarks follow; places and joints, and with them the own frame, are still those of the numbers.
   Model at(const MotionState& state) const;
 
   /// The judge's mesh of a model that at() gave. There is none where the scene has no judge.

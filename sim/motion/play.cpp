@@ -15,6 +15,7 @@
 #include "sim/field/pressure_metrics.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/loop_clock.h"
+#include "sim/motion/seen_error.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/judge.h"
 #include "sim/solve/run_field.h"
@@ -32,8 +33,13 @@ double seconds_since(Clock::time_point start) { return std::chrono::duration<dou
 /// The loop of one method, which goes on as far as it is told to.
 class MethodLoop {
  public:
-  MethodLoop(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives)
-      : moving_(moving), clock_(motion_of(moving)), solver_(moving, method, std::move(drives)) {}
+  /// samples   of all methods
+  MethodLoop(const SensedMotion& sensed, SampleStore& samples, const MethodSpec& method, Eigen::MatrixXcd drives)
+      : sensed_(sensed),
+        samples_(samples),
+        motion_(*sensed.scene.motion),
+        clock_(motion_),
+        solver_(sensed.solved(), method, std::move(drives)) {}
 
   /// Frames that start before `end`.
   void go_on(Tick end, std::vector<MotionFrame>& frames) {
@@ -51,48 +57,54 @@ class MethodLoop {
   }
 
   std::optional<ScoreInstant> next_score() { return clock_.next_score(); }
-  /// Of the target's patch at the sample of a frame.
+  /// Where the target's patch really was at the sample of a frame; of no meaning without a target or a truth.
   const Vector3& patch(std::int64_t frame) const { return patches_[static_cast<std::size_t>(frame)]; }
   std::int64_t dropped() const { return clock_.dropped(); }
   double worst_residual() const { return solver_.worst_residual(); }
 
  private:
-  static const MotionSpec& motion_of(const MovingModel& moving) { return *moving.first().scene.motion; }
-
   MotionFrame solved(const FrameStart& start) {
-    const MotionSpec& motion = motion_of(moving_);
+    const Seen& now = samples_.at(start.sample);
+    const bool predicts = motion_.predict == MotionSpec::Prediction::kLinear && !now.lost;
+    const Seen* before = predicts ? samples_.before(start.sample) : nullptr;
+    const double wanted = is_known(before) ? to_seconds(clock_.predicted_for(start)) : now.seconds;
     const auto begin = Clock::now();
-    const MotionState seen = moving_.state(to_seconds(start.sampled));
-    const Model sampled = moving_.at(seen);
-    const bool predicts = motion.predict == MotionSpec::Prediction::kLinear && start.sample > 0;
-    const Tick wanted = predicts ? clock_.predicted_for(start) : start.sampled;
-    std::optional<Model> expected;
-    if (predicts) {
-      expected = moving_.at(expected_state(start, seen, wanted));
-    }
-    const double posed = seconds_since(begin);
-    MotionFrame frame = solver_.solve(expected ? *expected : sampled);
-    const double took = seconds_since(begin);
-    frame.seconds.insert(frame.seconds.begin(), {"pose", posed});
-    const ShownFrame shown = clock_.finished(to_ticks(motion.solve.value_or(took)));
-    patches_.push_back(sampled.boxes.empty() ? Vector3::Zero().eval() : moving_.patch(sampled));
-    frame.sampled = to_seconds(start.sampled);
+    MotionFrame frame = now.lost ? solver_.lost() : solved(expected_state(sensed_.solved(), before, now, wanted));
+    const ShownFrame shown = clock_.finished(to_ticks(motion_.solve.value_or(seconds_since(begin))));
+    look_at_truth(now, frame);
+    frame.sampled = now.seconds;
     frame.started = to_seconds(start.at);
     frame.late = to_seconds(start.late());
     frame.shown = to_seconds(shown.from);
-    frame.pose_time = to_seconds(wanted);
+    frame.pose_time = wanted;
     return frame;
   }
 
-  /// On from the last two samples at their constant velocity.
-  MotionState expected_state(const FrameStart& start, const MotionState& seen, Tick wanted) const {
-    const double hz = motion_of(moving_).sensor.hz;
-    const double before = to_seconds(instant(start.sample - 1, hz));
-    const double now = to_seconds(start.sampled);
-    return moving_.predicted(moving_.state(before), seen, (to_seconds(wanted) - now) / (now - before));
+  MotionFrame solved(const MotionState& state) {
+    const auto begin = Clock::now();
+    const Model model = sensed_.solved().at(state);
+    const double posed = seconds_since(begin);
+    MotionFrame frame = solver_.solve(model);
+    frame.seconds.insert(frame.seconds.begin(), {"pose", posed});
+    return frame;
   }
 
-  const MovingModel& moving_;
+  /// Where the target's patch really was at a sample, and how far off what was seen of the skin is.
+  void look_at_truth(const Seen& seen, MotionFrame& frame) {
+    patches_.emplace_back(Vector3::Zero());
+    if (!sensed_.truth || !sensed_.scene.target) {
+      return;
+    }
+    const Model truth = sensed_.truth->at(sensed_.truth->state(seen.seconds));
+    patches_.back() = sensed_.truth->patch(truth);
+    if (!seen.lost && !is_exact(motion_.sensor)) {
+      frame.off = seen_error(truth, sensed_.solved().at(seen.state));
+    }
+  }
+
+  const SensedMotion& sensed_;
+  SampleStore& samples_;
+  const MotionSpec& motion_;
   LoopClock clock_;
   FrameSolver solver_;
   std::optional<FrameStart> next_;
@@ -176,18 +188,35 @@ class Scorer {
 
 class Player {
  public:
-  Player(const MovingModel& moving, const MotionOptions& options, Progress& progress)
-      : moving_(moving), options_(options), progress_(progress), scorer_(moving), motion_(begun()) {
-    const Scene& scene = moving.first().scene;
+  Player(const SensedMotion& sensed, const MotionOptions& options, Progress& progress)
+      : sensed_(sensed),
+        options_(options),
+        progress_(progress),
+        samples_(*sensed.sensor, sensed.scene.motion->sensor.hz),
+        motion_(begun()) {
+    const Scene& scene = sensed.scene;
+    if (sensed.truth) {
+      scorer_.emplace(*sensed.truth);
+    } else {
+      motion_.notes.emplace_back("unscored: nobody knows where the hand really was, so that nothing is scored");
+    }
+    if (sensed.sensor->remembers()) {
+      timed(progress, motion_.timings, "sensor", "what the sensor learns before the clock starts",
+            [&] { sensed.sensor->start(progress); });
+      for (const std::string& note : sensed.sensor->notes()) {
+        motion_.notes.push_back(note);
+        progress.remark(note);
+      }
+    }
     std::map<Scheme, Eigen::MatrixXcd> drives;  // one matrix for all methods of a scheme
     for (const MethodSpec& method : scene.solve.methods) {
       Eigen::MatrixXcd& own = drives[method.scheme];
       if (own.size() == 0 && method.kind->model == MethodModel::kSkin) {
         const std::string name = to_string(method.scheme);
         own = timed(progress, motion_.timings, "drives_" + name, "drives that span the motion by " + name,
-                    [&] { return drives_for(moving, method); });
+                    [&] { return drives_for(*sensed.sensor, method); });
       }
-      loops_.push_back(std::make_unique<MethodLoop>(moving, method, own));
+      loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own));
       pending_.emplace_back();
       motion_.methods.push_back({method.name, std::string(method.kind->name), scheme_of(method)});
     }
@@ -217,25 +246,29 @@ class Player {
 
  private:
   Motion begun() const {
-    const Model& first = moving_.first();
-    const std::string text = resolved_yaml(first.scene);
-    Motion motion{.name = first.scene.name,
+    const Scene& scene = sensed_.scene;
+    const MovingModel& solved = sensed_.solved();
+    const std::string text = resolved_yaml(scene);
+    Motion motion{.name = scene.name,
                   .scene = text,
-                  .seconds = first.scene.motion->seconds,
-                  .array = first.array,
-                  .mesh = moving_.at(moving_.state(0)).body.mesh};
+                  .seconds = scene.motion->seconds,
+                  .array = solved.first().array,
+                  .mesh = solved.at(solved.state(0)).body.mesh};
     motion.notes = options_.notes;
-    motion.provenance =
-        provenance_now(options_.threads, used_seeds(first.scene), options_.command_line, text_hash(text));
+    motion.provenance = provenance_now(options_.threads, used_seeds(scene), options_.command_line, text_hash(text));
     return motion;
   }
 
   void play_until(Tick until) {
+    // Those behind every loop, with a second to spare for what is late or predicted.
+    samples_.forget(to_seconds(until) - 2 - sensed_.scene.motion->sensor.latency - 2 / sensed_.scene.motion->sensor.hz);
     for (std::size_t m = 0; m < loops_.size(); ++m) {
       loops_[m]->go_on(until, motion_.methods[m].frames);
       motion_.methods[m].dropped = static_cast<int>(loops_[m]->dropped());
       while (const auto score = loops_[m]->next_score()) {
-        pending_[m].push_back(*score);
+        if (scorer_) {
+          pending_[m].push_back(*score);
+        }
       }
     }
     // An instant is scored once it is settled for every method.
@@ -251,10 +284,10 @@ class Player {
       if (const auto& frame = pending_[m].front().frame) {
         const auto number = static_cast<std::size_t>(frame->start.number);
         drives.col(static_cast<Eigen::Index>(m)) =
-            sounding_drive(motion_.methods[m].frames[number].solution, moving_.first().array_truth);
+            sounding_drive(motion_.methods[m].frames[number].solution, sensed_.truth->first().array_truth);
       }
     }
-    const Scorer::Scored scored = scorer_.at(at, drives);
+    const Scorer::Scored scored = scorer_->at(at, drives);
     std::optional<MotionInstant> instant;
     if (scored.mesh) {
       instant.emplace(MotionInstant{at, *scored.mesh, scored.target, {}});
@@ -285,11 +318,11 @@ class Player {
   }
 
   void note_unconverged() {
-    double worst = scorer_.worst_residual();
+    double worst = scorer_ ? scorer_->worst_residual() : 0.0;
     for (const auto& loop : loops_) {
       worst = std::max(worst, loop->worst_residual());
     }
-    const double tolerance = moving_.first().scene.solve.solver.tolerance;
+    const double tolerance = sensed_.scene.solve.solver.tolerance;
     if (worst > tolerance) {
       motion_.warnings.push_back(fmt::format(
           "residual: the equations of a frame or score were left with {:.1e}, above the tolerance of {:.1e}", worst,
@@ -298,10 +331,11 @@ class Player {
     }
   }
 
-  const MovingModel& moving_;
+  const SensedMotion& sensed_;
   const MotionOptions& options_;
   Progress& progress_;
-  Scorer scorer_;
+  std::optional<Scorer> scorer_;
+  SampleStore samples_;
   Motion motion_;
   std::vector<std::unique_ptr<MethodLoop>> loops_;
   std::vector<std::deque<ScoreInstant>> pending_;
@@ -309,8 +343,8 @@ class Player {
 
 }  // namespace
 
-MotionCost expected_cost(const MovingModel& moving) {
-  const Scene& scene = moving.first().scene;
+MotionCost expected_cost(const SensedMotion& sensed) {
+  const Scene& scene = sensed.scene;
   const MotionSpec& motion = *scene.motion;
   MotionCost cost;
   cost.frames = static_cast<std::int64_t>(std::ceil(motion.seconds * motion.frames_hz));
@@ -324,18 +358,35 @@ MotionCost expected_cost(const MovingModel& moving) {
     work(0.1);
     return std::pair(first, seconds_since(again));
   };
-  FrameSolver solver(moving, scene.solve.methods.front(), {});
+  MotionSensor& sensor = *sensed.sensor;
+  const MovingModel& solved = sensor.solved();
+  if (sensor.remembers()) {
+    Progress silent;
+    const auto begin = Clock::now();
+    sensor.start(silent);
+    cost.seconds += seconds_since(begin);
+  }
+  std::int64_t number = 0;
+  cost.sample = timed_twice([&](double /*share*/) {
+                  sensor.sample(number, to_seconds(instant(number, motion.sensor.hz)));
+                  ++number;
+                }).second;
+  const double samples =
+      sensor.remembers()
+          ? std::ceil(motion.seconds * motion.sensor.hz)
+          : static_cast<double>(std::min(cost.frames, last_instant(to_ticks(motion.seconds), motion.sensor.hz)));
+  FrameSolver solver(solved, scene.solve.methods.front(), {});
   const auto [first_frame, frame] =
-      timed_twice([&](double share) { solver.solve(moving.at(moving.state(share * motion.seconds))); });
-  cost.seconds = methods * (first_frame + static_cast<double>(cost.frames - 1) * frame);
-  if (scene.judge.kind != JudgeSpec::Kind::kNone) {
-    Scorer scorer(moving);
+      timed_twice([&](double share) { solver.solve(solved.at(solved.state(share * motion.seconds))); });
+  cost.seconds += samples * cost.sample + methods * (first_frame + static_cast<double>(cost.frames - 1) * frame);
+  if (sensed.truth && scene.judge.kind != JudgeSpec::Kind::kNone) {
+    Scorer scorer(*sensed.truth);
     const Eigen::MatrixXcd drives =
-        Eigen::MatrixXcd::Ones(moving.first().array.size(), static_cast<Eigen::Index>(scene.solve.methods.size()));
+        Eigen::MatrixXcd::Ones(solved.first().array.size(), static_cast<Eigen::Index>(scene.solve.methods.size()));
     const auto [first_score, score] = timed_twice([&](double share) { scorer.at(share * motion.seconds, drives); });
     cost.seconds += first_score + static_cast<double>(cost.scores - 1) * score;
   }
-  const double frame_bytes = 16.0 * static_cast<double>(moving.first().array.size()) + sizeof(MotionFrame);
+  const double frame_bytes = 16.0 * static_cast<double>(solved.first().array.size()) + sizeof(MotionFrame);
   cost.memory_mib =
       methods *
       (static_cast<double>(cost.frames) * frame_bytes + static_cast<double>(cost.scores) * sizeof(MotionScore)) /
@@ -343,8 +394,8 @@ MotionCost expected_cost(const MovingModel& moving) {
   return cost;
 }
 
-Motion play_motion(const MovingModel& moving, const MotionOptions& options, Progress& progress) {
-  return Player(moving, options, progress).played();
+Motion play_motion(const SensedMotion& sensed, const MotionOptions& options, Progress& progress) {
+  return Player(sensed, options, progress).played();
 }
 
 }  // namespace touchfield

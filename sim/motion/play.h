@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim/core/progress.h"
-#include "sim/motion/moving_model.h"
+#include "sim/motion/motion_sensor.h"
 #include "sim/store/motion_data.h"
 
 namespace touchfield {
@@ -23,17 +23,19 @@ struct MotionOptions {
 struct MotionCost {
   std::int64_t frames = 0;  // of a method
   std::int64_t scores = 0;
-  double seconds = 0;     // about: from two frames of the first method and two scores, which it computes
+  double seconds = 0;     // about: from two samples, two frames of the first method and two scores, which it computes
+  double sample = 0;      // of them, about what one sample takes
   double memory_mib = 0;  // beside that of the still: what is kept of frames and scores
 };
-MotionCost expected_cost(const MovingModel& moving);
+MotionCost expected_cost(const SensedMotion& sensed);
 
 /// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases for
 /// what the sensor saw, and what is then on the array is scored on the true skin, by the scene's judge, at motion.score_hz.
+/// Where nobody knows the truth there are no scores, and a note says so. A sample that is lost makes a quiet frame.
 ///
 /// Where motion.solve_ms is a number the result repeats to the last bit on as many threads.
 ///
-/// throws   NumericalError as FrameSolver and the judge, and what the options' functions throw
-Motion play_motion(const MovingModel& moving, const MotionOptions& options, Progress& progress);
+/// throws   NumericalError as FrameSolver and the judge, InputError as the sensor, and what the options' functions throw
+Motion play_motion(const SensedMotion& sensed, const MotionOptions& options, Progress& progress);
 
 }  // namespace touchfield

@@ -44,6 +44,7 @@ std::optional<std::vector<std::size_t>> header_order(schema::FileReport& report,
                                                      const std::vector<std::string_view>& parts,
                                                      const std::vector<std::string>& columns) {
   std::vector<std::size_t> order;
+  order.reserve(columns.size());
   for (const std::string& column : columns) {
     order.push_back(static_cast<std::size_t>(std::ranges::find(parts, column) - parts.begin()));
   }
@@ -64,8 +65,13 @@ CameraFolder::CameraFolder(std::string folder) : folder_(std::move(folder)) {
         fmt::format("{}: {}", folder_, fs::exists(folder_, error) ? "a file, must be a folder" : "no such folder"));
   }
   const std::string cameras = path_in(folder_, kCamerasFile);
-  cameras_ = read_cameras_text(read_whole_file(cameras, schema::kMostTextBytes), cameras);
   const std::string table = path_in(folder_, kTimesFile);
+  for (const std::string& file : {cameras, table}) {
+    if (fs::exists(file, error) && !fs::is_regular_file(file, error)) {  // a pipe might never end
+      throw InputError(file + ": must be a file");
+    }
+  }
+  cameras_ = read_cameras_text(read_whole_file(cameras, schema::kMostTextBytes), cameras);
   read_rows(table);
   check_images(table);
 }

@@ -56,7 +56,7 @@ struct CameraFile {
   std::vector<DepthCamera> cameras;
 };
 
-/// A number that is one of an array.
+/// A number that is one of an array; 0 if it may be left out and is.
 template <class S, std::size_t n>
 void number_key(Map<S>& map, const std::string& name, std::array<double, n> S::*array, std::size_t item,
                 const Range& range, bool required) {
@@ -64,7 +64,10 @@ void number_key(Map<S>& map, const std::string& name, std::array<double, n> S::*
   map.add(
       {.name = name, .type = codec.type, .help = "", .required = required},
       [=](const Input& in, S& s) { return codec.read(in, (s.*array)[item]); },
-      [=](const S& s) { return std::optional<Node>(codec.write((s.*array)[item])); });
+      [=](const S& s) {
+        const double value = (s.*array)[item];
+        return required || value != 0 ? std::optional<Node>(codec.write(value)) : std::nullopt;
+      });
 }
 
 Codec<Lens> lens_codec() {

@@ -207,9 +207,9 @@ std::vector<png_byte> depth_numbers(const std::string& path, const DepthImage& i
   std::vector<png_byte> bytes;
   bytes.reserve(2 * image.depth.size());
   for (std::size_t pixel = 0; pixel < image.depth.size(); ++pixel) {
-    const double depth = static_cast<double>(image.depth[pixel]);
+    const auto depth = static_cast<double>(image.depth[pixel]);
     if (!(depth >= 0 && std::isfinite(depth))) {
-      const std::size_t width = static_cast<std::size_t>(image.width);
+      const auto width = static_cast<std::size_t>(image.width);
       refuse_png(path, fmt::format("depth {} m at pixel ({}, {}), must be finite and >= 0", depth, pixel % width,
                                    pixel / width));
     }

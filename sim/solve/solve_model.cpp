@@ -241,6 +241,13 @@ std::string used_seeds(const Scene& scene) {
   if (scene.array.spread) {
     seeds += fmt::format("{}spread={}", seeds.empty() ? "" : " ", scene.array.spread->seed);
   }
+  if (scene.motion) {
+    const MotionSpec::Sensor& sensor = scene.motion->sensor;
+    const auto* noise = std::get_if<SensingNoise>(&sensor.sight);
+    if (noise != nullptr || std::holds_alternative<std::vector<CameraSpec>>(sensor.sight)) {
+      seeds += fmt::format("{}sensor={}", seeds.empty() ? "" : " ", noise != nullptr ? noise->seed : sensor.seed);
+    }
+  }
   for (const MethodSpec& method : scene.solve.methods) {
     if (method.start.kind == StartSpec::Kind::kRandom) {
       seeds += fmt::format("{}{}={}", seeds.empty() ? "" : " ", method.name, method.start.seed);

@@ -9,6 +9,12 @@
 
 namespace touchfield {
 
+/// How far what a sensor made of the skin was from the true one, rms about the target (seen_error.h) [m].
+struct SkinOff {
+  double skin = kNotComputed;
+  double patch = kNotComputed;
+};
+
 /// Phases that a method found for one sample of a moving hand. Times are from the beginning of the motion [s].
 struct MotionFrame {
   double sampled = 0;        // when the hand was where the sensor says
@@ -16,7 +22,9 @@ struct MotionFrame {
   double late = 0;           // how long after its turn that was
   double shown = 0;          // when the array had the phases
   double pose_time = 0;      // the instant whose hand was solved for: `sampled`, or later if predicted
-  bool quiet = false;        // the target held no skin: all drives are 0
+  SkinOff off{};             // of its sample
+  bool quiet = false;        // all drives are 0: the target held no skin, or
+  bool lost = false;         // the sensor did not know where the hand was
   PhaseSolution solution{};  // of a quiet frame: N zeros
   std::vector<std::pair<std::string, double>> seconds{};  // stage -> seconds this machine took
 };

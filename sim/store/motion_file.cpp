@@ -92,6 +92,11 @@ void frame_parts(const Io& io, Frames& frames, Eigen::Index channels) {
   io.column("shown", frames, &MotionFrame::shown, "s");
   io.column("pose_time", frames, &MotionFrame::pose_time, "s");
   io.column("quiet", frames, &MotionFrame::quiet, "1");
+  io.later_column("lost", frames, &MotionFrame::lost, "1");
+  io.later_column(
+      "skin_off", frames, [](auto& frame) -> auto& { return frame.off.skin; }, "m");
+  io.later_column(
+      "patch_off", frames, [](auto& frame) -> auto& { return frame.off.patch; }, "m");
   io.column(
       "steps", frames, [](auto& frame) -> auto& { return frame.solution.iterations; }, "1");
   io.choice_column(

@@ -51,6 +51,7 @@ MotionSummary summary(const MotionMethod& method) {
   std::vector<double> seconds;
   for (const MotionFrame& frame : method.frames) {
     result.quiet += frame.quiet ? 1 : 0;
+    result.lost += frame.lost ? 1 : 0;
     result.late += frame.late > 0 ? 1 : 0;
     latencies.push_back(frame.shown - frame.sampled);
     if (!frame.quiet) {
@@ -96,6 +97,7 @@ std::vector<std::pair<std::string, double>> summary_columns(const MotionSummary&
   add("frame_seconds", summary.frame_seconds);
   columns.emplace_back("frames", summary.frames);
   columns.emplace_back("quiet", summary.quiet);
+  columns.emplace_back("lost", summary.lost);
   columns.emplace_back("late", summary.late);
   columns.emplace_back("dropped", summary.dropped);
   columns.emplace_back("scores", summary.scores);

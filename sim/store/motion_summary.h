@@ -31,6 +31,7 @@ Statistics statistics(std::vector<double> values, Worst worst = Worst::kLargest)
 struct MotionSummary {
   int frames = 0;
   int quiet = 0;    // of them
+  int lost = 0;     // of those, because the sensor did not know where the hand was
   int late = 0;     // of them, those that did not start at their turn
   int dropped = 0;  // turns at which the solver was still busy
   int scores = 0;
@@ -47,7 +48,7 @@ MotionSummary summary(const MotionMethod& method);
 const Statistics& statistics_of(const MotionSummary& summary, double Metrics::*metric);
 
 /// The summary as columns of a table: NAME_mean, NAME_median, NAME_p95, NAME_worst and NAME_count of every metric, of
-/// displacement_m, age_s, latency_s and frame_seconds, then frames, quiet, late, dropped and scores.
+/// displacement_m, age_s, latency_s and frame_seconds, then frames, quiet, lost, late, dropped and scores.
 std::vector<std::pair<std::string, double>> summary_columns(const MotionSummary& summary);
 
 }  // namespace touchfield

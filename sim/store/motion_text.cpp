@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/core/units.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/result_text.h"
@@ -34,10 +35,11 @@ std::vector<std::string> all_stages(const Motion& motion) {
 std::string method_text(const MotionMethod& method) {
   const MotionSummary over = summary(method);
   std::string text = fmt::format(
-      "method    {}: {}{}, {} frames ({} quiet, {} late), {} dropped, {} scores; sample to array: median {} ms, 95 % "
+      "method    {}: {}{}, {} frames ({} quiet, {} of them lost, {} late), {} dropped, {} scores; sample to array: "
+      "median {} ms, 95 % "
       "{} ms, worst {} ms\n",
       method.name, method.method, method.scheme.empty() ? "" : " by " + method.scheme, over.frames, over.quiet,
-      over.late, over.dropped, over.scores, in_ms(over.latency.median), in_ms(over.latency.p95),
+      over.lost, over.late, over.dropped, over.scores, in_ms(over.latency.median), in_ms(over.latency.p95),
       in_ms(over.latency.worst));
   std::vector<std::string> stages;
   for (const std::string& stage : stages_of(method.frames)) {
@@ -79,8 +81,9 @@ void write_motion_csv(const std::string& path, const Motion& motion) {
 }
 
 void write_frames_csv(const std::string& path, const Motion& motion) {
-  std::vector<std::string> header = {"method",      "frame", "sampled_s", "started_s", "late_s", "shown_s",
-                                     "pose_time_s", "quiet", "cost",      "steps",     "status"};
+  std::vector<std::string> header = {"method",       "frame",       "sampled_s", "started_s", "late_s",
+                                     "shown_s",      "pose_time_s", "quiet",     "lost",      "skin_off_mm",
+                                     "patch_off_mm", "cost",        "steps",     "status"};
   const std::vector<std::string> stages = all_stages(motion);
   for (const std::string& stage : stages) {
     header.push_back("seconds_" + stage);
@@ -95,6 +98,9 @@ void write_frames_csv(const std::string& path, const Motion& motion) {
         line.push_back(csv_number(time));
       }
       line.emplace_back(frame.quiet ? "1" : "0");
+      line.emplace_back(frame.lost ? "1" : "0");
+      line.push_back(csv_number(frame.off.skin / kMillimetre));
+      line.push_back(csv_number(frame.off.patch / kMillimetre));
       line.push_back(csv_number(solution.cost_history.empty() ? kNotComputed : solution.cost_history.back()));
       line.push_back(fmt::to_string(solution.iterations));
       line.push_back(to_string(solution.status));

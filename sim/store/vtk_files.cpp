@@ -76,9 +76,8 @@ void add_provenance(vtkFieldData* data, const Result& result) {
 }
 
 /// Inline binary with zlib: ParaView 5.11 of Debian 12 cannot open the appended mode that is VTK's default.
-template <class Writer, class Result, class Data>
-void write_vtk(const std::string& path, const Result& result, Data* data) {
-  add_provenance(data->GetFieldData(), result);
+template <class Writer, class Data>
+void write_encoded(const std::string& path, Data* data) {
   vtkNew<Writer> writer;
   writer->SetInputData(data);
   writer->SetDataModeToBinary();
@@ -88,6 +87,23 @@ void write_vtk(const std::string& path, const Result& result, Data* data) {
     throw IoError(fmt::format("{}: VTK could not encode it", path));
   }
   write_atomically(path, {writer->GetOutputString()});
+}
+
+template <class Writer, class Result, class Data>
+void write_vtk(const std::string& path, const Result& result, Data* data) {
+  add_provenance(data->GetFieldData(), result);
+  write_encoded<Writer>(path, data);
+}
+
+void set_faces(vtkPolyData* surface, const TriangleMesh& mesh) {
+  vtkNew<vtkPoints> points;
+  set_points(points, mesh.vertices());
+  surface->SetPoints(points);
+  vtkNew<vtkCellArray> faces;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    faces->InsertNextCell({mesh.triangles()(0, f), mesh.triangles()(1, f), mesh.triangles()(2, f)});
+  }
+  surface->SetPolys(faces);
 }
 
 using NamedPressures = std::vector<std::pair<std::string, Eigen::VectorXcd>>;
@@ -109,14 +125,7 @@ void write_skin_vtp(const std::string& path, const Result& from, const TriangleM
                     const std::vector<int>& owner, const std::optional<Target>& target,
                     const NamedPressures& pressures) {
   vtkNew<vtkPolyData> surface;
-  vtkNew<vtkPoints> points;
-  set_points(points, mesh.vertices());
-  surface->SetPoints(points);
-  vtkNew<vtkCellArray> faces;
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    faces->InsertNextCell({mesh.triangles()(0, f), mesh.triangles()(1, f), mesh.triangles()(2, f)});
-  }
-  surface->SetPolys(faces);
+  set_faces(surface, mesh);
   if (!owner.empty()) {
     add_array<vtkIntArray>(surface->GetCellData(), "body", mesh.face_count(),
                            [&](Eigen::Index f) { return owner[static_cast<std::size_t>(f)]; });
@@ -203,6 +212,19 @@ void write_field_vti(const std::string& path, const Run& run, const FieldResult&
     add_pressure(data, name, pressure, false);
   }
   write_vtk<vtkXMLImageDataWriter>(path, run, image.GetPointer());
+}
+
+void write_faces_vtp(const std::string& path, const TriangleMesh& mesh,
+                     const std::vector<std::pair<std::string, Eigen::VectorXd>>& numbers) {
+  vtkNew<vtkPolyData> surface;
+  set_faces(surface, mesh);
+  for (const auto& [name, values] : numbers) {
+    if (values.size() != mesh.face_count()) {
+      throw InputError(fmt::format("{}: {} has {} numbers for {} faces", path, name, values.size(), mesh.face_count()));
+    }
+    add_array<vtkDoubleArray>(surface->GetCellData(), name, values.size(), [&](Eigen::Index f) { return values(f); });
+  }
+  write_encoded<vtkXMLPolyDataWriter>(path, surface.GetPointer());
 }
 
 void write_series(const std::string& path, const std::vector<SeriesStep>& steps) {

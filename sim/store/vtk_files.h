@@ -27,6 +27,12 @@ void write_array_vtp(const std::string& path, const Run& run);
 /// point data.
 void write_field_vti(const std::string& path, const Run& run, const FieldResult& field);
 
+/// Faces of a skin with named numbers, NaN where there is none, as cell data.
+///
+/// throws   InputError unless there are as many numbers as faces; IoError
+void write_faces_vtp(const std::string& path, const TriangleMesh& mesh,
+                     const std::vector<std::pair<std::string, Eigen::VectorXd>>& numbers);
+
 /// A file of a series and its time [s].
 struct SeriesStep {
   double time = 0;

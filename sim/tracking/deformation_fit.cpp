@@ -214,9 +214,11 @@ double DeformationFit::fit(const SkinTargets& targets, const DeformationPriors& 
                            NodeMotions& motions) {
   for (int step = 0; step < steps; ++step) {
     linearise(targets, priors, before, motions);
-    solver_.factorize(system_.matrix);
-    if (solver_.info() != Eigen::Success) {
-      throw NumericalError("deformation: what was seen and the priors leave a node free");
+    if (step == 0) {  // later steps change the matrix by the turns of the second term alone
+      solver_.factorize(system_.matrix);
+      if (solver_.info() != Eigen::Success) {
+        throw NumericalError("deformation: what was seen and the priors leave a node free");
+      }
     }
     const Eigen::VectorXd change = solver_.solve(-system_.gradient);
     motions.shift += change.reshaped(3, graph_.node_count());

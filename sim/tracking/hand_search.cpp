@@ -2,27 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <optional>
 #include <utility>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
-#include "sim/mesh/topology.h"
+#include "sim/tracking/seen_parts.h"
 
 namespace touchfield {
 
 namespace {
 
-constexpr double kThin = 8e-3;             // cubes of one point each [m]
-constexpr double kApart = 15e-3;           // cubes that part what is not in neighbours [m]
-constexpr Eigen::Index kLeastPoints = 20;  // of a part that may be a hand
-constexpr std::size_t kMostParts = 4;
 constexpr Eigen::Index kRoughPoints = 100;  // that first tries go by
 constexpr double kFar = 15e-3;              // D [m]
 constexpr double kAgree = 0.2;              // cosine between normals of one side
@@ -33,132 +27,6 @@ constexpr double kNothingSeen = 0.7;
 constexpr double kHidden = 0.5;
 constexpr Eigen::Index kRoughStride = 3;  // of the skin's points, in first tries
 constexpr std::size_t kPromising = 40;
-
-struct Samples {
-  Points at;
-  Points normal;
-
-  Samples part(const std::vector<Eigen::Index>& which) const {
-    return {at(Eigen::all, which), normal(Eigen::all, which)};
-  }
-  /// Every so manieth, at most about `most`.
-  Samples thinned(Eigen::Index most) const {
-    const Eigen::Index step = std::max<Eigen::Index>(1, at.cols() / most);
-    const Eigen::Index count = (at.cols() + step - 1) / step;
-    const auto some = Eigen::seqN(0, count, step);
-    return {at(Eigen::all, some), normal(Eigen::all, some)};
-  }
-};
-
-/// Which cube of a grid a point is in; neighbours along x, y, z differ by 1, kRow, kRow^2.
-constexpr std::int64_t kRow = 1 << 20;
-std::int64_t cube_of(const Vector3& x, double size) {
-  const auto i = (x / size).array().floor().cast<std::int64_t>().eval();
-  return (i.z() * kRow + i.y()) * kRow + i.x();
-}
-
-/// One point a cube, the mean.
-Samples thinned_evenly(const HandPoints& points) {
-  std::vector<std::pair<std::int64_t, Eigen::Index>> order;
-  for (Eigen::Index p = 0; p < points.size(); ++p) {
-    order.emplace_back(cube_of(points.at.col(p), kThin), p);
-  }
-  std::ranges::sort(order);
-  Samples samples{Points::Zero(3, points.size()), Points::Zero(3, points.size())};
-  Eigen::Index count = 0;
-  for (std::size_t first = 0; first < order.size();) {
-    std::size_t last = first;
-    for (; last < order.size() && order[last].first == order[first].first; ++last) {
-      samples.at.col(count) += points.at.col(order[last].second);
-      samples.normal.col(count) += points.normal.col(order[last].second);
-    }
-    samples.at.col(count) /= static_cast<double>(last - first);
-    samples.normal.col(count++).normalize();
-    first = last;
-  }
-  samples.at.conservativeResize(3, count);
-  samples.normal.conservativeResize(3, count);
-  return samples;
-}
-
-/// What hangs together, the largest first.
-std::vector<Samples> parts_of(const Samples& samples) {
-  std::vector<std::int64_t> cubes;
-  for (const auto& x : samples.at.colwise()) {
-    cubes.push_back(cube_of(x, kApart));
-  }
-  std::vector<std::int64_t> full = cubes;
-  std::ranges::sort(full);
-  full.erase(std::ranges::unique(full).begin(), full.end());
-  const auto place = [&](std::int64_t cube) {
-    const auto found = std::ranges::lower_bound(full, cube);
-    return found != full.end() && *found == cube ? found - full.begin() : -1;
-  };
-  DisjointSets sets(static_cast<Eigen::Index>(full.size()));
-  for (std::size_t i = 0; i < full.size(); ++i) {
-    for (int n = 14; n < 27; ++n) {  // half of the 26 neighbours
-      const std::int64_t next = full[i] + ((n / 9 - 1) * kRow + n / 3 % 3 - 1) * kRow + n % 3 - 1;
-      if (const auto other = place(next); other >= 0) {
-        sets.join(static_cast<Eigen::Index>(i), other);
-      }
-    }
-  }
-  int count = 0;
-  const std::vector<int> numbers = sets.numbered(count);
-  std::vector<std::vector<Eigen::Index>> members(static_cast<std::size_t>(count));
-  for (std::size_t s = 0; s < cubes.size(); ++s) {
-    members[static_cast<std::size_t>(numbers[static_cast<std::size_t>(place(cubes[s]))])].push_back(
-        static_cast<Eigen::Index>(s));
-  }
-  std::ranges::stable_sort(members, std::ranges::greater{}, &std::vector<Eigen::Index>::size);
-  std::vector<Samples> parts;
-  for (const auto& member : members) {
-    if (static_cast<Eigen::Index>(member.size()) >= kLeastPoints && parts.size() < kMostParts) {
-      parts.push_back(samples.part(member));
-    }
-  }
-  return parts;
-}
-
-/// Columns: across, along the longest axis, along the shortest; a rotation.
-Eigen::Matrix3d principal_axes(const Points& at) {
-  const Points off = at.colwise() - at.rowwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(off * off.transpose());
-  const Vector3 along = solver.eigenvectors().col(2);
-  const Vector3 out = solver.eigenvectors().col(0);
-  Eigen::Matrix3d axes;
-  axes << along.cross(out), along, out;
-  return axes;
-}
-
-/// A part as a whole, if it is not longer than a hand, and its ends, a hand or a fist long; by where they are.
-struct PossibleHand {
-  Samples samples;
-  int where;  // 0 the whole, 1 and 2 the ends
-};
-std::vector<PossibleHand> possible_hands(const Samples& part) {
-  const Eigen::VectorXd along = principal_axes(part.at).col(1).transpose() * part.at;
-  const double least = along.minCoeff();
-  const double most = along.maxCoeff();
-  std::vector<PossibleHand> hands;
-  if (most - least < 0.26) {
-    hands.push_back({part, 0});
-  }
-  for (const int end : {1, 2}) {
-    for (const double length : {0.19, 0.12}) {
-      if (most - least > 1.1 * length) {
-        std::vector<Eigen::Index> which;
-        for (Eigen::Index s = 0; s < along.size(); ++s) {
-          if (end == 1 ? along(s) < least + length : along(s) > most - length) {
-            which.push_back(s);
-          }
-        }
-        hands.push_back({part.part(which), end});
-      }
-    }
-  }
-  return hands;
-}
 
 /// The 60 rotations of an icosahedron with axes of two along x, y, z.
 const std::vector<Eigen::Matrix3d>& turns() {
@@ -234,7 +102,7 @@ HandSearch::Skin HandSearch::skin_of(const TriangleMesh& mesh) const {
   constexpr Eigen::Index kPoints = 200;
   const Eigen::Index step = std::max<Eigen::Index>(1, mesh.face_count() / kPoints);
   const auto some = Eigen::seqN(0, (mesh.face_count() + step - 1) / step, step);
-  Skin skin{SkinField(mesh, 6e-3, 30e-3), mesh.centroids()(Eigen::all, some), mesh.normals()(Eigen::all, some),
+  Skin skin{SkinGrid(mesh, 6e-3, 30e-3), mesh.centroids()(Eigen::all, some), mesh.normals()(Eigen::all, some),
             Vector3::Zero(), mesh.vertices().row(1).minCoeff() + 8e-3};
   skin.middle = skin.at.rowwise().mean();
   return skin;
@@ -251,13 +119,13 @@ double HandSearch::cost(const HandStart& start, const Points& at, const Points& 
       sum += std::hypot(x.x(), x.z()) < kSleeve ? kSleeveCost : 1.0;
       continue;
     }
-    const SkinField::Near& near = skin.field.near(x);
+    const SkinGrid::Near& near = skin.grid.near(x);
     if (near.normal.dot(back * normal.col(p)) < kAgree) {
       sum += 1;
       continue;
     }
     const Vector3 off = x - near.at;
-    const double distance = std::max(std::abs(near.normal.dot(off)), off.norm() - skin.field.cell());
+    const double distance = std::max(std::abs(near.normal.dot(off)), off.norm() - skin.grid.cell());
     sum += std::min(1.0, distance * distance / (kFar * kFar));
   }
   double doubt = 0;
@@ -292,7 +160,7 @@ void HandSearch::bring_closer(HandStart& start, const Points& at, const Points& 
       if (x.y() < skin.end) {
         continue;
       }
-      const SkinField::Near& near = skin.field.near(x);
+      const SkinGrid::Near& near = skin.grid.near(x);
       const Vector3 off = x - near.at;
       const double reached = 1 + off.squaredNorm() / (reach * reach);
       const double agree = near.normal.dot(back * normal.col(p)) < kAgree ? 0.1 : 1.0;
@@ -345,7 +213,7 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
                                           const DepthFrame& frame, std::size_t most) const {
   require_frame(cameras, frame);
   const Sight sight{cameras, frame};
-  const std::vector<Samples> parts = parts_of(thinned_evenly(points));
+  const std::vector<SkinSamples> parts = parts_of(thinned_evenly(points));
   struct Try {
     HandStart start;
     std::size_t part;
@@ -353,14 +221,14 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
     std::size_t group;  // of tries at one end of one part
   };
   std::vector<Try> tries;
-  std::vector<Samples> hands;
+  std::vector<SkinSamples> hands;
   std::size_t groups = 0;
   for (std::size_t part = 0; part < parts.size(); ++part) {
-    const Samples rough_part = parts[part].thinned(kRoughPoints);
+    const SkinSamples rough_part = parts[part].thinned(kRoughPoints);
     int where = -1;
     for (const auto& [samples, end] : possible_hands(parts[part])) {
       groups += end != std::exchange(where, end) ? 1 : 0;
-      const Samples rough = samples.thinned(kRoughPoints);
+      const SkinSamples rough = samples.thinned(kRoughPoints);
       const Vector3 middle = samples.at.rowwise().mean();
       const Eigen::Matrix3d axes = principal_axes(samples.at);
       for (std::size_t skin = 0; skin < skins_.size(); ++skin) {
@@ -389,7 +257,7 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
   };
   tries = best_of(kPromising, [](const Try&, const std::vector<Try>&) { return true; });
   for (Try& one : tries) {
-    const Samples rough = hands[one.hand].thinned(2 * kRoughPoints);
+    const SkinSamples rough = hands[one.hand].thinned(2 * kRoughPoints);
     bring_closer(one.start, rough.at, rough.normal, 25e-3, 4);
     bring_closer(one.start, rough.at, rough.normal, 12e-3, 4);
     one.start.cost = cost(one.start, parts[one.part].at, parts[one.part].normal, sight, 1);

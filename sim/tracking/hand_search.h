@@ -5,7 +5,7 @@
 #include "sim/core/rigid_motion.h"
 #include "sim/sensing/depth_camera.h"
 #include "sim/tracking/hand_points.h"
-#include "sim/tracking/skin_field.h"
+#include "sim/tracking/skin_grid.h"
 
 namespace touchfield {
 
@@ -27,8 +27,8 @@ struct HandStart {
 ///
 /// d is the distance of a point from the skin, D = 15 mm; it counts as D where their normals differ by more than 78
 /// degrees. Doubt is 1 where a camera sees through the skin, 0.7 where it sees nothing, 0.5 where it sees something
-/// before what faces it. What lies within 70 mm behind the end of the hand's skin is a sleeve, costs 0.2 and moves
-/// nothing.
+/// before what faces it, lens distortion apart. What lies within 70 mm of the hand's axis behind the end of its skin is
+/// a sleeve, costs 0.2 and moves nothing.
 ///
 /// accuracy   right hands of 180 to 205 mm any way round, three cameras with 0.36 mm of noise, a mean hand's skin in the
 ///            same pose but for 20 to 29 degrees in two joints of the index finger: alone it is the first start; with
@@ -40,15 +40,17 @@ class HandSearch {
   /// throws  InputError if there is none
   explicit HandSearch(const std::vector<TriangleMesh>& skins);
 
-  /// frame   that the points are from, of the same cameras
-  /// most    starts, no two of one skin within 25 mm and 30 degrees of each other
-  /// returns the best first; none if nothing is seen that is large enough
+  /// frame    that the points are from, of the same cameras
+  /// most     starts, no two of one skin within 25 mm and 30 degrees of each other, and of one end of one part no more
+  ///          than its equal share: a thing that is no hand may cost less than a hand of another size
+  /// returns  the best first; none if nothing is seen that is large enough
+  /// throws   InputError as require_frame does
   std::vector<HandStart> starts(const HandPoints& points, const std::vector<DepthCamera>& cameras,
                                 const DepthFrame& frame, std::size_t most = 6) const;
 
  private:
   struct Skin {
-    SkinField field;
+    SkinGrid grid;
     Points at;      // some of its points [m]
     Points normal;  // there
     Vector3 middle;

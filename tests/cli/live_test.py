@@ -67,6 +67,11 @@ class Dry(LiveTest):
         again = self.touchfield("live", self.scene, "--method", "unscattered", "-o", "out")
         self.assertEqual(again.returncode, BAD_INPUT)
 
+    def test_noise(self):
+        live = self.live("-o", "out", "--set", "motion.sensor.noise={noise_mm_rms: 0.3}")["live"]
+        self.assertGreater(live["frames"], 0)
+        self.assertEqual((live["quiet_frames"], live["lost_frames"]), (0, 0))
+
     def test_as_text(self):
         done = self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.5", "--set",
                            "motion.predict=linear")

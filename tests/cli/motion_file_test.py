@@ -10,7 +10,7 @@ class MotionFile(CommandTest):
     def test_info(self):
         self.write_samples()
         said = self.run_ok("info", "motion.h5").stdout
-        for part in ["a motion of 0.2 s, complete", "judge     80 faces", "4 frames (1 quiet, 1 late), 3 dropped, 6 scores",
+        for part in ["a motion of 0.2 s, complete", "judge     80 faces", "4 frames (1 quiet, 1 of them lost, 1 late), 3 dropped, 6 scores",
                      "median 47.0 ms", "72.50 %", "86.00 %"]:
             self.assertIn(part, said)
         summary = json.loads(self.run_ok("info", "motion.h5", "--json").stdout)

@@ -98,6 +98,24 @@ class Play(CommandTest):
         self.assertIn("last whole second", said)
         self.assertTrue((self.folder / "again" / "failed.json").exists())
 
+    def test_a_sensor_that_sees_noise(self):
+        scene = self.write("scene.yaml", MOVING)
+        noise = "motion.sensor={noise: {noise_mm_rms: 0.4, correlation_mm: 6, seed: 5}}"
+        self.run_ok("play", scene, "-o", "exact", "--quiet", "--set", "write=[h5]")
+        for out in ("out", "again"):
+            self.run_ok("play", scene, "-o", out, "--set", noise, "--set", "write=[h5]")
+        with h5py.File(self.folder / "out" / "motion.h5") as motion, h5py.File(self.folder / "exact" / "motion.h5") as exact, \
+                h5py.File(self.folder / "again" / "motion.h5") as again:
+            surface = motion["methods/surface"]
+            self.assertFalse(surface["frames/lost"][:].any())
+            self.assertIn("sensor=5", motion["provenance"].attrs["seeds"])
+            numpy.testing.assert_array_equal(surface["frames/phases"][:], again["methods/surface/frames/phases"][:])
+            self.assertFalse(numpy.array_equal(surface["frames/phases"][:], exact["methods/surface/frames/phases"][:]))
+            numpy.testing.assert_array_equal(surface["scores/displacement"][:], exact["methods/surface/scores/displacement"][:])
+        self.assertIn("lost", rows_of(self.folder / "out" / "frames.csv")[0])
+        self.assertIn("the solver knows the skin with noise of 0.4 mm rms over 6 mm", (self.folder / "out/play.log").read_text())
+        self.assertIn("the skin with noise of 0.4 mm rms over 6 mm", self.run_ok("check", scene, "--set", noise).stdout)
+
     def test_sweep_over_motions(self):
         self.write("scene.yaml", MOVING)
         sweep = self.write("sweep.yaml", "base: scene.yaml\nset: {write: [h5], solve.methods: [surface]}\n"
@@ -127,6 +145,10 @@ class Play(CommandTest):
                 "motion.change=[{path: 'body.place.at_mm[2]', rate: -400}]": "motion: at 0.1",
                 "motion.change=[{path: 'solve.iterations', rate: 1}]": "solve.iterations",
                 "motion.frames_hz=0": "motion.frames_hz",
+                "sensing={noise_mm_rms: 0.5}": "said once, by motion.sensor",
+                "motion.sensor={noise: {noise_mm_rms: 3, correlation_mm: 1}}": "motion.sensor: sample 0 at 0.000 s",
+                "motion.sensor={cameras: [{at_mm: [300, 0, 0], look_at_mm: [0, 0, 60]}]}": "a hand is fitted",
+                "motion.sensor={recorded: {folder: none}}": "cameras.yaml",
                 "motion=null": "no motion"}.items():
             done = self.touchfield("play", scene, "-o", "out", "--set", change)
             self.assertEqual(done.returncode, 2, change)

@@ -27,23 +27,23 @@ struct GapFigures {
   Errors inside;  // of the faces that look at each other
 };
 
-/// Prints the errors over the whole body and in the gap of a pair; splits the reference's faces `times` over.
+/// Prints the errors over the whole body and in the gap of a pair, a row of hard_gaps; splits the reference's faces `times` over.
 GapFigures measure_gap(const std::string& what, const TriangleMesh& one, double gap, int times) {
   const TriangleMesh mesh = pair_of(one, gap);
   const Wave wave = wave_at(40e3);
   const MeshRisks risks = mesh_risks(mesh);
   const Eigen::VectorXcd reference = split_reference(mesh, wave, slanted_wave(), times);
   const Answers found = answers(mesh, wave, slanted_wave());
-  const std::string name = fmt::format("{}, {} faces, gap {:.1f} mm ({:.2f} edges by mesh_risks)", what,
-                                       mesh.face_count(), gap / kMillimetre, risks.gap);
-  print_errors(name, errors(mesh.areas(), found, reference));
   const double middle = one.vertices().row(0).maxCoeff() + 0.5 * gap;
   const Eigen::VectorXd inside = area_where(mesh, [&](const Vector3& x, const Vector3& n) {
     return std::abs(x.x() - middle) < 0.5 * gap + 0.5e-3 && std::abs(n.x()) > 0.8;
   });
   const Errors in_gap = errors(inside, found, reference);
-  print_errors("  in the gap", in_gap);
-  print_steps("  in all", found);
+  print_row("hard_gaps", {Cells{{"body", what},
+                                {"faces", fmt::to_string(mesh.face_count())},
+                                {"gap", fmt::format("{:g} mm", gap / kMillimetre)},
+                                {"measured", fmt::format("{:.2f}", risks.gap)}},
+                          scheme_cells({errors(mesh.areas(), found, reference), in_gap}), step_cells(found)});
   if (times > 1) {
     const Eigen::VectorXcd once = split_reference(mesh, wave, slanted_wave(), times - 1);
     fmt::print("  reference split once less: {:.2f} % in all, {:.2f} % in the gap\n",
@@ -99,12 +99,11 @@ TEST_P(HardGeometry, ThinPlate) {
     const TriangleMesh mesh = box({side, 0.8 * side, 2e-3}, edge).mesh;
     const Eigen::VectorXcd reference = split_reference(mesh, wave, slanted_wave());
     const Answers found = answers(mesh, wave, slanted_wave());
-    const std::string name = fmt::format("plate 2 mm thick, edge {:.1f} mm, {} faces ({:.2f} edges by mesh_risks)",
-                                         edge / kMillimetre, mesh.face_count(), mesh_risks(mesh).thickness);
-    print_errors(name, errors(mesh.areas(), found, reference));
     const Eigen::VectorXd dark = area_where(mesh, [](const Vector3&, const Vector3& n) { return n.z() > 0.9; });
-    print_errors("  dark side", errors(dark, found, reference));
-    print_steps("  in all", found);
+    print_row("hard_plate", {Cells{{"edge", fmt::format("{:g} mm", edge / kMillimetre)},
+                                   {"faces", fmt::to_string(mesh.face_count())},
+                                   {"thickness in edges", fmt::format("{:.2f}", mesh_risks(mesh).thickness)}},
+                             scheme_cells({errors(mesh.areas(), found, reference), errors(dark, found, reference)})});
     in_all.push_back(error(mesh.areas(), found.at(Scheme::kBurtonMillerPolished).pressure, reference));
     in_dark.push_back(error(dark, found.at(Scheme::kBurtonMillerPolished).pressure, reference));
   }
@@ -123,20 +122,16 @@ TEST_P(HardGeometry, TubeClosedAtOneEnd) {
     const TriangleMesh mesh = cup(edge);
     const Eigen::VectorXcd reference = split_reference(mesh, wave, into);
     const Answers found = answers(mesh, wave, into);
-    const MeshRisks risks = mesh_risks(mesh);
-    print_errors(fmt::format("tube, {} faces, {:.1f} edges a wavelength, wall {:.2f} edges", mesh.face_count(),
-                             edges_per_wavelength(mesh, wave.wavelength()), risks.thickness),
-                 errors(mesh.areas(), found, reference));
     const Eigen::VectorXd inside = area_where(mesh, [](const Vector3& x, const Vector3& n) {
       const bool wall = x.z() < kCupDepth - 2e-3 && x.z() > 0.3e-3 && n.head<2>().dot(x.head<2>()) < 0;
       const bool ground = n.z() > 0.7 && x.z() < 2e-3;
       return wall || ground;
     });
-    print_errors(fmt::format("  inside, {:.0f} % of the area, mean |p| {:.2f}", 100 * inside.sum() / mesh.total_area(),
-                             mean_amplitude(inside, reference)),
-                 errors(inside, found, reference));
-    print_steps("  in all", found);
     const Errors in_tube = errors(inside, found, reference);
+    print_row("hard_cavities", {Cells{{"body", "tube"}}, mesh_cells(mesh, wave),
+                                scheme_cells({errors(mesh.areas(), found, reference), in_tube}), step_cells(found)});
+    fmt::print("wall {:.2f} edges; inside {:.0f} % of the area, mean |p| {:.2f}\n", mesh_risks(mesh).thickness,
+               100 * inside.sum() / mesh.total_area(), mean_amplitude(inside, reference));
     // The tube resonates: from 4.5 edges a wavelength on its pressure is met, at 3.3 it is not.
     const double epw = edges_per_wavelength(mesh, wave.wavelength());
     if (epw > 4.5) {

@@ -36,17 +36,22 @@ TEST_P(HardMesh, Slivers) {
   const TriangleMesh whole = icosphere(radius, sized(6, 11));
   const Answers smooth = answers(whole, wave, wave_up());
   const Errors without = errors(whole.areas(), smooth, exact_on(whole, wave, radius));
-  print_errors(fmt::format("no slivers, {} faces, ka {:.1f}", whole.face_count(), ka), without);
-  print_steps("  in all", smooth);
+  const auto print = [](const std::string& angle, const std::string& measured, const std::string& jump,
+                        const TriangleMesh& mesh, const Errors& figures, const Answers& found) {
+    print_row("hard_slivers", {Cells{{"nominal angle", angle},
+                                     {"measured", measured},
+                                     {"sizes of neighbours", jump},
+                                     {"faces", fmt::to_string(mesh.face_count())}},
+                               scheme_cells({figures}), step_cells(found)});
+  };
+  print("none", "-", "-", whole, without, smooth);
   for (const double degrees : {10.0, 5.0, 2.0, 1.0}) {
     const TriangleMesh mesh = with_slivers(whole, degrees * kDegree);
     const Answers found = answers(mesh, wave, wave_up());
-    print_errors(
-        fmt::format("slivers of {:.0f} degrees ({:.2f} by mesh_risks, sizes jump {:.1f} times), {} faces", degrees,
-                    mesh_risks(mesh).smallest_angle / kDegree, mesh_risks(mesh).size_jump, mesh.face_count()),
-        errors(mesh.areas(), found, exact_on(mesh, wave, radius)));
-    print_steps("  in all", found);
     const Errors with = errors(mesh.areas(), found, exact_on(mesh, wave, radius));
+    const MeshRisks risks = mesh_risks(mesh);
+    print(fmt::format("{:g} deg", degrees), fmt::format("{:.1f}", risks.smallest_angle / kDegree),
+          fmt::format("{:.1f}", risks.size_jump), mesh, with, found);
     // Slivers cost steps and little accuracy: at most what a mesh of half the edges would.
     EXPECT_LT(with.at(Scheme::kBurtonMillerPolished), 2 * without.at(Scheme::kBurtonMillerPolished));
     EXPECT_LT(with.at(Scheme::kBurtonMiller), 2.5 * without.at(Scheme::kBurtonMiller));
@@ -61,25 +66,26 @@ TEST_P(HardMesh, Slivers) {
 TEST_P(HardMesh, EdgesOfVeryDifferentSizes) {
   const Wave wave = wave_at(40e3);
   const double radius = 6.96e-3;  // ka 5.10, 12 % from the nearest fictitious frequency
-  const auto measure = [&](const std::string& what, const TriangleMesh& mesh) -> Errors {
+  const auto measure = [&](const std::string& growth, const TriangleMesh& mesh) -> Errors {
     const MeshRisks risks = mesh_risks(mesh);
     const Answers found = answers(mesh, wave, wave_up());
     const Eigen::VectorXcd exact = exact_on(mesh, wave, radius);
-    print_errors(fmt::format("{}, {} faces, edges differ {:.0f} times, neighbours {:.2f} times", what,
-                             mesh.face_count(), risks.size_range, risks.size_jump),
-                 errors(mesh.areas(), found, exact));
     const Eigen::VectorXd fine =
         area_where(mesh, [&](const Vector3& x, const Vector3&) { return (x - Vector3(0, 0, radius)).norm() < 2e-3; });
-    print_errors("  within 2 mm of the pole", errors(fine, found, exact));
-    print_steps("  in all", found);
+    const Errors in_all = errors(mesh.areas(), found, exact);
+    print_row("hard_grading", {Cells{{"growth", growth},
+                                     {"faces", fmt::to_string(mesh.face_count())},
+                                     {"range", fmt::format("{:.0f}", risks.size_range)},
+                                     {"neighbours", fmt::format("{:.2f}", risks.size_jump)}},
+                               scheme_cells({in_all, errors(fine, found, exact)}), step_cells(found)});
     EXPECT_TRUE(found.at(Scheme::kBurtonMiller).report.converged);
-    return errors(mesh.areas(), found, exact);
+    return in_all;
   };
-  const Errors even = measure("sphere, 3 mm everywhere", sphere(radius, 3e-3).mesh);
+  const Errors even = measure("3 mm everywhere", sphere(radius, 3e-3).mesh);
   for (const double growth : sized(std::vector<double>{0.3}, std::vector<double>{0.6, 0.3, 0.15})) {
     const TriangleMesh mesh = graded_sphere(radius, 0.15e-3, 3e-3, growth);
     EXPECT_GT(mesh_risks(mesh).size_range, 10.0);  // the case is what it says
-    const Errors graded = measure(fmt::format("sphere, 0.15 to 3 mm, growing {:.2f} of the way", growth), mesh);
+    const Errors graded = measure(fmt::format("{:.2f}", growth), mesh);
     // The coarse part rules: no better than 3 mm everywhere, and not twice as bad.
     for (const Scheme scheme : all_schemes()) {
       EXPECT_LT(graded.at(scheme), 2 * even.at(scheme)) << to_string(scheme);
@@ -103,28 +109,33 @@ TEST_P(HardMesh, SinglePrecisionOnTheWorstConditioned) {
       const Answer exact =
           answer(mesh, wave, wave_up(), scheme, {SolverKind::kLu, Precision::kDouble, true, 1e-10, 400, 100});
       const double condition = 1 / exact.rcond;
-      const auto difference = [&, &mesh = mesh](SolverKind kind, bool refine, double tolerance) {
+      // How far off the pressure is, and in how many steps.
+      const auto difference = [&, &mesh = mesh](SolverKind kind, bool refine,
+                                                double tolerance) -> std::pair<double, int> {
         const Answer single =
             answer(mesh, wave, wave_up(), scheme, {kind, Precision::kSingle, refine, tolerance, 400, 100});
-        return error(mesh.areas(), single.pressure, exact.pressure);
+        return {error(mesh.areas(), single.pressure, exact.pressure), single.report.steps};
       };
-      const double plain = difference(SolverKind::kLu, false, 1e-6);
-      const double refined = difference(SolverKind::kLu, true, 1e-8);
-      fmt::print("{}, {} faces, {}: condition {:.0f}, LU in single {:.1e}, refined {:.1e}", name, mesh.face_count(),
-                 to_string(scheme), condition, plain, refined);
+      const double plain = difference(SolverKind::kLu, false, 1e-6).first;
+      const double refined = difference(SolverKind::kLu, true, 1e-8).first;
+      const auto [free, steps] = difference(SolverKind::kMatrixFree, false, 1e-5);
+      const auto [free_refined, steps_refined] = difference(SolverKind::kMatrixFree, true, 1e-7);
+      print_row("hard_single", {{{"mesh", name},
+                                 {"faces", fmt::to_string(mesh.face_count())},
+                                 {"scheme", letters(scheme)},
+                                 {"condition", fmt::format("{:.0f}", condition)},
+                                 {"LU unrefined", fmt::format("{:.1e}", plain)},
+                                 {"LU refined", fmt::format("{:.1e}", refined)},
+                                 {"matrix-free unrefined", fmt::format("{:.1e} ({})", free, steps)},
+                                 {"matrix-free refined", fmt::format("{:.1e} ({})", free_refined, steps_refined)}}});
       // Entries are rounded to some 6e-8 and the pressure moves by the condition number times that at most.
       EXPECT_LT(plain, 3e-7 * condition + 3e-6) << name << ' ' << to_string(scheme);
       EXPECT_LT(refined, 1e-7) << name << ' ' << to_string(scheme);
       EXPECT_LT(refined, 0.1 * plain) << name << ' ' << to_string(scheme);
       if (scheme == Scheme::kBurtonMiller) {
-        const double free = difference(SolverKind::kMatrixFree, false, 1e-5);
-        const double free_refined = difference(SolverKind::kMatrixFree, true, 1e-7);
-        fmt::print(", matrix-free {:.1e}, refined {:.1e}", free, free_refined);
         EXPECT_LT(free, 1e-3) << name;          // 1e-5 of residual by the condition, and some
         EXPECT_LT(free_refined, 1e-5) << name;  // the same of 1e-7
       }
-      fmt::print("\n");
-      std::fflush(stdout);
       worst_condition = std::max(worst_condition, condition);
     }
   }

@@ -23,6 +23,9 @@ SolverOptions usual_solver(Scheme scheme) {
   if (scheme != Scheme::kBurtonMiller && scheme != Scheme::kBurtonMillerPolished) {
     options.kind = SolverKind::kLu;
   }
+  if (scheme == Scheme::kChief) {
+    options.precision = Precision::kDouble;
+  }
   return options;
 }
 
@@ -40,6 +43,10 @@ Answers answers(const TriangleMesh& mesh, const Wave& wave, const TransducerArra
   Answers all;
   for (const Scheme scheme : schemes) {
     all[scheme] = answer(mesh, wave, array, scheme, usual_solver(scheme));
+    if (const SolveReport& report = all[scheme].report; !report.converged) {
+      fmt::print("{} has not converged: residual {:.1e} after {} steps\n", to_string(scheme), report.residual,
+                 report.steps);
+    }
   }
   return all;
 }
@@ -77,25 +84,42 @@ Errors errors(const Eigen::VectorXd& weights, const Answers& answers, const Eige
   return all;
 }
 
-void print_errors(const std::string& what, const Errors& errors) {
-  std::string line = what + ":";
-  for (const auto& [scheme, value] : errors) {
-    line += fmt::format(" {} {:.2f} %,", to_string(scheme), 100.0 * value);
-  }
-  line.back() = '\n';
-  std::fputs(line.c_str(), stdout);
-  std::fflush(stdout);
+std::string letters(Scheme scheme) {
+  static const std::map<Scheme, std::string> all = {{Scheme::kPaper, "P"},
+                                                    {Scheme::kPaperCorrected, "PC"},
+                                                    {Scheme::kChief, "CH"},
+                                                    {Scheme::kBurtonMiller, "BM"},
+                                                    {Scheme::kBurtonMillerPolished, "BMP"}};
+  return all.at(scheme);
 }
 
-void print_steps(const std::string& what, const Answers& answers) {
-  std::string line = what + ", steps:";
-  for (const auto& [scheme, answer] : answers) {
-    line += fmt::format(" {} {}{},", to_string(scheme), answer.report.steps,
-                        answer.report.converged ? "" : fmt::format(" (residual {:.1e})", answer.report.residual));
+namespace {
+
+std::string in_percent(double value) {
+  return fmt::format("{:.{}f}", 100 * value, value < 0.1 ? 2 : value < 1 ? 1 : 0);
+}
+
+}  // namespace
+
+Cells mesh_cells(const TriangleMesh& mesh, const Wave& wave) {
+  return {{"epw", fmt::format("{:.1f}", edges_per_wavelength(mesh, wave.wavelength()))},
+          {"faces", fmt::to_string(mesh.face_count())}};
+}
+
+Cells scheme_cells(const std::vector<Errors>& figures) {
+  Cells cells;
+  for (const Scheme scheme : all_schemes()) {
+    std::vector<std::string> shown;
+    for (const Errors& figure : figures) {
+      shown.push_back(figure.contains(scheme) ? in_percent(figure.at(scheme)) : "-");
+    }
+    cells.emplace_back(letters(scheme), fmt::format("{}", fmt::join(shown, " / ")));
   }
-  line.back() = '\n';
-  std::fputs(line.c_str(), stdout);
-  std::fflush(stdout);
+  return cells;
+}
+
+Cells step_cells(const Answers& answers) {
+  return {{"steps of BM", fmt::to_string(answers.at(Scheme::kBurtonMiller).report.steps)}};
 }
 
 }  // namespace touchfield

@@ -12,6 +12,7 @@
 #include "sim/bem/scattering_solver.h"
 #include "sim/bem/scattering_system.h"
 #include "sim/bem/scheme.h"
+#include "tests/support/table_row.h"
 
 namespace touchfield {
 
@@ -20,7 +21,7 @@ enum class Size { kSmall, kFull };
 
 inline void PrintTo(Size size, std::ostream* out) { *out << (size == Size::kSmall ? "small" : "full"); }
 
-/// Cases that run in both sizes. Each prints its figures, a line each.
+/// Cases that run in both sizes. Each prints the rows of a table.
 class HardCase : public testing::TestWithParam<Size> {
  protected:
   template <typename Value>
@@ -44,10 +45,10 @@ struct Answer {
 using Answers = std::map<Scheme, Answer>;
 
 /// Burton-Miller by matrix-free GMRES in single precision, refined; the others, for which a hand needs hundreds of
-/// steps, by LU, refined.
+/// steps, by LU, refined: chief in double precision, which its matrix of a coarse hand takes.
 SolverOptions usual_solver(Scheme scheme);
 
-/// The surface pressure with every channel driven by 1.
+/// The surface pressure with every channel driven by 1. `answers` also prints which scheme has not converged.
 Answer answer(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array, Scheme scheme,
               const SolverOptions& options);
 Answers answers(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
@@ -79,9 +80,14 @@ double mean_amplitude(const Eigen::VectorXd& weights, const Eigen::VectorXcd& p)
 using Errors = std::map<Scheme, double>;
 Errors errors(const Eigen::VectorXd& weights, const Answers& answers, const Eigen::VectorXcd& exact);
 
-/// One line: what, then each scheme's figure in percent.
-void print_errors(const std::string& what, const Errors& errors);
-/// One line: what, then each scheme's GMRES steps (0: LU).
-void print_steps(const std::string& what, const Answers& answers);
+/// The scheme as docs/stability.md spells it.
+std::string letters(Scheme scheme);
+
+/// Edges a wavelength and faces.
+Cells mesh_cells(const TriangleMesh& mesh, const Wave& wave);
+/// A column for each scheme: its figures in percent, ` / ` between them.
+Cells scheme_cells(const std::vector<Errors>& figures);
+/// GMRES steps of Burton-Miller.
+Cells step_cells(const Answers& answers);
 
 }  // namespace touchfield

@@ -344,6 +344,29 @@ class Autd3Test(CommandTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("LICENSE", done.stderr)
 
+    def test_a_hand_that_moves_is_read_back_frame_by_frame(self):
+        scene = self.write("moving.yaml", """\
+name: moving
+array: {autd3: {layout: [2, 1]}}
+body:
+  sphere: {radius_mm: 8}
+  place: {landmark: bottom, at_mm: [0, 0, 80]}
+  edge_mm: 4
+target: {box: {at: bottom, size_mm: [6, 6, 4]}, pressure_pa: 500}
+solve: {methods: [{unscattered: {faces: area}}], scheme: paper_corrected}
+judge: none
+motion:
+  seconds: 2
+  frames_hz: 10
+  stale_ms: 5000
+  change: [{path: 'body.place.at_mm[0]', sine: {amplitude: 5, hz: 1}}]
+""")
+        said = json.loads(self.run_ok("live", scene, "--to", "autd3:audit", "--library", LIBRARY, "--modulation", "200", "--emit",
+                                      "--json").stdout)
+        self.assertTrue(said["emitted"] and said["quiet"])
+        self.assertGreater(said["sent"], 10)
+        self.assertEqual(said["sent"], said["live"]["frames"])
+
 
 if __name__ == "__main__":
     unittest.main()

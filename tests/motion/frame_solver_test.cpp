@@ -44,7 +44,7 @@ TEST(Steered, APlaneWaveHasNoPlaces) {
 TEST(DrivesOfMotion, LeaveLittleOutAnywhereOnTheWay) {
   const MovingModel moving(scene_from(kMovingCapsule, {"array.grid.count=[30, 24]"}));
   const Scheme scheme = moving.first().scene.solve.scheme;
-  const Eigen::MatrixXcd drives = drives_of_motion(moving, scheme);
+  const Eigen::MatrixXcd drives = drives_of_motion(ExactSensor(moving), scheme);
   EXPECT_LT(drives.cols(), drives.rows());
   EXPECT_LT((drives.adjoint() * drives - Eigen::MatrixXcd::Identity(drives.cols(), drives.cols())).norm(), 1e-10);
   std::vector<SolveRecord> records;
@@ -66,7 +66,7 @@ TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
   for (const MethodSpec& method : scene.solve.methods) {
     Eigen::MatrixXcd drives;
     if (method.kind->model == MethodModel::kSkin) {
-      drives = drives_of_motion(moving, method.scheme);
+      drives = drives_of_motion(ExactSensor(moving), method.scheme);
     }
     FrameSolver solver(moving, method, drives);
     const MotionFrame frame = frame_at(solver, moving, 0.0);
@@ -88,7 +88,7 @@ TEST(FrameSolver, SteeredStartsKeepUpWithAPatch) {
     scene.motion->steer = steer;
     const MovingModel moving(scene);
     const MethodSpec& method = scene.solve.methods.front();
-    FrameSolver solver(moving, method, drives_of_motion(moving, method.scheme));
+    FrameSolver solver(moving, method, drives_of_motion(ExactSensor(moving), method.scheme));
     for (int i = 0; i < 30; ++i) {
       frame_at(solver, moving, 0.0);
     }
@@ -101,19 +101,19 @@ TEST(FrameSolver, ABodyThatRestsKeepsItsTransferMatrix) {
   const Scene scene = scene_from(kMovingCapsule, {"motion.change=[{path: 'target.box.offset_mm[0]', rate: 20}]"});
   const MovingModel moving(scene);
   const MethodSpec& method = scene.solve.methods.front();
-  FrameSolver kept(moving, method, drives_of_motion(moving, method.scheme));
+  FrameSolver kept(moving, method, drives_of_motion(ExactSensor(moving), method.scheme));
   frame_at(kept, moving, 0.0);
   const MotionFrame frame = frame_at(kept, moving, 0.2);
   for (const auto& [stage, seconds] : frame.seconds) {
     EXPECT_NE(stage, "set_up");
   }
-  FrameSolver anew(moving, method, drives_of_motion(moving, method.scheme));
+  FrameSolver anew(moving, method, drives_of_motion(ExactSensor(moving), method.scheme));
   const MotionFrame fresh = frame_at(anew, moving, 0.2);
   // The same problem: the cost of no steps from zero is that of the new target.
   Scene zero = scene;
   zero.motion->start = MotionSpec::Start::kZero;
   const MovingModel restarting(zero);
-  FrameSolver both(restarting, method, drives_of_motion(moving, method.scheme));
+  FrameSolver both(restarting, method, drives_of_motion(ExactSensor(moving), method.scheme));
   frame_at(both, restarting, 0.0);
   EXPECT_NEAR(frame_at(both, restarting, 0.2).solution.cost_history.front(), fresh.solution.cost_history.front(),
               1e-6 * fresh.solution.cost_history.front());

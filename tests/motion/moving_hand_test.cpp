@@ -71,14 +71,14 @@ TEST(MovingHand, JudgeAndSolverSeeTheSameSkin) {
 TEST(MovingHand, FramesFollowABendingFinger) {
   const MovingModel moving(scene_from(kBendingFinger));
   const MethodSpec& method = moving.first().scene.solve.methods.front();
-  FrameSolver solver(moving, method, drives_for(moving, method));
+  FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
   double warm = 0;
   for (int i = 0; i <= 10; ++i) {
     warm = solver.solve(moving.at(moving.state(0.05 * i))).solution.cost_history.back();
   }
   Scene cold_scene = scene_from(kBendingFinger, {"motion.iterations=30"});
   const MovingModel cold(cold_scene);
-  FrameSolver from_zero(cold, method, drives_for(cold, method));
+  FrameSolver from_zero(cold, method, drives_for(ExactSensor(cold), method));
   const double settled = from_zero.solve(cold.at(cold.state(0.5))).solution.cost_history.back();
   EXPECT_LT(warm, 1.03 * settled);
 }

@@ -19,9 +19,8 @@ using testing::kMovingCapsule;
 using testing::scene_from;
 
 Motion played(const std::vector<std::string>& overrides = {}, const MotionOptions& options = {}) {
-  const MovingModel moving(scene_from(kMovingCapsule, overrides));
   Progress silent;
-  return play_motion(moving, options, silent);
+  return play_motion(sensed_motion(scene_from(kMovingCapsule, overrides)), options, silent);
 }
 
 const char* const kRest = "motion.change=[{path: 'body.place.at_mm[0]', rate: 0}]";
@@ -40,9 +39,7 @@ TEST(PlayMotion, ABodyAtRestComesToTheErrorOfARun) {
 // The error at an instant is that of the phases at rest on a body that stands as far on as the sample is old.
 TEST(PlayMotion, EveryScoreHasTheErrorOfItsOwnDisplacement) {
   const Motion motion = played({"motion.seconds=0.4", "solve.methods=[surface]"});
-  const MovingModel rest(scene_from(kMovingCapsule, {kRest, "motion.seconds=0.55", "solve.methods=[surface]"}));
-  Progress silent;
-  const Motion still = play_motion(rest, {}, silent);
+  const Motion still = played({kRest, "motion.seconds=0.55", "solve.methods=[surface]"});
   const PhaseSolution held = still.methods.front().frames.back().solution;
   int compared = 0;
   for (const MotionScore& score : motion.methods.front().scores) {
@@ -178,7 +175,7 @@ TEST(MovingModel, NamesWhenBodiesMeet) {
 
 TEST(MovingModel, NothingOfStillsIsTakenSilently) {
   EXPECT_THAT(message_of<InputError>([] { MovingModel(scene_from(kMovingCapsule, {"sensing={noise_mm_rms: 0.5}"})); }),
-              HasSubstr("sensing"));
+              HasSubstr("sensing: is of a still; what the solver sees of a motion is said once, by motion.sensor"));
 }
 
 }  // namespace

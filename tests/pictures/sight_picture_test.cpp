@@ -13,7 +13,7 @@ namespace {
 using support::has_colour;
 using support::Picture;
 
-constexpr Colour kRed = {235, 30, 60};
+constexpr Colour kHoleRed = {235, 30, 60};
 
 /// Looks along +z at a plate in the right half of its image, 0.3 m away at the left and 0.4 m at the right.
 CameraSight sight(bool whole) {
@@ -55,7 +55,7 @@ TEST(SightPicture, MarksHolesInRed) {
     const Picture picture(directory.file("sight.png"));
     EXPECT_EQ(picture.width(), kPictureWidth);
     EXPECT_EQ(picture.text("Description"), "a scene");
-    return counted(picture, kRed, 0, 1040);
+    return counted(picture, kHoleRed, 0, 1040);
   };
   EXPECT_EQ(reds({sight(true)}), 0);
   const int one = reds({sight(false)});

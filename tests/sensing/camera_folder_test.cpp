@@ -1,9 +1,14 @@
 #include "sim/sensing/camera_folder.h"
 
+#include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <functional>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -15,8 +20,7 @@
 #include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
 
-namespace touchfield {
-namespace camera_folder_test {
+namespace touchfield::camera_folder_test {
 
 using support::made_up_frame;
 using support::message_of;
@@ -110,7 +114,7 @@ TEST_F(Recording, ACameraWithoutAFileSawNothing) {
   EXPECT_EQ(read_bytes(path + "/times.csv"), "time_s,left,right\n0,,right/000000.png\n");
   const DepthFrame frame = CameraFolder(path).frame(0);
   EXPECT_EQ(frame.images[0].width, 24);
-  EXPECT_EQ(frame.images[0].depth, std::vector<float>(24 * 16, 0.0F));
+  EXPECT_EQ(frame.images[0].depth, std::vector<float>(384, 0.0F));
   EXPECT_GT(*std::ranges::max_element(frame.images[1].depth), 0.2F);
 }
 
@@ -138,6 +142,29 @@ TEST_F(Recording, WhatIsWrittenSoFarCanBeRead) {
   write_depth_png(path + "/left/000003.png", support::made_up_image(cameras_[0], 3), 1e-4);
   write_bytes(path + "/right/.000003.png.tmp-0123456789abcdef", "half");
   EXPECT_EQ(CameraFolder(path).size(), 3U);
+}
+
+TEST_F(Recording, AWriterThatIsKilledLeavesWhatCanBeRead) {
+  for (const std::size_t frames : {1U, 2U, 5U, 9U}) {
+    const std::string path = folder_.file(std::to_string(frames));
+    const pid_t writer = ::fork();
+    ASSERT_GE(writer, 0);
+    if (writer == 0) {
+      try {
+        support::write_recording(path, cameras_, 10'000);
+      } catch (const std::exception&) {
+      }
+      ::_exit(1);
+    }
+    const auto rows = [&] { return std::ranges::count(read_bytes(path + "/times.csv"), '\n'); };
+    while (rows() <= static_cast<std::ptrdiff_t>(frames) && ::waitpid(writer, nullptr, WNOHANG) == 0) {
+    }
+    ::kill(writer, SIGKILL);
+    ::waitpid(writer, nullptr, 0);
+    const CameraFolder recording(path);
+    EXPECT_GE(recording.size(), frames);
+    EXPECT_EQ(recording.frame(recording.size() - 1).images.size(), 2U);
+  }
 }
 
 TEST_F(Recording, TheWriterRefusesWhatCouldNotBeRead) {
@@ -262,6 +289,8 @@ TEST_F(Recording, FaultsOfTimesNameTheLine) {
   EXPECT_THAT(with("left/000001.png", "left"), HasSubstr("recorded/left: must be a file"));
   std::filesystem::remove(file("times.csv"));
   EXPECT_THAT(refusal(), HasSubstr("recorded/times.csv: no such file"));
+  ASSERT_EQ(::mkfifo(file("times.csv").c_str(), 0600), 0);
+  EXPECT_THAT(refusal(), EndsWith("recorded/times.csv: must be a file"));
   EXPECT_THAT(message_of<InputError>([&] { CameraFolder{folder_.file("none")}; }), EndsWith("none: no such folder"));
 }
 
@@ -322,5 +351,4 @@ TEST(RecordedInPython, IsRead) {
   EXPECT_FLOAT_EQ(at(639, 180), 0.0F);
 }
 
-}  // namespace camera_folder_test
-}  // namespace touchfield
+}  // namespace touchfield::camera_folder_test

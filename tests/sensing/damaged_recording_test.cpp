@@ -10,8 +10,7 @@
 #include "tests/sensing/recording_support.h"
 #include "tests/support/output_support.h"
 
-namespace touchfield {
-namespace damaged_recording_test {
+namespace touchfield::damaged_recording_test {
 
 namespace fs = std::filesystem;
 using support::read_bytes;
@@ -29,6 +28,15 @@ const std::array<const char*, 20> kWords{
 void flip_bytes(Random& random, std::string& bytes) {
   for (std::size_t i = below(random, 4); !bytes.empty() && i < 4; ++i) {
     bytes[below(random, bytes.size())] = static_cast<char>(random());
+  }
+}
+
+void change_digits(Random& random, std::string& bytes) {
+  for (std::size_t i = below(random, 3); i < 3; ++i) {
+    const std::size_t at = bytes.find_first_of("0123456789.", below(random, bytes.size()));
+    if (at != std::string::npos) {
+      bytes[at] = "0123456789.-e"[below(random, 13)];
+    }
   }
 }
 
@@ -74,6 +82,12 @@ void other_pixels(Random& random, std::string& bytes) {
           support::png_chunk("IEND", "");
 }
 
+/// A new file: one that is cut to nothing and written again is brought to the disk each time.
+void write_anew(const std::string& file, const std::string& bytes) {
+  fs::remove(file);
+  write_bytes(file, bytes);
+}
+
 /// A folder of good images, in which one or two files are damaged in turn and put right again.
 class Damaged {
  public:
@@ -110,15 +124,15 @@ class Damaged {
       }
       if (!fs::exists(files_[i]) || read_bytes(files_[i]) != good_[i]) {
         fs::create_directories(fs::path(files_[i]).parent_path());
-        write_bytes(files_[i], good_[i]);
+        write_anew(files_[i], good_[i]);
       }
     }
   }
 
  private:
   void damage_file(Random& random, const std::string& file) {
-    constexpr std::array kKinds{&flip_bytes, &flip_bytes, &cut_off,      &empty,       &leave_out,
-                                &say_twice,  &put_word,   &other_header, &other_pixels};
+    constexpr std::array kKinds{&flip_bytes, &change_digits, &change_digits, &cut_off,      &empty,
+                                &leave_out,  &say_twice,     &put_word,      &other_header, &other_pixels};
     const std::size_t kind = below(random, kKinds.size() + 3);
     if (!fs::is_regular_file(file)) {
       return;
@@ -126,11 +140,11 @@ class Damaged {
     if (kind < kKinds.size()) {
       std::string bytes = read_bytes(file);
       kKinds[kind](random, bytes);
-      write_bytes(file, bytes);
+      write_anew(file, bytes);
     } else if (kind == kKinds.size()) {
       fs::remove(file);
     } else if (kind == kKinds.size() + 1) {
-      write_bytes(file, good_[below(random, good_.size())]);
+      write_anew(file, good_[below(random, good_.size())]);
     } else {
       fs::remove(file);
       fs::create_directory(file);
@@ -190,5 +204,4 @@ TEST_P(DamagedRecordings, AreRefusedOrSound) {
 INSTANTIATE_TEST_SUITE_P(Small, DamagedRecordings, ::testing::Values(500));
 INSTANTIATE_TEST_SUITE_P(Full, DamagedRecordings, ::testing::Values(10'000));
 
-}  // namespace damaged_recording_test
-}  // namespace touchfield
+}  // namespace touchfield::damaged_recording_test

@@ -12,8 +12,7 @@
 #include "tests/support/error_support.h"
 #include "tests/support/output_support.h"
 
-namespace touchfield {
-namespace depth_png_test {
+namespace touchfield::depth_png_test {
 
 using support::message_of;
 using support::png_begin;
@@ -24,6 +23,7 @@ using ::testing::HasSubstr;
 
 constexpr int kWidth = 24;
 constexpr int kHeight = 16;
+constexpr std::size_t kPixels = 384;
 constexpr double kUnit = 1e-4;
 
 class DepthPng : public ::testing::Test {
@@ -35,7 +35,7 @@ class DepthPng : public ::testing::Test {
   /// What both the check of the header and the reader say of a file.
   std::string refusal(const std::string& bytes) const {
     support::write_bytes(path_, bytes);
-    const std::string checked = message_of<InputError>([&] { check_depth_png(path_, kWidth, kHeight); });
+    std::string checked = message_of<InputError>([&] { check_depth_png(path_, kWidth, kHeight); });
     EXPECT_EQ(message_of<InputError>([&] { read(); }), checked);
     return checked;
   }
@@ -167,7 +167,7 @@ TEST_F(DepthPng, RowsThatAreMissingAreFound) {
   EXPECT_THAT(damage(begin + png_chunk("IDAT", support::zlib_packed(rows)) + end), HasSubstr("left.png: damaged: "));
   EXPECT_THAT(damage(begin + end), HasSubstr("left.png: damaged: "));
   support::write_bytes(path_, begin + png_chunk("IDAT", support::zlib_packed(rows + row)) + end);
-  EXPECT_EQ(read().depth, std::vector<float>(kWidth * kHeight, 0.0F));
+  EXPECT_EQ(read().depth, std::vector<float>(kPixels, 0.0F));
 }
 
 TEST_F(DepthPng, ASecondHeaderIsRefused) {
@@ -195,8 +195,8 @@ TEST_F(DepthPng, RowsBeyondTheLastAreNotKeptAndNotEndless) {
     return png_begin(kWidth, kHeight, 16, 0) + png_chunk("IDAT", support::zlib_packed(rows)) + png_chunk("IEND", "");
   };
   support::write_bytes(path_, with(std::string(std::size_t{32} << 20U, '\0')));
-  EXPECT_EQ(read().depth, std::vector<float>(kWidth * kHeight, 0.0F));
-  std::string rows((1 + 2 * kWidth) * kHeight, '\0');
+  EXPECT_EQ(read().depth, std::vector<float>(kPixels, 0.0F));
+  std::string rows(2 * kPixels + kHeight, '\0');
   std::mt19937 random(1);
   for (int i = 0; i < 600'000; ++i) {
     rows += static_cast<char>(random());
@@ -209,5 +209,4 @@ TEST_F(DepthPng, ALongFileIsRefused) {
               HasSubstr("left.png: too long, must be at most"));
 }
 
-}  // namespace depth_png_test
-}  // namespace touchfield
+}  // namespace touchfield::depth_png_test

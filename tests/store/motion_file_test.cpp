@@ -35,6 +35,9 @@ void expect_same(const MotionFrame& a, const MotionFrame& b) {
   expect_same_bits(a.shown, b.shown);
   expect_same_bits(a.pose_time, b.pose_time);
   EXPECT_EQ(a.quiet, b.quiet);
+  EXPECT_EQ(a.lost, b.lost);
+  expect_same_bits(a.off.skin, b.off.skin);
+  expect_same_bits(a.off.patch, b.off.patch);
   expect_same(a.solution, b.solution);
   EXPECT_EQ(a.seconds, b.seconds);
 }
@@ -270,6 +273,8 @@ TEST(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {
   const Motion read = read_motion_file(path);  // without any metric, as if they came later
   ASSERT_EQ(read.methods.size(), 1U);
   EXPECT_TRUE(read.methods[0].frames[1].quiet);
+  EXPECT_FALSE(read.methods[0].frames[1].lost) << "the file is without it";
+  EXPECT_TRUE(std::isnan(read.methods[0].frames[1].off.skin));
   EXPECT_TRUE(std::isnan(read.methods[0].scores[1].metrics.relative_error));
   const auto message = [&](const Forged& forged) {
     forge(path, forged);

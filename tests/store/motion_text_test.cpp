@@ -68,14 +68,16 @@ TEST(FramesCsv, HasALineAFrameAndMethod) {
   const auto rows = cells_of(directory.file("frames.csv"));
   ASSERT_EQ(rows.size(), 1 + 2 * 4U);
   EXPECT_THAT(rows[0], ElementsAre("method", "frame", "sampled_s", "started_s", "late_s", "shown_s", "pose_time_s",
-                                   "quiet", "cost", "steps", "status", "seconds_pose", "seconds_factorisation"));
-  EXPECT_THAT(rows[3], ElementsAre("surface", "2", testing::_, "0.101", "0.004", testing::_, testing::_, "0", "0.2",
-                                   "2", "iteration_limit", testing::_, "0.012"));
+                                   "quiet", "lost", "skin_off_mm", "patch_off_mm", "cost", "steps", "status",
+                                   "seconds_pose", "seconds_factorisation"));
+  EXPECT_THAT(rows[3], ElementsAre("surface", "2", testing::_, "0.101", "0.004", testing::_, testing::_, "0", "0",
+                                   "0.3", "nan", "0.2", "2", "iteration_limit", testing::_, "0.012"));
   const auto& quiet = rows[6];
   EXPECT_EQ(quiet[7], "1");
-  EXPECT_EQ(quiet[8], "nan");
-  EXPECT_EQ(quiet[10], "direct");
-  EXPECT_EQ(quiet[12], "nan");
+  EXPECT_EQ(quiet[8], "1");
+  EXPECT_EQ(quiet[11], "nan");
+  EXPECT_EQ(quiet[13], "direct");
+  EXPECT_EQ(quiet[15], "nan");
 }
 
 TEST(Percentile, IsLinearBetweenValues) {
@@ -99,6 +101,7 @@ TEST(MotionSummary, IsThatOfTheScoresAndFrames) {
   const MotionSummary over = summary(full_motion().methods[1]);
   EXPECT_EQ(over.frames, 4);
   EXPECT_EQ(over.quiet, 1);
+  EXPECT_EQ(over.lost, 1);
   EXPECT_EQ(over.late, 1);
   EXPECT_EQ(over.dropped, 3);
   EXPECT_EQ(over.scores, 6);
@@ -129,7 +132,7 @@ TEST(MotionSummary, OfNothing) {
 
 TEST(MotionSummary, AsColumnsOfATable) {
   const auto columns = summary_columns(summary(full_motion().methods[1]));
-  EXPECT_EQ(columns.size(), 5 * (metric_fields().size() + 4) + 5);
+  EXPECT_EQ(columns.size(), 5 * (metric_fields().size() + 4) + 6);
   std::map<std::string, double> named(columns.begin(), columns.end());
   EXPECT_EQ(named.size(), columns.size());
   EXPECT_DOUBLE_EQ(named.at("relative_error_mean"), 0.725);
@@ -137,18 +140,21 @@ TEST(MotionSummary, AsColumnsOfATable) {
   EXPECT_DOUBLE_EQ(named.at("relative_error_worst"), 0.875);
   EXPECT_EQ(named.at("relative_error_count"), 4);
   EXPECT_EQ(named.at("dropped"), 3);
+  EXPECT_EQ(named.at("lost"), 1);
 }
 
 TEST(DescribeMotion, SaysWhatThereIs) {
   Motion motion = full_motion();
-  EXPECT_THAT(describe_motion(motion),
-              AllOf(HasSubstr("a motion of 0.2 s, complete"), HasSubstr("mesh      48 faces"),
-                    HasSubstr("judge     80 faces"), HasSubstr("6 transducers"),
-                    HasSubstr("method    paper-2: surface by chief, 4 frames (1 quiet, 1 late), 3 dropped, 6 scores; "
-                              "sample to array: median 47.0 ms, 95 % 69.5 ms, worst 72.0 ms\n"),
-                    HasSubstr("stages    surface: pose 0.3 (0.3), factorisation 11.5 (12.8) ms"), HasSubstr("72.50 %"),
-                    HasSubstr("86.00 %"), HasSubstr("87.50 %"), HasSubstr("warning   coarse mesh"),
-                    HasSubstr("0123456789ab"), Not(HasSubstr("nan"))));
+  EXPECT_THAT(
+      describe_motion(motion),
+      AllOf(HasSubstr("a motion of 0.2 s, complete"), HasSubstr("mesh      48 faces"), HasSubstr("judge     80 faces"),
+            HasSubstr("6 transducers"),
+            HasSubstr(
+                "method    paper-2: surface by chief, 4 frames (1 quiet, 1 of them lost, 1 late), 3 dropped, 6 scores; "
+                "sample to array: median 47.0 ms, 95 % 69.5 ms, worst 72.0 ms\n"),
+            HasSubstr("stages    surface: pose 0.3 (0.3), factorisation 11.5 (12.8) ms"), HasSubstr("72.50 %"),
+            HasSubstr("86.00 %"), HasSubstr("87.50 %"), HasSubstr("warning   coarse mesh"), HasSubstr("0123456789ab"),
+            Not(HasSubstr("nan"))));
   motion.methods.clear();
   motion.judge.reset();
   motion.complete = false;

@@ -10,6 +10,7 @@ namespace touchfield::support {
 
 inline MotionFrame made_up_frame(int number, Eigen::Index channels, double seed) {
   MotionFrame frame;
+  frame.off.skin = 0.3e-3;
   frame.sampled = number / 30.0;
   frame.started = number / 20.0 + 1e-3;
   frame.late = number == 2 ? 0.004 : 0.0;
@@ -64,6 +65,7 @@ inline Motion full_motion() {
   other.dropped = 3;
   MotionFrame& quiet = other.frames[1];
   quiet.quiet = true;
+  quiet.lost = true;
   quiet.solution = {.phases = Eigen::VectorXd::Zero(motion.array.size()),
                     .amplitudes = Eigen::VectorXd::Zero(motion.array.size()),
                     .cost_history = {},

@@ -30,7 +30,7 @@ const HandSearch& search() {
 }
 
 /// A smaller hand than the one looked for, its index finger bent.
-const TriangleMesh& true_hand() {
+const TriangleMesh& searched_hand() {
   static const TriangleMesh kHand = [] {
     HandOptions options;
     options.breadth = 80e-3;
@@ -70,7 +70,7 @@ TEST(HandSearch, FindsAHandOfAnotherSizeAnyWayRound) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 6; ++trial) {
     const RigidMotion place = some_place(random);
-    const std::vector<HandStart> starts = starts_of(transformed(true_hand(), place.rotation, place.shift), cameras);
+    const std::vector<HandStart> starts = starts_of(transformed(searched_hand(), place.rotation, place.shift), cameras);
     EXPECT_LT(rank_of(place, starts), 2) << trial;
     EXPECT_LE(starts.size(), 6U);
     EXPECT_TRUE(std::ranges::is_sorted(starts, {}, &HandStart::cost));
@@ -79,7 +79,7 @@ TEST(HandSearch, FindsAHandOfAnotherSizeAnyWayRound) {
 
 TEST(HandSearch, IsNotMisledByASleeveAndAnotherThing) {
   const std::vector<DepthCamera> cameras = cameras_round(kOver, 0.2, 0.25, 3);
-  const TriangleMesh sleeved = together(true_hand(), shifted(capsule(35e-3, 0.2, 6e-3).mesh, Vector3(0, -0.14, 0)));
+  const TriangleMesh sleeved = together(searched_hand(), shifted(capsule(35e-3, 0.2, 6e-3).mesh, Vector3(0, -0.14, 0)));
   const TriangleMesh thing = shifted(box({0.08, 0.06, 0.05}, 0.02).mesh, kOver + Vector3(0.15, 0.12, 0));
   std::mt19937 random(2);
   for (int trial = 0; trial < 6; ++trial) {
@@ -97,7 +97,7 @@ TEST(HandSearch, FindsThePalmThatOneCameraSees) {
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(uniform(random, 0, 6), Vector3::UnitZ()) *
                                  Eigen::AngleAxisd(uniform(random, -0.4, 0.4), Vector3::UnitX()).toRotationMatrix();
     const RigidMotion place{turn, kOver - turn * kPalm};
-    const std::vector<HandStart> starts = starts_of(transformed(true_hand(), place.rotation, place.shift), cameras);
+    const std::vector<HandStart> starts = starts_of(transformed(searched_hand(), place.rotation, place.shift), cameras);
     EXPECT_LT(rank_of(place, starts), 6) << trial;
   }
 }
@@ -113,14 +113,14 @@ TEST(HandSearch, FindsNoHandInNothing) {
   EXPECT_THAT(message_of<InputError>([&] { HandSearch({}); }), HasSubstr("no skin"));
 }
 
-TEST(SkinField, KnowsWhatIsNearest) {
+TEST(SkinGrid, KnowsWhatIsNearest) {
   const TriangleMesh ball = icosphere(30e-3, 12);
   const FaceTree tree(ball);
-  const SkinField field(ball, 4e-3, 20e-3);
+  const SkinGrid grid(ball, 4e-3, 20e-3);
   std::mt19937 random(4);
   for (int trial = 0; trial < 200; ++trial) {
     const Vector3 x = 70e-3 * point_in_cube(random);
-    const SkinField::Near& near = field.near(x);
+    const SkinGrid::Near& near = grid.near(x);
     EXPECT_NEAR(near.at.norm(), 30e-3, 0.5e-3);
     EXPECT_GT(near.normal.dot(near.at), 29e-3);
     if (x.cwiseAbs().maxCoeff() < 50e-3) {  // within the grid: the middle of a cell is half its diagonal away at most

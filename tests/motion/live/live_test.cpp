@@ -164,6 +164,9 @@ DriveFrame rounded(const Drive& drive) {
   return {{static_cast<std::uint8_t>(drive.phases(0))}, {static_cast<std::uint8_t>(255 * drive.amplitudes(0))}};
 }
 
+/// Its state is its time.
+Seen seen_at(double seconds) { return {seconds, {Eigen::VectorXd::Constant(1, seconds)}}; }
+
 /// Frame k is the phase k.
 LiveSolution solution_of(std::size_t k) {
   LiveSolution solution;
@@ -180,17 +183,17 @@ class Live : public ::testing::Test {
 
   struct Asked {
     LiveSample sample;
-    Tick wanted;
+    double wanted;  // [s]
     double at;
   };
 
   PlayReport play_it() {
-    const LiveSensor sensor = [this](double seconds) {
+    const LiveSensor sensor = [this](std::int64_t, double seconds) {
       sensing_(seconds);
-      return MotionState{Eigen::VectorXd::Constant(1, seconds), std::nullopt};
+      return seen_at(seconds);
     };
     const auto prepare = [this] {
-      return [this](const LiveSample& sample, Tick wanted) {
+      return [this](const LiveSample& sample, double wanted) {
         asked_.push_back({sample, wanted, time_.now() - kBegin});
         const std::size_t k = asked_.size() - 1;
         LiveSolution solution = solution_of(k);
@@ -226,16 +229,13 @@ TEST_F(Live, KeepsTheClockOfAPlay) {
     MotionSpec motion = motion_of(2);
     motion.stale = 10;
     motion.sensor.hz = 29;  // never known at the very tick that a frame starts
-    std::vector<Tick> samples;
+    std::vector<double> samples;
     LiveLoop loop(
-        motion,
-        [](double s) {
-          return MotionState{Eigen::VectorXd::Constant(1, s), std::nullopt};
-        },
+        motion, [](std::int64_t, double s) { return seen_at(s); },
         [&] {
-          return [&](const LiveSample& sample, Tick) {
-            samples.push_back(sample.now.at);
-            EXPECT_EQ(sample.now.state.numbers(0), to_seconds(sample.now.at));
+          return [&](const LiveSample& sample, double) {
+            samples.push_back(sample.now.seconds);
+            EXPECT_EQ(sample.now.state.numbers(0), sample.now.seconds);
             time.wait_until(time.now() + solve, {});
             return solution_of(samples.size() - 1);
           };
@@ -252,7 +252,7 @@ TEST_F(Live, KeepsTheClockOfAPlay) {
     while (const auto start = clock.next()) {
       const ShownFrame shown = clock.finished(to_ticks(solve));
       ASSERT_LT(k, samples.size());
-      EXPECT_EQ(samples[k], start->sampled) << solve << " " << k;
+      EXPECT_EQ(samples[k], to_seconds(start->sampled)) << solve << " " << k;
       if (to_seconds(shown.from) > motion.seconds) break;  // it ended before
       ASSERT_LT(k, report.frames.size());
       EXPECT_NEAR(report.frames[k].started, to_seconds(start->at), 2e-6);
@@ -414,7 +414,7 @@ TEST_F(Live, EndsWithALostLink) {
 TEST_F(Live, ThrowsWhatThePreparationThrew) {
   const auto fails = []() -> LiveSolver { throw InputError("no such thing"); };
   LiveLoop loop(
-      motion_, [](double) { return MotionState{}; }, fails, time_);
+      motion_, [](std::int64_t, double s) { return seen_at(s); }, fails, time_);
   EXPECT_THROW(while (!loop.ready(1)){}, InputError);
 }
 
@@ -426,13 +426,13 @@ TEST_F(Live, PredictsByWhatItMeasures) {
   solving_ = [this](std::size_t k, LiveSolution&) { pass(k % 3 == 0 ? 0.03 : 0.02); };
   play_it();
   ASSERT_GE(asked_.size(), 15U);
-  EXPECT_NEAR(to_seconds(asked_[0].wanted), asked_[0].at + 0.002 + 0.025, 1e-5) << "nothing is known yet";
+  EXPECT_NEAR(asked_[0].wanted, asked_[0].at + 0.002 + 0.025, 1e-5) << "nothing is known yet";
   for (std::size_t k = 4; k < asked_.size(); ++k) {
     const double expected = asked_[k].at + 0.02 + 0.004 + 0.002 + 0.025;
-    EXPECT_GE(to_seconds(asked_[k].wanted), expected - 1e-5);
-    EXPECT_LE(to_seconds(asked_[k].wanted), expected + kLook);
-    EXPECT_EQ(asked_[k].sample.before->state.numbers(0), to_seconds(asked_[k].sample.before->at));
-    EXPECT_NEAR(to_seconds(asked_[k].sample.now.at - asked_[k].sample.before->at), 1 / 30.0, 1e-5);
+    EXPECT_GE(asked_[k].wanted, expected - 1e-5);
+    EXPECT_LE(asked_[k].wanted, expected + kLook);
+    EXPECT_EQ(asked_[k].sample.before->state.numbers(0), asked_[k].sample.before->seconds);
+    EXPECT_NEAR(asked_[k].sample.now.seconds - asked_[k].sample.before->seconds, 1 / 30.0, 1e-5);
   }
 }
 
@@ -480,11 +480,8 @@ TEST_F(LiveOnTheWallClock, GoesThroughItsMotion) {
   motion.stale = 10;
   std::size_t solved = 0;
   LiveLoop loop(
-      motion,
-      [](double s) {
-        return MotionState{Eigen::VectorXd::Constant(1, s), std::nullopt};
-      },
-      [&] { return [&](const LiveSample&, Tick) { return solution_of(solved++ % 256); }; }, pace_.time);
+      motion, [](std::int64_t, double s) { return seen_at(s); },
+      [&] { return [&](const LiveSample&, double) { return solution_of(solved++ % 256); }; }, pace_.time);
   play_it(loop, motion, rounded);
 }
 
@@ -499,18 +496,19 @@ class LiveScene : public LiveOnTheWallClock {
     return (apart - 2 * std::numbers::pi * (apart / (2 * std::numbers::pi)).round()).abs().maxCoeff();
   }
 
+  ExactSensor sensor_{moving_};
   const MethodSpec& method_ = moving_.first().scene.solve.methods.front();
   MotionFrame first_;
 };
 
 // The motion is straight, so that the pose expected is the true one.
 TEST_F(LiveScene, IsSolvedForThePoseThatIsExpected) {
-  const LiveSolver solver = live_solver(moving_, method_, first_);
-  FrameSolver reference(moving_, method_, drives_of_motion(moving_, method_.scheme));
+  const LiveSolver solver = live_solver(sensor_, method_, first_);
+  FrameSolver reference(moving_, method_, drives_of_motion(sensor_, method_.scheme));
   EXPECT_LT(turned(first_, reference.solve(moving_.first())), 1e-4);
-  LiveSample sample{{to_ticks(0.1), moving_.state(0.1)}, LiveSample::Seen{to_ticks(0.06), moving_.state(0.06)}};
+  LiveSample sample{{0.1, moving_.state(0.1)}, Seen{0.06, moving_.state(0.06)}};
   for (const double wanted : {0.1, 0.17}) {
-    const LiveSolution found = solver(sample, to_ticks(wanted));
+    const LiveSolution found = solver(sample, wanted);
     const MotionFrame expected = reference.solve(moving_.at(moving_.state(wanted)));
     EXPECT_LT(turned(found.frame, expected), 1e-4);
     EXPECT_EQ(found.frame.seconds.front().first, "pose");
@@ -521,8 +519,8 @@ TEST_F(LiveScene, IsSolvedForThePoseThatIsExpected) {
 TEST_F(LiveScene, GoesThroughItsMotion) {
   const MotionSpec& motion = *moving_.first().scene.motion;
   LiveLoop loop(
-      motion, [&](double seconds) { return moving_.state(seconds); },
-      [&] { return live_solver(moving_, method_, first_); }, pace_.time);
+      motion, [&](std::int64_t number, double seconds) { return sensor_.sample(number, seconds); },
+      [&] { return live_solver(sensor_, method_, first_); }, pace_.time);
   play_it(loop, motion, [](const Drive&) { return DriveFrame{{1}, {255}}; });
 }
 

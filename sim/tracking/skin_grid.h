@@ -7,7 +7,7 @@
 namespace touchfield {
 
 /// The nearest place of a skin on a grid round it, to ask thousands of times about hundreds of points.
-class SkinField {
+class SkinGrid {
  public:
   struct Near {
     Vector3 at;      // on the skin [m]
@@ -16,7 +16,7 @@ class SkinField {
 
   /// cell     of the grid [m], > 0
   /// margin   of the grid round the skin [m]
-  SkinField(const TriangleMesh& skin, double cell, double margin);
+  SkinGrid(const TriangleMesh& skin, double cell, double margin);
 
   /// The nearest point of the skin to the middle of the cell that x is in, or that is nearest to x.
   const Near& near(const Vector3& x) const {

@@ -1,10 +1,10 @@
-#include "sim/tracking/skin_field.h"
+#include "sim/tracking/skin_grid.h"
 
 #include "sim/mesh/query/face_tree.h"
 
 namespace touchfield {
 
-SkinField::SkinField(const TriangleMesh& skin, double cell, double margin) : cell_(cell) {
+SkinGrid::SkinGrid(const TriangleMesh& skin, double cell, double margin) : cell_(cell) {
   least_ = skin.vertices().rowwise().minCoeff() - Vector3::Constant(margin);
   const Vector3 size = skin.vertices().rowwise().maxCoeff() + Vector3::Constant(margin) - least_;
   count_ = (size / cell).array().ceil().cast<int>();

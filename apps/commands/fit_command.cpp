@@ -1,0 +1,169 @@
+#include <algorithm>
+#include <memory>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/claimed_directory.h"
+#include "apps/commands/command_line.h"
+#include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
+#include "apps/commands/standard_streams.h"
+#include "sim/batch/fit_folder.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+
+namespace touchfield {
+
+namespace {
+
+struct FitCommand {
+  std::string folder;
+  std::string output;  // empty: results/runs/NAME-NNNN
+  bool force = false;
+  std::string pose = HandShape{}.pose;
+  std::string side = "right";
+  double length_mm = HandShape{}.length / kMillimetre;
+  double breadth_mm = HandShape{}.breadth / kMillimetre;
+  double edge_mm = 3;
+  double learning = 1;
+  std::vector<double> workspace_mm;  // two corners
+};
+
+FolderFit fit_of(const FitCommand& command) {
+  FolderFit how;
+  how.hand.pose = command.pose;
+  how.hand.side = command.side == "left" ? HandSide::kLeft : HandSide::kRight;
+  how.hand.length = command.length_mm * kMillimetre;
+  how.hand.breadth = command.breadth_mm * kMillimetre;
+  how.edge = command.edge_mm * kMillimetre;
+  how.learning = command.learning;
+  how.workspace = MotionSpec::Sensor{}.workspace;
+  if (!command.workspace_mm.empty()) {
+    for (std::size_t corner = 0; corner < 2; ++corner) {
+      how.workspace[corner] = kMillimetre * Eigen::Map<const Vector3>(command.workspace_mm.data() + 3 * corner);
+    }
+    if (!((how.workspace[1] - how.workspace[0]).minCoeff() > 0)) {
+      throw InputError("--workspace-mm: the second corner must be beyond the first in x, y and z");
+    }
+  }
+  return how;
+}
+
+struct FitSummary {
+  std::size_t frames = 0;
+  std::size_t lost = 0;
+  double residual = 0;      // median [mm]
+  double seen = 0;          // median
+  double milliseconds = 0;  // at 95 %
+};
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) {
+    return 0;
+  }
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+FitSummary summary_of(const FittedFolder& fitted) {
+  std::vector<double> residuals;
+  std::vector<double> seen;
+  std::vector<double> times;
+  for (const FittedFrame& frame : fitted.frames) {
+    times.push_back(frame.milliseconds);
+    if (!frame.fit.lost) {
+      residuals.push_back(frame.fit.residual / kMillimetre);
+      seen.push_back(frame.fit.seen);
+    }
+  }
+  return {fitted.frames.size(), fitted.frames.size() - residuals.size(), quantile(residuals, 0.5), quantile(seen, 0.5),
+          quantile(times, 0.95)};
+}
+
+nlohmann::ordered_json fit_json(const FittedFolder& fitted, const std::string& directory) {
+  const FitSummary summary = summary_of(fitted);
+  return {{"directory", directory},
+          {"frames", summary.frames},
+          {"lost", summary.lost},
+          {"shape_learnt", fitted.learnt},
+          {"length_ratio", std::exp(fitted.proportions(kLengthRatio))},
+          {"breadth_ratio", std::exp(fitted.proportions(kBreadthRatio))},
+          {"residual_mm_median", summary.residual},
+          {"seen_median", summary.seen},
+          {"fit_ms_p95", summary.milliseconds}};
+}
+
+std::string fit_text(const FittedFolder& fitted) {
+  const FitSummary summary = summary_of(fitted);
+  return fmt::format(
+      "{} frames, the hand lost in {}\n"
+      "  shape {}: length x {:.3f}, breadth x {:.3f}\n"
+      "  points off the skin by {:.2f} mm rms, {:.0f} % of the skin seen (medians)\n"
+      "  {:.1f} ms a frame at 95 %\n",
+      summary.frames, summary.lost, fitted.learnt ? "learnt" : "as built in",
+      std::exp(fitted.proportions(kLengthRatio)), std::exp(fitted.proportions(kBreadthRatio)), summary.residual,
+      100 * summary.seen, summary.milliseconds);
+}
+
+int fit_command(const FitCommand& command, const Invocation& invoked) {
+  const CommonFlags& flags = invoked.flags;
+  ClaimedDirectory claimed("the meshes that are written are whole, {} says that they are not all");
+  const int threads = apply_threads(flags);
+  ConsoleProgress progress(flags.quiet || flags.json);
+  const FolderFit how = fit_of(command);
+  const CameraFolder folder(command.folder);
+  RunDirectory& directory = claimed.claim(command.output, command.force, "fit", fit_files(folder));
+  try {
+    progress.log_to(directory.file("fit.log"));
+    progress.note(first_log_line(command.folder, threads));
+    const FittedFolder fitted = fit_folder(folder, how, directory, progress);
+    directory.settle();
+    progress.note(fmt::format("meshes in {}", directory.path()));
+    put(flags.json ? fmt::format("{}\n", fit_json(fitted, directory.path()).dump(2))
+                   : fmt::format("{}{}", fit_text(fitted), flags.quiet ? directory.path() + "\n" : ""));
+    claimed.release();
+    return 0;
+  } catch (const std::exception& error) {
+    claimed.fail(error.what(), progress);
+    throw;
+  }
+}
+
+}  // namespace
+
+void add_fit_command(CLI::App& app, Invocation& invocation) {
+  const auto fit = std::make_shared<FitCommand>();
+  CLI::App* command = app.add_subcommand("fit", "Fit the built-in hand to recorded depth images: meshes over time");
+  command->add_option("FOLDER", fit->folder, "Folder of depth images (docs/cameras.md)")->required();
+  command->add_option("-o,--output", fit->output,
+                      "Output directory, as body: {meshes: {folder, times, unit: m}} takes it; default: "
+                      "results/runs/fit-NNNN, the next free number");
+  command->add_flag("--force", fit->force, "Replace what the output directory holds of a run");
+  command->add_option("--pose", fit->pose, "How the fingers are held")
+      ->check(CLI::IsMember(hand_poses()))
+      ->capture_default_str();
+  command->add_option("--side", fit->side, "Which hand")
+      ->check(CLI::IsMember({"right", "left"}))
+      ->capture_default_str();
+  command->add_option("--length-mm", fit->length_mm, "Length of the hand before its shape is learnt")
+      ->check(CLI::Range(120.0, 260.0))
+      ->capture_default_str();
+  command->add_option("--breadth-mm", fit->breadth_mm, "Breadth of the hand before its shape is learnt")
+      ->check(CLI::Range(50.0, 150.0))
+      ->capture_default_str();
+  command->add_option("--edge-mm", fit->edge_mm, "Edge length of the meshes")
+      ->check(CLI::Range(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre))
+      ->capture_default_str();
+  command->add_option("--learn-s", fit->learning, "Time that the shape is learnt from [s]; 0: not at all")
+      ->check(CLI::Range(0.0, 60.0))
+      ->capture_default_str();
+  command
+      ->add_option("--workspace-mm", fit->workspace_mm,
+                   "Two corners of the box that the hand is looked for in: least x, y, z and largest")
+      ->expected(6);
+  finish_command(command, invocation, [fit](const Invocation& invoked) { return fit_command(*fit, invoked); });
+}
+
+}  // namespace touchfield

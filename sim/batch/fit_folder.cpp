@@ -1,0 +1,138 @@
+#include "sim/batch/fit_folder.h"
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/solve/stages.h"
+#include "sim/store/vtk_files.h"
+#include "sim/tracking/seen_distance.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr double kTemplateEdge = 4.5e-3;  // [m]
+constexpr std::size_t kMostLearnt = 30;   // frames, spread over the time of learning
+
+std::string skin_name(std::size_t frame) { return fmt::format("skin_{:04}.vtp", frame + 1); }
+
+/// Frames of the beginning of a recording, evenly, at most kMostLearnt.
+std::vector<DepthFrame> first_frames(const CameraFolder& folder, double seconds) {
+  std::size_t count = 1;
+  while (count < folder.size() && folder.seconds(count) - folder.seconds(0) < seconds) {
+    ++count;
+  }
+  const std::size_t step = (count + kMostLearnt - 1) / kMostLearnt;
+  std::vector<DepthFrame> frames;
+  for (std::size_t k = 0; k < count; k += step) {
+    frames.push_back(folder.frame(k));
+  }
+  return frames;
+}
+
+std::string frames_csv(const std::vector<FittedFrame>& frames) {
+  std::string text = "time_s,lost,residual_mm,explained,seen,fit_ms,file\n";
+  for (const FittedFrame& frame : frames) {
+    const HandFit& fit = frame.fit;
+    text += fit.lost ? fmt::format("{:.9g},1,,,,{:.4g},\n", fit.seconds, frame.milliseconds)
+                     : fmt::format("{:.9g},0,{:.4g},{:.4g},{:.4g},{:.4g},{}\n", fit.seconds, fit.residual / kMillimetre,
+                                   fit.explained, fit.seen, frame.milliseconds, frame.file);
+  }
+  return text;
+}
+
+std::string times_csv(const std::vector<SeriesStep>& steps) {
+  std::string text = "file,time_s\n";
+  for (const SeriesStep& step : steps) {
+    text += fmt::format("{},{:.9g}\n", step.file, step.time);
+  }
+  return text;
+}
+
+/// The body of a scene that these meshes are.
+std::string body_yaml(const std::string& directory, const TriangleMesh& first, const std::vector<Landmark>& landmarks) {
+  std::string text =
+      fmt::format("body:\n  meshes:\n    folder: {0}\n    times: {0}/times.csv\n    unit: m\n    landmarks:\n",
+                  std::filesystem::absolute(directory).string());
+  for (const Landmark& landmark : landmarks) {
+    const Vector3 at = position(first, landmark);
+    text += fmt::format("      {}: [{:.6f}, {:.6f}, {:.6f}]\n", landmark.name, at.x(), at.y(), at.z());
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> fit_files(const CameraFolder& folder) {
+  std::vector<std::string> files = {"fit.log", "failed.json", "fit.csv", "body.yaml", "times.csv", "skin.pvd"};
+  for (std::size_t k = 0; k < folder.size(); ++k) {
+    files.push_back(skin_name(k));
+  }
+  return files;
+}
+
+FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress) {
+  const HandTemplate hand(how.hand, kTemplateEdge);
+  const Body body = touchfield::hand({.pose = how.hand.pose,
+                                      .breadth = how.hand.breadth,
+                                      .length = how.hand.length,
+                                      .side = how.hand.side,
+                                      .edge = how.edge,
+                                      .joints = how.hand.joints});
+  const HandTemplate::Carrier carrier = hand.carrier(body.mesh.vertices());
+  HandTracker tracker(hand, folder.cameras(), Box{how.workspace[0], how.workspace[1]});
+  FittedFolder fitted;
+  std::vector<std::pair<std::string, double>> seconds;
+  if (how.learning > 0) {
+    fitted.learnt = timed(progress, seconds, "learn", "the hand's shape from the first frames",
+                          [&] { return tracker.learn(first_frames(folder, how.learning)); });
+    if (!fitted.learnt) {
+      progress.warn(
+          "shape: the hand was found in fewer than three of the first frames, so that its shape is the built-in "
+          "hand's");
+    }
+  }
+  fitted.proportions = tracker.shape().proportions;
+  tracker.forget();
+  std::vector<SeriesStep> steps;
+  timed(progress, seconds, "fit", fmt::format("{} frames", folder.size()), [&] {
+    Points world;
+    for (std::size_t k = 0; k < folder.size(); ++k) {
+      const DepthFrame frame = folder.frame(k);
+      const auto begin = std::chrono::steady_clock::now();
+      FittedFrame& own = fitted.frames.emplace_back();
+      own.fit = tracker.track(frame);
+      own.milliseconds = 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      if (!own.fit.lost) {
+        tracker.skin(own.fit, carrier, world);
+        const TriangleMesh skin(world, body.mesh.triangles());
+        const SeenDistance seen = seen_distance(folder.cameras(), frame, skin);
+        own.file = skin_name(k);
+        write_faces_vtp(directory.file(own.file), skin,
+                        {{"cameras", seen.cameras.cast<double>()}, {"distance_m", seen.distance}});
+        steps.push_back({own.fit.seconds, own.file});
+        if (steps.size() == 1) {
+          write_atomically(directory.file("body.yaml"), {body_yaml(directory.path(), skin, body.landmarks)});
+        }
+      }
+      progress.advance((static_cast<double>(k) + 1) / static_cast<double>(folder.size()));
+    }
+  });
+  write_atomically(directory.file("fit.csv"), {frames_csv(fitted.frames)});
+  if (steps.empty()) {
+    throw InputError(fmt::format(
+        "the hand was found in none of {} frames; is it in the workspace, and are the cameras' places theirs?",
+        folder.size()));
+  }
+  write_atomically(directory.file("times.csv"), {times_csv(steps)});
+  write_series(directory.file("skin.pvd"), steps);
+  return fitted;
+}
+
+}  // namespace touchfield

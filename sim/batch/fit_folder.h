@@ -1,0 +1,47 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "sim/batch/run_directory.h"
+#include "sim/core/progress.h"
+#include "sim/scene/scene.h"
+#include "sim/sensing/camera_folder.h"
+#include "sim/tracking/hand_tracker.h"
+
+namespace touchfield {
+
+/// How a hand is fitted to recorded images.
+struct FolderFit {
+  HandShape hand;                    // before its shape is learnt
+  double edge = 3e-3;                // of the meshes that are written [m]
+  std::array<Vector3, 2> workspace;  // corners of the box that it is looked for in [m]
+  double learning = 1;  // time from the first frame on that its shape is learnt from [s]; 0: it is as it is
+};
+
+/// A frame of a fit.
+struct FittedFrame {
+  HandFit fit;
+  double milliseconds = 0;  // that it took, images at hand
+  std::string file;         // its mesh; empty where the hand was lost
+};
+
+struct FittedFolder {
+  bool learnt = false;  // the hand's shape
+  HandProportions proportions = HandProportions::Zero();
+  std::vector<FittedFrame> frames;
+};
+
+/// The names of all files that fit_folder writes.
+std::vector<std::string> fit_files(const CameraFolder& folder);
+
+/// Fits the built-in hand to every frame of a recording, in order, and writes what `body: {meshes: {folder, times}}` takes:
+/// skin_0001.vtp, ... with the same triangles (mm), times.csv; of each face `cameras`, how many saw it, and `distance_mm` of
+/// what they saw (seen_distance.h); skin.pvd of them; body.yaml, a scene's body of
+/// them with the hand's landmarks; fit.csv, a line a frame. Frames in which the hand is lost have no mesh.
+///
+/// throws   InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame; IoError
+FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress);
+
+}  // namespace touchfield

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/motion/motion_sensor.h"
+#include "sim/tracking/hand_tracker.h"
+
+namespace touchfield {
+
+/// The scene that is solved where a hand is fitted to images. Its body is the hand that is fitted (motion.sensor.hand, or
+/// the scene's own in the mean size), in the scene's place, with the scene's edges, cut and target; a body without edges
+/// gets WholeSkin::kFar. Nothing of it moves by itself but its target, and it has no judge.
+///
+/// throws   InputError unless it is one body, a hand or with motion.sensor.hand; of recorded images, whose hand nobody
+///          moves, if motion.change names anything but the target
+Scene fitted_scene(const Scene& scene);
+
+/// Where the images of a hand come from.
+struct HandImages {
+  std::vector<DepthCamera> cameras;  // as they are told to stand
+  /// The images of sample `number`, taken at most at `seconds`; its own time is that of the motion.
+  std::function<DepthFrame(std::int64_t number, double seconds)> at;
+  double seconds = 0;  // that there are images for
+};
+
+/// Simulated cameras that look at the true skin, whole.
+///
+/// truth   with motion.sensor.cameras; kept by reference: it must outlive the images
+HandImages simulated_images(const MovingModel& truth, KeptBodies* kept = nullptr);
+
+/// A folder of images (CameraFolder), whose first image is the motion's beginning. At each time the newest image by then.
+HandImages recorded_images(const std::string& folder);
+
+/// Sees the hand that HandTracker fits to images. It never knows the true one.
+///
+/// The shape is learnt before the clock starts, from the first second of images, as from a scan; those of simulated
+/// cameras have noise of their own for that. The loop then begins with the hand found, if it is in the first images.
+/// Samples are the solving mesh of fitted_scene, carried by the fit vertex by vertex; lost where the fit is, or where it
+/// makes no surface.
+class FittedSensor final : public MotionSensor {
+ public:
+  static constexpr double kTemplateEdge = 4.5e-3;  // of the mesh that is fitted [m]
+
+  /// truth    where the hand really goes, only to know which drives are needed (places); null: that is told by a fit to
+  ///          all images, before the clock starts. It must outlive the sensor
+  /// throws   InputError as fitted_scene, MovingModel and HandTracker
+  FittedSensor(const Scene& scene, HandImages images, const MovingModel* truth, KeptBodies* kept = nullptr);
+
+  const MovingModel& solved() const override { return solved_; }
+  void start(Progress& progress) override;
+  bool remembers() const override { return true; }
+  Seen sample(std::int64_t number, double seconds) override;
+  std::vector<TriangleMesh> places(int count) const override;
+  std::vector<std::string> notes() const override { return notes_; }
+
+ private:
+  void learn();
+  void rehearse(Progress& progress);
+  void find();
+  Seen seen(const DepthFrame& frame);
+  double time_of(std::int64_t number) const;
+
+  MovingModel solved_;
+  HandImages images_;
+  const MovingModel* truth_;
+  HandTemplate hand_;
+  std::array<Vector3, 2> workspace_;
+  double hz_;
+  double seconds_;  // of the motion
+  HandTemplate::Carrier carrier_;
+  std::optional<HandTracker> tracker_;
+  std::optional<Seen> last_;
+  std::vector<TriangleMesh> rehearsed_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace touchfield

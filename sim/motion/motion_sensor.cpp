@@ -1,0 +1,151 @@
+#include "sim/motion/motion_sensor.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/motion/fitted_sensor.h"
+#include "sim/motion/loop_clock.h"
+
+namespace touchfield {
+
+namespace {
+
+constexpr std::uint64_t kDraws = 5;             // of noise until the skin that is seen is one
+constexpr std::uint64_t kNextDraw = 1'000'000;  // seeds on: beyond those of a motion's other samples
+
+/// Number i of so many times evenly over a motion, its beginning and end among them.
+double evenly(const MovingModel& moving, int i, int count) {
+  return count > 1 ? moving.first().scene.motion->seconds * i / (count - 1) : 0.0;
+}
+
+}  // namespace
+
+void MotionSensor::start(Progress& /*progress*/) {}
+
+Seen ExactSensor::sample(std::int64_t /*number*/, double seconds) { return {seconds, truth_.state(seconds)}; }
+
+std::vector<TriangleMesh> ExactSensor::places(int count) const {
+  std::vector<TriangleMesh> meshes;
+  for (int i = 0; i < count; ++i) {
+    meshes.push_back(truth_.at(truth_.state(evenly(truth_, i, count))).body.mesh);
+  }
+  return meshes;
+}
+
+TriangleMesh NoisySensor::seen(std::int64_t number, double seconds) const {
+  const TriangleMesh truth = truth_.at(truth_.state(seconds)).body.mesh;
+  for (std::uint64_t draw = 0;; ++draw) {
+    SensingNoise noise = noise_;
+    noise.seed = static_cast<unsigned>(noise.seed + static_cast<std::uint64_t>(number) + draw * kNextDraw);
+    try {
+      return perturbed(truth, noise).mesh;
+    } catch (const InputError& error) {
+      if (draw + 1 == kDraws) {
+        throw InputError(fmt::format("motion.sensor: sample {} at {:.3f} s: {}", number, seconds, error.what()));
+      }
+    }
+  }
+}
+
+Seen NoisySensor::sample(std::int64_t number, double seconds) {
+  Seen sample{seconds, truth_.state(seconds)};
+  sample.state.skin = seen(number, seconds).vertices();
+  return sample;
+}
+
+std::vector<TriangleMesh> NoisySensor::places(int count) const {
+  const double hz = truth_.first().scene.motion->sensor.hz;
+  std::vector<TriangleMesh> meshes;
+  for (int i = 0; i < count; ++i) {
+    const double seconds = evenly(truth_, i, count);
+    meshes.push_back(seen(last_instant(to_ticks(seconds), hz), seconds));
+  }
+  return meshes;
+}
+
+MotionState expected_state(const MovingModel& solved, const Seen* before, const Seen& now, double seconds) {
+  if (!is_known(before) || seconds == now.seconds) {
+    return now.state;
+  }
+  return solved.predicted(before->state, now.state, (seconds - now.seconds) / (now.seconds - before->seconds));
+}
+
+const Seen& SampleStore::at(std::int64_t number) {
+  if (const auto found = taken_.find(number); found != taken_.end()) {
+    return found->second;
+  }
+  if (sensor_.remembers() && number < next_) {
+    throw std::logic_error("this sample is forgotten");
+  }
+  for (std::int64_t k = sensor_.remembers() ? next_ : number; k <= number; ++k) {
+    taken_.emplace(k, sensor_.sample(k, to_seconds(instant(k, hz_))));
+  }
+  next_ = number + 1;
+  return taken_.at(number);
+}
+
+const Seen* SampleStore::before(std::int64_t number) {
+  const double seconds = at(number).seconds;
+  for (std::int64_t k = number - 1; k >= 0; --k) {
+    if (sensor_.remembers() && !taken_.contains(k)) {
+      break;
+    }
+    if (const Seen& earlier = at(k); earlier.seconds < seconds) {
+      return &earlier;
+    }
+  }
+  return nullptr;
+}
+
+void SampleStore::forget(double seconds) {
+  taken_.erase(taken_.begin(), taken_.lower_bound(last_instant(to_ticks(std::max(0.0, seconds)), hz_)));
+}
+
+SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept) {
+  const auto& sight = scene.motion->sensor.sight;
+  SensedMotion motion{scene, nullptr, nullptr};
+  if (const auto* recorded = std::get_if<RecordedSpec>(&sight)) {
+    HandImages images = recorded_images(recorded->folder);
+    if (scene.motion->seconds > images.seconds) {
+      throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of what is recorded in {}",
+                                   scene.motion->seconds, images.seconds, recorded->folder));
+    }
+    motion.sensor = std::make_unique<FittedSensor>(scene, std::move(images), nullptr, kept);
+    return motion;
+  }
+  if (std::holds_alternative<std::vector<CameraSpec>>(sight)) {
+    fitted_scene(scene);  // what is wrong with it is said before the true hand is meshed
+  }
+  motion.truth = std::make_unique<const MovingModel>(scene, kept);
+  if (const auto* noise = std::get_if<SensingNoise>(&sight)) {
+    motion.sensor = std::make_unique<NoisySensor>(*motion.truth, *noise);
+    motion.sensor->sample(0, 0.0);  // what it cannot be is found before anything is written
+  } else if (std::holds_alternative<std::vector<CameraSpec>>(sight)) {
+    motion.sensor =
+        std::make_unique<FittedSensor>(scene, simulated_images(*motion.truth, kept), motion.truth.get(), kept);
+  } else {
+    motion.sensor = std::make_unique<ExactSensor>(*motion.truth);
+  }
+  return motion;
+}
+
+std::string sensor_text(const MotionSpec::Sensor& sensor) {
+  std::string sight = "the skin as it is";
+  if (const auto* noise = std::get_if<SensingNoise>(&sensor.sight)) {
+    sight = fmt::format("the skin with noise of {:.3g} mm rms over {:.3g} mm", noise->rms / kMillimetre,
+                        noise->correlation / kMillimetre);
+  } else if (const auto* cameras = std::get_if<std::vector<CameraSpec>>(&sensor.sight)) {
+    sight = fmt::format("a hand fitted to images of {} simulated camera{}", cameras->size(),
+                        cameras->size() == 1 ? "" : "s");
+  } else if (const auto* recorded = std::get_if<RecordedSpec>(&sensor.sight)) {
+    sight = fmt::format("a hand fitted to the images in {}", recorded->folder);
+  }
+  return fmt::format("{}, {:g} samples a second, known {:g} ms later", sight, sensor.hz, 1e3 * sensor.latency);
+}
+
+}  // namespace touchfield

@@ -1,0 +1,136 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "sim/core/progress.h"
+#include "sim/motion/moving_model.h"
+
+namespace touchfield {
+
+/// Whether the solver knows the motion as it is.
+inline bool is_exact(const MotionSpec::Sensor& sensor) { return std::holds_alternative<std::monostate>(sensor.sight); }
+
+/// What a sensor saw of what moves.
+struct Seen {
+  double seconds = 0;   // when it was so, from the beginning of the motion
+  MotionState state{};  // of the model that is solved; of no meaning if lost
+  bool lost = false;    // it does not know where the body is
+};
+
+/// What the solver knows of a motion: nothing but the samples of its sensor.
+class MotionSensor {
+ public:
+  MotionSensor() = default;
+  MotionSensor(const MotionSensor&) = delete;
+  MotionSensor& operator=(const MotionSensor&) = delete;
+  virtual ~MotionSensor() = default;
+
+  /// The model that is solved: the true one, or what is fitted to it.
+  virtual const MovingModel& solved() const = 0;
+
+  /// Learns what has to be known before the first sample, and forgets all samples. Called before anything below.
+  virtual void start(Progress& progress);
+
+  /// What is to be said of a result because of that, a line each, once it has started.
+  virtual std::vector<std::string> notes() const { return {}; }
+
+  /// Whether a sample depends on those before it, so that none should be left out.
+  virtual bool remembers() const { return false; }
+
+  /// One sample, in a sensor that remembers with a number beyond those before it.
+  ///
+  /// number    counted from 0
+  /// seconds   when it is taken, from the beginning of the motion
+  /// throws    InputError where what it sees is no skin
+  virtual Seen sample(std::int64_t number, double seconds) = 0;
+
+  /// The solving mesh at about so many places, at least one, of those where samples may have it: evenly over the motion.
+  virtual std::vector<TriangleMesh> places(int count) const = 0;
+};
+
+/// Sees everything as it is.
+class ExactSensor final : public MotionSensor {
+ public:
+  /// truth   has to outlive the sensor
+  explicit ExactSensor(const MovingModel& truth) : truth_(truth) {}
+  ExactSensor(MovingModel&&) = delete;
+
+  const MovingModel& solved() const override { return truth_; }
+  Seen sample(std::int64_t number, double seconds) override;
+  std::vector<TriangleMesh> places(int count) const override;
+
+ private:
+  const MovingModel& truth_;
+};
+
+/// Sees the true skin displaced by noise, as `sensing` has it of a still (perturbed): the solving mesh with its caps, the
+/// seed noise.seed + number of the sample, so that no two samples have anything of their noise in common. Where the skin
+/// would cut itself (perturbed throws) it is drawn anew from a seed 1,000,000 on, up to four times. Boxes on landmarks
+/// stand where the displaced skin has them.
+class NoisySensor final : public MotionSensor {
+ public:
+  /// truth   has to outlive the sensor
+  NoisySensor(const MovingModel& truth, const SensingNoise& noise) : truth_(truth), noise_(noise) {}
+  NoisySensor(MovingModel&&, const SensingNoise&) = delete;
+
+  const MovingModel& solved() const override { return truth_; }
+  /// throws   InputError as perturbed, with the time
+  Seen sample(std::int64_t number, double seconds) override;
+  std::vector<TriangleMesh> places(int count) const override;
+
+ private:
+  TriangleMesh seen(std::int64_t number, double seconds) const;
+
+  const MovingModel& truth_;
+  SensingNoise noise_;
+};
+
+/// Whether there is such a sample and it says where the body was.
+inline bool is_known(const Seen* seen) { return seen != nullptr && !seen->lost; }
+
+/// What is expected at a time: `now` and on at the velocity since `before`, or `now` itself unless that is known.
+MotionState expected_state(const MovingModel& solved, const Seen* before, const Seen& now, double seconds);
+
+/// Samples by their numbers, each taken once however often it is asked for.
+class SampleStore {
+ public:
+  SampleStore(MotionSensor& sensor, double hz) : sensor_(sensor), hz_(hz) {}
+
+  const Seen& at(std::int64_t number);
+  /// The last sample of an earlier time than that of `number`; null if there is none any more.
+  const Seen* before(std::int64_t number);
+  /// Lets go of the samples taken before that time [s]. Of a sensor that remembers they cannot be had again.
+  void forget(double seconds);
+
+ private:
+  MotionSensor& sensor_;
+  double hz_;
+  std::map<std::int64_t, Seen> taken_;
+  std::int64_t next_ = 0;  // of a sensor that remembers
+};
+
+/// A motion as it is, and what sees it.
+struct SensedMotion {
+  Scene scene;                               // as it is written
+  std::unique_ptr<const MovingModel> truth;  // what is scored; null where nobody knows it
+  std::unique_ptr<MotionSensor> sensor;
+
+  const MovingModel& solved() const { return sensor->solved(); }
+};
+
+/// The motion of a scene with the sensor that it says.
+///
+/// kept     meshes of scenes before this one; may be null
+/// throws   InputError as MovingModel, FittedSensor and CameraFolder, where the first sample's noise leaves no skin, and
+///          where the motion goes on for longer than recorded images
+SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept = nullptr);
+
+/// "noise of 0.5 mm rms over 5 mm, 30 samples a second": what a scene's sensor is, for a person.
+std::string sensor_text(const MotionSpec::Sensor& sensor);
+
+}  // namespace touchfield

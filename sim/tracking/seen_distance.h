@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "sim/mesh/triangle_mesh.h"
+#include "sim/sensing/depth_camera.h"
+
+namespace touchfield {
+
+/// How far what cameras saw lies from a skin.
+struct SeenDistance {
+  Eigen::VectorXd
+      distance;  // M, mean over the cameras that saw the face, outside of the skin positive [m]; NaN for none
+  Eigen::VectorXi cameras;  // M, how many saw it
+};
+
+/// Holds the faces of a skin against depth images. A camera saw a face if its centroid x is within 75 degrees of the
+/// camera, in its image, and the depth of its pixel within `reach` of its own; with y the point that the pixel saw, the
+/// distance is n . (y - x).
+///
+/// reach   what lies farther off is of something else [m]
+SeenDistance seen_distance(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const TriangleMesh& mesh,
+                           double reach = 10e-3);
+
+}  // namespace touchfield

@@ -1,0 +1,89 @@
+"""Depth images to meshes over time: `see`, `fit`, and a scene whose body they are."""
+
+import csv
+import json
+import shutil
+import unittest
+
+from support import CommandTest
+
+SEEN = """\
+name: seen
+array: {grid: {count: [12, 10], pitch_mm: 10.16}}
+body:
+  hand: {pose: index_up, length_mm: 184, breadth_mm: 82}
+  place: {landmark: index_pad, at_mm: [0, 0, 200]}
+  edge_mm: 6
+target: {box: {at: index_pad, size_mm: [8, 8, 6]}, pressure_pa: 1000}
+solve: {methods: [focus], scheme: paper_corrected}
+motion:
+  seconds: 0.3
+  change: [{path: "body.place.at_mm[0]", rate: 50}]
+  sensor:
+    hz: 30
+    cameras:
+      - {at_mm: [280, -50, 0], look_at_mm: [0, -50, 215]}
+      - {at_mm: [-280, -50, 0], look_at_mm: [0, -50, 215]}
+"""
+
+
+class Fit(CommandTest):
+    def seen(self, *changes):
+        scene = self.write("scene.yaml", SEEN)
+        self.run_ok("see", scene, "-o", "seen", "--quiet", *changes)
+
+    def test_a_hand_of_another_size(self):
+        self.seen()
+        said = json.loads(self.run_ok("fit", "seen", "-o", "out", "--edge-mm", "6", "--json").stdout)
+        self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (9, 0, True))
+        self.assertAlmostEqual(said["length_ratio"], 184 / 193.3, delta=0.03)
+        self.assertAlmostEqual(said["breadth_ratio"], 82 / 88.3, delta=0.03)
+        self.assertLess(said["residual_mm_median"], 0.6)
+        out = self.folder / "out"
+        rows = list(csv.DictReader((out / "times.csv").read_text().splitlines()))
+        self.assertEqual([row["file"] for row in rows], [f"skin_{k:04d}.vtp" for k in range(1, 10)])
+        self.assertEqual(len(list(csv.DictReader((out / "fit.csv").read_text().splitlines()))), 9)
+        self.assertIn("skin_0009.vtp", (out / "skin.pvd").read_text())
+        # A scene of these meshes, its target on a landmark that came along.
+        body = (out / "body.yaml").read_text()
+        scene = SEEN.split("body:")[0] + body + "target:" + SEEN.split("target:")[1].split("motion:")[0]
+        scene = self.write("fitted.yaml", scene + "motion: {seconds: 0.25, solve_ms: 20}\n")
+        checked = json.loads(self.run_ok("check", scene, "--json").stdout)
+        self.assertTrue(checked)
+        # 50 mm/s along x.
+        first, last = (self.vertices(out / f"skin_{k:04d}.vtp") for k in (1, 9))
+        moved = (last - first).mean(axis=0)
+        self.assertAlmostEqual(1e3 * moved[0], 50 * 8 / 30, delta=0.7)
+
+    def vertices(self, path):
+        self.run_ok("mesh", path, "--unit", "m", "--output-unit", "mm", "-o", path.with_suffix(".off"))
+        lines = path.with_suffix(".off").read_text().split("\n")
+        import numpy
+        count = int(lines[1].split()[0])
+        return 1e-3 * numpy.array([[float(x) for x in line.split()] for line in lines[2:2 + count]])
+
+    def test_no_hand(self):
+        self.seen("--set", "body.hand=null", "--set", "body.sphere={radius_mm: 30}", "--set", "body.place.landmark=bottom",
+                  "--set", "target.box.at=bottom")
+        done = self.touchfield("fit", "seen", "-o", "out")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("the hand was found in none of 9 frames", done.stderr)
+        self.assertTrue((self.folder / "out/failed.json").exists())
+
+    def test_bad_input(self):
+        done = self.touchfield("fit", "nowhere", "-o", "out")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("nowhere", done.stderr)
+        self.seen()
+        done = self.touchfield("fit", "seen", "-o", "out", "--workspace-mm", "0", "0", "0", "10", "0", "10")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("the second corner must be beyond the first", done.stderr)
+        shutil.rmtree(self.folder / "seen/camera_2")
+        done = self.touchfield("fit", "seen", "-o", "out")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("camera_2", done.stderr)
+        self.assertFalse((self.folder / "out").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,284 @@
+#include "sim/motion/motion_sensor.h"
+
+#include <cmath>
+#include <set>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/mesh/remesh/mean_height.h"
+#include "sim/motion/frame_solver.h"
+#include "sim/motion/play.h"
+#include "tests/support/error_support.h"
+#include "tests/support/moving_support.h"
+#include "tests/support/scene_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::message_of;
+using ::testing::HasSubstr;
+using testing::kMovingCapsule;
+using testing::scene_from;
+
+const char* const kNoise = "motion.sensor={noise: {noise_mm_rms: 0.3, correlation_mm: 4, seed: 7}}";
+
+Scene noisy_scene(std::vector<std::string> overrides = {}) {
+  overrides.insert(overrides.begin(), kNoise);
+  return scene_from(kMovingCapsule, overrides);
+}
+
+/// How far a sample's vertices are from the true ones, along the mean normals there [m], and the vertices' areas.
+Eigen::VectorXd displacements(const Seen& seen, const TriangleMesh& truth) {
+  return VertexMeans(truth).normals.cwiseProduct(*seen.state.skin - truth.vertices()).colwise().sum();
+}
+
+/// The part of b that drives leave out on a mesh.
+double left_out(const Eigen::MatrixXcd& drives, const Model& model, const TriangleMesh& mesh) {
+  std::vector<SolveRecord> records;
+  Progress silent;
+  const SkinScattering place(mesh, model.wave, model.scene.solve.scheme, model.scene.solve.solver, model.array, records,
+                             silent);
+  const Eigen::MatrixXcd b = place.system().right_hand_side(place.system().incident(place.array()));
+  return (b - b * drives * drives.adjoint()).norm() / b.norm();
+}
+
+// An rms over this capsule of the seed's own scatters by a tenth, over 60 samples by 2 %.
+TEST(NoisySensor, HasTheNoiseAskedForAndNoneInCommonBetweenSamples) {
+  const SensedMotion sensed = sensed_motion(noisy_scene());
+  double sum = 0;
+  double common = 0;
+  Eigen::VectorXd before;
+  constexpr int kSamples = 60;
+  for (int k = 0; k < kSamples; ++k) {
+    const double seconds = 0.005 * k;
+    const TriangleMesh truth = sensed.truth->at(sensed.truth->state(seconds)).body.mesh;
+    const Seen seen = sensed.sensor->sample(k, seconds);
+    EXPECT_FALSE(seen.lost);
+    EXPECT_EQ(seen.seconds, seconds);
+    const Eigen::VectorXd moved = displacements(seen, truth);
+    const Eigen::VectorXd areas = VertexMeans(truth).areas / VertexMeans(truth).areas.sum();
+    sum += moved.cwiseAbs2().dot(areas) / kSamples;
+    if (k > 0) {
+      common += moved.cwiseProduct(before).dot(areas) / (kSamples - 1);
+    }
+    before = moved;
+  }
+  EXPECT_NEAR(std::sqrt(sum), 0.3e-3, 0.07 * 0.3e-3);
+  EXPECT_LT(std::abs(common), 0.1 * sum);
+}
+
+TEST(NoisySensor, GivesTheSameBitsInAnyOrder) {
+  const SensedMotion one = sensed_motion(noisy_scene());
+  const SensedMotion other = sensed_motion(noisy_scene());
+  const Points third = *one.sensor->sample(3, 0.1).state.skin;
+  const Points fourth = *one.sensor->sample(4, 0.1).state.skin;
+  EXPECT_EQ(*other.sensor->sample(4, 0.1).state.skin, fourth);
+  EXPECT_EQ(*other.sensor->sample(3, 0.1).state.skin, third);
+  EXPECT_NE(third, fourth);
+  const SensedMotion third_is_fourth = sensed_motion(noisy_scene({"motion.sensor.noise.seed=8"}));
+  EXPECT_EQ(*third_is_fourth.sensor->sample(3, 0.1).state.skin, fourth);
+}
+
+TEST(NoisySensor, TheBoxStandsOnTheSkinThatIsSeen) {
+  const SensedMotion sensed = sensed_motion(noisy_scene());
+  const Seen seen = sensed.sensor->sample(2, 0.1);
+  const Model model = sensed.solved().at(seen.state);
+  EXPECT_EQ(model.body.mesh.vertices(), *seen.state.skin);
+  EXPECT_EQ(model.boxes.front().centre, position(model.body.mesh, find_landmark(model.body, "bottom")));
+  const Model truth = sensed.truth->at(sensed.truth->state(0.1));
+  EXPECT_GT((model.boxes.front().centre - truth.boxes.front().centre).norm(), 1e-6);
+  EXPECT_EQ(model.own_frame.shift, truth.own_frame.shift);
+}
+
+TEST(NoisySensor, NamesTheSampleThatIsNoSkin) {
+  const std::vector<std::string> much = {"motion.sensor.noise.noise_mm_rms=3", "motion.sensor.noise.correlation_mm=2"};
+  EXPECT_THAT(message_of<InputError>([&] { sensed_motion(noisy_scene(much)); }),
+              HasSubstr("motion.sensor: sample 0 at 0.000 s: sensing: noise of 3 mm rms"));
+  const MovingModel truth(noisy_scene());
+  NoisySensor sensor(truth, {3e-3, 2e-3});
+  EXPECT_THAT(message_of<InputError>([&] { sensor.sample(3, 0.1); }), HasSubstr("motion.sensor: sample 3 at 0.100 s"));
+}
+
+TEST(NoisySensor, DrivesOfTheMotionSpanWhatIsSeen) {
+  const SensedMotion sensed = sensed_motion(noisy_scene({"array.grid.count=[30, 24]"}));
+  const Model& model = sensed.solved().first();
+  const Eigen::MatrixXcd drives = drives_of_motion(*sensed.sensor, model.scene.solve.scheme);
+  EXPECT_LT(drives.cols(), drives.rows());
+  for (const int k : {0, 3, 5, 8}) {
+    const Seen seen = sensed.sensor->sample(100 + k, k / 30.0);  // that it has not been made of
+    EXPECT_LT(left_out(drives, model, sensed.solved().at(seen.state).body.mesh), 6e-3) << k;
+  }
+}
+
+TEST(PlayMotion, NoiseIsPlayedAndRepeats) {
+  const Scene scene = noisy_scene({"solve.methods=[surface]", "motion.predict=linear"});
+  Progress silent;
+  const Motion first = play_motion(sensed_motion(scene), {}, silent);
+  const Motion second = play_motion(sensed_motion(scene), {}, silent);
+  const Motion exact = play_motion(
+      sensed_motion(scene_from(kMovingCapsule, {"solve.methods=[surface]", "motion.predict=linear"})), {}, silent);
+  EXPECT_THAT(first.provenance.seeds, HasSubstr("sensor=7"));
+  double error = 0;
+  double least = 0;
+  for (std::size_t f = 0; f < first.methods[0].frames.size(); ++f) {
+    EXPECT_EQ(first.methods[0].frames[f].solution.phases, second.methods[0].frames[f].solution.phases);
+  }
+  for (std::size_t s = 0; s < first.methods[0].scores.size(); ++s) {
+    const MotionScore& score = first.methods[0].scores[s];
+    const MotionScore& known = exact.methods[0].scores[s];
+    EXPECT_EQ(score.frame, known.frame);
+    if (score.frame >= 0) {
+      EXPECT_EQ(score.age, known.age);
+      EXPECT_EQ(score.displacement, known.displacement) << "of the true patch";
+    }
+    if (score.frame >= 3) {
+      error += score.metrics.relative_error;
+      least += known.metrics.relative_error;
+    }
+  }
+  EXPECT_GT(error, 1.01 * least) << "judged on the true skin";
+}
+
+/// Sees another body than the true one, and that not always; notes what is asked of it.
+class FakeSensor final : public MotionSensor {
+ public:
+  explicit FakeSensor(const Scene& scene) : solved_(scene) {}
+
+  const MovingModel& solved() const override { return solved_; }
+  void start(Progress&) override { ++started; }
+  bool remembers() const override { return true; }
+  Seen sample(std::int64_t number, double seconds) override {
+    asked.push_back(number);
+    Seen seen{taken(number, seconds), solved_.state(0)};
+    seen.lost = lost.contains(number);
+    if (!seen.lost) {
+      seen.state.skin = solved_.first().body.mesh.vertices().colwise() + Vector3(0.05 * seen.seconds, 0, 0);
+    }
+    return seen;
+  }
+  std::vector<TriangleMesh> places(int count) const override { return ExactSensor(solved_).places(count); }
+
+  std::set<std::int64_t> lost;
+  std::vector<std::int64_t> asked;
+  int started = 0;
+  std::function<double(std::int64_t, double)> taken = [](std::int64_t, double seconds) { return seconds; };
+
+ private:
+  MovingModel solved_;
+};
+
+struct Faked {
+  SensedMotion sensed;
+  FakeSensor* sensor;
+};
+
+/// The capsule seen as one of another radius.
+Faked faked(const std::vector<std::string>& overrides = {}, double radius_mm = 8) {
+  std::vector<std::string> solved = overrides;
+  solved.push_back("body.capsule.radius_mm=" + std::to_string(radius_mm));
+  solved.emplace_back("motion.change=[]");
+  const Scene scene = scene_from(kMovingCapsule, overrides);
+  auto sensor = std::make_unique<FakeSensor>(scene_from(kMovingCapsule, solved));
+  FakeSensor* fake = sensor.get();
+  return {{scene, std::make_unique<const MovingModel>(scene), std::move(sensor)}, fake};
+}
+
+TEST(PlayMotion, SolvesWhatIsSeenAndScoresWhatIs) {
+  const Faked fake = faked({"solve.methods=[surface]"});
+  Progress silent;
+  const Motion motion = play_motion(fake.sensed, {}, silent);
+  EXPECT_EQ(fake.sensor->started, 1);
+  const MovingModel& solved = fake.sensor->solved();
+  EXPECT_EQ(motion.mesh.face_count(), solved.first().body.mesh.face_count());
+  ASSERT_TRUE(motion.judge);
+  EXPECT_EQ(motion.judge->face_count(), fake.sensed.truth->first().body.mesh.face_count());
+  EXPECT_NE(motion.judge->face_count(), motion.mesh.face_count());
+  const MethodSpec& method = solved.first().scene.solve.methods.front();
+  FrameSolver solver(solved, method, drives_for(*fake.sensor, method));
+  for (const MotionFrame& frame : motion.methods.front().frames) {
+    MotionState state = solved.state(0);
+    state.skin = solved.first().body.mesh.vertices().colwise() + Vector3(0.05 * frame.sampled, 0, 0);
+    EXPECT_EQ(solver.solve(solved.at(state)).solution.phases, frame.solution.phases);
+  }
+  for (const MotionScore& score : motion.methods.front().scores) {
+    if (score.frame >= 0) {
+      EXPECT_NEAR(score.displacement.x(), 0.05 * score.age, 1e-9) << "of the true patch";
+    }
+  }
+}
+
+TEST(PlayMotion, LostIsQuiet) {
+  Faked fake = faked({"motion.predict=linear", "motion.seconds=0.5"});
+  fake.sensor->lost = {4, 5, 6, 7};
+  Progress silent;
+  const Motion motion = play_motion(fake.sensed, {}, silent);
+  for (const MotionMethod& method : motion.methods) {
+    int lost = 0;
+    for (const MotionFrame& frame : method.frames) {
+      const auto sample = static_cast<int>(std::lround(30 * frame.sampled));
+      EXPECT_EQ(frame.lost, fake.sensor->lost.contains(sample)) << sample;
+      EXPECT_EQ(frame.quiet, frame.lost);
+      EXPECT_EQ(frame.solution.amplitudes.maxCoeff() == 0, frame.lost);
+      // No velocity across what is not known.
+      EXPECT_EQ(frame.pose_time > frame.sampled, sample > 0 && !frame.lost && sample != 8) << sample;
+      lost += frame.lost ? 1 : 0;
+    }
+    EXPECT_GE(lost, 2);
+    for (const MotionScore& score : method.scores) {
+      if (score.frame >= 0 && method.frames[static_cast<std::size_t>(score.frame)].lost) {
+        EXPECT_EQ(score.metrics.peak_pa, 0.0);
+        EXPECT_TRUE(std::isnan(score.displacement.x()));
+      }
+    }
+  }
+}
+
+TEST(PlayMotion, WithoutATruthNothingIsScored) {
+  Faked fake = faked();
+  fake.sensed.truth.reset();
+  Progress silent;
+  const Motion motion = play_motion(fake.sensed, {}, silent);
+  EXPECT_FALSE(motion.judge);
+  ASSERT_EQ(motion.methods.size(), 3U);
+  for (const MotionMethod& method : motion.methods) {
+    EXPECT_EQ(method.frames.size(), 6U);
+    EXPECT_TRUE(method.scores.empty());
+  }
+  EXPECT_THAT(motion.notes, ::testing::Contains(HasSubstr("nothing is scored")));
+}
+
+TEST(SampleStore, TakesEverySampleOnceAndInOrder) {
+  Faked fake = faked();
+  SampleStore samples(*fake.sensor, 30);
+  EXPECT_EQ(samples.before(0), nullptr);
+  EXPECT_NEAR(samples.at(3).seconds, 0.1, 1e-6);
+  EXPECT_NEAR(samples.before(3)->seconds, 2 / 30.0, 1e-6);
+  samples.at(1);
+  samples.at(5);
+  EXPECT_EQ(fake.sensor->asked, (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5}));
+  samples.forget(0.134);
+  samples.at(4);
+  EXPECT_NE(samples.before(5), nullptr);
+  EXPECT_EQ(samples.before(4), nullptr);
+  EXPECT_EQ(fake.sensor->asked.size(), 6U);
+  EXPECT_THROW(samples.at(2), std::logic_error);
+}
+
+TEST(SampleStore, WhatIsSeenTwiceHasNoVelocityOfItsOwn) {
+  Faked fake = faked();
+  fake.sensor->taken = [](std::int64_t number, double) { return 0.1 * static_cast<double>(number / 3); };
+  SampleStore samples(*fake.sensor, 30);
+  EXPECT_EQ(samples.before(2), nullptr);
+  EXPECT_NEAR(samples.before(5)->seconds, 0.0, 1e-6);
+  EXPECT_NEAR(samples.at(5).seconds, 0.1, 1e-6);
+}
+
+TEST(SensorText, SaysWhatTheSolverKnows) {
+  EXPECT_EQ(sensor_text(noisy_scene().motion->sensor),
+            "the skin with noise of 0.3 mm rms over 4 mm, 30 samples a second, known 0 ms later");
+}
+
+}  // namespace
+}  // namespace touchfield
