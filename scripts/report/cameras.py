@@ -17,7 +17,7 @@ GROUPS = {"noise": "noise of the skin itself [mm rms]", "cameras": "D415 cameras
           "distance": "distance, times the scene's 0.35 to 0.39 m", "speed": "speed [mm/s]", "place error": "error of the cameras' places [mm]",
           "turn error": "error of their turn [deg]", "model": "model", "hand": "hand"}
 STANDARD = {"disparity noise": "0.08", "distance": "1", "speed": "50", "place error": "0", "turn error": "0", "model": "d415",
-            "hand": "template's"}  # what the case of three cameras has
+            "hand": sights.TEMPLATES}  # what the case of three cameras has
 
 
 def folders(work):
@@ -40,7 +40,7 @@ def row_of(case, folder):
         values = numpy.array([float(row[key]) for row in frames if row[key] not in ("", "nan")])
         return f"{numpy.sqrt((values ** 2).mean()):.4g}" if len(values) else "nan"
 
-    return {"sensor": case.group, "value": case.value, "hand": "other" if case.other_hand else "template's",
+    return {"sensor": case.group, "value": case.value, "hand": case.hand,
             "frames": str(len(frames)), "lost": str(lost), "skin_mm": mean("skin_off_mm"), "patch_mm": mean("patch_off_mm"),
             "error_mean": f"{error.mean():.6g}" if len(error) else "nan",
             "error_p95": f"{numpy.percentile(error, 95):.6g}" if len(error) else "nan"}
@@ -68,7 +68,7 @@ def points(row):
 
 def sentences(rows, thirds):
     """thirds   of widths_noise.csv, or none"""
-    exact = next(row for row in rows if row["sensor"] == "exact" and row["hand"] == "template's")
+    exact = next(row for row in rows if row["sensor"] == "exact" and row["hand"] == sights.TEMPLATES)
     three = next(row for row in rows if (row["sensor"], row["value"]) == ("cameras", "3"))
     said = [f"With the skin known exactly the judged error of `{METHOD}` is {percent(exact['error_mean'])} on average; with three D415 "
             f"cameras and the fitted hand {points(three)} points ({percent(three['error_mean'])}), the skin off by "

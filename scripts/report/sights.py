@@ -1,12 +1,18 @@
 """What sees the hand in the study of cameras: a case a sensor, all of the same motion, without delay."""
 
 import dataclasses
+import json
+import subprocess
+
+import numpy
 
 BASE = "scenes/cameras.yaml"
 LOOK_AT = (0, -50, 215)  # [mm]
 BESIDE = ((280, -50, 0), (-280, -50, 0), (0, 270, 0), (0, -370, 0))  # the scene's three, and a fourth under the wrist
 SWAY_HZ = 1
-OTHER_HAND = {"body.hand.length_mm": "178", "body.hand.breadth_mm": "79"}
+TEMPLATES = "template's"
+OTHER = "other size"
+BUMPY = "bumpy"
 PLAIN = {"motion.seconds": "1.2", "motion.solve_ms": "0", "motion.array_ms": "0", "motion.frames_hz": "20", "motion.score_hz": "20",
          "motion.iterations": "10", "solve.methods": "[surface]", "write": "[h5]"}
 SETTLED = 4  # frames that are left out: the first ones come from zero
@@ -17,15 +23,43 @@ class Case:
     group: str
     value: str
     changes: dict
-    other_hand: bool = False
+    hand: str = TEMPLATES
 
     def name(self):
         return "_".join(part for part in f"{self.group} {self.value}".replace(".", "p").replace("-", " ").split())
 
-    def line(self):
-        """As a case of a sweep."""
-        changes = PLAIN | self.changes | (OTHER_HAND if self.other_hand else {})
+    def line(self, bumpy):
+        """As a case of a sweep; `bumpy`: what makes the scene's hand a bumpy one."""
+        hands = {TEMPLATES: {}, OTHER: {"body.hand.length_mm": "178", "body.hand.breadth_mm": "79"}, BUMPY: bumpy}
+        changes = PLAIN | self.changes | hands[self.hand]
         return f"  - {{name: {self.name()}, " + ", ".join(f"{path}: {value}" for path, value in changes.items()) + "}\n"
+
+
+def bumpy_hand(program, folder):
+    """A hand of 186 x 84 mm with smooth bumps of 0.8 mm rms that no proportions make, as a mesh; changes of a scene that has it."""
+    smooth, bumpy = folder / "smooth.off", folder / "bumpy.off"
+    made = subprocess.run([program, "hand", "--pose", "index_up", "--length-mm", "186", "--breadth-mm", "84", "--edge-mm", "2.5", "-o",
+                           smooth, "--force", "--json"], check=True, capture_output=True, text=True).stdout
+    numbers = smooth.read_text().split()[1:]
+    count, faces = int(numbers[0]), int(numbers[1])
+    vertices = numpy.array(numbers[3:3 + 3 * count], dtype=float).reshape(count, 3)
+    triangles = numpy.array(numbers[3 + 3 * count:], dtype=int).reshape(faces, 4)[:, 1:]
+    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+    normals = numpy.zeros_like(vertices)
+    for k in range(3):
+        numpy.add.at(normals, triangles[:, k], numpy.cross(b - a, c - a))
+    normals /= numpy.linalg.norm(normals, axis=1, keepdims=True)
+    random = numpy.random.default_rng(3)
+    height = numpy.zeros(count)
+    for _ in range(60):
+        away = ((vertices - vertices[random.integers(count)]) ** 2).sum(axis=1)
+        height += random.normal() * numpy.exp(-away / (2 * 15.0 ** 2))  # [mm]
+    vertices += normals * (0.8 * height / numpy.sqrt((height ** 2).mean()))[:, None]
+    lines = [" ".join(f"{x:.6f}" for x in vertex) for vertex in vertices] + [f"3 {i} {j} {k}" for i, j, k in triangles]
+    bumpy.write_text(f"OFF\n{count} {faces} 0\n" + "\n".join(lines) + "\n")
+    pad = json.loads(made)["landmarks"]["index_pad"]
+    return {"body.hand": "null", "body.mesh": f"{{file: {bumpy}, unit: mm, landmarks: {{index_pad: {pad}}}}}",
+            "motion.change": "[{path: 'body.place.at_mm[0]', sine: {amplitude: 8, hz: 1}}]"}
 
 
 def sensor(sight):
@@ -42,6 +76,11 @@ def cameras(count=3, scale=1.0, **keys):
     return sensor(f"seed: 1, cameras: [{', '.join(camera(at) for at in BESIDE[:count])}]")
 
 
+def of_a_mesh():
+    """The scene's cameras where the scene's body is no built-in hand, which says what is fitted."""
+    return {"motion.sensor": cameras()["motion.sensor"][:-1] + ", hand: {pose: index_up}}"}
+
+
 def speed(most):
     """Sideways, at most so fast [mm/s]."""
     amplitude = most / (2 * 3.141592653589793 * SWAY_HZ)
@@ -49,7 +88,7 @@ def speed(most):
 
 
 def cases(quick=False):
-    found = [Case("exact", "", sensor("")), Case("exact", "other hand", sensor(""), True)]
+    found = [Case("exact", "", sensor("")), Case("exact", OTHER, sensor(""), OTHER), Case("exact", BUMPY, sensor(""), BUMPY)]
     found += [Case("noise", f"{rms}", sensor(f"noise: {{noise_mm_rms: {rms}}}")) for rms in ([0.5] if quick else [0.1, 0.25, 0.5, 1])]
     found += [Case("cameras", f"{count}", cameras(count)) for count in ([3] if quick else [1, 2, 3, 4])]
     if quick:
@@ -60,5 +99,5 @@ def cases(quick=False):
     found += [Case("place error", f"{error}", cameras(place_error_mm=error)) for error in (0.5, 1, 2)]
     found += [Case("turn error", f"{error}", cameras(turn_error_deg=error)) for error in (0.1, 0.3)]
     found += [Case("model", model, cameras(model=model)) for model in ("d435", "d405")]
-    found += [Case("hand", "other", cameras(), True)]
+    found += [Case("hand", OTHER, cameras(), OTHER), Case("hand", BUMPY, of_a_mesh(), BUMPY)]
     return found
