@@ -30,7 +30,7 @@ class Case:
 
     def line(self, bumpy):
         """As a case of a sweep; `bumpy`: what makes the scene's hand a bumpy one."""
-        hands = {TEMPLATES: {}, OTHER: {"body.hand.length_mm": "178", "body.hand.breadth_mm": "79"}, BUMPY: bumpy}
+        hands = {TEMPLATES: {}, OTHER: {"body.hand": "{pose: index_up, length_mm: 178, breadth_mm: 79}"}, BUMPY: bumpy}
         changes = PLAIN | self.changes | hands[self.hand]
         return f"  - {{name: {self.name()}, " + ", ".join(f"{path}: {value}" for path, value in changes.items()) + "}\n"
 
