@@ -148,7 +148,7 @@ class Play(CommandTest):
                 "sensing={noise_mm_rms: 0.5}": "said once, by motion.sensor",
                 "motion.sensor={noise: {noise_mm_rms: 3, correlation_mm: 1}}": "motion.sensor: sample 0 at 0.000 s",
                 "motion.sensor={cameras: [{at_mm: [300, 0, 0], look_at_mm: [0, 0, 60]}]}": "a hand is fitted",
-                "motion.sensor={recorded: {folder: none}}": "cameras.yaml",
+                "motion.sensor={recorded: {folder: none}}": "none: no such folder",
                 "motion=null": "no motion"}.items():
             done = self.touchfield("play", scene, "-o", "out", "--set", change)
             self.assertEqual(done.returncode, 2, change)
