@@ -94,11 +94,13 @@ void run(const Case& what, const HandTemplate& hand_template, const TriangleMesh
     worst.patch.rms = std::max(worst.patch.rms, error.patch.rms);
     worst.all.rms = std::max(worst.all.rms, error.all.rms);
   }
-  std::printf("%-44s learnt %d in %.1f s; seen %.3f mm, 95 %% %.3f, patch %.3f, all %.3f; lost %d, share %.2f, explained %.2f\n",
-              what.name.c_str(), learnt ? 1 : 0, took, 1e3 * worst.seen.rms, 1e3 * worst.seen.p95,
-              1e3 * worst.patch.rms, 1e3 * worst.all.rms, lost, least_share, least_explained);
-  std::printf("%-44s 95 %% of frames within %.1f ms (own %.1f): points %.1f, pose %.1f, check %.1f, deformation %.1f\n", "",
-              percentile_95(times.wall), percentile_95(times.own), percentile_95(times.points),
+  std::printf(
+      "%-44s learnt %d in %.1f s; seen %.3f mm, 95 %% %.3f, patch %.3f, all %.3f; lost %d, share %.2f, explained "
+      "%.2f\n",
+      what.name.c_str(), learnt ? 1 : 0, took, 1e3 * worst.seen.rms, 1e3 * worst.seen.p95, 1e3 * worst.patch.rms,
+      1e3 * worst.all.rms, lost, least_share, least_explained);
+  std::printf("%-44s 95 %% of frames within %.1f ms (own %.1f): points %.1f, pose %.1f, check %.1f, deformation %.1f\n",
+              "", percentile_95(times.wall), percentile_95(times.own), percentile_95(times.points),
               percentile_95(times.pose), percentile_95(times.check), percentile_95(times.deformation));
   std::fflush(stdout);
 }

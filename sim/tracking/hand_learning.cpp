@@ -16,7 +16,7 @@ using ProportionMatrix = Eigen::Matrix<double, kProportions, kProportions>;
 using MixedMatrix = Eigen::Matrix<double, kPoseUnknowns, kProportions>;
 
 constexpr double kLearningTurn = 20 * kDegree;  // deviation of joints from where they are
-constexpr double kFirstLearningReach = 12e-3;               // reach of the first round [m]
+constexpr double kFirstLearningReach = 12e-3;   // reach of the first round [m]
 constexpr double kLearningReach = 5e-3;
 constexpr double kLearningScale = 2e-3;
 
@@ -167,7 +167,9 @@ ShapedHand learnt_shape(const HandTemplate& hand, const ShapedHand& start, const
     shape = offset_step(hand, shape, frames, states, prior, fit);
     for (std::size_t f = 0; f < frames.size(); ++f) {
       const PosePrior near{states[f].joints, JointAngles::Constant(kLearningTurn)};
-      states[f] = fit.fit(shape, frames[f], states[f], near, {3, kLearningReach, kLearningReach, kLearningScale, 1, false}).state;
+      states[f] =
+          fit.fit(shape, frames[f], states[f], near, {3, kLearningReach, kLearningReach, kLearningScale, 1, false})
+              .state;
     }
   }
   return shape;

@@ -17,8 +17,8 @@ namespace touchfield {
 namespace {
 
 TriangleMesh skin_on_flesh(const HandShape& hand_shape, const HandPose& pose, double edge) {
-  const Body body = hand({hand_shape.pose, hand_shape.breadth, hand_shape.length, hand_shape.side, edge,
-                          hand_shape.joints});
+  const Body body =
+      hand({hand_shape.pose, hand_shape.breadth, hand_shape.length, hand_shape.side, edge, hand_shape.joints});
   Points vertices = body.mesh.vertices();
   const double side = hand_shape.side == HandSide::kRight ? 1.0 : -1.0;
   vertices.row(0) *= side;

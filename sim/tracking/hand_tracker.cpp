@@ -14,13 +14,13 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kFollowReach = 8e-3;     // from the predicted skin [m]
-constexpr double kFollowScale = 2e-3;     // [m]
+constexpr double kFollowReach = 8e-3;        // from the predicted skin [m]
+constexpr double kFollowScale = 2e-3;        // [m]
 constexpr double kFollowTurn = 6 * kDegree;  // deviation of joints from what is predicted
-constexpr double kRegionMargin = 40e-3;   // round the hand where points are looked for [m]
-constexpr double kNear = 12e-3;           // points count as near the skin [m]
-constexpr double kBehindWrist = -5e-3;    // y in the hand's frame [m]
-constexpr double kSightTolerance = 7e-3;  // [m]
+constexpr double kRegionMargin = 40e-3;      // round the hand where points are looked for [m]
+constexpr double kNear = 12e-3;              // points count as near the skin [m]
+constexpr double kBehindWrist = -5e-3;       // y in the hand's frame [m]
+constexpr double kSightTolerance = 7e-3;     // [m]
 constexpr Eigen::Index kLeastFitPoints = 150;
 constexpr std::size_t kLearningFrames = 12;
 constexpr std::size_t kLeastLearningFrames = 3;
@@ -96,8 +96,7 @@ HandState HandTracker::predicted(double seconds) const {
   // The middle of the palm moves on, not the wrist that the place is about.
   const Vector3 middle(0, 0.2 * hand_->hand().length, 0);
   const Vector3 now = last.state.place(middle);
-  state.place.shift =
-      now + kPlaceKept * ahead * (now - before.state.place(middle)) - state.place.rotation * middle;
+  state.place.shift = now + kPlaceKept * ahead * (now - before.state.place(middle)) - state.place.rotation * middle;
   state.joints += kJointsKept * ahead * (last.state.joints - before.state.joints);
   return state;
 }
@@ -154,9 +153,9 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
   fit.explained = explained / std::max(near, 1.0);
   fit.share = check_.share();
   fit.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
-  fit.lost = !(near >= static_cast<double>(kLeastFitPoints) && fit.explained >= belief.explained &&
-               fit.share >= belief.share && fit.residual <= belief.residual &&
-               digits_confirmed(kOfDigits * belief.share));
+  fit.lost =
+      !(near >= static_cast<double>(kLeastFitPoints) && fit.explained >= belief.explained &&
+        fit.share >= belief.share && fit.residual <= belief.residual && digits_confirmed(kOfDigits * belief.share));
 }
 
 /// freedom   deviation of the joints from where they start [rad]
@@ -172,8 +171,8 @@ HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, c
     const Stopwatch watch(times_.pose);
     const PosePrior prior{start.joints, JointAngles::Constant(freedom)};
     const double reach = learning_ ? 2 * kFollowReach : kFollowReach;
-    fit.state = fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false})
-                    .state;
+    fit.state =
+        fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false}).state;
   }
   judge(frame, points, learnt_ ? belief : options_.unlearnt, fit);
   return fit;

@@ -126,10 +126,10 @@ class HandTracker {
   std::optional<DeformationFit> deformation_;
   SightCheck check_;
   SkinTargets targets_;
-  std::vector<Past> past_;  // none, one or two, the last at the end
-  Points shifts_;           // of the last frame
+  std::vector<Past> past_;         // none, one or two, the last at the end
+  Points shifts_;                  // of the last frame
   std::vector<HandStart> starts_;  // still to be tried while the hand is lost, the best at the end
-  std::vector<int> digit_;  // at whose end a vertex lies, -1 elsewhere
+  std::vector<int> digit_;         // at whose end a vertex lies, -1 elsewhere
   bool learning_ = false;
   bool learnt_ = false;
   FitTimes times_;

@@ -12,12 +12,12 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kModelError = 0.3e-3;     // of the skin that the template can make [m]
-constexpr double kCorrelated = 8;          // points that count as one
-constexpr double kLeastCosine = 0.3;       // between a point's normal and the skin's
-constexpr double kSlack = 10 * kDegree;    // of the joints' ranges
-constexpr double kMostTurn = 20 * kDegree; // in a step
-constexpr double kMostShift = 40e-3;       // [m]
+constexpr double kModelError = 0.3e-3;      // of the skin that the template can make [m]
+constexpr double kCorrelated = 8;           // points that count as one
+constexpr double kLeastCosine = 0.3;        // between a point's normal and the skin's
+constexpr double kSlack = 10 * kDegree;     // of the joints' ranges
+constexpr double kMostTurn = 20 * kDegree;  // in a step
+constexpr double kMostShift = 40e-3;        // [m]
 
 Eigen::Index first_joint(std::size_t digit) { return digit == 0 ? 0 : 1 + 4 * static_cast<Eigen::Index>(digit); }
 Eigen::Index joint_count(std::size_t digit) { return digit == 0 ? 5 : 4; }
@@ -40,7 +40,8 @@ Vector3 nearest_weights(const Vector3& a, const Vector3& b, const Vector3& c, co
 
 /// The step shortened so that neither a joint nor the place leaps.
 PoseVector shortened(const PoseVector& step) {
-  const double turn = std::max(step.head<3>().norm(), step.tail<JointAngles::SizeAtCompileTime>().cwiseAbs().maxCoeff());
+  const double turn =
+      std::max(step.head<3>().norm(), step.tail<JointAngles::SizeAtCompileTime>().cwiseAbs().maxCoeff());
   const double most = std::max({1.0, turn / kMostTurn, step.segment<3>(3).norm() / kMostShift});
   return step / most;
 }
@@ -79,8 +80,7 @@ bool PoseFit::match_point(const HandPoints& points, int i, int vertex, SkinMatch
   double least = std::numeric_limits<double>::infinity();
   for (const Eigen::Index f : hand_.faces_round().of(vertex)) {
     const auto face = hand_.mesh().triangles().col(f);
-    const Vector3 weights =
-        nearest_weights(vertices_.col(face(0)), vertices_.col(face(1)), vertices_.col(face(2)), p);
+    const Vector3 weights = nearest_weights(vertices_.col(face(0)), vertices_.col(face(1)), vertices_.col(face(2)), p);
     const double squared = (vertices_(Eigen::all, face) * weights - p).squaredNorm();
     if (squared < least) {
       least = squared;

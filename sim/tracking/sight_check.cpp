@@ -12,8 +12,8 @@ constexpr double kTowards = 0.34;  // cosine between normal and ray
 /// The depth of a pixel or, if it saw nothing, of one of the eight round it; 0 if none saw anything.
 double depth_round(const DepthImage& image, int column, int row) {
   const auto at = [&](int i, int j) {
-    return static_cast<double>(image.depth[static_cast<std::size_t>(j) * static_cast<std::size_t>(image.width) +
-                                           static_cast<std::size_t>(i)]);
+    return static_cast<double>(
+        image.depth[static_cast<std::size_t>(j) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(i)]);
   };
   if (at(column, row) > 0) {
     return at(column, row);
@@ -43,8 +43,7 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
       if (!(x.z() > view.near) || -normals.col(v).dot(from_eye) < kTowards * from_eye.norm()) {
         continue;
       }
-      const Eigen::Vector2d pixel =
-          distorted(cameras[c], x.head<2>() / x.z()).cwiseProduct(view.focal) + view.centre;
+      const Eigen::Vector2d pixel = distorted(cameras[c], x.head<2>() / x.z()).cwiseProduct(view.focal) + view.centre;
       if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < image.width && pixel.y() < image.height)) {
         continue;
       }

@@ -14,7 +14,8 @@ constexpr double kTurnedAway = 10e-3;  // s [m]
 
 int VertexGrid::cell(int axis, double x) const {
   const double along = (x - lower_(axis)) / reach_;
-  return static_cast<int>(std::floor(std::clamp(along, -2.0, static_cast<double>(counts_[static_cast<std::size_t>(axis)]) + 1.0)));
+  return static_cast<int>(
+      std::floor(std::clamp(along, -2.0, static_cast<double>(counts_[static_cast<std::size_t>(axis)]) + 1.0)));
 }
 
 void VertexGrid::build(const Points& vertices, const Points& normals, double reach) {

@@ -80,7 +80,9 @@ TEST(HandTracker, SeesAHandOfAnotherSizeExactly) {
   ASSERT_TRUE(sight.learn(moving_hand(), exact()));
   const HandSkeleton& learnt = sight.tracker.shape().skeleton;
   const HandSkeleton truth = posed_skeleton(hand_pose("index_up"), 0.181, 0.082);
-  const auto finger = [](const HandSkeleton& hand) { return (hand.fingers[0].joints[3] - hand.fingers[0].joints[0]).norm(); };
+  const auto finger = [](const HandSkeleton& hand) {
+    return (hand.fingers[0].joints[3] - hand.fingers[0].joints[0]).norm();
+  };
   EXPECT_NEAR(finger(learnt), finger(truth), 0.03 * finger(truth));
   EXPECT_NEAR(learnt.breadth, 0.082, 0.04 * 0.082);
   const HandFit fit = sight.tracker.track(sight.at(moving_hand(), 26, exact()));
@@ -168,11 +170,13 @@ TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
 TEST(HandTracker, TakesNothingElseForAHand) {
   Sight sight;
   const TriangleMesh ball = transformed(sphere(0.05, 5e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
-  const TriangleMesh stick = transformed(capsule(0.03, 0.2, 5e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
+  const TriangleMesh stick =
+      transformed(capsule(0.03, 0.2, 5e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
   for (const TriangleMesh& thing : {ball, stick}) {
     sight.tracker.forget();
     for (int frame = 0; frame < 10; ++frame) {
-      EXPECT_TRUE(sight.tracker.track(sight.cameras.sees(thing, frame * kFrameTime, static_cast<std::uint64_t>(frame))).lost)
+      EXPECT_TRUE(
+          sight.tracker.track(sight.cameras.sees(thing, frame * kFrameTime, static_cast<std::uint64_t>(frame))).lost)
           << frame;
     }
   }

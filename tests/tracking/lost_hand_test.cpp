@@ -82,8 +82,8 @@ TEST_P(ComingHand, IsNeverWrongWithoutBeingLost) {
   for (int frame = 30; frame < GetParam().frames; ++frame) {
     const Vector3 shift(away(frame), 0, 0);
     const Eigen::Matrix3d same = Eigen::Matrix3d::Identity();
-    const DepthFrame seen = cameras.sees(transformed(scene_at(frame), same, shift), frame * kFrameTime,
-                                         static_cast<std::uint64_t>(frame));
+    const DepthFrame seen =
+        cameras.sees(transformed(scene_at(frame), same, shift), frame * kFrameTime, static_cast<std::uint64_t>(frame));
     const HandFit fit = tracker.track(seen);
     seen_again = shift.x() > 0 ? 0 : seen_again + 1;
     slow += seen_again == 15 && fit.lost ? 1 : 0;
@@ -107,7 +107,8 @@ TEST_P(ComingHand, IsNeverWrongWithoutBeingLost) {
   EXPECT_EQ(lost_in_view, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Short, ComingHand, testing::Values(Coming{100, Beside::kNothing}, Coming{100, Beside::kSleeve}));
+INSTANTIATE_TEST_SUITE_P(Short, ComingHand,
+                         testing::Values(Coming{100, Beside::kNothing}, Coming{100, Beside::kSleeve}));
 INSTANTIATE_TEST_SUITE_P(Full, ComingHand,
                          testing::Values(Coming{1000, Beside::kNothing}, Coming{500, Beside::kBall},
                                          Coming{500, Beside::kSleeve}));
