@@ -71,12 +71,15 @@ std::string describe_live(const LiveResult& result) {
   const std::string text = fmt::format(
       "  loop: {} frames solved in {:.2f} s, {:.1f} a second; {} late, {} slots dropped, {} before a sample; {} quiet, "
       "of no target, and {} lost\n"
+      "  {} samples sensed, {} overtaken by newer ones\n"
       "  quiet {} times, {:.2f} s in all, for what was older than {:g} ms; {} frames came that old\n",
       loop.frames.size(), result.play.seconds, rate_of(result), loop.late, loop.dropped, loop.waiting,
-      quiet_frames(loop) - lost_frames(loop), lost_frames(loop), result.play.silences, result.play.silent,
-      1e3 * result.motion.stale, result.play.stale);
-  std::vector<std::vector<std::string>> rows = {
-      {"ms", "median", "95 %", "worst"}, row_of("sample to link", latencies(loop)), row_of("solve", solve_times(loop))};
+      quiet_frames(loop) - lost_frames(loop), lost_frames(loop), loop.sensed.size(), loop.overtaken,
+      result.play.silences, result.play.silent, 1e3 * result.motion.stale, result.play.stale);
+  std::vector<std::vector<std::string>> rows = {{"ms", "median", "95 %", "worst"},
+                                                row_of("sample to link", latencies(loop)),
+                                                row_of("sense", loop.sensed),
+                                                row_of("solve", solve_times(loop))};
   for (const std::string& stage : stages_of(loop.frames)) {
     rows.push_back(row_of("  " + stage, stage_times(loop, stage)));
   }
@@ -102,6 +105,9 @@ nlohmann::ordered_json live_json(const LiveResult& result) {
           {"silences", result.play.silences},
           {"silent_s", result.play.silent},
           {"worst_residual", loop.residual},
+          {"samples", loop.sensed.size()},
+          {"overtaken", loop.overtaken},
+          {"sense", spread_json(loop.sensed)},
           {"latency", spread_json(latencies(loop))},
           {"solve", spread_json(solve_times(loop))},
           {"stages", stages}};

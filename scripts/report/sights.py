@@ -13,8 +13,12 @@ SWAY_HZ = 1
 TEMPLATES = "template's"
 OTHER = "other size"
 BUMPY = "bumpy"
+FINE = "template's, meshed as width_8mm"
 PLAIN = {"motion.seconds": "1.2", "motion.solve_ms": "0", "motion.array_ms": "0", "motion.frames_hz": "20", "motion.score_hz": "20",
          "motion.iterations": "10", "solve.methods": "[surface]", "write": "[h5]"}
+AS_WIDTH_8MM = {"motion.seconds": "0.4", "motion.change": "[]", "body.edge_mm": "{near_target: 1.2, far: 3, within_mm: 15}",
+                "solve.scheme": "burton_miller_polished",
+                "judge": "{scheme: burton_miller_polished, edge_mm: {near_target: 0.8, far: 2, within_mm: 15}, whole: false}"}
 SETTLED = 4  # frames that are left out: the first ones come from zero
 
 
@@ -30,7 +34,7 @@ class Case:
 
     def line(self, bumpy):
         """As a case of a sweep; `bumpy`: what makes the scene's hand a bumpy one."""
-        hands = {TEMPLATES: {}, OTHER: {"body.hand": "{pose: index_up, length_mm: 178, breadth_mm: 79}"}, BUMPY: bumpy}
+        hands = {TEMPLATES: {}, OTHER: {"body.hand": "{pose: index_up, length_mm: 178, breadth_mm: 79}"}, BUMPY: bumpy, FINE: AS_WIDTH_8MM}
         changes = PLAIN | self.changes | hands[self.hand]
         return f"  - {{name: {self.name()}, " + ", ".join(f"{path}: {value}" for path, value in changes.items()) + "}\n"
 
@@ -89,6 +93,8 @@ def speed(most):
 
 def cases(quick=False):
     found = [Case("exact", "", sensor("")), Case("exact", OTHER, sensor(""), OTHER), Case("exact", BUMPY, sensor(""), BUMPY)]
+    if not quick:
+        found.append(Case("exact", "width_8mm", sensor(""), FINE))
     found += [Case("noise", f"{rms}", sensor(f"noise: {{noise_mm_rms: {rms}}}")) for rms in ([0.5] if quick else [0.1, 0.25, 0.5, 1])]
     found += [Case("cameras", f"{count}", cameras(count)) for count in ([3] if quick else [1, 2, 3, 4])]
     if quick:
@@ -99,5 +105,6 @@ def cases(quick=False):
     found += [Case("place error", f"{error}", cameras(place_error_mm=error)) for error in (0.5, 1, 2)]
     found += [Case("turn error", f"{error}", cameras(turn_error_deg=error)) for error in (0.1, 0.3)]
     found += [Case("model", model, cameras(model=model)) for model in ("d435", "d405")]
-    found += [Case("hand", OTHER, cameras(), OTHER), Case("hand", BUMPY, of_a_mesh(), BUMPY)]
+    found += [Case("hand", OTHER, cameras(), OTHER), Case("hand", BUMPY, of_a_mesh(), BUMPY),
+              Case("mesh", "width_8mm", cameras(), FINE)]
     return found

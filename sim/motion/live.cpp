@@ -44,6 +44,7 @@ LiveLoop::LiveLoop(const MotionSpec& motion, LiveSensor sensor, std::function<Li
   const auto slots = static_cast<std::size_t>(std::ceil(motion.seconds * motion.frames_hz));
   report_.frames.reserve(slots);
   report_.solved.reserve(slots);
+  report_.sensed.reserve(static_cast<std::size_t>(std::ceil(motion.seconds * motion.sensor.hz)));
   solver_thread_ =
       std::jthread([this, make = std::move(prepare)](const std::stop_token& stop) { run([&] { solve(stop, make); }); });
 }
@@ -134,8 +135,16 @@ void LiveLoop::sense(const std::stop_token& stop) {
       return;
     }
     // Those that were known while this thread had no processor are overtaken.
-    number = std::max(number, last_instant(to_ticks(time_.now() - begin) - latency, motion_.sensor.hz));
+    const double begun_at = time_.now();
+    const std::int64_t newest = std::max(number, last_instant(to_ticks(begun_at - begin) - latency, motion_.sensor.hz));
+    const std::int64_t overtaken = newest - number;
+    number = newest;
     Seen now = sensor_(number, to_seconds(instant(number, motion_.sensor.hz)));
+    {
+      const std::lock_guard lock(mutex_);
+      report_.sensed.push_back(time_.now() - begun_at);
+      report_.overtaken += overtaken;
+    }
     if (now.seconds > sample.now.seconds) {  // a recording may have nothing new
       sample.before = std::move(sample.now);
     }

@@ -72,6 +72,8 @@ struct LiveFrame {
 struct LiveReport {
   std::vector<MotionFrame> frames;  // by their numbers, without phases
   std::vector<double> solved;       // a frame
+  std::vector<double> sensed;       // what each sample took to make [s]
+  std::int64_t overtaken = 0;       // samples that were not made, as a newer one was there already
   std::int64_t late = 0;            // as LoopClock has them
   std::int64_t dropped = 0;
   std::int64_t waiting = 0;
