@@ -94,7 +94,7 @@ class Reproduce(unittest.TestCase):
         self.assertEqual(len(self.rows("convergence.csv")), 2 * 3 * 4)
         for table in ("iteration_faces.csv", "iteration_channels.csv", "study.csv", "assumptions.csv", "sequences.csv",
                       "widths.csv", "widths_wilcoxon.csv", "widths_fit.csv", "delays.csv", "delays_by_displacement.csv",
-                      "delays_answers.csv", "delays_tremor.csv", "delays_loop.csv"):
+                      "delays_answers.csv", "delays_tremor.csv", "delays_loop.csv", "cameras.csv"):
             self.assertGreater(len(self.rows(table)), 1, table)
 
     def test_tables_and_captions_say_which_program_and_which_scenes_made_them(self):
@@ -132,14 +132,19 @@ class Reproduce(unittest.TestCase):
     def test_one_part_is_refreshed_where_it_stands(self):
         page = self.folder / "report/report.md"
         before = page.read_text()
-        heading = "## How much delay there is and what it does\n"
-        self.assertEqual(before.count(heading), 1)
-        begin, end = before.index(heading) + len(heading), before.index("\n## Again\n")
-        page.write_text(before[:begin] + "\nOut of date.\n" + before[end:])
-        again = subprocess.run([*self.command, "--only", "delays"], capture_output=True, text=True, timeout=600, check=False)
-        self.assertEqual(again.returncode, 0, again.stderr)
-        self.assertEqual(again.stdout.splitlines()[0], "delays: done before")
-        self.assertEqual(page.read_text(), before)
+        headings = {"delays": "## How much delay there is and what it does\n", "cameras": "## What it costs that cameras see the hand\n",
+                    "": "## Again\n"}
+        ends = [before.index(heading) for heading in headings.values()]
+        self.assertEqual(ends, sorted(ends))
+        for part, begin, end in zip(headings, ends, ends[1:]):
+            with self.subTest(part=part):
+                self.assertEqual(before.count(headings[part]), 1)
+                for kept in (before[:begin] + headings[part] + "\nOut of date.\n\n" + before[end:], before[:begin] + before[end:]):
+                    page.write_text(kept)
+                    again = subprocess.run([*self.command, "--only", part], capture_output=True, text=True, timeout=600, check=False)
+                    self.assertEqual(again.returncode, 0, again.stderr)
+                    self.assertEqual(again.stdout.splitlines()[0], f"{part}: done before")
+                    self.assertEqual(page.read_text(), before)
 
     def test_the_page_needs_nothing_else(self):
         text = (self.folder / "report/report.md").read_text()
@@ -148,7 +153,7 @@ class Reproduce(unittest.TestCase):
         self.assertEqual(page.fetched, [])
         named = re.findall(r"!\[[^]]*\]\((figures/[^)]+)\)", text)
         self.assertEqual(page.pictures, len(named))
-        self.assertEqual(len(named), 7)
+        self.assertEqual(len(named), 8)
         for figure in named:
             data = (self.folder / "report" / figure).read_bytes()
             self.assertEqual(data[:8], b"\x89PNG\r\n\x1a\n", figure)
