@@ -14,7 +14,7 @@ from runs import number, percent, table  # noqa: E402
 
 METHOD = "surface"
 GROUPS = {"noise": "noise of the skin itself [mm rms]", "cameras": "D415 cameras", "disparity noise": "disparity noise [pixels rms]",
-          "distance": "distance, times the scene's 0.35 to 0.39 m", "speed": "speed [mm/s]", "place error": "error of the cameras' places [mm]",
+          "distance": "distance [0.35 to 0.39 m]", "speed": "speed [mm/s]", "place error": "error of the cameras' places [mm]",
           "turn error": "error of their turn [deg]", "model": "model", "hand": "hand", "mesh": "mesh"}
 STANDARD = {"disparity noise": "0.08", "distance": "1", "speed": "50", "place error": "0", "turn error": "0", "model": "d415",
             "hand": sights.TEMPLATES, "mesh": "some 570 faces"}  # what the case of three cameras has
@@ -63,7 +63,15 @@ def group_of(rows, group):
 
 
 def points(row):
-    return f"{100 * float(row['above']):+.1f}"
+    above = float(row["above"])
+    return "-" if above != above else f"{100 * above:+.1f}"
+
+
+def seen(row):
+    """What a case came to, in words."""
+    lost = f", lost in {row['lost']} of {row['frames']} frames" if row["lost"] != "0" else ""
+    return (f"{row['value']}: always lost" if row["lost"] == row["frames"]
+            else f"{row['value']}: {points(row)} points, {number(row['patch_mm'], 2)} mm about the target{lost}")
 
 
 def sentences(rows, thirds):
@@ -76,9 +84,7 @@ def sentences(rows, thirds):
     for group, words in GROUPS.items():
         own = group_of(rows, group)
         if len(own) > 1 or group == "noise":
-            said.append(f"By {words}: " + "; ".join(
-                f"{row['value']}: {points(row)} points, {number(row['patch_mm'], 2)} mm about the target"
-                + (f", lost in {row['lost']} of {row['frames']} frames" if row["lost"] != "0" else "") for row in own) + ".")
+            said.append(f"By {words}: " + "; ".join(map(seen, own)) + ".")
     worst = max((row for row in rows if row["sensor"] in GROUPS and row["error_mean"] != "nan"), key=lambda row: float(row["above"]))
     said.append(f"The most that any of these sensors costs is {points(worst)} points ({GROUPS[worst['sensor']]}: {worst['value']}).")
     if thirds:
@@ -90,14 +96,14 @@ def explanation(three, thirds):
     """Can the cameras be why people were right in 0.56 of the trials only?"""
     own = {row["third"]: row for row in thirds if (row["observer"], row["method"]) == ("width reader", "paper")}
     low, high = own["lowest"], own["highest"]
-    seen = float(three["patch_mm"])
-    within = "less than" if seen < float(low["noise_high_mm"]) else "within" if seen < float(high["noise_high_mm"]) else "more than"
+    off = float(three["patch_mm"])
+    within = "less than" if off < float(low["noise_high_mm"]) else "within" if off < float(high["noise_high_mm"]) else "more than"
     lost = float(low["share"]) - float(high["share"])
     answer = "cannot" if lost < 0.2 and within != "more than" else "may"
     return (f"**Can camera errors explain that people were right in 0.56?** A reader of the width is right in {float(low['share']):.2f} of "
             f"the trials with `paper` where the skin is known within {number(low['noise_high_mm'], 2)} mm rms, and in "
             f"{float(high['share']):.2f} between {number(high['noise_low_mm'], 2)} and {number(high['noise_high_mm'], 2)} mm; three cameras "
-            f"and the fit are off by {number(seen, 2)} mm about the target, {within} that. By this model they {answer}.")
+            f"and the fit are off by {number(off, 2)} mm about the target, {within} that. By this model they {answer}.")
 
 
 def figure(rows, path):
@@ -117,13 +123,13 @@ def figure(rows, path):
         twin.plot(values, [float(row["patch_mm"]) for row in own], color="#D55E00", marker="s", linestyle="--")
         twin.set_ylim(0, max(0.1, 1.15 * max(float(row["patch_mm"]) for row in rows if row["patch_mm"] != "nan")))
         if group == groups[-1]:
-            twin.set_ylabel("skin about the target off by [mm rms]", color="#D55E00")
+            twin.set_ylabel("skin at the target off [mm]", color="#D55E00")
         else:
             twin.set_yticklabels([])
     exact = 100 * float(rows[0]["error_mean"])
     for panel in panels[0]:
         panel.axhline(exact, color="0.5", linewidth=0.8)
-    panels[0, 0].set_ylabel("judged error [%]; grey: the skin known exactly", color="#0072B2")
+    panels[0, 0].set_ylabel("judged error [%]", color="#0072B2")
     panels[0, 0].legend(fontsize=8)
     drawing.savefig(path, dpi=90)
     pyplot.close(drawing)

@@ -252,7 +252,7 @@ def add_cameras(page, work, report, quick):
              "fitted skin of some 570 faces and judged on the true one. Nothing is late here, so that what is left above the exact "
              "sensor is what seeing costs. The cameras are simulated: their noise is independent from image to image, and they know "
              "where they stand unless a row says otherwise.")
-    page.figure("cameras.png", "Judged error (mean and 95 %) and how far the skin about the target is off, against what is changed of the sensor.",
+    page.figure("cameras.png", "Judged error (mean and 95 %) against what is changed of the sensor. Grey: the skin known exactly. Squares: how far the skin about the target is off.",
                 origin)
     page.add(lines_of(cameras.sentences(rows, table(noise) if noise.exists() else [])))
     page.table("cameras.csv", ["sensor", "value", "hand", "lost", "skin [mm]", "at the target [mm]", "mean error", "95 %", "above [points]"],

@@ -18,7 +18,8 @@ def row(sensor, value, above, patch="0.1", hand=sights.TEMPLATES, lost="0", erro
 
 ROWS = [row("exact", "", 0, "nan"), row("noise", "0.5", 0.01, "0.5"), row("cameras", "1", 0.02, "0.3"), row("cameras", "3", 0.004, "0.12"),
         row("disparity noise", "0.32", 0.03, "0.4"), row("disparity noise", "0", 0.001, "0.04"),
-        row("hand", sights.BUMPY, 0.025, "0.2", sights.BUMPY, "2")]
+        row("hand", sights.BUMPY, 0.025, "0.2", sights.BUMPY, "2"),
+        row("distance", "0.75", float("nan"), "nan", lost="20"), row("distance", "2", 0.02)]
 THIRDS = [{"observer": "width reader", "method": "paper", "third": third, "noise_low_mm": low, "noise_high_mm": high, "share": share}
           for third, low, high, share in (("lowest", "0.26", "0.46", "0.92"), ("middle", "0.46", "0.6", "0.9"),
                                           ("highest", "0.6", "0.97", "0.85"))]
@@ -73,6 +74,7 @@ class Sentences(unittest.TestCase):
         self.assertIn("+0.4 points", said[0])
         self.assertIn("0.12 mm about the target", said[0])
         self.assertTrue(any("lost in 2 of 20 frames" in line for line in said))
+        self.assertTrue(any("0.75: always lost; " in line for line in said), said)
         self.assertTrue(any("costs is +3.0 points (disparity noise [pixels rms]: 0.32)" in line for line in said), said)
         self.assertTrue(said[-1].endswith("By this model they cannot."), said[-1])
 
