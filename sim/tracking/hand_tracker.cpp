@@ -327,7 +327,10 @@ void HandTracker::skin(const HandFit& fit, Points& world) const {
 
 Eigen::VectorXd HandTracker::confidence(const HandFit& fit) const {
   const Triangles& triangles = hand_->mesh().triangles();
-  Eigen::VectorXd result(triangles.cols());
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(triangles.cols());
+  if (fit.seen_vertex.size() == 0) {
+    return result;
+  }
   for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
     result(f) = fit.seen_vertex(triangles.col(f)).mean();
   }

@@ -65,7 +65,9 @@ struct FitTimes {
 /// and the points near the skin lie on it; what lies behind the wrist does not count. If not, the hand is lost: the fit says so, and the
 /// following frames look for it anew (HandSearch), some starts a frame. The skin is then deformed towards the points (DeformationFit).
 ///
-/// accuracy   see tests/tracking/hand_tracker_test.cpp
+/// accuracy   three simulated D415 0.34 m away with their noise, a hand 6 % shorter and 7 % narrower than the template that
+///            moves at 50 mm/s while its index finger flexes: the skin seen within 0.12 mm rms and 0.23 mm at 95 %, its
+///            index pad within 0.16 mm rms; digits 3 to 6 % off and a bump of 2 mm besides: 0.15, 0.26 and 0.23 mm
 class HandTracker {
  public:
   /// workspace   box in which hands are looked for, the world's frame [m]
@@ -90,7 +92,8 @@ class HandTracker {
   /// The same of the template's own vertices.
   void skin(const HandFit& fit, Points& world) const;
 
-  /// Of each face of the template: the share of its corners that a camera saw where the fit has them.
+  /// Of each face of the template: the share of its corners that a camera saw where the fit has them; 0 where nothing was
+  /// fitted.
   Eigen::VectorXd confidence(const HandFit& fit) const;
 
   const HandTemplate& hand() const { return *hand_; }

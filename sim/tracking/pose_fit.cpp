@@ -198,72 +198,84 @@ void PoseFit::differentiate(const ShapedHand& shape, const HandState& state, con
   }
 }
 
+/// The normal equations of the matches, and what they say of the fit.
+PoseFit::Equations PoseFit::equations(const HandPoints& points, int stride) {
+  Equations result;
+  double squares = 0;
+  double weights = 0;
+  int explained = 0;
+  for (std::size_t m = 0; m < matches_.size(); ++m) {
+    const SkinMatch& match = matches_[m];
+    const auto column = static_cast<Eigen::Index>(m);
+    weighted_.col(column) = std::sqrt(match.weight) * rows_.col(column);
+    result.slope += match.weight * match.residual * rows_.col(column);
+    squares += match.weight * match.residual * match.residual;
+    weights += match.weight;
+    explained += std::abs(match.residual) < 1e-3 + 3 * points.sigma(match.point) ? 1 : 0;
+  }
+  result.curvature.selfadjointView<Eigen::Lower>().rankUpdate(
+      weighted_.leftCols(static_cast<Eigen::Index>(matches_.size())));
+  result.curvature = result.curvature.selfadjointView<Eigen::Lower>();
+  result.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
+  result.explained = static_cast<double>(explained) * stride / static_cast<double>(points.size());
+  return result;
+}
+
+PoseVector PoseFit::step(const Equations& equations, double damping, bool place_only) const {
+  constexpr double kTurnHeld = 1e-2;  // [1/rad2], where no point says anything
+  constexpr double kShiftHeld = 1e2;  // [1/m2]
+  PoseMatrix curvature = equations.curvature;
+  curvature.diagonal() *= 1 + damping;
+  curvature.diagonal().head<3>().array() += kTurnHeld;
+  curvature.diagonal().segment<3>(3).array() += kShiftHeld;
+  PoseVector result = PoseVector::Zero();
+  if (place_only) {
+    result.head<kPlaceUnknowns>() =
+        curvature.topLeftCorner<kPlaceUnknowns, kPlaceUnknowns>().ldlt().solve(equations.slope.head<kPlaceUnknowns>());
+  } else {
+    result = curvature.ldlt().solve(equations.slope);
+    result.tail<JointAngles::SizeAtCompileTime>().array() *= hand_.free_joints().array();
+  }
+  return shortened(result);
+}
+
 PoseFitResult PoseFit::fit(const ShapedHand& shape, const HandPoints& points, const HandState& start,
                            const PosePrior& prior, const PoseFitOptions& options) {
   PoseFitResult result{start, 0, 0};
   if (points.size() == 0) {
     return result;
   }
+  constexpr double kFirstDamping = 1e-4;
   constexpr double kLeastDamping = 1e-6;
-  PoseMatrix curvature = PoseMatrix::Zero();
-  PoseVector slope = PoseVector::Zero();
-  HandState accepted = start;
+  constexpr double kDampingAfterFailure = 1e-2;
+  const Vector3 centre = points.at.rowwise().mean();
+  const JointAngles stiffness = prior.deviation.array().square().inverse();
+  Equations accepted;
   HandState tried = start;
-  Vector3 centre = Vector3::Zero();
-  double damping = 1e-4;
+  double damping = kFirstDamping;
   double least = std::numeric_limits<double>::infinity();
   double reach = options.first_reach;
-  JointAngles stiffness = prior.deviation.array().square().inverse();
   for (int round = 0; round < options.rounds; ++round) {
     const double scale = std::max(options.scale, reach / 3);
     double cost = match(shape, points, tried, reach, scale, options.stride);
     cost += stiffness.dot((tried.joints - prior.joints).cwiseAbs2());
     if (cost <= least) {
-      accepted = tried;
+      least = cost;
       damping = std::max(damping / 5, kLeastDamping);
-      centre = points.at.rowwise().mean();
-      differentiate(shape, accepted, centre);
-      double squares = 0;
-      double weights = 0;
-      int explained = 0;
-      PoseVector pull = PoseVector::Zero();
-      for (std::size_t m = 0; m < matches_.size(); ++m) {
-        const SkinMatch& match = matches_[m];
-        const auto column = static_cast<Eigen::Index>(m);
-        weighted_.col(column) = std::sqrt(match.weight) * rows_.col(column);
-        pull += match.weight * match.residual * rows_.col(column);
-        squares += match.weight * match.residual * match.residual;
-        weights += match.weight;
-        explained += std::abs(match.residual) < 1e-3 + 3 * points.sigma(match.point) ? 1 : 0;
-      }
-      result = {accepted, std::sqrt(squares / std::max(weights, 1e-300)),
-                static_cast<double>(explained) * options.stride / static_cast<double>(points.size())};
-      curvature.setZero();
-      curvature.selfadjointView<Eigen::Lower>().rankUpdate(
-          weighted_.leftCols(static_cast<Eigen::Index>(matches_.size())));
-      curvature = curvature.selfadjointView<Eigen::Lower>();
-      slope = pull;
-      slope.tail<JointAngles::SizeAtCompileTime>() += stiffness.cwiseProduct(prior.joints - accepted.joints);
-      curvature.diagonal().tail<JointAngles::SizeAtCompileTime>() += stiffness;
+      differentiate(shape, tried, centre);
+      accepted = equations(points, options.stride);
+      accepted.slope.tail<JointAngles::SizeAtCompileTime>() += stiffness.cwiseProduct(prior.joints - tried.joints);
+      accepted.curvature.diagonal().tail<JointAngles::SizeAtCompileTime>() += stiffness;
+      result = {tried, accepted.residual, accepted.explained};
     } else {
-      damping = std::max(damping, 1e-3) * 10;
+      damping = std::max(10 * damping, kDampingAfterFailure);
     }
-    PoseMatrix damped = curvature;
-    damped.diagonal() *= 1 + damping;
-    damped.diagonal().head<3>().array() += 1e-2;
-    damped.diagonal().segment<3>(3).array() += 1e2;
-    if (options.place_only) {
-      damped.rightCols<JointAngles::SizeAtCompileTime>().setZero();
-      damped.bottomRows<JointAngles::SizeAtCompileTime>().setZero();
-      damped.diagonal().tail<JointAngles::SizeAtCompileTime>().setOnes();
-      slope.tail<JointAngles::SizeAtCompileTime>().setZero();
-    }
-    PoseVector step = damped.ldlt().solve(slope);
-    step.tail<JointAngles::SizeAtCompileTime>().array() *= hand_.free_joints().array();
-    tried = moved(accepted, shortened(step), centre);
+    tried = moved(result.state, step(accepted, damping, options.place_only), centre);
     tried.joints = tried.joints.cwiseMax(least_).cwiseMin(most_);
     const double next = std::max(options.reach, 0.5 * reach);
-    least = next == reach ? std::min(least, cost) : std::numeric_limits<double>::infinity();
+    if (next < reach) {
+      least = std::numeric_limits<double>::infinity();
+    }
     reach = next;
   }
   result.state = tried;

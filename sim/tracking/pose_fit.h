@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/core/rigid_motion.h"
@@ -92,6 +93,15 @@ class PoseFit {
  private:
   using Twists = Eigen::Matrix<double, 6, 5>;  // of a bone for its digit's joints: turn, and shift of the origin
 
+  struct Equations {
+    PoseMatrix curvature = PoseMatrix::Zero();  // half of the second derivative
+    PoseVector slope = PoseVector::Zero();      // half of the first, downwards
+    double residual = 0;                        // as PoseFitResult
+    double explained = 0;
+  };
+
+  Equations equations(const HandPoints& points, int stride);
+  PoseVector step(const Equations& equations, double damping, bool place_only) const;
   void place_skin(const ShapedHand& shape, const HandState& state);
   bool match_point(const HandPoints& points, int i, int vertex, SkinMatch& match) const;
   void twist_bones(const ShapedHand& shape, const HandState& state);

@@ -154,7 +154,9 @@ TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
     std::ranges::fill(image.depth, 0.0F);
   }
   EXPECT_FALSE(sight.tracker.track(sight.at(moving_hand(), 26)).lost);
-  EXPECT_TRUE(sight.tracker.track(nothing).lost);
+  const HandFit lost = sight.tracker.track(nothing);
+  EXPECT_TRUE(lost.lost);
+  EXPECT_EQ(sight.tracker.confidence(lost).sum(), 0);
   EXPECT_TRUE(sight.tracker.track(nothing).lost);
   int frame = 60;
   HandFit fit;

@@ -1,5 +1,7 @@
 #include "sim/tracking/pose_fit.h"
 
+#include <type_traits>
+
 #include <gtest/gtest.h>
 
 #include "tests/support/moving_hand_support.h"
@@ -47,6 +49,8 @@ HandPoints points_of(const HandTemplate& hand, const HandState& state) {
 }
 
 PosePrior loose(const HandState& state) { return {state.joints, JointAngles::Constant(60 * kDegree)}; }
+
+static_assert(!std::is_constructible_v<PoseFit, HandTemplate>, "it would keep a reference to a temporary");
 
 TEST(PoseFit, DerivativesAreThoseOfDifferences) {
   for (const HandSide side : {HandSide::kRight, HandSide::kLeft}) {
