@@ -1,5 +1,7 @@
 #include "apps/commands/claimed_directory.h"
 
+#include <filesystem>
+
 #include <fmt/format.h>
 
 #include "apps/commands/interrupt_guard.h"
@@ -7,6 +9,13 @@
 #include "sim/core/errors.h"
 
 namespace touchfield {
+
+void require_apart(const std::string& output, const std::string& images) {
+  std::error_code none;
+  if (std::filesystem::equivalent(output, images, none)) {
+    throw InputError(fmt::format("-o {}: the folder of the images, must be another one", output));
+  }
+}
 
 ClaimedDirectory::ClaimedDirectory(const std::string& kept) {
   block_interrupts();

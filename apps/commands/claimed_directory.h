@@ -10,6 +10,9 @@
 
 namespace touchfield {
 
+/// throws   InputError if results would land in the folder of the images that they are made of: --force would remove those
+void require_apart(const std::string& output, const std::string& images);
+
 /// The directory of a command's results, closed by an interrupt as well: from this object's making on signals are taken by a
 /// thread of their own, so it is made before any other thread.
 class ClaimedDirectory {

@@ -114,6 +114,7 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
   ConsoleProgress progress(flags.quiet || flags.json);
   const FolderFit how = fit_of(command);
   const CameraFolder folder(command.folder);
+  require_apart(command.output, command.folder);
   RunDirectory& directory = claimed.claim(command.output, command.force, "fit", fit_files(folder));
   try {
     progress.log_to(directory.file("fit.log"));

@@ -53,6 +53,9 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
   }
   MotionOptions options{.command_line = invoked.command_line, .threads = threads};
   const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes));
+  if (const auto* recorded = std::get_if<RecordedSpec>(&scene.motion->sensor.sight)) {
+    require_apart(command.output, recorded->folder);
+  }
   RunDirectory& directory =
       claimed.claim(command.output, command.force, scene.name, motion_files(sensed, command.pictures));
   try {

@@ -27,8 +27,11 @@ struct SeeCommand {
 std::string sights_text(const std::vector<SightSummary>& sights) {
   std::string text = fmt::format("{:<10} {:>14} {:>9} {:>16}\n", "camera", "pixels a frame", "holes [%]", "depth [mm]");
   for (const SightSummary& sight : sights) {
-    text += fmt::format("{:<10} {:>14.0f} {:>9.1f} {:>16}\n", sight.camera, sight.pixels, 100 * sight.holes,
-                        fmt::format("{:.0f} to {:.0f}", sight.nearest / kMillimetre, sight.farthest / kMillimetre));
+    const bool sees = sight.farthest > 0;
+    text += fmt::format(
+        "{:<10} {:>14.0f} {:>9} {:>16}\n", sight.camera, sight.pixels,
+        sees ? fmt::format("{:.1f}", 100 * sight.holes) : "-",
+        sees ? fmt::format("{:.0f} to {:.0f}", sight.nearest / kMillimetre, sight.farthest / kMillimetre) : "-");
   }
   return text;
 }

@@ -9,6 +9,8 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/scene/quantity.h"
+#include "sim/scene/yaml_tree.h"
 #include "sim/solve/stages.h"
 #include "sim/store/vtk_files.h"
 #include "sim/tracking/seen_distance.h"
@@ -22,27 +24,33 @@ constexpr std::size_t kMostLearnt = 30;   // frames, spread over the time of lea
 
 std::string skin_name(std::size_t frame) { return fmt::format("skin_{:04}.vtp", frame + 1); }
 
-/// Frames of the beginning of a recording, evenly, at most kMostLearnt.
-std::vector<DepthFrame> first_frames(const CameraFolder& folder, double seconds) {
-  std::size_t count = 1;
-  while (count < folder.size() && folder.seconds(count) - folder.seconds(0) < seconds) {
-    ++count;
+/// Learns from the first part of a recording, so many seconds long, in which the hand is found, at most kMostLearnt frames
+/// of it: it may come into the images later.
+bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker) {
+  for (std::size_t first = 0, end = 0; first < folder.size(); first = end) {
+    while (end < folder.size() && (end == first || folder.seconds(end) - folder.seconds(first) < seconds)) {
+      ++end;
+    }
+    const std::size_t step = (end - first + kMostLearnt - 1) / kMostLearnt;
+    std::vector<DepthFrame> frames;
+    for (std::size_t k = first; k < end; k += step) {
+      frames.push_back(folder.frame(k));
+    }
+    if (tracker.learn(frames)) {
+      return true;
+    }
   }
-  const std::size_t step = (count + kMostLearnt - 1) / kMostLearnt;
-  std::vector<DepthFrame> frames;
-  for (std::size_t k = 0; k < count; k += step) {
-    frames.push_back(folder.frame(k));
-  }
-  return frames;
+  return false;
 }
 
 std::string frames_csv(const std::vector<FittedFrame>& frames) {
   std::string text = "time_s,lost,residual_mm,explained,seen,fit_ms,file\n";
   for (const FittedFrame& frame : frames) {
     const HandFit& fit = frame.fit;
-    text += fit.lost ? fmt::format("{:.9g},1,,,,{:.4g},\n", fit.seconds, frame.milliseconds)
-                     : fmt::format("{:.9g},0,{:.4g},{:.4g},{:.4g},{:.4g},{}\n", fit.seconds, fit.residual / kMillimetre,
-                                   fit.explained, fit.seen, frame.milliseconds, frame.file);
+    text += schema::decimal_text(fit.seconds);
+    text += fit.lost ? fmt::format(",1,,,,{:.4g},\n", frame.milliseconds)
+                     : fmt::format(",0,{:.4g},{:.4g},{:.4g},{:.4g},{}\n", fit.residual / kMillimetre, fit.explained,
+                                   fit.seen, frame.milliseconds, frame.file);
   }
   return text;
 }
@@ -50,21 +58,28 @@ std::string frames_csv(const std::vector<FittedFrame>& frames) {
 std::string times_csv(const std::vector<SeriesStep>& steps) {
   std::string text = "file,time_s\n";
   for (const SeriesStep& step : steps) {
-    text += fmt::format("{},{:.9g}\n", step.file, step.time);
+    text += fmt::format("{},{}\n", step.file, schema::decimal_text(step.time));
   }
   return text;
 }
 
 /// The body of a scene that these meshes are.
 std::string body_yaml(const std::string& directory, const TriangleMesh& first, const std::vector<Landmark>& landmarks) {
-  std::string text =
-      fmt::format("body:\n  meshes:\n    folder: {0}\n    times: {0}/times.csv\n    unit: m\n    landmarks:\n",
-                  std::filesystem::absolute(directory).string());
+  const std::filesystem::path folder = std::filesystem::absolute(directory);
+  std::vector<std::pair<std::string, schema::Node>> places;
   for (const Landmark& landmark : landmarks) {
     const Vector3 at = position(first, landmark);
-    text += fmt::format("      {}: [{:.6f}, {:.6f}, {:.6f}]\n", landmark.name, at.x(), at.y(), at.z());
+    std::vector<schema::Node> coordinates;
+    for (const double coordinate : at) {
+      coordinates.push_back(schema::scalar(fmt::format("{:.6f}", coordinate)));
+    }
+    places.emplace_back(landmark.name, schema::list(std::move(coordinates)));
   }
-  return text;
+  return schema::block_text(schema::map(
+      {{"body", schema::map({{"meshes", schema::map({{"folder", schema::scalar(folder.string())},
+                                                     {"times", schema::scalar((folder / "times.csv").string())},
+                                                     {"unit", schema::scalar("m")},
+                                                     {"landmarks", schema::map(std::move(places))}})}})}}));
 }
 
 }  // namespace
@@ -90,12 +105,12 @@ FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDir
   FittedFolder fitted;
   std::vector<std::pair<std::string, double>> seconds;
   if (how.learning > 0) {
-    fitted.learnt = timed(progress, seconds, "learn", "the hand's shape from the first frames",
-                          [&] { return tracker.learn(first_frames(folder, how.learning)); });
+    fitted.learnt =
+        timed(progress, seconds, "learn", "the hand's shape", [&] { return learn(folder, how.learning, tracker); });
     if (!fitted.learnt) {
-      progress.warn(
-          "shape: the hand was found in fewer than three of the first frames, so that its shape is the built-in "
-          "hand's");
+      progress.warn(fmt::format(
+          "shape: within no {:g} s the hand was found in three frames, so that its shape is the built-in hand's",
+          how.learning));
     }
   }
   fitted.proportions = tracker.shape().proportions;
@@ -116,7 +131,7 @@ FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDir
         own.file = skin_name(k);
         write_faces_vtp(directory.file(own.file), skin,
                         {{"cameras", seen.cameras.cast<double>()}, {"distance_m", seen.distance}});
-        steps.push_back({own.fit.seconds, own.file});
+        steps.push_back({own.fit.seconds - folder.seconds(0), own.file});
         if (steps.size() == 1) {
           write_atomically(directory.file("body.yaml"), {body_yaml(directory.path(), skin, body.landmarks)});
         }

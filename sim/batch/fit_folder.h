@@ -17,7 +17,7 @@ struct FolderFit {
   HandShape hand;                    // before its shape is learnt
   double edge = 3e-3;                // of the meshes that are written [m]
   std::array<Vector3, 2> workspace;  // corners of the box that it is looked for in [m]
-  double learning = 1;  // time from the first frame on that its shape is learnt from [s]; 0: it is as it is
+  double learning = 1;  // its shape is learnt from the first part so long in which it is found [s]; 0: it is as it is
 };
 
 /// A frame of a fit.
@@ -37,9 +37,10 @@ struct FittedFolder {
 std::vector<std::string> fit_files(const CameraFolder& folder);
 
 /// Fits the built-in hand to every frame of a recording, in order, and writes what `body: {meshes: {folder, times}}` takes:
-/// skin_0001.vtp, ... with the same triangles (mm), times.csv; of each face `cameras`, how many saw it, and `distance_mm` of
-/// what they saw (seen_distance.h); skin.pvd of them; body.yaml, a scene's body of
-/// them with the hand's landmarks; fit.csv, a line a frame. Frames in which the hand is lost have no mesh.
+/// skin_0001.vtp, ... with the same triangles (m), times.csv, counted from the recording's first frame; of each face
+/// `cameras`, how many saw it, and `distance_m` of what they saw (seen_distance.h); skin.pvd of them; body.yaml, a
+/// scene's body of them with the hand's landmarks; fit.csv, a line a frame, with the recording's own times. Frames in
+/// which the hand is lost have no mesh.
 ///
 /// throws   InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame; IoError
 FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/units.h"
 #include "sim/motion/loop_clock.h"
 #include "sim/pictures/sight_picture.h"
 #include "sim/scene/schema.h"
@@ -111,6 +112,16 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
       progress.advance((k + 1.0) / seen.frames);
     }
   });
+  for (std::size_t c = 0; c < told.size(); ++c) {
+    if (const SightSummary& own = summaries[c]; own.farthest == 0) {
+      progress.warn(fmt::format("sight: {} sees nothing of the body", own.camera));
+    } else if (own.pixels == 0) {
+      progress.warn(fmt::format(
+          "sight: {} has no depth of the body, which is {:.0f} to {:.0f} mm away; it has depth from {:.0f} mm on",
+          own.camera, own.nearest / kMillimetre, own.farthest / kMillimetre,
+          seen.cameras.real()[c].nearest() / kMillimetre));
+    }
+  }
   return summaries;
 }
 

@@ -37,7 +37,7 @@ struct SightSummary {
 };
 
 /// Writes what the cameras of a scene see of its whole motion: a folder of images (CameraFolderWriter) and sight.png, the
-/// first frame. Nothing in it says where skin and cameras truly are.
+/// first frame. Nothing in it says where skin and cameras truly are. Warns of a camera that has no depth of it at all.
 ///
 /// throws   IoError on a failed write
 std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directory, PictureFormat format,

@@ -132,23 +132,28 @@ void FittedSensor::start(Progress& progress) {
 void FittedSensor::learn() {
   const auto step = static_cast<std::int64_t>(std::ceil(hz_ / kScanHz));
   std::vector<DepthFrame> frames;
-  for (std::int64_t k = 0; time_of(k) < std::min(kScan, seconds_); k += step) {
-    frames.push_back(images_.at(kScanFrames + k, time_of(k)));
+  double begin = 0;
+  bool learnt = false;
+  for (std::int64_t k = 0; !learnt && time_of(k) < seconds_;) {  // the hand may come into the images later
+    frames.clear();
+    for (begin = time_of(k); time_of(k) < std::min(begin + kScan, seconds_); k += step) {
+      frames.push_back(images_.at(kScanFrames + k, time_of(k)));
+    }
+    learnt = tracker_->learn(frames);
   }
   const double length = hand_.hand().length;
-  if (tracker_->learn(frames)) {
+  if (learnt) {
     const HandProportions& by = tracker_->shape().proportions;
     notes_.push_back(fmt::format(
-        "scan: before the clock starts the hand's shape was learnt from {} images of its first second; its length is "
-        "{:.1f} mm, its breadth {:.1f} mm",
-        frames.size(), length * std::exp(by(kLengthRatio)) / kMillimetre,
+        "scan: before the clock starts the hand's shape was learnt from {} images of the second from {:g} s on; its "
+        "length is {:.1f} mm, its breadth {:.1f} mm",
+        frames.size(), begin, length * std::exp(by(kLengthRatio)) / kMillimetre,
         hand_.hand().breadth * std::exp(by(kBreadthRatio)) / kMillimetre));
   } else {
-    notes_.push_back(
-        fmt::format("scan: no hand was found in the {} images of the first second; its shape is not learnt, it is "
-                    "taken to be {:.1f} "
-                    "mm long",
-                    frames.size(), length / kMillimetre));
+    notes_.push_back(fmt::format(
+        "scan: within no second of the motion the hand was found in three images; its shape is not learnt, it is "
+        "taken to be {:.1f} mm long",
+        length / kMillimetre));
   }
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,22 @@ struct DepthFrame {
 
 /// Where the camera's lens puts what a pinhole sees at x = (X / Z, Y / Z).
 Eigen::Vector2d distorted(const DepthCamera& camera, const Eigen::Vector2d& x);
+
+/// A point in a camera's image.
+struct ImagePoint {
+  Eigen::Vector2d at;   // column and row, the middle of the upper left pixel at (0.5, 0.5)
+  Eigen::Vector2d ray;  // (X / Z, Y / Z) in the camera's axes
+  double depth;         // Z [m]
+
+  /// Where the depth of its pixel stands in an image `width` pixels wide.
+  std::size_t pixel(int width) const {
+    return static_cast<std::size_t>(at.y()) * static_cast<std::size_t>(width) + static_cast<std::size_t>(at.x());
+  }
+};
+
+/// Where a camera has a point of the world [m]: nothing if that is nearer than `near` or beside its image, also where a
+/// distortion, carried on beyond the image for which it was made, would fold the point back into it.
+std::optional<ImagePoint> image_point(const DepthCamera& camera, const Vector3& x);
 
 /// Which way each pixel's middle looks: (X / Z, Y / Z) in the camera's axes, 2 x (width height), so that what it sees at
 /// depth Z is eye + Z axes (X / Z, Y / Z, 1). With distortion x -> x (1 + k1 r^2 + k2 r^4 + k3 r^6) + tangential part,

@@ -62,26 +62,19 @@ struct HandSearch::Sight {
   /// How badly a point of a skin goes with what a camera sees there: 1 if it sees through the point, less if it sees
   /// nothing (free space, or a hole), or something before a point that faces it. Nothing if it does not look there.
   std::optional<double> doubt(std::size_t camera, const Vector3& x, const Vector3& normal) const {
-    const Camera& view = cameras[camera].view;
+    const std::optional<ImagePoint> point = image_point(cameras[camera], x);
+    if (!point) {
+      return {};
+    }
     const DepthImage& image = frame.images[camera];
-    const Vector3 at = view.axes.transpose() * (x - view.eye);
-    if (at.z() < view.near) {
-      return {};
-    }
-    const double column = std::floor(view.centre.x() + view.focal.x() * at.x() / at.z());
-    const double row = std::floor(view.centre.y() + view.focal.y() * at.y() / at.z());
-    if (!(column >= 0 && row >= 0 && column < image.width && row < image.height)) {
-      return {};
-    }
-    const auto pixel = static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width);
-    const auto depth = static_cast<double>(image.depth[pixel + static_cast<std::size_t>(column)]);
-    if (depth > at.z() + kThrough) {
+    const auto depth = static_cast<double>(image.depth[point->pixel(image.width)]);
+    if (depth > point->depth + kThrough) {
       return 1.0;
     }
     if (!(depth > 0)) {
       return kNothingSeen;
     }
-    return depth < at.z() - kThrough && normal.dot(view.eye - x) > 0 ? kHidden : 0.0;
+    return depth < point->depth - kThrough && normal.dot(cameras[camera].view.eye - x) > 0 ? kHidden : 0.0;
   }
 
   bool faces(const Vector3& x, const Vector3& normal) const {

@@ -27,18 +27,6 @@ TriangleMesh skin_on_flesh(const HandShape& hand_shape, const HandPose& pose, do
   return {std::move(vertices), body.mesh.triangles()};
 }
 
-/// Weights of a face's corners at a point of it.
-Vector3 weights_on_face(const Points& vertices, const Eigen::Vector3i& face, const Vector3& x) {
-  const Vector3 area = twice_area_vector(vertices, face);
-  Vector3 weights;
-  for (int c = 0; c < 3; ++c) {
-    const Vector3 one = vertices.col(face((c + 1) % 3)) - x;
-    const Vector3 other = vertices.col(face((c + 2) % 3)) - x;
-    weights(c) = one.cross(other).dot(area) / area.squaredNorm();
-  }
-  return weights;
-}
-
 }  // namespace
 
 void vertex_normals(const Points& vertices, const Triangles& triangles, Points& normals) {
@@ -119,7 +107,7 @@ HandTemplate::Carrier HandTemplate::carrier(const Points& points) const {
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const SkinPoint nearest = tree.nearest(points.col(i));
     carrier.binding.face.push_back(static_cast<int>(nearest.face));
-    carrier.binding.weights.col(i) = weights_on_face(mesh_.vertices(), mesh_.triangles().col(nearest.face), nearest.at);
+    carrier.binding.weights.col(i) = barycentric(mesh_, nearest.face, nearest.at);
   }
   return carrier;
 }

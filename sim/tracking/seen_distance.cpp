@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "sim/core/units.h"
+#include "sim/tracking/hand_points.h"
 
 namespace touchfield {
 
@@ -15,6 +16,7 @@ constexpr double kSteepest = 75 * kDegree;
 
 SeenDistance seen_distance(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const TriangleMesh& mesh,
                            double reach) {
+  require_frame(cameras, frame);
   SeenDistance seen{Eigen::VectorXd::Zero(mesh.face_count()), Eigen::VectorXi::Zero(mesh.face_count())};
   const double least_cosine = std::cos(kSteepest);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -22,22 +24,18 @@ SeenDistance seen_distance(const std::vector<DepthCamera>& cameras, const DepthF
     const DepthImage& image = frame.images[c];
     for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
       const Vector3 from_eye = mesh.centroids().col(f) - view.eye;
-      const Vector3 x = view.axes.transpose() * from_eye;
-      if (!(x.z() > view.near) || -mesh.normals().col(f).dot(from_eye) < least_cosine * from_eye.norm()) {
+      if (-mesh.normals().col(f).dot(from_eye) < least_cosine * from_eye.norm()) {
         continue;
       }
-      const Eigen::Vector2d ray = x.head<2>() / x.z();
-      const Eigen::Vector2d pixel = distorted(cameras[c], ray).cwiseProduct(view.focal) + view.centre;
-      if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < image.width && pixel.y() < image.height)) {
+      const std::optional<ImagePoint> centroid = image_point(cameras[c], mesh.centroids().col(f));
+      if (!centroid) {
         continue;
       }
-      const Eigen::Vector2d middle = pixel.array().floor() + 0.5;
-      const auto depth =
-          static_cast<double>(image.depth[static_cast<std::size_t>(pixel.y()) * static_cast<std::size_t>(image.width) +
-                                          static_cast<std::size_t>(pixel.x())]);
-      if (depth > 0 && std::abs(depth - x.z()) <= reach) {
+      const Eigen::Vector2d middle = centroid->at.array().floor() + 0.5;
+      const auto depth = static_cast<double>(image.depth[centroid->pixel(image.width)]);
+      if (depth > 0 && std::abs(depth - centroid->depth) <= reach) {
         // Lenses bend little within a pixel.
-        const Eigen::Vector2d seen_ray = ray + (middle - pixel).cwiseQuotient(view.focal);
+        const Eigen::Vector2d seen_ray = centroid->ray + (middle - centroid->at).cwiseQuotient(view.focal);
         const Vector3 point = view.axes * (depth * seen_ray.homogeneous());
         seen.distance(f) += mesh.normals().col(f).dot(point - from_eye);
         ++seen.cameras(f);

@@ -18,7 +18,8 @@ struct SeenDistance {
 /// camera, in its image, and the depth of its pixel within `reach` of its own; with y the point that the pixel saw, the
 /// distance is n . (y - x).
 ///
-/// reach   what lies farther off is of something else [m]
+/// reach    what lies farther off is of something else [m]
+/// throws   InputError as require_frame
 SeenDistance seen_distance(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const TriangleMesh& mesh,
                            double reach = 10e-3);
 

@@ -35,22 +35,20 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
   check.confirmed.setZero(vertices.cols());
   check.refuted.setZero(vertices.cols());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const Camera& view = cameras[c].view;
     const DepthImage& image = frame.images[c];
     for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
-      const Vector3 from_eye = vertices.col(v) - view.eye;
-      const Vector3 x = view.axes.transpose() * from_eye;
-      if (!(x.z() > view.near) || -normals.col(v).dot(from_eye) < kTowards * from_eye.norm()) {
+      const Vector3 from_eye = vertices.col(v) - cameras[c].view.eye;
+      if (-normals.col(v).dot(from_eye) < kTowards * from_eye.norm()) {
         continue;
       }
-      const Eigen::Vector2d pixel = distorted(cameras[c], x.head<2>() / x.z()).cwiseProduct(view.focal) + view.centre;
-      if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() < image.width && pixel.y() < image.height)) {
+      const std::optional<ImagePoint> point = image_point(cameras[c], vertices.col(v));
+      if (!point) {
         continue;
       }
-      const double depth = depth_round(image, static_cast<int>(pixel.x()), static_cast<int>(pixel.y()));
-      if (depth > 0 && std::abs(depth - x.z()) <= tolerance) {
+      const double depth = depth_round(image, static_cast<int>(point->at.x()), static_cast<int>(point->at.y()));
+      if (depth > 0 && std::abs(depth - point->depth) <= tolerance) {
         check.confirmed(v) += 1;
-      } else if (depth == 0 || depth > x.z()) {
+      } else if (depth == 0 || depth > point->depth) {
         check.refuted(v) += 1;
       }
     }

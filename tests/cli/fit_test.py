@@ -55,6 +55,36 @@ class Fit(CommandTest):
         moved = (last - first).mean(axis=0)
         self.assertAlmostEqual(1e3 * moved[0], 50 * 8 / 30, delta=0.7)
 
+    def test_times_and_folders_of_any_kind(self):
+        """A recorder's clock far from 0 with an empty second first; a folder whose name YAML would misread."""
+        self.seen()
+        table = self.folder / "seen/times.csv"
+        rows = list(csv.reader(table.read_text().splitlines()))
+        late = [[f"{123456788 + k / 10:.1f}", "", ""] for k in range(11)]
+        late += [[f"{123456789.1 + float(t):.6f}", *files] for t, *files in rows[1:]]
+        table.write_text("".join(",".join(row) + "\n" for row in [rows[0], *late]))
+        said = json.loads(self.run_ok("fit", "seen", "-o", "out #1: a", "--edge-mm", "6", "--json").stdout)
+        self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (20, 11, True))
+        out = self.folder / "out #1: a"
+        times = [float(row["time_s"]) for row in csv.DictReader((out / "times.csv").read_text().splitlines())]
+        for k, time in enumerate(times):  # from the first image on, as `play` counts them
+            self.assertAlmostEqual(time, 1.1 + k / 30, delta=2e-6)
+        seconds = [float(row["time_s"]) for row in csv.DictReader((out / "fit.csv").read_text().splitlines())]
+        self.assertAlmostEqual(seconds[-1], 123456789.1 + 8 / 30, delta=2e-6)
+        scene = SEEN.split("body:")[0] + (out / "body.yaml").read_text()
+        scene += "target:" + SEEN.split("target:")[1].split("motion:")[0] + "motion: {seconds: 1.3, solve_ms: 20}\n"
+        self.run_ok("check", self.write("fitted.yaml", scene))
+
+    def test_results_never_land_among_the_images(self):
+        self.seen()
+        recorded = SEEN.split("  change:")[0] + "  sensor: {recorded: {folder: seen}}\n"
+        scene = self.write("recorded.yaml", recorded.replace("length_mm: 184, breadth_mm: 82", ""))
+        for command in (("fit", "seen"), ("play", scene, "--set", "motion.seconds=0.1")):
+            done = self.touchfield(*command, "-o", "seen", "--force")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("the folder of the images, must be another one", done.stderr)
+        self.assertEqual(len(list((self.folder / "seen/camera_1").iterdir())), 9)
+
     def vertices(self, path):
         self.run_ok("mesh", path, "--unit", "m", "--output-unit", "mm", "-o", path.with_suffix(".off"))
         lines = path.with_suffix(".off").read_text().split("\n")

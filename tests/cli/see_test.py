@@ -85,6 +85,14 @@ class See(CommandTest):
         images = sorted(path.name for path in pathlib.Path(self.folder / "out/camera_1").iterdir())
         self.assertEqual(images, ["000000.png", "000001.png", "mine.png"])
 
+    def test_a_camera_that_sees_nothing_is_named(self):
+        scene = self.write("scene.yaml", SEEN)
+        done = self.run_ok("see", scene, "-o", "out", "--set=motion.sensor.cameras[0].resolution=[1280, 720]",
+                           "--set=motion.sensor.cameras[1].look_at_mm=[-300, 0, -40]")
+        self.assertIn("camera_1 has no depth of the body", done.stderr)
+        self.assertIn("it has depth from 439 mm on", done.stderr)
+        self.assertIn("camera_2 sees nothing of the body", done.stderr)
+
     def test_refused(self):
         scene = self.write("scene.yaml", SEEN)
         for change, named in ((["motion.sensor={hz: 30}"], "motion.sensor.cameras"),

@@ -108,7 +108,7 @@ std::unique_ptr<HandImages> Fitted::images_;
 TEST_F(Fitted, TheSkinThatIsSolvedLiesOnTheTrueOne) {
   FittedSensor sensor(*scene_, *images_, truth_.get());
   sensor.start(silent_);
-  EXPECT_THAT(sensor.notes(), ::testing::ElementsAre(HasSubstr("learnt from 6 images of its first second")));
+  EXPECT_THAT(sensor.notes(), ::testing::ElementsAre(HasSubstr("learnt from 6 images of the second from 0 s on")));
   const Model& first = sensor.solved().first();
   const Eigen::MatrixXcd drives = drives_of_motion(sensor, first.scene.solve.scheme);
   std::vector<SolveRecord> records;
@@ -139,6 +139,25 @@ TEST_F(Fitted, TheSkinThatIsSolvedLiesOnTheTrueOne) {
   }
 }
 
+TEST_F(Fitted, TheShapeIsLearntWhereTheHandCameIn) {
+  HandImages late{images_->cameras,
+                  [](std::int64_t number, double seconds) {
+                    DepthFrame frame = images_->at(number, std::max(0.0, seconds - 1));
+                    frame.seconds = seconds;
+                    for (DepthImage& image : frame.images) {
+                      if (seconds < 1) {
+                        std::ranges::fill(image.depth, 0.0F);
+                      }
+                    }
+                    return frame;
+                  },
+                  2};
+  FittedSensor sensor(scene_from(kFingerBody + kCameras, {"motion.seconds=1.2"}), late, truth_.get());
+  sensor.start(silent_);
+  EXPECT_THAT(sensor.notes(), ::testing::ElementsAre(HasSubstr("learnt from 6 images of the second from 1 s on")));
+  EXPECT_TRUE(sensor.sample(0, 0).lost);
+}
+
 TEST_F(Fitted, NoHandIsLostAndQuiet) {
   HandImages empty{images_->cameras,
                    [](std::int64_t, double seconds) {
@@ -154,7 +173,7 @@ TEST_F(Fitted, NoHandIsLostAndQuiet) {
   for (const MotionFrame& frame : motion.methods.front().frames) {
     EXPECT_TRUE(frame.lost && frame.quiet);
   }
-  EXPECT_THAT(motion.notes, ::testing::Contains(HasSubstr("no hand was found")));
+  EXPECT_THAT(motion.notes, ::testing::Contains(HasSubstr("its shape is not learnt")));
 }
 
 // At times that are not the sensor's, and with a beginning of its own.

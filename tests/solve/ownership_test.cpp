@@ -7,11 +7,13 @@
 #include "sim/bem/scattering_solver.h"
 #include "sim/mesh/io/text_cursor.h"
 #include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/motion/fitted_sensor.h"
 #include "sim/pictures/skin_picture.h"
 #include "sim/scene/input.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/methods.h"
 #include "sim/store/sweep_files.h"
+#include "sim/tracking/pose_fit.h"
 #include "solvers/phase/dual_factor.h"
 #include "solvers/phase/skin_jacobian.h"
 
@@ -56,6 +58,15 @@ static_assert(!kRuns<SweepPlan, std::vector<Scene>&, SweepDirectory&>);
 static_assert(!kRuns<SweepPlan&, std::vector<Scene>, SweepDirectory&>);
 static_assert(!kRuns<SweepPlan&, std::vector<Scene>&, SweepDirectory>);
 
+static_assert(std::is_constructible_v<PoseFit, HandTemplate&>);
+static_assert(!std::is_constructible_v<PoseFit, HandTemplate>);
+static_assert(std::is_constructible_v<ExactSensor, MovingModel&>);
+static_assert(!std::is_constructible_v<ExactSensor, MovingModel>);
+static_assert(std::is_constructible_v<NoisySensor, MovingModel&, SensingNoise&>);
+static_assert(!std::is_constructible_v<NoisySensor, MovingModel, SensingNoise&>);
+static_assert(std::is_constructible_v<SampleStore, ExactSensor&, double>);
+static_assert(!std::is_constructible_v<SampleStore, ExactSensor, double>);
+
 // What is small is owned instead; what is written to is named by the caller.
 static_assert(std::is_constructible_v<MethodSolver, SkinScattering&, Eigen::Index, Target, SolveSpec>);
 static_assert(!std::is_constructible_v<MethodSolver, SkinScattering, Eigen::Index, Target, SolveSpec>);
@@ -85,6 +96,11 @@ constexpr bool kGoesRound = requires(Edited&& mesh) {
   std::forward<Edited>(mesh).around(0);
 };
 static_assert(kGoesRound<EditMesh&> && !kGoesRound<EditMesh>);
+template <class Moving>
+constexpr bool kIsSeen = requires(Moving&& moving) {
+  simulated_images(std::forward<Moving>(moving));
+};
+static_assert(kIsSeen<MovingModel&> && !kIsSeen<MovingModel>);
 template <class Entry>
 constexpr bool kHolds = requires(const Input& input, Entry&& entry) {
   input.at(std::forward<Entry>(entry));
