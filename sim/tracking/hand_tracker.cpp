@@ -146,7 +146,7 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
     squares += match.weight * match.residual * match.residual;
     weights += match.weight;
   }
-  check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, check_);
+  check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, options_.points.baseline, check_);
   const TriangleMesh& mesh = hand_->mesh();
   fit.seen_vertex = check_.confirmed.cwiseMin(1.0);
   fit.seen = confidence(fit).dot(mesh.areas()) / mesh.total_area();

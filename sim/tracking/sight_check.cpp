@@ -8,13 +8,16 @@ namespace touchfield {
 namespace {
 
 constexpr double kTowards = 0.34;  // cosine between normal and ray
+constexpr double kEdge = 3;        // that an edge is off [pixels]
+
+double depth_at(const DepthImage& image, int column, int row) {
+  return static_cast<double>(image.depth[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                                         static_cast<std::size_t>(column)]);
+}
 
 /// The depth of a pixel or, if it saw nothing, of one of the eight round it; 0 if none saw anything.
 double depth_round(const DepthImage& image, int column, int row) {
-  const auto at = [&](int i, int j) {
-    return static_cast<double>(
-        image.depth[static_cast<std::size_t>(j) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(i)]);
-  };
+  const auto at = [&](int i, int j) { return depth_at(image, i, j); };
   if (at(column, row) > 0) {
     return at(column, row);
   }
@@ -28,10 +31,22 @@ double depth_round(const DepthImage& image, int column, int row) {
   return 0;
 }
 
+/// Whether what is nearer, further to the right in the row, hides a point at that depth from the second eye.
+bool hidden_from_second_eye(const DepthImage& image, int column, int row, double depth, double tolerance,
+                            double disparity_metres) {
+  for (int i = column + 1; i < image.width; ++i) {
+    const double seen = depth_at(image, i, row);
+    if (seen > 0) {
+      return seen < depth - tolerance && i - column <= disparity_metres * (1 / seen - 1 / depth) + kEdge;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const Points& vertices,
-                 const Points& normals, double tolerance, SightCheck& check) {
+                 const Points& normals, double tolerance, double baseline, SightCheck& check) {
   check.confirmed.setZero(vertices.cols());
   check.refuted.setZero(vertices.cols());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -45,10 +60,14 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
       if (!point) {
         continue;
       }
-      const double depth = depth_round(image, static_cast<int>(point->at.x()), static_cast<int>(point->at.y()));
+      const auto column = static_cast<int>(point->at.x());
+      const auto row = static_cast<int>(point->at.y());
+      const double depth = depth_round(image, column, row);
       if (depth > 0 && std::abs(depth - point->depth) <= tolerance) {
         check.confirmed(v) += 1;
-      } else if (depth == 0 || depth > point->depth) {
+      } else if (depth > point->depth ||
+                 (depth == 0 && !hidden_from_second_eye(image, column, row, point->depth, tolerance,
+                                                        cameras[c].view.focal.x() * baseline))) {
         check.refuted(v) += 1;
       }
     }

@@ -20,11 +20,13 @@ struct SightCheck {
 
 /// Holds vertices against the images: a vertex whose normal is within 70 degrees of a camera is seen if the depth at its
 /// pixel is its own within the tolerance, refuted if that is greater, or if the nine pixels round it saw nothing. If it is
-/// less something hides the vertex, which says nothing.
+/// less something hides the vertex, which says nothing; nor does a pixel that saw nothing where something nearer hides the
+/// vertex from the camera's second eye, which stands to the right of the first.
 ///
 /// vertices, normals   3 x V, in the world's frame [m], unit
 /// tolerance           [m]
+/// baseline            between a camera's eyes [m]
 void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const Points& vertices,
-                 const Points& normals, double tolerance, SightCheck& check);
+                 const Points& normals, double tolerance, double baseline, SightCheck& check);
 
 }  // namespace touchfield

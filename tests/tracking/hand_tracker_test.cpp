@@ -120,6 +120,18 @@ TEST(HandTracker, OneCameraIsEnoughForWhatItSees) {
   EXPECT_LT(sight.error(fit, moving_hand(), 26).seen.rms, 0.6e-3);
 }
 
+// Curled fingers are seen by one camera at their edges alone, where the thumb hides them from its second eye.
+TEST(HandTracker, OneCameraFromTheSideDoesNotLoseTheHand) {
+  const MovingHand hand(HandShape{}, 3e-3);
+  Sight sight(1);
+  ASSERT_TRUE(sight.learn(hand));
+  int lost = 0;
+  for (int frame = 26; frame < 56; ++frame) {
+    lost += sight.tracker.track(sight.at(hand, frame)).lost ? 1 : 0;
+  }
+  EXPECT_EQ(lost, 0);
+}
+
 TEST(HandTracker, SaysWhichFacesWereSeen) {
   Sight sight;
   ASSERT_TRUE(sight.learn(moving_hand(), exact()));
