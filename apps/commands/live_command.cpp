@@ -125,7 +125,7 @@ class Live {
   void build() {
     progress_.note(fmt::format("live: building {}", scene_.name));
     std::future<SensedMotion> built = std::async(std::launch::async, [this] {
-      leave_one_to_the_sensor(apply_threads(flags_));
+      leave_one_to_the_sensor(apply_threads(flags_), *scene_.motion);
       const Scene scene = within_budget(scene_, notes_);
       apply_threads(flags_);
       SensedMotion sensed = sensed_motion(scene);
@@ -156,7 +156,7 @@ class Live {
     const auto prepare = [&] {
       const int threads = apply_threads(flags_);
       LiveSolver solver = live_solver(*sensed_->sensor, method_, first);
-      leave_one_to_the_sensor(threads);
+      leave_one_to_the_sensor(threads, motion_);
       return solver;
     };
     loop_.emplace(
@@ -174,8 +174,8 @@ class Live {
   }
 
   /// A sensor that computes has a thread of its own; this one gets the others.
-  void leave_one_to_the_sensor(int threads) const {
-    if (!is_exact(motion_.sensor)) {
+  static void leave_one_to_the_sensor(int threads, const MotionSpec& motion) {
+    if (!is_exact(motion.sensor)) {
       omp_set_num_threads(std::max(1, threads - 1));
     }
   }

@@ -15,6 +15,16 @@ namespace {
 constexpr double kWithin = 12 * kMillimetre;
 constexpr double kMargin = 0.8;  // of the budget: the 95th percentile lies above the median
 constexpr int kTrials = 9;
+constexpr double kSway = 0.1e-3;  // from frame to frame [m]
+
+/// A state in which a sensor that is not exact may see the skin: no two frames then have the same, also of a hand at rest.
+MotionState seen_state(const MovingModel& moving, double seconds, int frame) {
+  MotionState state = moving.state(seconds);
+  if (!is_exact(moving.first().scene.motion->sensor)) {
+    state.skin = moving.at(state).body.mesh.vertices().colwise() + Vector3(frame * kSway, 0, 0);
+  }
+  return state;
+}
 
 /// The median time of some frames [s], without the first one, which also makes what the others keep.
 double frame_seconds(const Scene& scene) {
@@ -25,7 +35,7 @@ double frame_seconds(const Scene& scene) {
   for (int i = 0; i <= kTrials; ++i) {
     const auto begin = std::chrono::steady_clock::now();
     const double instant = scene.motion->seconds * i / kTrials;
-    solver.solve(moving.at(moving.state(instant)));
+    solver.solve(moving.at(seen_state(moving, instant, i)));
     took.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
   }
   const auto middle = took.begin() + 1 + kTrials / 2;
