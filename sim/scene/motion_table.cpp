@@ -8,7 +8,7 @@ namespace touchfield::schema {
 
 namespace {
 
-constexpr double kLongest = 3600;      // of a motion [s]
+constexpr double kLongest = 3600;  // of a motion [s]
 
 Codec<std::string> path_codec() {
   return kept_as<std::string, std::string>(
