@@ -115,7 +115,7 @@ void run_all(int frames) {
   other.breadth = 0.082;
   HandProportions beyond;
   beyond << 0.03, -0.04, 0.05, 0.06, -0.05, 0.06, 0.04, -0.06, 0.04, -0.05, 0.04, 0.03, -0.05;
-  const HandTemplate hand_template(mean, 4.5e-3);
+  const HandTemplate hand_template(mean, HandTemplate::kUsualEdge);
   const TriangleMesh fine = hand(hand_options(mean, 2.5e-3)).mesh;
   const MovingHand smaller(other, 2.5e-3);
   const MovingHand odd(other, 2.5e-3, beyond, 2e-3);

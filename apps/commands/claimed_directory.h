@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -7,11 +8,19 @@
 
 #include "sim/batch/run_directory.h"
 #include "sim/core/progress.h"
+#include "sim/scene/scene.h"
 
 namespace touchfield {
 
-/// throws   InputError if results would land in the folder of the images that they are made of: --force would remove those
-void require_apart(const std::string& output, const std::string& images);
+/// Results never take the place of what they are made of.
+///
+/// output   of a command; empty: a new directory, which is always another one
+/// read     files and folders that it reads
+/// throws   InputError if the output is a folder that is read or lies in one, or if a file that is read, or one in such a
+///          folder, is of the run that the output holds: --force would remove it
+void require_apart(const std::string& output, const std::vector<std::string>& read);
+/// The same of a scene: its file, the files that it names and recorded images.
+void require_apart(const std::string& output, const std::string& scene_file, const Scene& scene);
 
 /// The directory of a command's results, closed by an interrupt as well: from this object's making on signals are taken by a
 /// thread of their own, so it is made before any other thread.
@@ -25,13 +34,16 @@ class ClaimedDirectory {
   RunDirectory& claim(const std::string& output, bool force, const std::string& name,
                       const std::vector<std::string>& files);
 
+  /// The work of a command in what it claimed: released when it is done; if it throws, recorded as fail() does and thrown on.
+  void fill(Progress& progress, const std::function<void()>& work);
+
+ private:
   /// Records why the work ended early; a warning where that cannot be written.
   void fail(const std::string& reason, Progress& progress);
 
   /// Everything is written: an interrupt from here on finds nothing to close.
   void release();
 
- private:
   struct Open {
     std::mutex mutex;
     std::shared_ptr<RunDirectory> directory;

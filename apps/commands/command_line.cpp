@@ -36,6 +36,12 @@ void add_overrides(CLI::App* command, std::vector<std::string>& overrides) {
       ->expected(1);
 }
 
+void add_compute_device(CLI::App* command, std::vector<std::string>& overrides) {
+  command->add_option_function<std::string>(
+      "--device", [&overrides](const std::string& device) { overrides.push_back("solve.device=" + device); },
+      "What computes: auto, cpu, cuda or cuda:N, in place of the scene's solve.device");
+}
+
 void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& overrides) {
   command->add_option("SCENE", scene, "Scene file (YAML)")->required();
   add_overrides(command, overrides);

@@ -39,6 +39,9 @@ void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& 
 /// --set alone.
 void add_overrides(CLI::App* command, std::vector<std::string>& overrides);
 
+/// --device: what computes, in place of the scene's solve.device.
+void add_compute_device(CLI::App* command, std::vector<std::string>& overrides);
+
 /// A length that is given in millimetres and kept in metres; help shows its default.
 CLI::Option* add_millimetres(CLI::App* command, const std::string& name, double& length, const std::string& what);
 CLI::Option* add_millimetres(CLI::App* command, const std::string& name, std::optional<double>& length,

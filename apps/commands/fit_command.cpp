@@ -1,4 +1,4 @@
-#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
@@ -12,6 +12,7 @@
 #include "sim/batch/fit_folder.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/store/motion_summary.h"
 
 namespace touchfield {
 
@@ -58,15 +59,6 @@ struct FitSummary {
   double milliseconds = 0;  // at 95 %
 };
 
-double quantile(std::vector<double> values, double share) {
-  if (values.empty()) {
-    return 0;
-  }
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
 FitSummary summary_of(const FittedFolder& fitted) {
   std::vector<double> residuals;
   std::vector<double> seen;
@@ -78,8 +70,8 @@ FitSummary summary_of(const FittedFolder& fitted) {
       seen.push_back(frame.fit.seen);
     }
   }
-  return {fitted.frames.size(), fitted.frames.size() - residuals.size(), quantile(residuals, 0.5), quantile(seen, 0.5),
-          quantile(times, 0.95)};
+  return {fitted.frames.size(), fitted.frames.size() - residuals.size(), statistics(residuals).median,
+          statistics(seen).median, statistics(times).p95};
 }
 
 nlohmann::ordered_json fit_json(const FittedFolder& fitted, const std::string& directory) {
@@ -114,9 +106,9 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
   ConsoleProgress progress(flags.quiet || flags.json);
   const FolderFit how = fit_of(command);
   const CameraFolder folder(command.folder);
-  require_apart(command.output, command.folder);
+  require_apart(command.output, {command.folder});
   RunDirectory& directory = claimed.claim(command.output, command.force, "fit", fit_files(folder));
-  try {
+  claimed.fill(progress, [&] {
     progress.log_to(directory.file("fit.log"));
     progress.note(first_log_line(command.folder, threads));
     const FittedFolder fitted = fit_folder(folder, how, directory, progress);
@@ -124,12 +116,8 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
     progress.note(fmt::format("meshes in {}", directory.path()));
     put(flags.json ? fmt::format("{}\n", fit_json(fitted, directory.path()).dump(2))
                    : fmt::format("{}{}", fit_text(fitted), flags.quiet ? directory.path() + "\n" : ""));
-    claimed.release();
-    return 0;
-  } catch (const std::exception& error) {
-    claimed.fail(error.what(), progress);
-    throw;
-  }
+  });
+  return 0;
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <omp.h>
 
+#include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
@@ -78,7 +79,9 @@ class Live {
         progress_(flags.quiet || flags.json),
         scene_(read_scene(command.scene, command.overrides)),
         method_(method_of(scene_, command.method)),
-        motion_(motion_of(scene_, command.options.request.seconds)) {}
+        motion_(motion_of(scene_, command.options.request.seconds)) {
+    require_apart(command.output, command.scene, scene_);
+  }
 
   int run() {
     EmissionPlan plan = plan_of(command_.options);
@@ -242,6 +245,7 @@ void add_live_command(CLI::App& app, Invocation& invocation) {
   CLI::App* command =
       app.add_subcommand("live", "Play a scene that moves on the wall clock: sensor, solver and array in a loop");
   add_scene(command, live->scene, live->overrides);
+  add_compute_device(command, live->overrides);
   command->add_option("--method", live->method, "Which method of the scene; default: the only one there is");
   add_device(command, live->options);
   add_emission(command, live->options);

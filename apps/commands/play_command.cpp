@@ -51,14 +51,12 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
   if (!scene.motion) {
     throw InputError(fmt::format("{}: it has no motion to play; `touchfield run` computes a still", command.scene));
   }
+  require_apart(command.output, command.scene, scene);
   MotionOptions options{.command_line = invoked.command_line, .threads = threads};
   const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes));
-  if (const auto* recorded = std::get_if<RecordedSpec>(&scene.motion->sensor.sight)) {
-    require_apart(command.output, recorded->folder);
-  }
   RunDirectory& directory =
       claimed.claim(command.output, command.force, scene.name, motion_files(sensed, command.pictures));
-  try {
+  claimed.fill(progress, [&] {
     progress.log_to(directory.file("play.log"));
     progress.note(first_log_line(scene.name, threads));
     const MovingModel& solved = sensed.solved();
@@ -77,12 +75,8 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
     progress.note(fmt::format("results in {}", directory.path()));
     put(flags.json ? fmt::format("{}\n", motion_json(motion, directory.path()).dump(2))
                    : fmt::format("{}{}", motion_table(motion), flags.quiet ? directory.path() + "\n" : ""));
-    claimed.release();
-    return 0;
-  } catch (const std::exception& error) {
-    claimed.fail(error.what(), progress);
-    throw;
-  }
+  });
+  return 0;
 }
 
 }  // namespace
@@ -92,6 +86,7 @@ void add_play_command(CLI::App& app, Invocation& invocation) {
   CLI::App* command = app.add_subcommand("play", "Play a scene's motion on the clock of its sensor, solver and array");
   command->add_option("SCENE", play->scene, "Scene file (YAML) with a motion")->required();
   add_overrides(command, play->overrides);
+  add_compute_device(command, play->overrides);
   command->add_option("-o,--output", play->output,
                       "Output directory; default: results/runs/NAME-NNNN, the next free number");
   command->add_flag("--force", play->force, "Replace the run that the output directory holds");

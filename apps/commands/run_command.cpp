@@ -61,13 +61,14 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
   ConsoleProgress progress(flags.quiet || flags.json);
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = scene_of(command);
+  require_apart(command.output, command.scene, scene);
   const Model model = build_model(scene);
   const CheckReport report = check_model(model);
   require_memory(report);
 
   RunDirectory& directory =
       claimed.claim(command.output, command.force, scene.name, run_files(model, command.pictures));
-  try {
+  claimed.fill(progress, [&] {
     progress.log_to(directory.file("run.log"));
     progress.note(first_log_line(scene.name, threads));
     progress.note(fmt::format(
@@ -85,12 +86,8 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     } else {
       put(fmt::format("{}{}", methods_table(run), flags.quiet ? directory.path() + "\n" : ""));
     }
-    claimed.release();
-    return 0;
-  } catch (const std::exception& error) {
-    claimed.fail(error.what(), progress);
-    throw;
-  }
+  });
+  return 0;
 }
 
 }  // namespace
@@ -101,6 +98,7 @@ void add_run_command(CLI::App& app, Invocation& invocation) {
   auto* scene = command->add_option("SCENE", run->scene, "Scene file (YAML)");
   command->add_option("--from", run->from, "Repeat a run: its run.h5, or the directory that holds it")->excludes(scene);
   add_overrides(command, run->overrides);
+  add_compute_device(command, run->overrides);
   command->add_option("-o,--output", run->output,
                       "Output directory; default: results/runs/NAME-NNNN, the next free number");
   command->add_flag("--force", run->force, "Replace the run that the output directory holds");

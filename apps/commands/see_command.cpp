@@ -59,10 +59,11 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
   ConsoleProgress progress(flags.quiet || flags.json);
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = read_scene(command.scene, command.overrides);
+  require_apart(command.output, command.scene, scene);
   const SeenScene seen = seen_scene(scene);
   RunDirectory& directory =
       claimed.claim(command.output, command.force, scene.name, sight_files(seen, command.pictures));
-  try {
+  claimed.fill(progress, [&] {
     progress.log_to(directory.file("see.log"));
     progress.note(first_log_line(scene.name, threads));
     const std::vector<SightSummary> sights = see_scene(seen, directory, command.pictures, progress);
@@ -70,12 +71,8 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
     progress.note(fmt::format("images in {}", directory.path()));
     put(flags.json ? fmt::format("{}\n", sights_json(seen, sights, directory.path()).dump(2))
                    : fmt::format("{}{}", sights_text(sights), flags.quiet ? directory.path() + "\n" : ""));
-    claimed.release();
-    return 0;
-  } catch (const std::exception& error) {
-    claimed.fail(error.what(), progress);
-    throw;
-  }
+  });
+  return 0;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
@@ -85,6 +86,7 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   const Scene scene = read_scene(command.scene, command.overrides);
+  require_apart(command.output, command.scene, scene);
   // What is wrong with the scene or the options is found before the directory exists.
   std::vector<Model> models = study_models(scene, command.options);
   RunDirectory directory =
@@ -131,6 +133,7 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
   const auto study = std::make_shared<StudyCommand>();
   CLI::App* command = app.add_subcommand("study", "Solve a scene in every way there is: speed against error");
   add_scene(command, study->scene, study->overrides);
+  add_compute_device(command, study->overrides);
   command->add_option("-o,--output", study->output,
                       "Output directory; default: results/runs/NAME_study-NNNN, the next free number");
   command->add_flag("--force", study->force, "Replace what the output directory holds");

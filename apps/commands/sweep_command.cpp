@@ -274,6 +274,7 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
   command->add_option("-o,--output", sweep->output,
                       "Output directory; default: results/runs/NAME_sweep-NNNN, the next free number");
   add_overrides(command, sweep->overrides);
+  add_compute_device(command, sweep->overrides);
   command
       ->add_option("--jobs", sweep->options.jobs, "Cases at a time; default: one for each body, at most one a thread")
       ->check(CLI::Range(1, 4096));

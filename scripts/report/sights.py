@@ -32,6 +32,10 @@ class Case:
     def name(self):
         return "_".join(part for part in f"{self.group} {self.value}".replace(".", "p").replace("-", " ").split())
 
+    def same(self):
+        """What two cases have in common that differ in their sensor alone."""
+        return self.hand, tuple(sorted((path, value) for path, value in self.changes.items() if path != "motion.sensor"))
+
     def line(self, bumpy):
         """As a case of a sweep; `bumpy`: what makes the scene's hand a bumpy one."""
         hands = {TEMPLATES: {}, OTHER: {"body.hand": "{pose: index_up, length_mm: 178, breadth_mm: 79}"}, BUMPY: bumpy, FINE: AS_WIDTH_8MM}
@@ -85,8 +89,11 @@ def of_a_mesh():
     return {"motion.sensor": cameras()["motion.sensor"][:-1] + ", hand: {pose: index_up}}"}
 
 
+SPEEDS = (0, 50, 100, 200)
+
+
 def speed(most):
-    """Sideways, at most so fast [mm/s]."""
+    """Sideways, at most so fast [mm/s], with nothing that bends."""
     amplitude = most / (2 * 3.141592653589793 * SWAY_HZ)
     return {"motion.change": f"[{{path: 'body.place.at_mm[0]', sine: {{amplitude: {amplitude:.4g}, hz: {SWAY_HZ}}}}}]"}
 
@@ -95,13 +102,14 @@ def cases(quick=False):
     found = [Case("exact", "", sensor("")), Case("exact", OTHER, sensor(""), OTHER), Case("exact", BUMPY, sensor(""), BUMPY)]
     if not quick:
         found.append(Case("exact", "width_8mm", sensor(""), FINE))
+        found += [Case("exact", f"{most} mm per s", sensor("") | speed(most)) for most in SPEEDS]
     found += [Case("noise", f"{rms}", sensor(f"noise: {{noise_mm_rms: {rms}}}")) for rms in ([0.5] if quick else [0.1, 0.25, 0.5, 1])]
     found += [Case("cameras", f"{count}", cameras(count)) for count in ([3] if quick else [1, 2, 3, 4])]
     if quick:
         return found
     found += [Case("disparity noise", f"{pixels}", cameras(disparity_noise_px=pixels)) for pixels in (0, 0.03, 0.16, 0.32)]
     found += [Case("distance", f"{scale}", cameras(scale=scale)) for scale in (0.75, 1.5, 2)]
-    found += [Case("speed", f"{most}", cameras() | speed(most)) for most in (0, 100, 200)]
+    found += [Case("speed", f"{most}", cameras() | speed(most)) for most in SPEEDS]
     found += [Case("place error", f"{error}", cameras(place_error_mm=error)) for error in (0.5, 1, 2)]
     found += [Case("turn error", f"{error}", cameras(turn_error_deg=error)) for error in (0.1, 0.3)]
     found += [Case("model", model, cameras(model=model)) for model in ("d435", "d405")]

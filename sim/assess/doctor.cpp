@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/version.h"
+#include "sim/gpu/gpu_library.h"
 #include "sim/pictures/canvas.h"
 #include "sim/solve/solver_choice.h"
 #include "sim/solve/speed.h"
@@ -122,6 +123,20 @@ Finding pictures() {
   return {"pictures", fmt::format("text in {}", font), ""};
 }
 
+Finding graphics_card() {
+  const GpuLibrary& library = gpu_library();
+  if (library.cards == 0) {
+    return {"graphics card", library.why_none, ""};
+  }
+  std::string state;
+  for (int card = 0; card < library.cards; ++card) {
+    const GpuInfo info = shared_gpu(card)->info();
+    state += fmt::format("{}cuda:{} {}, {:.0f} GiB, driver for CUDA {}", card == 0 ? "" : "; ", card, info.name,
+                         static_cast<double>(info.memory) / kGibibyte, info.driver);
+  }
+  return {"graphics card", state, ""};
+}
+
 }  // namespace
 
 std::vector<Finding> examine_machine(int threads) {
@@ -132,7 +147,8 @@ std::vector<Finding> examine_machine(int threads) {
       build.build_type == "Release" || build.build_type == "RelWithDebInfo"
           ? ""
           : "not an optimised build: everything takes many times as long"};
-  return {program, processor(), blas(), threads_of(threads), speed(), memory(), disk(), libraries(), pictures()};
+  return {program,  processor(), blas(),          threads_of(threads), speed(),
+          memory(), disk(),      graphics_card(), libraries(),         pictures()};
 }
 
 }  // namespace touchfield

@@ -1,6 +1,5 @@
 #include "sim/batch/fit_folder.h"
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 
@@ -11,6 +10,7 @@
 #include "sim/core/units.h"
 #include "sim/scene/quantity.h"
 #include "sim/scene/yaml_tree.h"
+#include "sim/solve/meshed_body.h"
 #include "sim/solve/stages.h"
 #include "sim/store/vtk_files.h"
 #include "sim/tracking/seen_distance.h"
@@ -19,8 +19,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kTemplateEdge = 4.5e-3;  // [m]
-constexpr std::size_t kMostLearnt = 30;   // frames, spread over the time of learning
+constexpr std::size_t kMostLearnt = 30;  // frames, spread over the time of learning
 
 std::string skin_name(std::size_t frame) { return fmt::format("skin_{:04}.vtp", frame + 1); }
 
@@ -93,13 +92,8 @@ std::vector<std::string> fit_files(const CameraFolder& folder) {
 }
 
 FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress) {
-  const HandTemplate hand(how.hand, kTemplateEdge);
-  const Body body = touchfield::hand({.pose = how.hand.pose,
-                                      .breadth = how.hand.breadth,
-                                      .length = how.hand.length,
-                                      .side = how.hand.side,
-                                      .edge = how.edge,
-                                      .joints = how.hand.joints});
+  const HandTemplate hand(how.hand, HandTemplate::kUsualEdge);
+  const Body body = touchfield::hand(hand_options(how.hand, how.edge));
   const HandTemplate::Carrier carrier = hand.carrier(body.mesh.vertices());
   HandTracker tracker(hand, folder.cameras(), Box{how.workspace[0], how.workspace[1]});
   FittedFolder fitted;

@@ -40,16 +40,6 @@ IncidentField driven(const IncidentField& unit, const Eigen::MatrixXcd& drive) {
 
 ScatteringSystem::ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SystemOptions& options)
     : mesh_(std::move(mesh)), wave_(wave), scheme_(scheme), options_(options) {
-  Eigen::VectorXcd plain = Eigen::VectorXcd::Constant(faces(), 0.5);
-  if (traits(scheme).corrected) {
-    plain = gauss_diagonal(mesh_).cast<Complex>();
-  }
-  if (traits(scheme_).burton_miller) {
-    near_ = std::make_shared<NearCorrections>(mesh_, wave_.wavenumber(), gamma(), Layer::kBurtonMiller, options_.rule);
-    parts_ = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), near_};
-  } else {
-    parts_ = {Layer::kDouble, 0.0, plain, nullptr};
-  }
   if (traits(scheme).interior_points) {
     interior_ = spaced_interior_points(mesh_, options_.chief_spacing * wave_.wavelength(),
                                        options_.chief_clearance * wave_.wavelength());
@@ -58,29 +48,52 @@ ScatteringSystem::ScatteringSystem(TriangleMesh mesh, const Wave& wave, Scheme s
     chief_scale_ = 0.5 * chief_rows_.rowwise().norm().cwiseInverse();
     chief_rows_ = chief_scale_.asDiagonal() * chief_rows_;
   }
-  if (traits(scheme).polished) {
-    polisher_ = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(),
-                                                          BoundaryParts{Layer::kDouble, 0.0, plain, nullptr});
+}
+
+const ScatteringSystem::Operators& ScatteringSystem::operators() const {
+  std::call_once(*once_, [this] { operators_ = make_operators(); });
+  return operators_;
+}
+
+ScatteringSystem::Operators ScatteringSystem::make_operators() const {
+  Operators made;
+  Eigen::VectorXcd plain = Eigen::VectorXcd::Constant(faces(), 0.5);
+  if (traits(scheme_).corrected) {
+    plain = gauss_diagonal(mesh_).cast<Complex>();
   }
-  exact_ = make_operator<double>();
+  if (traits(scheme_).burton_miller) {
+    made.near =
+        std::make_shared<NearCorrections>(mesh_, wave_.wavenumber(), gamma(), Layer::kBurtonMiller, options_.rule);
+    made.parts = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), made.near};
+  } else {
+    made.parts = {Layer::kDouble, 0.0, plain, nullptr};
+  }
+  if (traits(scheme_).polished) {
+    made.polisher = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(),
+                                                              BoundaryParts{Layer::kDouble, 0.0, plain, nullptr});
+  }
+  made.exact = make_operator<double>(made.parts);
+  return made;
 }
 
 double ScatteringSystem::gamma() const { return options_.coupling / wave_.k(); }
 
 template <typename Real>
-std::unique_ptr<LinearOperator> ScatteringSystem::make_operator() const {
-  auto b = std::make_unique<BoundaryOperator<Real>>(mesh_, wave_.wavenumber(), parts_);
+std::unique_ptr<LinearOperator> ScatteringSystem::make_operator(const BoundaryParts& parts) const {
+  auto b = std::make_unique<BoundaryOperator<Real>>(mesh_, wave_.wavenumber(), parts);
   if (traits(scheme_).interior_points) {
     return std::make_unique<ChiefOperator>(std::move(b), chief_rows_);
   }
   return b;
 }
 
-std::unique_ptr<LinearOperator> ScatteringSystem::single_operator() const { return make_operator<float>(); }
+std::unique_ptr<LinearOperator> ScatteringSystem::single_operator() const {
+  return make_operator<float>(operators().parts);
+}
 
 template <typename Real>
 Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> ScatteringSystem::make_dense() const {
-  const BoundaryOperator<Real> b(mesh_, wave_.wavenumber(), parts_);
+  const BoundaryOperator<Real> b(mesh_, wave_.wavenumber(), operators().parts);
   if (!traits(scheme_).interior_points) {
     return b.dense();
   }
@@ -134,9 +147,9 @@ Eigen::MatrixXcd ScatteringSystem::right_hand_side(const IncidentField& incident
 
 Eigen::MatrixXcd ScatteringSystem::pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const {
   Eigen::MatrixXcd p = solution.topRows(faces());
-  if (polisher_) {
+  if (operators().polisher) {
     for (int step = 0; step < kPolishingSteps; ++step) {
-      p += incident.pressure - polisher_->apply(p);
+      p += incident.pressure - operators().polisher->apply(p);
     }
   }
   return p;
@@ -144,9 +157,9 @@ Eigen::MatrixXcd ScatteringSystem::pressure(const Eigen::MatrixXcd& solution, co
 
 Eigen::MatrixXcd ScatteringSystem::transposed_right_hand_side(const std::vector<Eigen::Index>& faces) const {
   Eigen::MatrixXcd r = unit_columns(unknowns(), faces);
-  if (polisher_) {  // H = (1 - B_c)^2 H_BM + (2 - B_c) G
+  if (operators().polisher) {  // H = (1 - B_c)^2 H_BM + (2 - B_c) G
     for (int step = 0; step < kPolishingSteps; ++step) {
-      r -= polisher_->apply_transpose(r);
+      r -= operators().polisher->apply_transpose(r);
     }
   }
   return r;
@@ -163,15 +176,15 @@ Eigen::MatrixXcd ScatteringSystem::transfer_rows(const std::vector<Eigen::Index>
   if (traits(scheme_).interior_points) {
     rows += (chief_scale_.asDiagonal() * x.bottomRows(interior_.cols())).transpose() * unit.interior;
   }
-  if (polisher_) {
+  if (operators().polisher) {
     const Eigen::MatrixXcd e = unit_columns(m, faces);
-    rows += (2.0 * e - polisher_->apply_transpose(e)).transpose() * unit.pressure;
+    rows += (2.0 * e - operators().polisher->apply_transpose(e)).transpose() * unit.pressure;
   }
   return rows;
 }
 
 Eigen::MatrixXcd ScatteringSystem::columns(const std::vector<Eigen::Index>& faces) const {
-  const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh_, wave_.wavenumber(), parts_).columns(faces);
+  const Eigen::MatrixXcd b = BoundaryOperator<double>(mesh_, wave_.wavenumber(), operators().parts).columns(faces);
   if (!traits(scheme_).interior_points) {
     return b;
   }

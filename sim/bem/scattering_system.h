@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "sim/acoustics/transducer_array.h"
@@ -38,6 +39,8 @@ IncidentField driven(const IncidentField& unit, const Eigen::MatrixXcd& drive);
 ///   burton_miller            B = 1/2 - D - eta W, integrals by FaceRule, eta = coupling i / k,   b = e + eta e'
 ///   burton_miller_polished   the same, then twice p += e - B_c p with B_c of paper_corrected
 ///
+/// Integrals are made when B is first asked for.
+///
 /// source   Schenck, J. Acoust. Soc. Am. 44 (1968) 41; Burton & Miller, Proc. R. Soc. A 323 (1971) 201
 class ScatteringSystem {
  public:
@@ -48,10 +51,13 @@ class ScatteringSystem {
   const Wave& wave() const { return wave_; }
   Scheme scheme() const { return scheme_; }
   const SystemOptions& options() const { return options_; }
-  Eigen::Index faces() const { return mesh_.face_count(); }    // M
-  Eigen::Index unknowns() const { return exact_->size(); }     // M, or M + Z of chief
-  const Points& interior_points() const { return interior_; }  // 3 x Z, of chief
-  std::size_t near_pairs() const { return near_ ? near_->pairs() : 0; }
+  Eigen::Index faces() const { return mesh_.face_count(); }             // M
+  Eigen::Index unknowns() const { return faces() + interior_.cols(); }  // M, or M + Z of chief
+  const Points& interior_points() const { return interior_; }           // 3 x Z, of chief
+  std::size_t near_pairs() const { return operators().near ? operators().near->pairs() : 0; }
+
+  /// Makes the integrals now rather than when B is first asked for.
+  void prepare() const { operators(); }
 
   /// The incident field of every channel at unit drive, S = N.
   IncidentField incident(const TransducerArray& array) const;
@@ -65,7 +71,7 @@ class ScatteringSystem {
   /// Surface pressures M x S [Pa] from the solutions of B p = b.
   Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const;
   /// Whether pressure() reads incident.pressure; it reads nothing else of it.
-  bool needs_incident_pressure() const { return polisher_ != nullptr; }
+  bool needs_incident_pressure() const { return traits(scheme_).polished; }
 
   /// Rows of H, p = H q, by transposed solves: first the right-hand sides, unknowns x K, of B^T x = r for the pressures
   /// of the given faces; then from those x and the unit field the rows, K x N [Pa].
@@ -77,7 +83,7 @@ class ScatteringSystem {
   Eigen::MatrixXcd columns(const std::vector<Eigen::Index>& faces) const;
 
   /// B without storing it, in double: the reference for residuals.
-  const LinearOperator& exact() const { return *exact_; }
+  const LinearOperator& exact() const { return *operators().exact; }
   /// B without storing it, its sums with one point a face in single precision.
   std::unique_ptr<LinearOperator> single_operator() const;
   /// B stored.
@@ -85,9 +91,19 @@ class ScatteringSystem {
   Eigen::MatrixXcf dense_single() const;
 
  private:
+  /// What is made of integrals over all pairs of faces.
+  struct Operators {
+    BoundaryParts parts;
+    std::shared_ptr<const NearCorrections> near;
+    std::unique_ptr<LinearOperator> exact;
+    std::unique_ptr<LinearOperator> polisher;  // B of paper_corrected
+  };
+  const Operators& operators() const;
+  Operators make_operators() const;
+
   double gamma() const;
   template <typename Real>
-  std::unique_ptr<LinearOperator> make_operator() const;
+  std::unique_ptr<LinearOperator> make_operator(const BoundaryParts& parts) const;
   template <typename Real>
   Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> make_dense() const;
 
@@ -95,13 +111,11 @@ class ScatteringSystem {
   Wave wave_;
   Scheme scheme_;
   SystemOptions options_;
-  BoundaryParts parts_;
-  std::shared_ptr<const NearCorrections> near_;
   Points interior_;
   Eigen::VectorXd chief_scale_;  // Z: factors on the rows of C and on e_z
   Eigen::MatrixXcd chief_rows_;  // C, Z x M, scaled
-  std::unique_ptr<LinearOperator> exact_;
-  std::unique_ptr<LinearOperator> polisher_;  // B of paper_corrected
+  mutable std::unique_ptr<std::once_flag> once_ = std::make_unique<std::once_flag>();
+  mutable Operators operators_;
 };
 
 }  // namespace touchfield

@@ -46,7 +46,8 @@ class FinishedSkin {
            static_cast<std::size_t>(n[0]);
   }
   std::size_t block_index(const Node& block) const {
-    return static_cast<std::size_t>((block[2] * blocks_[1] + block[1]) * blocks_[0] + block[0]);
+    const int place = (block[2] * blocks_[1] + block[1]) * blocks_[0] + block[0];
+    return static_cast<std::size_t>(place);
   }
   Vector3 point(const Node& n) const { return origin_ + spacing_ * Vector3(n[0], n[1], n[2]); }
   template <class Visit>

@@ -9,6 +9,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/motion/loop_clock.h"
+#include "sim/motion/running_median.h"
 #include "sim/motion/whole_skin.h"
 #include "sim/sensing/camera_folder.h"
 #include "sim/sensing/simulated_camera.h"
@@ -52,6 +53,15 @@ HandShape fitted_hand(const Scene& scene) {
   return mean;
 }
 
+/// Since its first image; the last one holds for as long as one usually does.
+double covered_seconds(const CameraFolder& folder) {
+  RunningMedian period;  // [ticks]
+  for (std::size_t k = 1; k < folder.size(); ++k) {
+    period.add(to_ticks(folder.seconds(k)) - to_ticks(folder.seconds(k - 1)));
+  }
+  return to_seconds(to_ticks(folder.seconds(folder.size() - 1)) - to_ticks(folder.seconds(0)) + period.value());
+}
+
 }  // namespace
 
 Scene fitted_scene(const Scene& scene) {
@@ -85,32 +95,32 @@ HandImages simulated_images(const MovingModel& truth, KeptBodies* kept) {
           motion.seconds};
 }
 
-HandImages recorded_images(const std::string& path) {
-  const auto folder = std::make_shared<CameraFolder>(path);
-  const double begin = folder->seconds(0);
-  const auto last = std::make_shared<std::pair<std::size_t, DepthFrame>>(folder->size(), DepthFrame());
-  return {folder->cameras(),
-          [folder, begin, last](std::int64_t /*number*/, double seconds) {
+HandImages recorded_images(const std::string& folder) {
+  const auto images = std::make_shared<CameraFolder>(folder);
+  const double begin = images->seconds(0);
+  const auto last = std::make_shared<std::pair<std::size_t, DepthFrame>>(images->size(), DepthFrame());
+  return {images->cameras(),
+          [images, begin, last](std::int64_t /*number*/, double seconds) {
             std::size_t newest = 0;
-            std::size_t after = folder->size();
+            std::size_t after = images->size();
             while (after - newest > 1) {
               const std::size_t middle = newest + (after - newest) / 2;
-              (folder->seconds(middle) - begin <= seconds + 0.5 / kTicksASecond ? newest : after) = middle;
+              (images->seconds(middle) - begin <= seconds + 0.5 / kTicksASecond ? newest : after) = middle;
             }
             if (last->first != newest) {
-              *last = {newest, folder->frame(newest)};
-              last->second.seconds = folder->seconds(newest) - begin;
+              *last = {newest, images->frame(newest)};
+              last->second.seconds = images->seconds(newest) - begin;
             }
             return last->second;
           },
-          folder->seconds(folder->size() - 1) - begin};
+          covered_seconds(*images)};
 }
 
 FittedSensor::FittedSensor(const Scene& scene, HandImages images, const MovingModel* truth, KeptBodies* kept)
     : solved_(fitted_scene(scene), kept),
       images_(std::move(images)),
       truth_(truth),
-      hand_(std::get<HandShape>(solved_.first().scene.bodies.front().shape), kTemplateEdge),
+      hand_(std::get<HandShape>(solved_.first().scene.bodies.front().shape), HandTemplate::kUsualEdge),
       workspace_(scene.motion->sensor.workspace),
       hz_(scene.motion->sensor.hz),
       seconds_(scene.motion->seconds),

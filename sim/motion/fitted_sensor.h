@@ -35,7 +35,8 @@ struct HandImages {
 HandImages simulated_images(const MovingModel& truth, KeptBodies* kept = nullptr);
 HandImages simulated_images(MovingModel&&, KeptBodies* kept = nullptr) = delete;
 
-/// A folder of images (CameraFolder), whose first image is the motion's beginning. At each time the newest image by then.
+/// A folder of images (CameraFolder), whose first image is the motion's beginning. At each time the newest image by then,
+/// until as long after the last one as the median of the times between the last 32.
 HandImages recorded_images(const std::string& folder);
 
 /// Sees the hand that HandTracker fits to images. It never knows the true one.
@@ -46,8 +47,6 @@ HandImages recorded_images(const std::string& folder);
 /// makes no surface.
 class FittedSensor final : public MotionSensor {
  public:
-  static constexpr double kTemplateEdge = 4.5e-3;  // of the mesh that is fitted [m]
-
   /// truth    where the hand really goes, only to know which drives are needed (places); null: that is told by a fit to
   ///          all images, before the clock starts. It must outlive the sensor
   /// throws   InputError as fitted_scene, MovingModel and HandTracker

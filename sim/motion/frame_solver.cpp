@@ -53,8 +53,7 @@ Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme) {
   std::vector<SolveRecord> records;
   Progress silent;
   for (int count = 3;; count = 2 * count - 1) {
-    const Eigen::MatrixXcd drives =
-        spanning_drives(places(sensor, scheme, count, records, silent), 0.5 * kDriveTolerance);
+    Eigen::MatrixXcd drives = spanning_drives(places(sensor, scheme, count, records, silent), 0.5 * kDriveTolerance);
     // Places between those: twice as many less one hold them.
     if (count >= kMostPlaces ||
         left_out(places(sensor, scheme, 2 * count - 1, records, silent), drives) <= kDriveTolerance) {
@@ -108,6 +107,7 @@ void FrameSolver::set_up(const Model& model, const std::optional<Target>& target
     return;
   }
   methods_.reset();
+  scattering_.reset();
   own_frame_ = model.own_frame;
   vertices_ = model.body.mesh.vertices();
   const Eigen::Index block = drives_.size() > 0 ? drives_.cols() : model.array.size();

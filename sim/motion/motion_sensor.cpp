@@ -31,6 +31,7 @@ Seen ExactSensor::sample(std::int64_t /*number*/, double seconds) { return {seco
 
 std::vector<TriangleMesh> ExactSensor::places(int count) const {
   std::vector<TriangleMesh> meshes;
+  meshes.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     meshes.push_back(truth_.at(truth_.state(evenly(truth_, i, count))).body.mesh);
   }
@@ -111,7 +112,7 @@ SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept) {
   SensedMotion motion{scene, nullptr, nullptr};
   if (const auto* recorded = std::get_if<RecordedSpec>(&sight)) {
     HandImages images = recorded_images(recorded->folder);
-    if (scene.motion->seconds > images.seconds) {
+    if (to_ticks(scene.motion->seconds) > to_ticks(images.seconds) + 1) {  // times of images are rounded to a tick
       throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of what is recorded in {}",
                                    scene.motion->seconds, images.seconds, recorded->folder));
     }

@@ -14,6 +14,7 @@
 #include "sim/bem/scheme.h"
 #include "sim/body/hand.h"
 #include "sim/body/perturb.h"
+#include "sim/gpu/compute_device.h"
 #include "sim/mesh/remesh/edge_sizing.h"
 #include "sim/scene/phase_methods.h"
 #include "sim/target/gram.h"
@@ -211,6 +212,7 @@ enum class AlarmChoice { kAuto, kAlways, kNever };
 
 /// How the equations of the boundary elements, B p = b, are set up and solved.
 struct SolverSpec {
+  ComputeDevice device{};
   SolverChoice solver = SolverChoice::kAuto;
   PrecisionChoice precision = PrecisionChoice::kAuto;
   double tolerance = SolverOptions{}.tolerance;  // |b - B p| / |b| of an iterative solution

@@ -78,6 +78,27 @@ std::string shape_text(const BodySpec& body) {
   return schema::block_text(schema::body_codec().write(shape));
 }
 
+std::set<std::string> named_files(const Scene& scene) {
+  std::set<std::string> files;
+  for (const BodySpec& body : scene.bodies) {
+    if (const auto* mesh = std::get_if<MeshShape>(&body.shape)) {
+      files.insert(mesh->file);
+      if (mesh->series) {
+        files.insert(mesh->series->times);
+        for (const MeshSeries::Mesh& later : mesh->series->meshes) {
+          files.insert(later.file);
+        }
+      }
+    }
+  }
+  for (const MethodSpec& method : scene.solve.methods) {
+    if (!method.start.file.empty()) {
+      files.insert(method.start.file);
+    }
+  }
+  return files;
+}
+
 double EdgeSpec::finest() const {
   double edge = std::min(far, near_target.value_or(far));
   for (const auto& [landmark, length] : near) {

@@ -201,8 +201,26 @@ struct SolveForm : SolveSpec {
   std::vector<MethodForm> forms;
 };
 
+Codec<ComputeDevice> device_codec() {
+  return kept_as<ComputeDevice, std::string>(
+      text(1),
+      [](const Input& in, const std::string& given) {
+        const auto choice = compute_device(given);
+        if (!choice) {
+          in.must_be("auto, cpu, cuda or cuda:N, N a card's number from 0");
+        }
+        return choice;
+      },
+      [](const ComputeDevice& choice) { return to_string(choice); });
+}
+
 Map<SolverSpec> solver_keys() {
   return Map<SolverSpec>()
+      .key(
+          "device", &SolverSpec::device, device_codec(),
+          "What computes: cpu, cuda (a graphics card; cuda:1 the second one), or auto, the card where there is one and "
+          "it pays.")
+      .before("cpu")
       .key(
           "solver", &SolverSpec::solver,
           choice<SolverChoice>({{"auto", SolverChoice::kAuto},

@@ -246,26 +246,6 @@ std::vector<std::string> parameters_of(const std::vector<SweepCase>& cases) {
   return parameters;
 }
 
-/// Files that a scene names and whose content its text does not hold.
-void add_files(const Scene& scene, std::set<std::string>& files) {
-  for (const BodySpec& body : scene.bodies) {
-    if (const auto* mesh = std::get_if<MeshShape>(&body.shape)) {
-      files.insert(mesh->file);
-      if (mesh->series) {
-        files.insert(mesh->series->times);
-        for (const MeshSeries::Mesh& later : mesh->series->meshes) {
-          files.insert(later.file);
-        }
-      }
-    }
-  }
-  for (const MethodSpec& method : scene.solve.methods) {
-    if (!method.start.file.empty()) {
-      files.insert(method.start.file);
-    }
-  }
-}
-
 }  // namespace
 
 bool is_sweep_file(const std::string& path) {
@@ -371,11 +351,7 @@ std::vector<Scene> read_cases(const SweepPlan& plan) {
 }
 
 bool names_files(const std::vector<Scene>& scenes) {
-  std::set<std::string> files;
-  for (const Scene& scene : scenes) {
-    add_files(scene, files);
-  }
-  return !files.empty();
+  return std::ranges::any_of(scenes, [](const Scene& scene) { return !named_files(scene).empty(); });
 }
 
 std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes) {
@@ -387,7 +363,7 @@ std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes) {
       all += change.path + "=" + change.value + "\n";
     }
     all += text_hash(resolved_yaml(scenes[i])) + "\n";
-    add_files(scenes[i], files);
+    files.merge(named_files(scenes[i]));
   }
   constexpr std::size_t kMostBytes = std::size_t{1} << 30U;  // of a mesh or a run
   for (const std::string& file : files) {

@@ -71,7 +71,7 @@ std::vector<float> correlated_noise(int image_width, const SeenPart& part, std::
   const float spread = std::sqrt(12.0F);  // uniform numbers of unit variance
   const int width = part.width();
   const int rows = part.height() + 2 * kReach;
-  std::vector<float> white(static_cast<std::size_t>(width) + 2 * kReach);
+  std::vector<float> white(static_cast<std::size_t>(width + 2 * kReach));
   std::vector<float> across(static_cast<std::size_t>(width) * static_cast<std::size_t>(rows));
   for (int j = 0; j < rows; ++j) {
     const std::uint64_t first = key + pixel_number(image_width, part.left - kReach, part.top + j - kReach);

@@ -26,10 +26,14 @@ std::shared_ptr<SkinModel> KeptModels::get(const std::string& role, const Triang
   const auto found = entries_.find(role);
   if (found != entries_.end()) {
     const ScatteringSystem& system = found->second.model->system();
-    if (system.scheme() == scheme && found->second.spec == spec && same_wave(system.wave(), wave) &&
-        same_mesh(system.mesh(), mesh)) {
-      ++count_.reused;
-      return found->second.model;
+    if (system.scheme() == scheme && found->second.spec == spec && same_wave(system.wave(), wave)) {
+      if (same_mesh(system.mesh(), mesh)) {
+        ++count_.reused;
+        return found->second.model;
+      }
+      if (found->second.model.use_count() == 1 && found->second.model->follow(mesh)) {
+        return found->second.model;
+      }
     }
     entries_.erase(found);  // before the next one takes its memory
   }

@@ -10,6 +10,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/field/pressure_metrics.h"
+#include "sim/gpu/gpu.h"
 #include "sim/solve/model.h"
 #include "sim/target/gram.h"
 #include "solvers/phase/surface.h"
@@ -131,9 +132,28 @@ void MethodSolver::aim(Target target) {
   central_row_.resize(0);
 }
 
+void MethodSolver::use_card() {
+  if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !phase_device_ && !leave_card_) {
+    phase_device_ = gpu->phase_device();
+  }
+}
+
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                                   const Eigen::VectorXd* before) {
-  PhaseSolution solution = found(method, amplitudes, progress, before);
+  PhaseSolution solution;
+  try {
+    solution = found(method, amplitudes, progress, before);
+  } catch (const GpuMemoryFailure& failure) {
+    progress.warn(fmt::format("method {}: {}; the processor goes on", method.name, failure.what()));
+    leave_card_ = true;
+    phase_device_.reset();
+    if (transfer_) {
+      transfer_->reduction.problem.device.reset();
+    }
+    solution = found(method, amplitudes, progress, before);
+  } catch (const GpuFailure& failure) {
+    throw DeviceError(fmt::format("method {}: {}", method.name, failure.what()));
+  }
   if (method.kind->model != MethodModel::kGiven) {
     leave_out_dead(scattering_.array().response, solution);
   }
@@ -209,8 +229,12 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
                                                   const Eigen::VectorXd* before, const IterationCallback& advance) {
   LevenbergMarquardtOptions options;
   options.iterations = method.iterations;
-  const IncidentProblem problem = method.kind->model == MethodModel::kFree ? unscattered(amplitudes, method.faces)
-                                                                           : scattered(amplitudes, method.faces);
+  IncidentProblem problem = method.kind->model == MethodModel::kFree ? unscattered(amplitudes, method.faces)
+                                                                     : scattered(amplitudes, method.faces);
+  use_card();
+  if (phase_device_) {
+    move_to(*phase_device_, PhaseDevice::Storage::kDouble, problem);
+  }
   return best_of(start_angles(method, problem, before),
                  [&](const auto& start) { return solve_incident(problem, start, options, advance); });
 }
@@ -224,12 +248,22 @@ const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes,
 
 const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress) {
   if (!transfer_ || transfer_->quiet_weight < quiet_weight) {
+    transfer_.reset();
     if (drives_.size() > 0 && !spanned_) {
+      transfer_ = make_transfer_on_card(scattering_, drives_, *target_, quiet_weight);
+    }
+    if (!transfer_ && drives_.size() > 0 && !spanned_) {
       spanned_ = spanned_pressure(scattering_, drives_);
     }
-    transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_weight)
-                         : make_transfer(scattering_, *target_, quiet_weight);
+    if (!transfer_) {
+      transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_weight)
+                           : make_transfer(scattering_, *target_, quiet_weight);
+    }
     progress.note(describe_transfer(*transfer_, channels_));
+    use_card();
+    if (phase_device_) {
+      move_to(*phase_device_, transfer_->reduction.problem);
+    }
   }
   transfer_->reduction.problem.amplitudes = amplitudes;
   return *transfer_;

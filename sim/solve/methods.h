@@ -1,6 +1,7 @@
 #pragma once
 
 #include <map>
+#include <memory>
 #include <optional>
 
 #include "sim/solve/skin_scattering.h"
@@ -8,6 +9,7 @@
 #include "sim/target/gram.h"
 #include "sim/target/target.h"
 #include "solvers/phase/incident_problem.h"
+#include "solvers/phase/phase_device.h"
 #include "solvers/phase/phase_solution.h"
 
 namespace touchfield {
@@ -57,6 +59,8 @@ class MethodSolver {
                     Progress& progress);
 
  private:
+  /// With the phase methods' products and factors on the card, where the body is there.
+  void use_card();
   PhaseSolution found(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                       const Eigen::VectorXd* before);
   PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
@@ -74,7 +78,9 @@ class MethodSolver {
   Eigen::Index channels_;
   std::optional<Target> target_;
   SolveSpec spec_;
-  Eigen::MatrixXcd drives_;  // given to span(), or empty
+  Eigen::MatrixXcd drives_;                    // given to span(), or empty
+  bool leave_card_ = false;                    // for want of memory there
+  std::unique_ptr<PhaseDevice> phase_device_;  // null: the processor does it
   // Empty until needed:
   std::optional<SpannedPressure> spanned_;  // of drives_
   std::optional<Transfer> transfer_;

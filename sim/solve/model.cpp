@@ -10,6 +10,7 @@
 #include "sim/core/place_text.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
+#include "sim/gpu/gpu_library.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/remesh/subdivide.h"
@@ -256,6 +257,9 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   if (kept == nullptr) {
     KeptBodies own;  // a file that is resurfaced is needed several times
     return build_model(scene, &own);
+  }
+  if (scene.solve.solver.device.kind == ComputeDevice::Kind::kCuda) {
+    require_card(scene.solve.solver.device);
   }
   const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
   TransducerArray array = build_array(scene.array, wave);

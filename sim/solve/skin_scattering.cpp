@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/gpu/gpu_library.h"
 #include "solvers/linear/blas_product.h"
 
 namespace touchfield {
@@ -29,7 +30,40 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 SkinModel::SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
                      Eigen::Index right_hand_sides)
     : system_(std::move(mesh), wave, scheme, system_options(spec)),
-      decision_(choose_solver(spec, scheme, system_.unknowns(), available_memory(), right_hand_sides)) {}
+      spec_(spec),
+      right_hand_sides_(right_hand_sides),
+      device_(choose_device(spec, scheme, system_.unknowns(), right_hand_sides)),
+      decision_(choose_solver(spec, scheme, system_.unknowns(), available_memory(), right_hand_sides)) {
+  if (device_.card) {
+    decision_.options.precision = Precision::kSingle;
+    decision_.options.refine = false;
+  } else {
+    system_.prepare();
+  }
+}
+
+BodyOnCard* SkinModel::card() {
+  if (device_.card && !card_) {
+    card_ = std::make_unique<BodyOnCard>(shared_gpu(*device_.card), system_, decision_.options,
+                                         spec_.solver == SolverChoice::kAuto);
+  }
+  return card_.get();
+}
+
+bool SkinModel::follow(const TriangleMesh& mesh) {
+  if (!card_ || system_.mesh().triangles() != mesh.triangles()) {
+    return false;
+  }
+  system_ = ScatteringSystem(mesh, system_.wave(), system_.scheme(), system_.options());
+  card_->move(mesh);
+  return true;
+}
+
+void SkinModel::leave_card() {
+  card_.reset();
+  device_ = {std::nullopt, "the graphics card has too little memory"};
+  decision_ = choose_solver(spec_, system_.scheme(), system_.unknowns(), available_memory(), right_hand_sides_);
+}
 
 const ScatteringSolver& SkinModel::solver() {
   if (!solver_) {
@@ -80,15 +114,17 @@ ScatteringSolver::Report SkinScattering::reporter() {
   };
 }
 
-void SkinScattering::record(const std::string& stage, const Eigen::MatrixXcd& b, const SolveReport& report,
+void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_sides, const SolveReport& report,
                             double seconds) {
+  BodyOnCard* const card = model_->card();
   SolveRecord record;
   record.stage = stage;
   record.scheme = to_string(system().scheme());
-  record.solver = to_string(decision().options.kind);
+  record.solver = to_string(card != nullptr ? card->kind() : decision().options.kind);
   record.precision = precision_name(decision().options);
+  record.device = card != nullptr ? fmt::format("cuda:{}", card->gpu().info().index) : "cpu";
   record.unknowns = system().unknowns();
-  record.right_hand_sides = static_cast<int>(b.cols());
+  record.right_hand_sides = static_cast<int>(right_hand_sides);
   record.steps = report.steps;
   record.refinements = report.refinements;
   record.residual = report.residual;
@@ -97,9 +133,61 @@ void SkinScattering::record(const std::string& stage, const Eigen::MatrixXcd& b,
   records_.push_back(std::move(record));
 }
 
+/// Has the card do it and records that. False on the processor, and from where on the card has too little memory.
+template <typename Work>
+bool SkinScattering::on_card(const std::string& stage, Eigen::Index right_hand_sides, const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    if (BodyOnCard* const card = model_->card()) {
+      const SolveReport report = work(*card);
+      record(stage, right_hand_sides, report, seconds_since(start));
+      return true;
+    }
+  } catch (const GpuMemoryFailure& failure) {
+    progress_.warn(fmt::format("{}: {}; the processor goes on", stage, failure.what()));
+    model_->leave_card();
+  }
+  return false;
+}
+
+void SkinScattering::prepare() {
+  if (model_->card() == nullptr) {
+    model_->solver();
+  }
+}
+
+Gpu* SkinScattering::gpu() const {
+  const BodyOnCard* const card = model_->card();
+  return card != nullptr ? &card->gpu() : nullptr;
+}
+
 Eigen::MatrixXcd SkinScattering::pressure(const Eigen::MatrixXcd& drives, const std::string& stage, bool single) {
+  Eigen::MatrixXcd p;
+  if (on_card(stage, drives.cols(), [&](BodyOnCard& card) {
+        Solved solved = card.pressure(array_, drives, reporter());
+        p = std::move(solved.x);
+        return solved.report;
+      })) {
+    return p;
+  }
   const IncidentField field = driven_field(drives, single);
   return solved(system().right_hand_side(field), field, stage);
+}
+
+std::optional<BodyOnCard::Spanned> SkinScattering::spanned_on_card(const Eigen::MatrixXcd& drives, double tolerance,
+                                                                   const std::vector<Eigen::Index>& faces,
+                                                                   const Eigen::VectorXd* weights,
+                                                                   const std::string& stage) {
+  std::optional<BodyOnCard::Spanned> spanned;
+  const auto work = [&](BodyOnCard& card) {
+    spanned = drives.size() > 0 ? card.spanned(array_, drives, faces, weights, reporter())
+                                : card.spanned(array_, tolerance, faces, weights, reporter());
+    return spanned->report;
+  };
+  if (on_card(stage, drives.cols(), work) && drives.size() == 0) {
+    records_.back().right_hand_sides = static_cast<int>(spanned->drives.cols());
+  }
+  return spanned;
 }
 
 Eigen::MatrixXcd SkinScattering::spanned_pressure(const LowRank& drives, const std::string& stage) {
@@ -115,21 +203,33 @@ Eigen::MatrixXcd SkinScattering::solved(const Eigen::MatrixXcd& b, const Inciden
   const auto start = std::chrono::steady_clock::now();
   const Solved solved = model_->solver().solve(b, reporter());
   Eigen::MatrixXcd p = system().pressure(solved.x, field);
-  record(stage, b, solved.report, seconds_since(start));
+  record(stage, b.cols(), solved.report, seconds_since(start));
   return p;
 }
 
 Eigen::MatrixXcd SkinScattering::transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage) {
+  Eigen::MatrixXcd rows;
+  if (on_card(stage, static_cast<Eigen::Index>(faces.size()), [&](BodyOnCard& card) {
+        Solved solved = card.transfer_rows(array_, faces, reporter());
+        rows = std::move(solved.x);
+        return solved.report;
+      })) {
+    return rows;
+  }
   const Eigen::MatrixXcd b = system().transposed_right_hand_side(faces);
   const auto start = std::chrono::steady_clock::now();
   const Solved solved = model_->solver().solve_transpose(b, reporter());
-  record(stage, b, solved.report, seconds_since(start));
+  record(stage, b.cols(), solved.report, seconds_since(start));
   return system().transfer_rows(faces, solved.x, unit_field());
 }
 
 std::string describe_decision(const SkinScattering& scattering) {
   const ScatteringSystem& system = scattering.system();
   const SolverOptions& options = scattering.decision().options;
+  if (Gpu* const gpu = scattering.gpu()) {
+    return fmt::format("  solver: on {}, single, {} unknowns ({})", gpu->info().name, system.unknowns(),
+                       scattering.device().reason);
+  }
   std::string text =
       fmt::format("  solver: {}, {}, {} unknowns", to_string(options.kind), precision_name(options), system.unknowns());
   if (system.near_pairs() > 0) {

@@ -5,14 +5,15 @@
 
 #include "sim/acoustics/transducer_array.h"
 #include "sim/core/progress.h"
+#include "sim/gpu/body_on_card.h"
 #include "sim/solve/solver_choice.h"
 #include "sim/store/run_data.h"
 #include "solvers/linear/low_rank.h"
 
 namespace touchfield {
 
-/// A body in one scheme with its solver: what does not depend on the array. The solver is made when the first solution
-/// is asked for.
+/// A body in one scheme with its solver, on the processor or on a graphics card: what does not depend on the array. The
+/// solver is made when the first solution is asked for.
 class SkinModel {
  public:
   /// right_hand_sides   of the largest block that will be asked for: what the solver is chosen by
@@ -23,13 +24,25 @@ class SkinModel {
 
   const ScatteringSystem& system() const { return system_; }
   const SolverDecision& decision() const { return decision_; }
+  const DeviceDecision& device() const { return device_; }
+  /// The body on the card; null on the processor.
+  BodyOnCard* card();
+  /// The same triangles with their vertices elsewhere, where the card has the body: what it keeps then serves on. False,
+  /// and nothing done, otherwise.
+  bool follow(const TriangleMesh& mesh);
+  /// Goes on on the processor, for want of memory on the card.
+  void leave_card();
   const ScatteringSolver& solver();
   /// Reciprocal condition number of B, estimated once; NaN if no factorisation has been made.
   double reciprocal_condition();
 
  private:
   ScatteringSystem system_;
+  SolverSpec spec_;
+  Eigen::Index right_hand_sides_;
+  DeviceDecision device_;
   SolverDecision decision_;
+  std::unique_ptr<BodyOnCard> card_;
   std::unique_ptr<ScatteringSolver> solver_;
   std::optional<double> reciprocal_condition_;
 };
@@ -50,10 +63,13 @@ class SkinScattering {
 
   const ScatteringSystem& system() const { return model_->system(); }
   const SolverDecision& decision() const { return model_->decision(); }
+  const DeviceDecision& device() const { return model_->device(); }
   const TransducerArray& array() const { return array_; }
+  /// Null on the processor.
+  Gpu* gpu() const;
 
   /// Makes the solver now rather than when the first solution is asked for.
-  void prepare() { model_->solver(); }
+  void prepare();
 
   /// The field of every channel at unit drive; kept once made.
   const IncidentField& unit_field();
@@ -68,13 +84,23 @@ class SkinScattering {
   /// that their right-hand sides are known already.
   Eigen::MatrixXcd spanned_pressure(const LowRank& drives, const std::string& stage);
 
+  /// What drives that span all channels make of the faces and of the rest, by the card; nothing on the processor.
+  ///
+  /// drives      of spanning_drives, or none: found here, to `tolerance` of b
+  /// weights     of the Gram matrix; null: none
+  std::optional<BodyOnCard::Spanned> spanned_on_card(const Eigen::MatrixXcd& drives, double tolerance,
+                                                     const std::vector<Eigen::Index>& faces,
+                                                     const Eigen::VectorXd* weights, const std::string& stage);
+
   /// Rows of H of the given faces, K x N [Pa]: the pressure of every channel there.
   Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage);
 
   double reciprocal_condition() const { return model_->reciprocal_condition(); }
 
  private:
-  void record(const std::string& stage, const Eigen::MatrixXcd& b, const SolveReport& report, double seconds);
+  void record(const std::string& stage, Eigen::Index right_hand_sides, const SolveReport& report, double seconds);
+  template <typename Work>
+  bool on_card(const std::string& stage, Eigen::Index right_hand_sides, const Work& work);
   Eigen::MatrixXcd solved(const Eigen::MatrixXcd& b, const IncidentField& field, const std::string& stage);
   IncidentField driven_field(const Eigen::MatrixXcd& drives, bool single);
   ScatteringSolver::Report reporter();

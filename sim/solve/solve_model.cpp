@@ -11,6 +11,7 @@
 
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
+#include "sim/gpu/gpu_library.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/alarm.h"
 #include "sim/solve/judge.h"
@@ -261,6 +262,16 @@ std::string scheme_of(const MethodSpec& method) {
   return none ? "none" : to_string(method.scheme);
 }
 
+std::string used_card(const std::vector<SolveRecord>& solves) {
+  const auto used =
+      std::ranges::find_if(solves, [](const SolveRecord& record) { return record.device.starts_with("cuda"); });
+  if (used == solves.end()) {
+    return {};
+  }
+  const GpuInfo info = shared_gpu(std::stoi(used->device.substr(5)))->info();
+  return fmt::format("{} ({}), driver for CUDA {}, CUDA {}", info.name, used->device, info.driver, info.toolkit);
+}
+
 Provenance provenance_now(int threads, const std::string& seeds, const std::string& command_line,
                           const std::string& scene_hash) {
   const BuildInfo build = build_info();
@@ -271,6 +282,7 @@ Provenance provenance_now(int threads, const std::string& seeds, const std::stri
           .machine = machine_description(),
           .blas_core = blas_core(),
           .instruction_level = to_string(instruction_level()),
+          .card = "",
           .threads = threads,
           .seeds = seeds,
           .command_line = command_line,
@@ -318,6 +330,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
                                [&] { return evaluate_grid(grid, model, run); }));
   }
   run.complete = true;
+  run.provenance.card = used_card(run.solves);
   run.provenance.end = utc_now();
   return run;
 }

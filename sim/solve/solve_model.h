@@ -34,6 +34,9 @@ std::string used_seeds(const Scene& scene);
 /// The scheme whose matrix a method works on; "none" of the free field and of given phases.
 std::string scheme_of(const MethodSpec& method);
 
+/// The graphics card that solves were made by, with its driver's and its toolkit's version; empty if there is none.
+std::string used_card(const std::vector<SolveRecord>& solves);
+
 /// Where results that begin now come from: this program, this machine and its processor's kernels, the time. The end is
 /// left empty.
 Provenance provenance_now(int threads, const std::string& seeds, const std::string& command_line,

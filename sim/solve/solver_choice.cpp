@@ -7,6 +7,9 @@
 
 #include <fmt/format.h>
 
+#include "sim/gpu/body_on_card.h"
+#include "sim/gpu/gpu_library.h"
+
 namespace touchfield {
 
 namespace {
@@ -16,8 +19,35 @@ constexpr double kMatrixShare = 0.5;        // of the free memory that a matrix 
 // Unknowns a right-hand side from which on GMRES is cheaper than LU: 25 steps at 12 ms a column against 1.7 s, measured
 // at 5,120 faces; the one grows with the square of the unknowns, the other with the cube.
 constexpr Eigen::Index kUnknownsAColumn = 600;
+// Entries of B times right-hand sides from which on a processor takes longer than a card's start.
+constexpr double kCardPays = 5e8;
 
 }  // namespace
+
+DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns,
+                             Eigen::Index right_hand_sides) {
+  const bool asked = spec.device.kind == ComputeDevice::Kind::kCuda;
+  if (spec.device.kind == ComputeDevice::Kind::kCpu) {
+    return {std::nullopt, "as the scene asks"};
+  }
+  if (asked) {
+    require_card(spec.device);
+  }
+  if (traits(scheme).interior_points || spec.precision == PrecisionChoice::kDouble || spec.tolerance < kFinestOnCard) {
+    return {std::nullopt, "only the processor knows this scheme, precision or tolerance"};
+  }
+  if (asked) {
+    return {spec.device.card, "as the scene asks"};
+  }
+  const double entries = std::pow(static_cast<double>(unknowns), 2) * static_cast<double>(right_hand_sides);
+  if (entries < kCardPays) {
+    return {std::nullopt, "less work than a graphics card's start"};
+  }
+  if (const GpuLibrary& library = gpu_library(); library.cards == 0) {
+    return {std::nullopt, library.why_none};
+  }
+  return {0, "more work than a graphics card's start"};
+}
 
 SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
                              Eigen::Index right_hand_sides) {

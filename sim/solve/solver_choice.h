@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "sim/bem/scattering_solver.h"
@@ -12,6 +13,19 @@ struct SolverDecision {
   SolverOptions options;
   std::string reason;  // e.g. "chosen: few GMRES steps, no matrix to store"
 };
+
+/// Where a system is solved, and why there.
+struct DeviceDecision {
+  std::optional<int> card;  // none: on the processor
+  std::string reason;
+};
+
+/// On the processor in any case: chief, a precision of `double`, a tolerance below kFinestOnCard. `auto` takes the first
+/// card, if there is one, for work that is more than starting it takes (docs/gpu.md).
+///
+/// throws   NotBuiltError if a card is asked for that is not there
+DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns,
+                             Eigen::Index right_hand_sides);
 
 /// Rules for `auto`, in docs/user-guide.md:
 ///   burton_miller(_polished)   GMRES, matrix-free, in single precision; LU where there are so many right-hand sides

@@ -71,20 +71,59 @@ double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, d
   return std::clamp(25.0 * std::sqrt(modes) + 0.65 * modes, 1.0, channels);
 }
 
-Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight) {
+std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering, const Eigen::MatrixXcd& drives,
+                                              const Target& target, double quiet_weight) {
+  if (scattering.gpu() == nullptr) {
+    return std::nullopt;
+  }
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
-  const LowRank drives = spanning_drives(scattering);
+  const Eigen::VectorXd weights = quiet_weights(areas, target, quiet_weight);
+  const auto spanned = scattering.spanned_on_card(drives, kDriveTolerance, target.faces,
+                                                  quiet_weight > 0 ? &weights : nullptr, "transfer");
+  if (!spanned) {
+    return std::nullopt;
+  }
   Transfer transfer;
   transfer.quiet_weight = quiet_weight;
-  if (!(quiet_weight > 0) && target.size() < drives.rank()) {
+  transfer.solves = spanned->drives.cols();
+  transfer.channels_left_out = spanned->left_out;
+  std::optional<HermitianEigen> eigen;
+  if (quiet_weight > 0) {
+    eigen = hermitian_eigen(*scattering.gpu(), spanned->quiet);
+  }
+  transfer.reduction = reduced_skin_problem(spanned->target, eigen ? &*eigen : nullptr, spanned->drives,
+                                            areas(target.faces), target.amplitudes, kQuietTolerance);
+  silence_dead(scattering.array().response, transfer.reduction.problem);
+  return transfer;
+}
+
+Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight) {
+  const Eigen::VectorXd& areas = scattering.system().mesh().areas();
+  const auto by_reciprocity = [&] {
+    Transfer transfer;
+    transfer.quiet_weight = quiet_weight;
     transfer.by_reciprocity = true;
     transfer.solves = target.size();
     transfer.reduction.problem.target = scattering.transfer_rows(target.faces, "transfer");
     transfer.reduction.problem.amplitudes = target.amplitudes;
     transfer.reduction.problem.weights = areas(target.faces);
-    transfer.reduction.problem.quiet.resize(0, drives.basis.rows());
+    transfer.reduction.problem.quiet.resize(0, scattering.array().size());
     silence_dead(scattering.array().response, transfer.reduction.problem);
     return transfer;
+  };
+  if (scattering.gpu() != nullptr) {
+    const double drives =
+        expected_drives(scattering.system().mesh(), scattering.array(), scattering.system().wave().wavelength());
+    if (!(quiet_weight > 0) && static_cast<double>(target.size()) < drives) {
+      return by_reciprocity();
+    }
+    if (auto transfer = make_transfer_on_card(scattering, {}, target, quiet_weight)) {
+      return *transfer;
+    }
+  }
+  const LowRank drives = spanning_drives(scattering);
+  if (!(quiet_weight > 0) && target.size() < drives.rank()) {
+    return by_reciprocity();
   }
   return make_transfer({drives.basis, scattering.spanned_pressure(drives, "transfer"), drives.left_out}, scattering,
                        target, quiet_weight);

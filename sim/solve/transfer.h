@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -46,6 +47,11 @@ SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::Matrix
 /// scatterings   of the body at those places, with one array; at least one
 /// tolerance     1e-6 to 1
 Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScattering>>& scatterings, double tolerance);
+
+/// The same on a graphics card, of drives that are found there, or given: P stays there but for what H needs. Nothing on
+/// the processor.
+std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering, const Eigen::MatrixXcd& drives,
+                                              const Target& target, double quiet_weight);
 
 /// Solves for H in the cheaper way:
 ///

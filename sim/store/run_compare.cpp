@@ -292,7 +292,7 @@ std::vector<std::string> likely_causes(const RunDifference& difference, const Ru
     add(fmt::format("the solver of {}: {} -> {}", change.what, *change.a, *change.b));
   }
   add(recorded_cause(difference.provenance, "threads", {"threads"}));
-  add(recorded_cause(difference.provenance, "the machine", {"machine", "blas_core", "instruction_level"}));
+  add(recorded_cause(difference.provenance, "the machine", {"machine", "blas_core", "instruction_level", "card"}));
   if (a.provenance.revision == b.provenance.revision && a.provenance.revision.ends_with("-dirty")) {
     add(fmt::format("the program: {} may be two programs, its sources were not committed", a.provenance.revision));
   }

@@ -44,6 +44,7 @@ struct Provenance {
   std::string machine;
   std::string blas_core;          // whose kernels OpenBLAS ran: "SkylakeX", "Haswell", ...
   std::string instruction_level;  // of the inner loops: "v2", "v3", ...
+  std::string card{};             // graphics card that computed, with driver and toolkit; empty: none
   int threads = 0;
   std::string seeds;  // "name=value" separated by spaces, empty if no seed was used
   std::string command_line;
@@ -58,6 +59,7 @@ struct SolveRecord {
   std::string scheme;
   std::string solver;     // "LU", "GMRES, stored" or "GMRES, matrix-free"
   std::string precision;  // "single", "single refined" or "double"
+  std::string device{};   // "cpu" or "cuda:0"
   long unknowns = 0;
   int right_hand_sides = 0;
   int steps = 0;  // most GMRES steps of a column; 0 of LU

@@ -151,6 +151,7 @@ void solves_parts(const Io& io, Solves& solves) {
   io.column("scheme", solves, &SolveRecord::scheme, "text");
   io.column("solver", solves, &SolveRecord::solver, "text");
   io.column("precision", solves, &SolveRecord::precision, "text");
+  io.later_column("device", solves, &SolveRecord::device, "text");
   io.column("unknowns", solves, &SolveRecord::unknowns, "1");
   io.column("right_hand_sides", solves, &SolveRecord::right_hand_sides, "1");
   io.column("steps", solves, &SolveRecord::steps, "1");

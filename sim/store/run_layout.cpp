@@ -130,6 +130,7 @@ const std::vector<ProvenanceField>& provenance_fields() {
       {"machine", &Provenance::machine},
       {"blas_core", &Provenance::blas_core},
       {"instruction_level", &Provenance::instruction_level},
+      {"card", &Provenance::card},
       {"seeds", &Provenance::seeds},
       {"command_line", &Provenance::command_line},
       {"start", &Provenance::start},

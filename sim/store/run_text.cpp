@@ -72,8 +72,9 @@ std::string solve_line(const SolveRecord& solve) {
   if (solve.refinements > 0) {
     how += counted(solve.refinements, "refinement") + ", ";
   }
-  return fmt::format("solve     {}: {}, {}, {}, {}, {}: {}residual {}, {:.3g} s{}\n", solve.stage, solve.scheme,
-                     solve.solver, solve.precision, counted(solve.unknowns, "unknown"),
+  const std::string where = solve.device.empty() || solve.device == "cpu" ? "" : " on " + solve.device;
+  return fmt::format("solve     {}: {}, {}{}, {}, {}, {}: {}residual {}, {:.3g} s{}\n", solve.stage, solve.scheme,
+                     solve.solver, where, solve.precision, counted(solve.unknowns, "unknown"),
                      counted(solve.right_hand_sides, "right-hand side"), how, table_number(solve.residual, "{:.1e}"),
                      solve.seconds, solve.converged ? "" : ", NOT CONVERGED");
 }
@@ -106,6 +107,7 @@ std::string provenance_text(const Provenance& provenance) {
           ? ""
           : fmt::format(", BLAS core {}, loops {}", provenance.blas_core, provenance.instruction_level);
   text += fmt::format("on        {}, {} threads{}\n", provenance.machine, provenance.threads, kernels);
+  text += provenance.card.empty() ? "" : fmt::format("card      {}\n", provenance.card);
   text += fmt::format("when      {}\n", period);
   text += fmt::format("command   {}\n", provenance.command_line);
   if (!provenance.seeds.empty()) {

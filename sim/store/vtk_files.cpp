@@ -222,7 +222,8 @@ void write_faces_vtp(const std::string& path, const TriangleMesh& mesh,
     if (values.size() != mesh.face_count()) {
       throw InputError(fmt::format("{}: {} has {} numbers for {} faces", path, name, values.size(), mesh.face_count()));
     }
-    add_array<vtkDoubleArray>(surface->GetCellData(), name, values.size(), [&](Eigen::Index f) { return values(f); });
+    add_array<vtkDoubleArray>(surface->GetCellData(), name, values.size(),
+                              [&own = values](Eigen::Index f) { return own(f); });
   }
   write_encoded<vtkXMLPolyDataWriter>(path, surface.GetPointer());
 }

@@ -113,7 +113,7 @@ void DeformationFit::add_targets(const SkinTargets& targets, const NodeMotions& 
     std::size_t pair = of_faces_.starts[static_cast<std::size_t>(face)];
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       const double share = weights(static_cast<Eigen::Index>(k));
-      system_.gradient.segment<3>(3 * nodes[k]) += weight * off * share * normal;
+      system_.gradient.segment<3>(3 * static_cast<Eigen::Index>(nodes[k])) += weight * off * share * normal;
       for (std::size_t l = 0; l <= k; ++l) {
         blocks_.col(of_faces_.blocks[pair++]) += share * weights(static_cast<Eigen::Index>(l)) * plane.reshaped();
       }
@@ -146,8 +146,8 @@ void DeformationFit::add_edges(double weight, const NodeMotions& motions) {
       const Vector3 turned_edge = turn * edge;
       const Vector3 off = edge + motions.shift.col(j) - motions.shift.col(i) - turned_edge;
       system_.energy += weight * off.squaredNorm();
-      system_.gradient.segment<3>(3 * j) += weight * off;
-      system_.gradient.segment<3>(3 * i) -= weight * off;
+      system_.gradient.segment<3>(3 * static_cast<Eigen::Index>(j)) += weight * off;
+      system_.gradient.segment<3>(3 * static_cast<Eigen::Index>(i)) -= weight * off;
       lever[k] = -cross(turned_edge);
       sum += lever[k];
       inertia += lever[k] * lever[k].transpose();

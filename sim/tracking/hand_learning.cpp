@@ -84,7 +84,7 @@ ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, c
   ProportionMatrix curvature = deviation.array().square().inverse().matrix().asDiagonal();
   HandProportions slope = -shape.proportions.cwiseQuotient(deviation.cwiseAbs2());
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    centres.push_back(frames[f].at.rowwise().mean());
+    centres.emplace_back(frames[f].at.rowwise().mean());
     fit.match(shape, frames[f], states[f], reach, std::max(kLearningScale, reach / 3));
     fit.differentiate(shape, states[f], centres.back());
     const FrameSystem& system = systems.emplace_back(frame_system(hand, shape, states[f], fit));

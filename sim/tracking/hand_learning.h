@@ -26,10 +26,10 @@ struct LearningOptions {
 ///
 /// whose matrix is sparse (Cholesky). What is not seen follows smoothly what is next to it and falls to 0.
 ///
-/// shape    to start from
+/// start    shape to start from
 /// frames   points of each; one or more
 /// states   of the hand in each, near enough for matches within 15 mm; improved
-ShapedHand learnt_shape(const HandTemplate& hand, const ShapedHand& shape, const std::vector<HandPoints>& frames,
+ShapedHand learnt_shape(const HandTemplate& hand, const ShapedHand& start, const std::vector<HandPoints>& frames,
                         std::vector<HandState>& states, const LearningOptions& options = {});
 
 }  // namespace touchfield

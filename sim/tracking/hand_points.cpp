@@ -159,7 +159,8 @@ bool PointReader::surface_at(std::size_t camera, const DepthImage& image, Pixel 
   bool whole = true;
   for (int row = -kRing; row <= kRing; ++row) {
     for (int column = -kRing; column <= kRing; ++column) {
-      const auto z = static_cast<double>(image.depth[static_cast<std::size_t>(middle + row * image.width + column)]);
+      const int pixel = middle + row * image.width + column;
+      const auto z = static_cast<double>(image.depth[static_cast<std::size_t>(pixel)]);
       const bool same = z > 0 && std::abs(z - depth) <= noise_step + (std::abs(row) + std::abs(column)) * step;
       if (std::max(std::abs(row), std::abs(column)) > 1) {
         whole = whole && same;

@@ -264,6 +264,7 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
     });
   });
   std::vector<HandStart> starts;
+  starts.reserve(tries.size());
   for (const Try& one : tries) {
     starts.push_back(one.start);
   }

@@ -27,6 +27,8 @@ struct ShapedHand {
 /// hand's surface itself and not, as those of hand(), off it by their faces' sagitta.
 class HandTemplate {
  public:
+  static constexpr double kUsualEdge = 4.5e-3;  // of a mesh that is fitted [m]
+
   /// hand   whose skin it is; parts that touch in its pose move only together
   /// edge   mean length of its edges [m]
   /// throws InputError as hand() does

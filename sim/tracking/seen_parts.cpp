@@ -65,7 +65,7 @@ std::vector<SkinSamples> parts_of(const SkinSamples& samples) {
   }
   std::vector<std::int64_t> full = cubes;
   std::ranges::sort(full);
-  full.erase(std::ranges::unique(full).begin(), full.end());
+  full.erase(std::unique(full.begin(), full.end()), full.end());
   const auto place = [&](std::int64_t cube) {
     const auto found = std::ranges::lower_bound(full, cube);
     return found != full.end() && *found == cube ? found - full.begin() : -1;

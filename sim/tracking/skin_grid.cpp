@@ -16,8 +16,8 @@ SkinGrid::SkinGrid(const TriangleMesh& skin, double cell, double margin) : cell_
     for (int y = 0; y < count_.y(); ++y) {
       for (int x = 0; x < count_.x(); ++x) {
         const SkinPoint found = tree.nearest(least_ + cell * Vector3(x + 0.5, y + 0.5, z + 0.5));
-        nearest_[static_cast<std::size_t>((z * count_.y() + y) * count_.x() + x)] = {found.at,
-                                                                                     skin.normals().col(found.face)};
+        const int place = (z * count_.y() + y) * count_.x() + x;
+        nearest_[static_cast<std::size_t>(place)] = {found.at, skin.normals().col(found.face)};
       }
     }
   }

@@ -21,7 +21,8 @@ class SkinGrid {
   /// The nearest point of the skin to the middle of the cell that x is in, or that is nearest to x.
   const Near& near(const Vector3& x) const {
     const Eigen::Array3i i = ((x - least_) / cell_).array().floor().cwiseMax(0).cwiseMin(last_).cast<int>();
-    return nearest_[static_cast<std::size_t>((i.z() * count_.y() + i.y()) * count_.x() + i.x())];
+    const int place = (i.z() * count_.y() + i.y()) * count_.x() + i.x();
+    return nearest_[static_cast<std::size_t>(place)];
   }
 
   double cell() const { return cell_; }

@@ -27,7 +27,8 @@ class VertexGrid {
   };
   int cell(int axis, double x) const;
   std::size_t index(const std::array<int, 3>& cell) const {
-    return static_cast<std::size_t>((cell[2] * counts_[1] + cell[1]) * counts_[0] + cell[0]);
+    const int place = (cell[2] * counts_[1] + cell[1]) * counts_[0] + cell[0];
+    return static_cast<std::size_t>(place);
   }
 
   double reach_ = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <complex>
 #include <cstddef>
+#include <memory>
 #include <random>
 #include <stdexcept>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/random_share.h"
 #include "solvers/phase/phase_solution.h"
+#include "solvers/phase/skin_field.h"
 
 namespace touchfield {
 
@@ -55,19 +57,50 @@ void confine(Eigen::Ref<Eigen::RowVectorXcf, 0, Eigen::InnerStride<>> row, float
   }
 }
 
+/// All columns of A where a device has it.
+struct OnDevice {
+  SkinDevice& device;
+  Index columns;
+
+  Index cols() const { return columns; }
+};
+
+/// back = columns^H v.
+template <class Columns, class Rows>
+void apply_adjoint(const Columns& columns, const MatrixXcf& v, Rows& back) {
+  for (Index i = 0; i < v.cols(); ++i) {
+    multiply(Op::kAdjoint, columns, v.col(i), 0.0F, back.col(i));
+  }
+}
+template <class Rows>
+void apply_adjoint(const OnDevice& a, const MatrixXcf& v, Rows& back) {
+  MatrixXcf all(a.columns, v.cols());
+  a.device.send_back_single(static_cast<int>(v.cols()), v.data(), all.data());
+  back = all;
+}
+
 /// F with its rows scaled to a largest singular value of A of about one.
 class RelaxedMisfit {
  public:
   explicit RelaxedMisfit(const SkinProblem& problem)
-      : faces_(problem.target_count()), a_(faces_ + problem.quiet.rows(), problem.channel_count()) {
+      : device_(problem.device),
+        faces_(problem.target_count()),
+        rows_(faces_ + problem.quiet.rows()),
+        channels_(problem.channel_count()) {
     const Eigen::VectorXd roots = problem.weights.cwiseSqrt();
     // Normalised in double, so that single precision holds a problem in any unit.
-    const double unit = std::hypot((roots.asDiagonal() * problem.target).norm(), problem.quiet.norm());
+    const double unit = norm_of(problem, roots);
     if (!(unit > 0)) {
       return;
     }
-    a_.topRows(faces_) = ((roots / unit).asDiagonal() * problem.target).cast<Single>();
-    a_.bottomRows(problem.quiet.rows()) = (problem.quiet / unit).cast<Single>();
+    const Eigen::VectorXd scale = roots / unit;
+    if (device_) {
+      device_->scale_single(scale.data(), 1.0 / unit);
+    } else {
+      a_.resize(rows_, channels_);
+      a_.topRows(faces_) = (scale.asDiagonal() * problem.target).cast<Single>();
+      a_.bottomRows(problem.quiet.rows()) = (problem.quiet / unit).cast<Single>();
+    }
     wanted_at_full_ = (roots.cwiseProduct(problem.amplitudes) / unit).cast<float>();
     wanted_ = wanted_at_full_;
     silent_ = false;
@@ -77,7 +110,7 @@ class RelaxedMisfit {
   void set_level(double level) { wanted_ = wanted_at_full_ / static_cast<float>(level); }
 
   bool is_silent() const { return silent_; }
-  Index channels() const { return a_.cols(); }
+  Index channels() const { return channels_; }
 
   /// An estimate of ||A||^2, from below.
   float squared_norm() {
@@ -91,7 +124,7 @@ class RelaxedMisfit {
       const MatrixXcf unit = sent.normalized();
       pass(1, sent, [&](Index at, const auto& columns) {
         auto rows = x.middleRows(at, columns.cols());
-        multiply(Op::kAdjoint, columns, unit.col(0), 0.0F, rows.col(0));
+        apply_adjoint(columns, unit, rows);
         return rows;
       });
       squared_norm_ = sent.norm();
@@ -123,9 +156,7 @@ class RelaxedMisfit {
     to.resize(from.rows(), from.cols());
     pass(from.cols(), sent, [&](Index at, const auto& columns) {
       auto rows = to.middleRows(at, columns.cols());
-      for (Index i = 0; i < from.cols(); ++i) {
-        multiply(Op::kAdjoint, columns, misfit.col(i), 0.0F, rows.col(i));
-      }
+      apply_adjoint(columns, misfit, rows);
       rows = from.middleRows(at, columns.cols()) - length * rows;
       for (Index n = 0; n < rows.rows(); ++n) {
         confine(rows.row(n), bound);
@@ -135,16 +166,35 @@ class RelaxedMisfit {
   }
 
  private:
+  /// Of A before it is scaled.
+  static double norm_of(const SkinProblem& problem, const Eigen::VectorXd& roots) {
+    if (!problem.device) {
+      return std::hypot((roots.asDiagonal() * problem.target).norm(), problem.quiet.norm());
+    }
+    const double* strengths = problem.device->strengths();
+    double sum = 0;
+    for (Index i = 0; i < roots.size(); ++i) {
+      sum += roots(i) * roots(i) * strengths[i];
+    }
+    return std::sqrt(sum + quiet_strengths(problem).sum());
+  }
+
   /// sent = sum over blocks of A's columns of columns rows_of(at, columns), in an order that the number of threads does
   /// not change; rows_of may work out its rows from these columns.
   template <class RowsOf>
   void pass(Index width, MatrixXcf& sent, const RowsOf& rows_of) {
+    if (device_) {
+      const MatrixXcf rows = rows_of(0, OnDevice{*device_, channels_});
+      sent.resize(rows_, width);
+      device_->send_single(static_cast<int>(width), rows.data(), sent.data());
+      return;
+    }
     const Index each = (channels() + kShares - 1) / kShares;
     shares_.resize(kShares);
 #pragma omp parallel for schedule(static)
     for (Index share = 0; share < kShares; ++share) {
       MatrixXcf& sum = shares_[static_cast<std::size_t>(share)];
-      sum.setZero(a_.rows(), width);
+      sum.setZero(rows_, width);
       const Index end = std::min(channels(), (share + 1) * each);
       for (Index at = share * each; at < end; at += kPass) {
         const auto columns = a_.middleCols(at, std::min(kPass, end - at));
@@ -160,8 +210,11 @@ class RelaxedMisfit {
     }
   }
 
+  std::shared_ptr<SkinDevice> device_;
   Index faces_;
-  MatrixXcf a_;
+  Index rows_;
+  Index channels_;
+  MatrixXcf a_;  // of no size where a device has it
   VectorXf wanted_at_full_;
   VectorXf wanted_;
   bool silent_ = true;

@@ -328,6 +328,7 @@ Certificate certify(const SkinProblem& problem, const CertificateOptions& option
     SkinProblem fewer = problem;
     fewer.target = problem.target(Eigen::all, heard);
     fewer.quiet = problem.quiet(Eigen::all, heard);
+    fewer.device.reset();  // it holds all channels
     return certify(fewer, options);
   }
   const ScaledProblem whole = scaled(problem);

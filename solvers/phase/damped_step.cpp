@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 
 #include <cblas.h>
 
@@ -69,6 +70,9 @@ void DampedStep::prepare(const SkinJacobian& jacobian) {
 
 template <typename Real>
 bool DampedStep::factorise(const SkinJacobian& jacobian, Factor<Real>& factor) {
+  if (jacobian.device() != nullptr) {
+    return jacobian.device()->factorise(jacobian.moves(), scale_.data(), std::is_same_v<Real, double>);
+  }
   const int rows = static_cast<int>(jacobian.rows());
   const int columns = static_cast<int>(jacobian.columns());
   const int size = std::min(rows, columns);
@@ -88,32 +92,23 @@ bool DampedStep::factorise(const SkinJacobian& jacobian, Factor<Real>& factor) {
 
 template <typename Real>
 bool DampedStep::refine(const SkinJacobian& jacobian, Factor<Real>& factor, Eigen::VectorXd& h) {
-  const int size = static_cast<int>(right_.size());
-  const double target = kAccuracy * right_.norm();
-  remainder_ = right_;
-  solution_ = Eigen::VectorXd::Zero(size);
+  SkinDevice* device = jacobian.device();
   double before = right_.norm();
+  const double target = kAccuracy * before;
+  if (device == nullptr) {
+    remainder_ = right_;
+    solution_ = Eigen::VectorXd::Zero(right_.size());
+  }
+  h.resize(jacobian.columns());
   for (int correction = 0; correction < kCorrections; ++correction) {
     // Normalised, so that single precision holds a right-hand side of any unit.
     const double unit = before > 0 ? before : 1.0;
-    for (int i = 0; i < size; ++i) {
-      factor.right[static_cast<std::size_t>(i)] = static_cast<Real>(remainder_(i) / unit);
-    }
-    cholesky_solve(size, factor.matrix.data(), factor.right.data());
-    for (int i = 0; i < size; ++i) {
-      solution_(i) += unit * static_cast<double>(factor.right[static_cast<std::size_t>(i)]);
-    }
-    apply(jacobian, solution_);
-    remainder_ = right_ - solution_ - outer_;
-    const double after = remainder_.norm();
+    const double after = device != nullptr ? device->correct(correction == 0 ? right_.data() : nullptr, unit, h.data())
+                                           : correct(jacobian, factor, unit, h);
     if (after <= target) {
-      if (by_rows_) {
-        h = -(scale_.array() * inner_.array());
-        if (apart_.size() > 0) {
-          h -= apart_;
-        }
-      } else {
-        h = -(scale_.array() * solution_.array());
+      h = -h;
+      if (by_rows_ && apart_.size() > 0) {
+        h -= apart_;
       }
       return true;
     }
@@ -123,6 +118,23 @@ bool DampedStep::refine(const SkinJacobian& jacobian, Factor<Real>& factor, Eige
     before = after;
   }
   return false;
+}
+
+/// As SkinDevice::correct says.
+template <typename Real>
+double DampedStep::correct(const SkinJacobian& jacobian, Factor<Real>& factor, double unit, Eigen::VectorXd& moves) {
+  const int size = static_cast<int>(right_.size());
+  for (int i = 0; i < size; ++i) {
+    factor.right[static_cast<std::size_t>(i)] = static_cast<Real>(remainder_(i) / unit);
+  }
+  cholesky_solve(size, factor.matrix.data(), factor.right.data());
+  for (int i = 0; i < size; ++i) {
+    solution_(i) += unit * static_cast<double>(factor.right[static_cast<std::size_t>(i)]);
+  }
+  apply(jacobian, solution_);
+  remainder_ = right_ - solution_ - outer_;
+  moves = scale_.array() * (by_rows_ ? inner_ : solution_).array();
+  return remainder_.norm();
 }
 
 /// inner = S J^T y and outer = J S inner by rows; inner = J S y and outer = S J^T inner by columns.

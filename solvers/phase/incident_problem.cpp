@@ -4,6 +4,7 @@
 #include <cmath>
 #include <complex>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "solvers/linear/blas_product.h"
@@ -26,13 +27,17 @@ struct AnglePoint {
   Eigen::VectorXcd gram_z;
   double cost = 0.0;
 
-  void evaluate(const Eigen::MatrixXcd& gram) {
+  void evaluate(const IncidentProblem& problem) {
     z.resize(x.size());
     gram_z.resize(x.size());
     for (Eigen::Index i = 0; i < x.size(); ++i) {
       z(i) = std::polar(1.0, x(i));
     }
-    multiply(Op::kPlain, gram, z, 0.0, gram_z);
+    if (problem.device) {
+      problem.device->multiply(z.data(), gram_z.data());
+    } else {
+      multiply(Op::kPlain, problem.gram, z, 0.0, gram_z);
+    }
     cost = z.dot(gram_z).real();
   }
 
@@ -43,7 +48,7 @@ struct AnglePoint {
 AnglePoint point_at(const IncidentProblem& problem, const Eigen::VectorXd& x) {
   AnglePoint point;
   point.x = x;
-  point.evaluate(problem.gram);
+  point.evaluate(problem);
   return point;
 }
 
@@ -65,24 +70,27 @@ void fill_normal_matrix(const Eigen::MatrixXcd& gram, const Eigen::VectorXcd& z,
 }
 
 /// Steps h with (J^T J + mu I) h = -J^T f: factorised in single precision and refined by products in double, in double
-/// from the damping on at which that fails.
+/// from the damping on at which that fails. Where the problem has a device, that factorises and corrects.
 class NormalStep {
  public:
   /// returns   false where the matrix is not positive definite
   bool solve(const IncidentProblem& problem, const AnglePoint& point, const Eigen::VectorXd& gradient, double mu,
              Eigen::VectorXd& h) {
     if (mu > too_small_) {
-      fill_normal_matrix(problem.gram, point.z, mu, single_);
-      if (cholesky_factorise(size_of(single_), single_.data()) && refine(problem, point, gradient, mu, h)) {
+      if (factorise(problem, point, mu, single_) && refine(problem, point, gradient, mu, h)) {
         return true;
       }
       too_small_ = mu;
     }
-    fill_normal_matrix(problem.gram, point.z, mu, double_);
-    if (!cholesky_factorise(size_of(double_), double_.data())) {
+    if (!factorise(problem, point, mu, double_)) {
       return false;
     }
     h = -gradient;
+    if (problem.device) {
+      remainder_ = h;
+      problem.device->correct(remainder_.data(), unit_of(gradient.norm()), h.data());
+      return true;
+    }
     cholesky_solve(size_of(double_), double_.data(), h.data());
     return true;
   }
@@ -93,21 +101,42 @@ class NormalStep {
   static constexpr int kCorrections = 20;    // at that rate these leave 1e-14 of it
 
   static int size_of(const auto& matrix) { return static_cast<int>(matrix.rows()); }
+  static double unit_of(double norm) { return norm > 0 ? norm : 1.0; }
+
+  template <typename Real>
+  static bool factorise(const IncidentProblem& problem, const AnglePoint& point, double mu, Matrix<Real>& normal) {
+    if (problem.device) {
+      return problem.device->factorise(point.z.data(), mu, std::is_same_v<Real, double>);
+    }
+    fill_normal_matrix(problem.gram, point.z, mu, normal);
+    return cholesky_factorise(size_of(normal), normal.data());
+  }
 
   bool refine(const IncidentProblem& problem, const AnglePoint& point, const Eigen::VectorXd& gradient, double mu,
               Eigen::VectorXd& h) {
     h.setZero(gradient.size());
     remainder_ = -gradient;
     product_.resize(gradient.size());
+    GramDevice* device = problem.device.get();
     double before = gradient.norm();
     for (int correction = 0; correction < kCorrections; ++correction) {
-      correct(before, h);
-      turned_ = point.z.array() * h.array();
-      multiply(Op::kPlain, problem.gram, turned_, 0.0, product_);
-      remainder_ = -gradient - mu * h - (point.z.conjugate().array() * product_.array()).real().matrix();
-      const double after = remainder_.norm();
+      double after = 0.0;
+      if (device != nullptr) {
+        after = device->correct(correction == 0 ? remainder_.data() : nullptr, unit_of(before), h.data());
+      } else {
+        correct(before, h);
+        turned_ = point.z.array() * h.array();
+        multiply(Op::kPlain, problem.gram, turned_, 0.0, product_);
+        remainder_ = -gradient - mu * h - (point.z.conjugate().array() * product_.array()).real().matrix();
+        after = remainder_.norm();
+      }
       if (after <= kAccuracy * mu * h.norm()) {  // mu is no more than the least eigenvalue
-        correct(after, h);                       // once more: the rest of single precision's rounding, about
+        // Once more: the rest of single precision's rounding, about.
+        if (device != nullptr) {
+          device->correct(nullptr, unit_of(after), h.data());
+        } else {
+          correct(after, h);
+        }
         return true;
       }
       if (!(after <= kSlowest * before)) {
@@ -138,14 +167,14 @@ class NormalStep {
 
 void require_valid(const IncidentProblem& problem, const Eigen::VectorXd& start,
                    const LevenbergMarquardtOptions& options) {
-  if (problem.gram.rows() != problem.gram.cols() || problem.target_count < 0 ||
-      problem.target_count > problem.gram.rows()) {
+  if ((!problem.device && problem.gram.rows() != problem.gram.cols()) || problem.target_count < 0 ||
+      problem.target_count > problem.size()) {
     throw std::invalid_argument("solve_incident: the gram matrix is not square or has fewer rows than targets");
   }
-  if (start.size() != problem.gram.rows()) {
+  if (start.size() != problem.size()) {
     throw std::invalid_argument("solve_incident: the start has another size than the problem");
   }
-  if (!problem.gram.allFinite() || !start.allFinite()) {
+  if (!(problem.device ? problem.device->finite() : problem.gram.allFinite()) || !start.allFinite()) {
     throw std::invalid_argument("solve_incident: the gram matrix or the start holds a value that is not finite");
   }
   if (options.iterations < 1 || !(options.initial_damping > 0) || !(options.gradient_tolerance >= 0) ||
@@ -154,7 +183,21 @@ void require_valid(const IncidentProblem& problem, const Eigen::VectorXd& start,
   }
 }
 
+double largest_diagonal(const IncidentProblem& problem) {
+  return problem.device ? problem.device->largest_diagonal() : problem.gram.diagonal().real().maxCoeff();
+}
+
 }  // namespace
+
+void move_to(PhaseDevice& device, PhaseDevice::Storage storage, IncidentProblem& problem) {
+  if (problem.gram.rows() != problem.gram.cols()) {
+    throw std::invalid_argument("move_to: the gram matrix is not square");
+  }
+  problem.device.reset();
+  if (problem.gram.size() > 0) {
+    problem.device = device.gram(problem.gram.data(), static_cast<int>(problem.gram.rows()), storage);
+  }
+}
 
 double incident_cost(const IncidentProblem& problem, const Eigen::VectorXd& x) { return point_at(problem, x).cost; }
 
@@ -185,12 +228,12 @@ PhaseSolution solve_incident(const IncidentProblem& problem, const Eigen::Vector
   solution.status = size == 0 || is_flat() ? PhaseStatus::kConverged : PhaseStatus::kIterationLimit;
   solution.cost_history.push_back(point.cost);
   // The diagonal of J^T J is that of Q, since |z| = 1.
-  MadsenDamping damping(size > 0 ? options.initial_damping * problem.gram.diagonal().real().maxCoeff() : 0.0);
+  MadsenDamping damping(size > 0 ? options.initial_damping * largest_diagonal(problem) : 0.0);
   iterate(solution, options.iterations, callback, [&](PhaseStatus& status) {
     bool accepted = false;
     if (normal.solve(problem, point, gradient, damping.value(), step)) {
       candidate.x = point.x + step;
-      candidate.evaluate(problem.gram);
+      candidate.evaluate(problem);
       const double predicted = step.dot(damping.value() * step - gradient);
       const double gain = (point.cost - candidate.cost) / predicted;
       const bool tiny = step.norm() <= options.step_tolerance * (1.0 + point.x.norm());

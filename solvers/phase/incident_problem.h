@@ -1,7 +1,10 @@
 #pragma once
 
+#include <memory>
+
 #include <Eigen/Core>
 
+#include "solvers/phase/phase_device.h"
 #include "solvers/phase/phase_solution.h"
 
 namespace touchfield {
@@ -14,9 +17,17 @@ namespace touchfield {
 struct IncidentProblem {
   Eigen::MatrixXcd gram;      // Q, (K + N) x (K + N), Hermitian [Pa2]
   Eigen::Index target_count;  // K; the first K unknowns are theta
+  std::shared_ptr<GramDevice>
+      device{};  // that holds Q and works in the place of gram, which may then be empty; null: none
 
-  Eigen::Index channel_count() const { return gram.rows() - target_count; }
+  Eigen::Index size() const { return device ? device->size() : gram.rows(); }
+  Eigen::Index channel_count() const { return size() - target_count; }
 };
+
+/// Brings Q to a device, which the problem then uses; to be done again where it changes.
+///
+/// throws   std::invalid_argument if gram is not square
+void move_to(PhaseDevice& device, PhaseDevice::Storage storage, IncidentProblem& problem);
 
 /// The cost at the angles x = [theta; phi], K + N [rad].
 double incident_cost(const IncidentProblem& problem, const Eigen::VectorXd& x);
@@ -24,7 +35,7 @@ double incident_cost(const IncidentProblem& problem, const Eigen::VectorXd& x);
 /// J^T f of the real residual f = [Re C z; Im C z]: half the gradient of the cost, Re(conj(i z) .* (Q z)).
 Eigen::VectorXd incident_half_gradient(const IncidentProblem& problem, const Eigen::VectorXd& x);
 
-/// J^T J = Re(diag(conj z) Q diag(z)).
+/// J^T J = Re(diag(conj z) Q diag(z)), from gram.
 Eigen::MatrixXd incident_normal_matrix(const IncidentProblem& problem, const Eigen::VectorXd& x);
 
 struct LevenbergMarquardtOptions {

@@ -32,6 +32,10 @@ void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& fiel
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index quiet_rows, SkinField& field) {
   field.target.resize(problem.target.rows());
   field.quiet.resize(quiet_rows);
+  if (problem.device) {
+    problem.device->send(q.data(), static_cast<int>(quiet_rows), field.target.data(), field.quiet.data());
+    return;
+  }
   multiply(Op::kPlain, problem.target, q, 0.0, field.target);
   if (quiet_rows > 0) {
     multiply(Op::kPlain, problem.quiet.topRows(quiet_rows), q, 0.0, field.quiet);
@@ -40,10 +44,24 @@ void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index qu
 
 void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x) {
   x.resize(problem.channel_count());
+  if (problem.device) {
+    problem.device->send_back(v.target.data(), v.quiet.data(), 0, static_cast<int>(v.quiet.size()), x.data());
+    return;
+  }
   multiply(Op::kAdjoint, problem.target, v.target, 0.0, x);
   if (v.quiet.size() > 0) {
     multiply(Op::kAdjoint, problem.quiet.topRows(v.quiet.size()), v.quiet, 1.0, x);
   }
+}
+
+void send_back_last(const SkinProblem& problem, const Eigen::VectorXcd& v, Eigen::VectorXcd& x) {
+  x.resize(problem.channel_count());
+  if (problem.device) {
+    problem.device->send_back(nullptr, v.data(), static_cast<int>(problem.quiet.rows() - v.size()),
+                              static_cast<int>(v.size()), x.data());
+    return;
+  }
+  multiply(Op::kAdjoint, problem.quiet.bottomRows(v.size()), v, 0.0, x);
 }
 
 double field_cost(const SkinProblem& problem, const SkinField& field) {
@@ -51,7 +69,20 @@ double field_cost(const SkinProblem& problem, const SkinField& field) {
   return (problem.weights.array() * misfit.square()).sum() + field.quiet.squaredNorm();
 }
 
-Eigen::VectorXd target_reach(const SkinProblem& problem) { return problem.target.cwiseAbs().rowwise().sum(); }
+Eigen::VectorXd target_reach(const SkinProblem& problem) {
+  if (problem.device) {
+    return Eigen::Map<const Eigen::VectorXd>(problem.device->reach(), problem.target_count());
+  }
+  return problem.target.cwiseAbs().rowwise().sum();
+}
+
+Eigen::VectorXd quiet_strengths(const SkinProblem& problem) {
+  if (problem.device) {
+    return Eigen::Map<const Eigen::VectorXd>(problem.device->strengths() + problem.target_count(),
+                                             problem.quiet.rows());
+  }
+  return problem.quiet.rowwise().squaredNorm();
+}
 
 void pressure_directions(const SkinProblem& problem, const Eigen::VectorXd& reach, const SkinField& field,
                          const Eigen::VectorXcd& phasors, Eigen::VectorXcd& directions) {

@@ -18,11 +18,17 @@ void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index qu
 /// x = H_T^H v_T + R^H v_Z; v_Z may have fewer entries than R has rows and is 0 from there on.
 void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x);
 
+/// x = R'^H v, R' the last rows of R, as many as v has entries.
+void send_back_last(const SkinProblem& problem, const Eigen::VectorXcd& v, Eigen::VectorXcd& x);
+
 /// sum_j w_j (|u_j| - p'_j)^2 + ||t||^2 of the field [u; t].
 double field_cost(const SkinProblem& problem, const SkinField& field);
 
 /// sum_n |h_jn|, the most that can reach each target face.
 Eigen::VectorXd target_reach(const SkinProblem& problem);
+
+/// sum_n |r_in|^2 of R's rows.
+Eigen::VectorXd quiet_strengths(const SkinProblem& problem);
 
 /// u_j / |u_j|: the direction in which a change of u_j changes |u_j|.
 ///

@@ -44,31 +44,33 @@ void fill_column(const Eigen::VectorXcd& directions, const SkinProblem& problem,
   }
 }
 
-/// Whether A A^H = diag(strengths) with each row as its own unit, by one product of either side with a vector whose
+/// Whether R R^H = diag(strengths) with each row as its own unit, by one product of either side with a vector whose
 /// entries have length one and angles without a pattern: off the diagonal nothing can hide from all of it by chance.
-bool has_orthogonal_rows(const Eigen::MatrixXcd& a, const Eigen::VectorXd& strengths) {
+bool has_orthogonal_rows(const SkinProblem& problem, const Eigen::VectorXd& strengths) {
   constexpr double kRounding = 1e-6;            // of rows down to 1e-5 of the strongest
   constexpr double kAngle = 2.399963229728653;  // the golden one
-  if (a.rows() == 0 || !(strengths.minCoeff() > 0)) {
+  if (strengths.size() == 0 || !(strengths.minCoeff() > 0)) {
     return false;
   }
-  Eigen::VectorXcd x(a.rows());
+  Eigen::VectorXcd x(strengths.size());
   for (Eigen::Index i = 0; i < x.size(); ++i) {
     const auto place = static_cast<double>(i);
     x(i) = std::polar(1.0, kAngle * place * place);
   }
   const Eigen::VectorXd lengths = strengths.cwiseSqrt();
-  const Eigen::VectorXcd sent = a.adjoint() * x.cwiseQuotient(lengths.cast<Complex>());
-  const Eigen::VectorXcd back = (a * sent).cwiseQuotient(lengths.cast<Complex>());
-  return (back - x).norm() < kRounding * x.norm();
+  Eigen::VectorXcd sent;
+  send_back_last(problem, x.cwiseQuotient(lengths.cast<Complex>()), sent);
+  SkinField back;
+  send(problem, sent, back);
+  return (back.quiet.cwiseQuotient(lengths.cast<Complex>()) - x).norm() < kRounding * x.norm();
 }
 
 }  // namespace
 
 SkinJacobian::SkinJacobian(const SkinProblem& problem)
     : problem_(problem),
-      strengths_(problem.quiet.rowwise().squaredNorm()),
-      orthogonal_(has_orthogonal_rows(problem.quiet, strengths_)),
+      strengths_(quiet_strengths(problem)),
+      orthogonal_(has_orthogonal_rows(problem, strengths_)),
       kept_(problem.quiet.rows()),
       reach_(target_reach(problem)),
       root_weights_(problem.weights.cwiseSqrt()) {
@@ -235,13 +237,20 @@ bool SkinJacobian::gradient_left_out(Eigen::VectorXd& gradient) const {
   }
   Eigen::VectorXcd left(weak);
   parts(left) = residual_.tail(2 * weak);
-  drives_.resize(phasors_.size());
-  multiply(Op::kAdjoint, problem_.quiet.bottomRows(weak), left, 0.0, drives_);
+  send_back_last(problem_, left, drives_);
   project(drives_, gradient);
   return true;
 }
 
+SkinMoves SkinJacobian::moves() const {
+  return {directions_.data(), phasors_.data(), radial_.data(), static_cast<int>(radial_.size()),
+          static_cast<int>(kept_)};
+}
+
 double SkinJacobian::largest_row() const {
+  if (device() != nullptr) {
+    return device()->largest_row(moves());
+  }
   const Eigen::Index rank = problem_.quiet.rows();
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(residual_.size());
   Eigen::VectorXd column(residual_.size());

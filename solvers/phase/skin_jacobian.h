@@ -79,6 +79,10 @@ class SkinJacobian {
   template <typename Real>
   void fill(const Eigen::VectorXd& scale, Real* matrix) const;
 
+  /// The problem's device, null if it has none, and what that needs to form J; valid until the point or the moves change.
+  SkinDevice* device() const { return problem_.device.get(); }
+  SkinMoves moves() const;
+
  private:
   /// The channel that a column moves and the change of its drive.
   std::pair<Eigen::Index, std::complex<double>> move_of(Eigen::Index column) const;

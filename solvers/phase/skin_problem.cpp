@@ -33,11 +33,16 @@ void require_valid(const SkinProblem& problem, const char* who) {
   require(faces + 2 * problem.quiet.rows() <= std::numeric_limits<int>::max() &&
               channels <= std::numeric_limits<int>::max() / 2,
           who, "the problem has too many rows or channels");
-  require(problem.target.allFinite() && problem.quiet.allFinite(), who,
+  require(problem.device ? problem.device->finite() : problem.target.allFinite() && problem.quiet.allFinite(), who,
           "target or quiet holds a value that is not finite");
   require(problem.amplitudes.allFinite() && (problem.amplitudes.array() >= 0).all(), who,
           "amplitudes must be finite and >= 0");
   require(problem.weights.allFinite() && (problem.weights.array() > 0).all(), who, "weights must be finite and > 0");
+}
+
+void move_to(PhaseDevice& device, SkinProblem& problem) {
+  problem.device = device.skin(problem.target.data(), static_cast<int>(problem.target.rows()), problem.quiet.data(),
+                               static_cast<int>(problem.quiet.rows()), static_cast<int>(problem.channel_count()));
 }
 
 double silent_cost(const SkinProblem& problem) { return problem.weights.dot(problem.amplitudes.cwiseAbs2()); }

@@ -1,6 +1,10 @@
 #pragma once
 
+#include <memory>
+
 #include <Eigen/Core>
+
+#include "solvers/phase/phase_device.h"
 
 namespace touchfield {
 
@@ -15,6 +19,7 @@ struct SkinProblem {
   Eigen::VectorXd amplitudes;  // p', K [Pa], >= 0
   Eigen::VectorXd weights;     // w, K, > 0 (areas [m2])
   Eigen::MatrixXcd quiet;      // R, r x N [Pa m]; r may be 0. Fastest with orthogonal rows, the strongest first
+  std::shared_ptr<SkinDevice> device{};  // that holds target and quiet too and multiplies in their place; null: none
 
   Eigen::Index target_count() const { return target.rows(); }
   Eigen::Index channel_count() const { return target.cols(); }
@@ -23,6 +28,9 @@ struct SkinProblem {
 /// throws   std::invalid_argument on sizes that do not fit, K or N of 0, a value that is not finite, a negative
 ///          amplitude or a weight that is not > 0; `who` begins the message
 void require_valid(const SkinProblem& problem, const char* who);
+
+/// Brings the problem's matrices to a device, which all methods then use; to be done again where they change.
+void move_to(PhaseDevice& device, SkinProblem& problem);
 
 /// The cost of no sound at all, sum_j w_j p'_j^2.
 double silent_cost(const SkinProblem& problem);

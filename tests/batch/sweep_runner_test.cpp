@@ -71,7 +71,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
       scenes_.push_back(read_scene_text(scene, "tiny.yaml", ""));
     }
     plan_.parameters = {"act"};
-    identity_ = SweepIdentity(plan_, "hash", {});
+    identity_ = SweepIdentity{plan_, "hash", {}};
   }
 
   /// Statuses and reasons by number, of all there are afterwards.

@@ -75,15 +75,42 @@ class Fit(CommandTest):
         scene += "target:" + SEEN.split("target:")[1].split("motion:")[0] + "motion: {seconds: 1.3, solve_ms: 20}\n"
         self.run_ok("check", self.write("fitted.yaml", scene))
 
-    def test_results_never_land_among_the_images(self):
+    def refused(self, *command):
+        before = self.entries()
+        for force in ((), ("--force",)):
+            done = self.touchfield(*command, *force)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn("must be another directory, apart from", done.stderr)
+        self.assertEqual(self.entries(), before)
+
+    def test_results_never_take_the_place_of_images(self):
         self.seen()
         recorded = SEEN.split("  change:")[0] + "  sensor: {recorded: {folder: seen}}\n"
         scene = self.write("recorded.yaml", recorded.replace("length_mm: 184, breadth_mm: 82", ""))
-        for command in (("fit", "seen"), ("play", scene, "--set", "motion.seconds=0.1")):
-            done = self.touchfield(*command, "-o", "seen", "--force")
-            self.assertEqual(done.returncode, 2)
-            self.assertIn("the folder of the images, must be another one", done.stderr)
-        self.assertEqual(len(list((self.folder / "seen/camera_1").iterdir())), 9)
+        for command in (("fit", "seen"), ("play", scene), ("run", scene), ("live", scene)):
+            for output in ("seen", "seen/", "seen/camera_1", "seen/new"):
+                self.refused(*command, "-o", output)
+        (self.folder / "link").symlink_to("seen")
+        self.refused("fit", "seen", "-o", "link")
+        # The images are of the run that the folder above them holds.
+        self.write("files.json", '{"format": "touchfield-files", "files": ["seen/times.csv"]}')
+        self.refused("fit", "seen", "-o", ".")
+
+    def test_results_never_take_the_place_of_meshes(self):
+        self.seen()
+        self.run_ok("fit", "seen", "-o", "out", "--edge-mm", "6", "--quiet")
+        rest = SEEN.split("body:")[0], "target:" + SEEN.split("target:")[1].split("motion:")[0]
+        body = (self.folder / "out/body.yaml").read_text()
+        own = self.folder / "out/body.yaml"  # made a scene: a file of fit's all the same
+        own.write_text(rest[0] + body + rest[1] + "motion: {seconds: 0.1, solve_ms: 20}\n")
+        other = self.write("scene.yaml", own.read_text())
+        still = self.write("still.yaml", rest[0] + "body: {mesh: {file: out/skin_0001.vtp, unit: m}}\n"
+                           + rest[1].replace("at: index_pad", "centre_mm: [0, 0, 200]"))
+        for command in (("play", own), ("play", other), ("run", still), ("study", still), ("live", other)):
+            self.refused(*command, "-o", "out")
+        # A folder of the scene's own with nothing of the scene in it.
+        self.run_ok("play", other, "-o", "out/play", "--quiet")
+        self.run_ok("play", other, "-o", "out/play", "--quiet", "--force")
 
     def vertices(self, path):
         self.run_ok("mesh", path, "--unit", "m", "--output-unit", "mm", "-o", path.with_suffix(".off"))

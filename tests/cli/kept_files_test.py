@@ -33,7 +33,8 @@ class KeptFiles(CommandTest):
         done = self.touchfield("compare", "kept/run", "again", "--tolerance", "1e-6").stdout
         # Keys that have come since are at their defaults; forces are estimated otherwise since.
         self.assertIn("scene     the same\n", done)
-        self.assertIn("          A lacks 1 key that B has at its default: solve.methods[1].paper.faces\n", done)
+        self.assertIn("          A lacks 2 keys that B has at their defaults: solve.methods[1].paper.faces, "
+                      "solve.device\n", done)
         self.assertNotIn("scene_hash", done)
         self.assertNotIn("the scene:", done)
         differing = re.findall(r"^  (?:focus|paper) +([a-z_]+) +\S+ +\S+ +\S+$", done, re.MULTILINE)

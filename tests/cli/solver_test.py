@@ -104,8 +104,9 @@ class Solver(CommandTest):
         self.run_ok("run", "scene.yaml", "-o", "out", "--set", "judge={split: 1}", "--set", "solve.alarm=always")
         with open_run(self.folder / "out") as run:
             solves = run["solves"]
-            self.assertEqual(set(solves), {"stage", "scheme", "solver", "precision", "unknowns", "right_hand_sides",
-                                           "steps", "refinements", "residual", "converged", "seconds"})
+            self.assertEqual(set(solves), {"stage", "scheme", "solver", "precision", "device", "unknowns",
+                                           "right_hand_sides", "steps", "refinements", "residual", "converged",
+                                           "seconds"})
             stages = list(solves["stage"].asstr()[:])
             self.assertEqual(len({column.shape for column in solves.values()}), 1)
             for stage in ["pressure of paper", "pressure of fixed", "alarm", "judge"]:

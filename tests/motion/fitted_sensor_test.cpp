@@ -204,7 +204,8 @@ TEST_F(Fitted, RecordedImagesArePlayedWithoutScores) {
   const auto fault = [&](const std::vector<std::string>& overrides) {
     return message_of<InputError>([&] { sensed_motion(scene_from(kFingerBody + motion_text, overrides)); });
   };
-  EXPECT_THAT(fault({"motion.seconds=0.5"}), HasSubstr("motion.seconds = 0.5 must be <= 0.18"));
+  EXPECT_NO_THROW(sensed_motion(scene_from(kFingerBody + motion_text, {"motion.seconds=0.225"})));  // a period more
+  EXPECT_THAT(fault({"motion.seconds=0.226"}), HasSubstr("motion.seconds = 0.226 must be <= 0.225"));
   EXPECT_THAT(fault({"motion.change=[{path: 'body.place.at_mm[0]', rate: 30}]"}),
               HasSubstr("motion.change: the images of motion.sensor.recorded say how the hand moves"));
   EXPECT_THAT(fault({"body={sphere: {radius_mm: 8}, edge_mm: 3, place: {at_mm: [0, 0, 80]}}",

@@ -36,9 +36,10 @@ class Cases(unittest.TestCase):
         self.assertIn("at_mm: [560, -50, -215]", sights.cameras(count=1, scale=2)["motion.sensor"])
         self.assertIn("at_mm: [280, -50, 0]", sights.cameras(count=1)["motion.sensor"])
 
-    def test_every_hand_has_an_exact_sensor(self):
-        exact = {case.hand for case in sights.cases() if case.group == "exact"}
-        self.assertEqual(exact, {case.hand for case in sights.cases()})
+    def test_every_motion_of_every_hand_has_an_exact_sensor(self):
+        exact = [case.same() for case in sights.cases() if case.group == "exact"]
+        self.assertEqual(len(exact), len(set(exact)))
+        self.assertEqual(set(exact), {case.same() for case in sights.cases()})
 
     def test_every_group_has_words(self):
         self.assertEqual({case.group for case in sights.cases()} - {"exact"}, set(cameras.GROUPS))

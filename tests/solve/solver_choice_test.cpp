@@ -2,6 +2,8 @@
 
 #include <gmock/gmock.h>
 
+#include "sim/core/errors.h"
+#include "sim/gpu/gpu_library.h"
 #include "tests/support/solve_support.h"
 
 namespace touchfield {
@@ -52,6 +54,46 @@ TEST(SolverChoice, TheSceneIsObeyed) {
   EXPECT_EQ(decision.options.tolerance, 1e-3);
   EXPECT_EQ(decision.options.max_steps, 17);
   EXPECT_EQ(decision.reason, "as the scene asks");
+}
+
+TEST(DeviceChoice, TheProcessorDoesWhatOnlyItKnows) {
+  constexpr Eigen::Index kMany = 20'000;
+  SolverSpec spec;
+  EXPECT_FALSE(choose_device(spec, Scheme::kChief, kMany, 400).card);
+  EXPECT_FALSE(choose_device(spec, Scheme::kPaper, 1000, 100).card);  // a card would hardly have started
+  EXPECT_EQ(choose_device(spec, Scheme::kPaper, kMany, 400).card.has_value(), gpu_library().cards > 0);
+  spec.tolerance = 1e-6;
+  EXPECT_FALSE(choose_device(spec, Scheme::kPaper, kMany, 400).card);
+  spec.tolerance = 1e-4;
+  spec.precision = PrecisionChoice::kDouble;
+  EXPECT_FALSE(choose_device(spec, Scheme::kPaper, kMany, 400).card);
+  spec.precision = PrecisionChoice::kAuto;
+  spec.device = *compute_device("cpu");
+  EXPECT_FALSE(choose_device(spec, Scheme::kPaper, kMany, 400).card);
+}
+
+TEST(DeviceChoice, ACardThatIsAskedForIsThereOrAnError) {
+  SolverSpec spec;
+  spec.device = *compute_device("cuda:" + std::to_string(gpu_library().cards));
+  EXPECT_THROW(choose_device(spec, Scheme::kPaper, 100, 1), NotBuiltError);
+  if (gpu_library().cards > 0) {
+    spec.device = *compute_device("cuda");
+    EXPECT_EQ(choose_device(spec, Scheme::kPaper, 100, 1).card, 0);
+    EXPECT_FALSE(choose_device(spec, Scheme::kChief, 100, 1).card);
+    spec.tolerance = 1e-6;
+    EXPECT_FALSE(choose_device(spec, Scheme::kPaper, 100, 1).card);
+  }
+}
+
+TEST(DeviceChoice, TextIsReadAndWritten) {
+  for (const char* text : {"auto", "cpu", "cuda", "cuda:1", "cuda:12"}) {
+    ASSERT_TRUE(compute_device(text)) << text;
+    EXPECT_EQ(to_string(*compute_device(text)), text);
+  }
+  EXPECT_EQ(compute_device("cuda:0"), compute_device("cuda"));
+  for (const char* text : {"", "gpu", "cuda:", "cuda:-1", "cuda:1x", "cuda1", "CUDA", "cuda:99999999999"}) {
+    EXPECT_FALSE(compute_device(text)) << text;
+  }
 }
 
 TEST(LargestBlock, MethodsThatNeedEveryChannelCountInTheirOwnScheme) {

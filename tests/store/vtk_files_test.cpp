@@ -90,6 +90,7 @@ void expect_provenance(vtkDataObject* data, const RunData& run) {
                                                                      {"start", from.start},
                                                                      {"blas_core", from.blas_core},
                                                                      {"instruction_level", from.instruction_level},
+                                                                     {"card", from.card},
                                                                      {"end", from.end},
                                                                      {"scene_hash", from.scene_hash},
                                                                      {"scene", run.scene}};

@@ -198,6 +198,7 @@ inline Run full_run() {
                     .machine = "host, processor, 2 logical cores",
                     .blas_core = "Haswell",
                     .instruction_level = "v3",
+                    .card = "a card (cuda:0), driver for CUDA 13.0, CUDA 12.4",
                     .threads = 2,
                     .seeds = "",
                     .command_line = "touchfield run scene.yaml",

@@ -132,6 +132,59 @@ TEST(HandTracker, OneCameraFromTheSideDoesNotLoseTheHand) {
   EXPECT_EQ(lost, 0);
 }
 
+/// A hand that a template of the mean size is to see.
+struct OtherHand {
+  const char* pose;
+  HandSide side;
+};
+
+class OtherHands : public ::testing::TestWithParam<OtherHand> {};
+
+TEST_P(OtherHands, AreFoundAndFollowed) {
+  HandShape mean;
+  mean.pose = GetParam().pose;
+  mean.side = GetParam().side;
+  HandShape shape = mean;
+  shape.length = 0.183;
+  shape.breadth = 0.083;
+  const HandTemplate own(mean, 4.5e-3);
+  const MovingHand hand(shape, 4.5e-3);
+  std::vector<CameraSpec> specs = cameras_beside_array();
+  for (CameraSpec& spec : specs) {
+    spec.resolution = {424, 240};
+  }
+  const SimulatedCameras cameras(specs, 1);
+  HandTracker tracker(own, cameras.told(), workspace_above_array());
+  const auto at = [&](int frame) {
+    return cameras.sees(hand.mesh(frame * kFrameTime), frame * kFrameTime, static_cast<std::uint64_t>(frame));
+  };
+  ASSERT_TRUE(tracker.learn({at(0), at(5), at(10), at(15)}));
+  tracker.forget();
+  int frame = 30;
+  while (tracker.track(at(frame)).lost && frame < 45) {
+    ++frame;
+  }
+  ASSERT_LT(frame, 45) << "not found within half a second";
+  for (const int last = frame + 3; frame < last;) {
+    const HandFit fit = tracker.track(at(++frame));
+    ASSERT_FALSE(fit.lost) << frame;
+    Points skin;
+    tracker.skin(fit, skin);
+    const TriangleMesh truth = hand.mesh(frame * kFrameTime);
+    const SkinError error =
+        skin_error(truth, {skin, own.mesh().triangles()}, faces_seen(cameras.told(), truth), {Vector3::Zero(), 0});
+    EXPECT_LT(error.seen.rms, 0.45e-3);
+    EXPECT_LT(error.seen.p95, 0.9e-3);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(HandTracker, OtherHands,
+                         testing::Values(OtherHand{"index_up", HandSide::kLeft}, OtherHand{"flat", HandSide::kRight},
+                                         OtherHand{"grasp", HandSide::kRight}),
+                         [](const auto& of) {
+                           return (of.param.side == HandSide::kLeft ? "left_" : "right_") + std::string(of.param.pose);
+                         });
+
 TEST(HandTracker, SaysWhichFacesWereSeen) {
   Sight sight;
   ASSERT_TRUE(sight.learn(moving_hand(), exact()));

@@ -524,5 +524,33 @@ TEST_F(LiveScene, GoesThroughItsMotion) {
   play_it(loop, motion, [](const Drive&) { return DriveFrame{{1}, {255}}; });
 }
 
+// The fit's model of the hand is carried on in one thread while phases are found on it in the other.
+TEST_F(LiveOnTheWallClock, AHandIsFittedBesideTheSolver) {
+  const Scene scene = testing::scene_from(
+      "name: seen\n"
+      "array: {grid: {count: [6, 5], pitch_mm: 10.16}}\n"
+      "body: {hand: {pose: index_up}, place: {landmark: index_pad, at_mm: [0, 0, 200]}, edge_mm: 6, keep_within_mm: "
+      "22}\n"
+      "target: {box: {at: index_pad, size_mm: [8, 8, 6]}, pressure_pa: 500}\n"
+      "solve: {methods: [surface], scheme: paper_corrected}\n"
+      "motion:\n"
+      "  seconds: 0.5\n"
+      "  stale_ms: 10000\n"
+      "  sensor:\n"
+      "    hz: 10\n"
+      "    cameras:\n"
+      "      - {at_mm: [280, -50, 0], look_at_mm: [0, -50, 215], resolution: [320, 180]}\n"
+      "      - {at_mm: [-280, -50, 0], look_at_mm: [0, -50, 215], resolution: [320, 180]}\n");
+  const SensedMotion sensed = sensed_motion(scene);
+  Progress silent;
+  sensed.sensor->start(silent);
+  MotionFrame first;
+  LiveLoop loop(
+      *scene.motion, [&](std::int64_t number, double seconds) { return sensed.sensor->sample(number, seconds); },
+      [&] { return live_solver(*sensed.sensor, scene.solve.methods.front(), first); }, pace_.time);
+  play_it(loop, *scene.motion, [](const Drive&) { return DriveFrame{{1}, {255}}; });
+  EXPECT_FALSE(loop.report().frames.front().lost);
+}
+
 }  // namespace
 }  // namespace touchfield

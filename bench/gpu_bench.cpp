@@ -1,0 +1,133 @@
+// The card against the processor: pressures of a block of drives on hands of more and more faces, errors beside. Prints a
+// table in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR [EDGE_MM:CHANNELS_X:CHANNELS_Y:COLUMNS:SCHEME ...]]
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include <omp.h>
+
+#include "sim/body/hand.h"
+#include "sim/core/version.h"
+#include "sim/gpu/body_on_card.h"
+#include "sim/gpu/gpu_library.h"
+
+namespace touchfield {
+namespace {
+
+double seconds_of(const auto& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+struct Case {
+  double edge_mm;
+  int x, y, columns;
+  std::string scheme;
+};
+
+/// About 200 mm below the hand.
+TransducerArray array_below(const TriangleMesh& mesh, int x, int y) {
+  const Vector3 middle = mesh.centroids().rowwise().mean();
+  ArrayLayout layout = grid_layout(x, y, kAutd3Pitch);
+  layout = transformed(layout, Eigen::Matrix3d::Identity(), middle - Vector3(0, 0, 0.2));
+  return make_array(layout, Directivity::t4010a1(), 1.0, kAutd3SourceStrength);
+}
+
+Eigen::MatrixXcd some_drives(Eigen::Index channels, int columns) {
+  Eigen::MatrixXcd q(channels, columns);
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    q(i) = std::polar(1.0, 0.1 * static_cast<double>((i * i + 7 * i) % 61));
+  }
+  return q;
+}
+
+void measure(const Case& c, Eigen::Index most_on_processor) {
+  HandOptions options;
+  options.edge = 1e-3 * c.edge_mm;
+  const TriangleMesh mesh = hand(options).mesh;
+  const Wave wave(air(293.15), 40e3);
+  const TransducerArray array = array_below(mesh, c.x, c.y);
+  Scheme scheme = Scheme::kBurtonMillerPolished;
+  for (const Scheme known : all_schemes()) {
+    scheme = to_string(known) == c.scheme ? known : scheme;
+  }
+  const Eigen::MatrixXcd q = some_drives(array.size(), c.columns);
+  const ScatteringSystem system(mesh, wave, scheme);
+  SolverOptions solver;
+  solver.tolerance = 1e-4;
+  std::unique_ptr<BodyOnCard> card;
+  Solved first;
+  const double set_up = seconds_of([&] { card = std::make_unique<BodyOnCard>(shared_gpu(0), system, solver, true); });
+  const double cold = seconds_of([&] { first = card->pressure(array, q); });
+  const double again = seconds_of([&] { card->pressure(array, q); });
+  // As a frame: moved by 0.5 mm, from the pressures before, but for few faces nothing comes back.
+  card->spanned(array, q, {0}, nullptr);
+  Points vertices = mesh.vertices();
+  vertices.row(0).array() += 0.5e-3;
+  const TriangleMesh moved(vertices, mesh.triangles());
+  BodyOnCard::Spanned warm;
+  const Eigen::VectorXd weights = mesh.areas();
+  const double frame = seconds_of([&] {
+    card->move(moved);
+    warm = card->spanned(array, q, {0, 1, 2}, &weights);
+  });
+  double processor = std::nan("");
+  double error = std::nan("");
+  if (mesh.face_count() <= most_on_processor) {
+    Eigen::MatrixXcd expected;
+    processor = seconds_of([&] {
+      const IncidentField field = system.incident(array, q);
+      SolverOptions on_processor;
+      on_processor.kind = c.columns > 8 ? SolverKind::kLu : SolverKind::kMatrixFree;
+      on_processor.tolerance = 1e-6;
+      expected = system.pressure(make_solver(system, on_processor)->solve(system.right_hand_side(field)).x, field);
+    });
+    error = (first.x - expected).norm() / expected.norm();
+  }
+  std::printf("%s,%ld,%ld,%d,\"%s\",%.4f,%.4f,%.4f,%.4f,%d,%d,%.1e,%d,%.3f,%.1e,%.0f\n", c.scheme.c_str(),
+              static_cast<long>(mesh.face_count()), static_cast<long>(array.size()), c.columns,
+              to_string(card->kind()).c_str(), set_up, cold, again, frame, first.report.steps, first.report.refinements,
+              first.report.residual, warm.report.steps, processor, error,
+              static_cast<double>(card->gpu().most_taken()) / 1048576.0);
+  std::fflush(stdout);
+}
+
+int run(int count, char** values) {
+  const Eigen::Index most = count > 1 ? std::atol(values[1]) : 12'000;
+  std::vector<Case> cases;
+  for (int i = 2; i < count; ++i) {
+    char scheme[64] = "";
+    Case c{};
+    if (std::sscanf(values[i], "%lf:%d:%d:%d:%63s", &c.edge_mm, &c.x, &c.y, &c.columns, scheme) != 5) {
+      std::fprintf(stderr, "gpu_bench: %s: must be EDGE_MM:X:Y:COLUMNS:SCHEME\n", values[i]);
+      return 2;
+    }
+    c.scheme = scheme;
+    cases.push_back(c);
+  }
+  if (gpu_library().cards == 0) {
+    std::fprintf(stderr, "gpu_bench: %s\n", gpu_library().why_none.c_str());
+    return 3;
+  }
+  const double start = seconds_of([] { shared_gpu(0); });
+  std::printf(
+      "# made by: bench/gpu_bench on one %s, CUDA %s, started in %.2f s, processor with %d threads; revision: %s\n",
+      shared_gpu(0)->info().name.c_str(), shared_gpu(0)->info().toolkit.c_str(), start, omp_get_max_threads(),
+      build_info().revision.c_str());
+  std::printf(
+      "scheme,faces,channels,right_hand_sides,solver,set_up_s,first_s,again_s,frame_s,steps,refinements,residual,"
+      "frame_steps,processor_s,error,card_mb\n");
+  for (const Case& c : cases) {
+    measure(c, most);
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace touchfield
+
+int main(int count, char** values) { return touchfield::run(count, values); }

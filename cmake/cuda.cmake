@@ -1,0 +1,21 @@
+# The graphics card's part, libtouchfield_gpu.so: built where nvcc 12 or later is found, loaded when the program runs.
+set(TOUCHFIELD_CUDA AUTO CACHE STRING "Build the graphics card's library: AUTO (where nvcc 12 or later is found), ON or OFF")
+set_property(CACHE TOUCHFIELD_CUDA PROPERTY STRINGS AUTO ON OFF)
+
+set(TOUCHFIELD_HAS_CUDA OFF CACHE INTERNAL "")
+if(NOT TOUCHFIELD_CUDA STREQUAL OFF AND NOT TOUCHFIELD_SANITIZE)
+  include(CheckLanguage)
+  check_language(CUDA)
+  if(CMAKE_CUDA_COMPILER)
+    # Machine code for the study's own card, for an A100 and for an H100; later ones compile the last one's PTX.
+    set(CMAKE_CUDA_ARCHITECTURES 75-real 80-real 90 CACHE STRING "Compute capabilities to compile for")
+    enable_language(CUDA)
+    find_package(CUDAToolkit QUIET)
+    if(CMAKE_CUDA_COMPILER_VERSION VERSION_GREATER_EQUAL 12 AND TARGET CUDA::cusolver)
+      set(TOUCHFIELD_HAS_CUDA ON CACHE INTERNAL "")
+    endif()
+  endif()
+  if(TOUCHFIELD_CUDA STREQUAL ON AND NOT TOUCHFIELD_HAS_CUDA)
+    message(FATAL_ERROR "TOUCHFIELD_CUDA=ON needs nvcc 12 or later with cuBLAS and cuSOLVER")
+  endif()
+endif()

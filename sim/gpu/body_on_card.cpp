@@ -1,0 +1,188 @@
+#include "sim/gpu/body_on_card.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+std::vector<int> numbers(const std::vector<Eigen::Index>& faces) { return {faces.begin(), faces.end()}; }
+
+GpuSolveOptions card_options(const SolverOptions& options, bool leaves_open) {
+  GpuSolveOptions card;
+  card.tolerance = options.tolerance;
+  card.max_steps = options.max_steps;
+  card.restart = options.restart;
+  using Kind = GpuSolveOptions::Kind;
+  card.kind = leaves_open                          ? Kind::kAuto
+              : options.kind == SolverKind::kLu    ? Kind::kLu
+              : options.kind == SolverKind::kGmres ? Kind::kGmres
+                                                   : Kind::kMatrixFree;
+  return card;
+}
+
+}  // namespace
+
+/// Errors of the card as the program knows them.
+template <typename Work>
+auto BodyOnCard::guarded(const Work& work) const {
+  try {
+    return work();
+  } catch (const GpuMemoryFailure&) {
+    throw;
+  } catch (const GpuFailure& failure) {
+    throw DeviceError(failure.what());
+  } catch (const std::domain_error& error) {
+    throw NumericalError(fmt::format("scattering by {} faces, scheme {}, on {}: {}", system_.faces(),
+                                     to_string(system_.scheme()), gpu_->info().name, error.what()));
+  }
+}
+
+BodyOnCard::BodyOnCard(std::shared_ptr<Gpu> gpu, const ScatteringSystem& system, const SolverOptions& options,
+                       bool leaves_open)
+    : gpu_(std::move(gpu)), system_(system), options_(card_options(options, leaves_open)) {
+  const SchemeTraits& scheme = traits(system.scheme());
+  if (scheme.interior_points) {
+    throw std::invalid_argument("BodyOnCard: a scheme with interior points");
+  }
+  const TriangleMesh& mesh = system.mesh();
+  const FaceRule& rule = system.options().rule;
+  const Eigen::Matrix3Xi triangles = mesh.triangles().cast<int>();
+  GpuBodySpec spec;
+  spec.vertices = mesh.vertices().data();
+  spec.vertex_count = static_cast<int>(mesh.vertex_count());
+  spec.triangles = triangles.data();
+  spec.faces = static_cast<int>(mesh.face_count());
+  spec.k = system.wave().k();
+  spec.alpha = system.wave().wavenumber().imag();
+  spec.coupling = system.options().coupling;
+  spec.burton_miller = scheme.burton_miller;
+  spec.corrected = scheme.corrected;
+  spec.polished = scheme.polished;
+  spec.split_ratio = rule.split_ratio;
+  spec.seven_below = rule.seven_below;
+  spec.three_below = rule.three_below;
+  body_ = guarded([&] { return gpu_->body(spec); });
+}
+
+std::size_t BodyOnCard::near_pairs() const {
+  return guarded([&] { return body_->near_pairs(); });
+}
+
+void BodyOnCard::aim(const TransducerArray& array) {
+  const Eigen::VectorXcd response = factors(array.response);
+  GpuSources sources;
+  sources.plane_wave = array.kind == TransducerArray::Kind::kPlaneWave;
+  sources.count = static_cast<int>(array.size());
+  sources.positions = array.positions.data();
+  sources.axes = array.axes.data();
+  sources.amplitudes = array.amplitudes.data();
+  sources.response = array.response.as_designed() ? nullptr : response.data();
+  sources.spline = array.directivity.spline();
+  sources.intervals = Directivity::kIntervals;
+  sources.interval = Directivity::kInterval;
+  sources.piston_ka = array.directivity.ka();
+  guarded([&] { body_->set_sources(sources); });
+}
+
+SolveReport BodyOnCard::reported(const GpuSolveReport& report) {
+  using Kind = GpuSolveOptions::Kind;
+  kind_ = report.kind == Kind::kLu      ? SolverKind::kLu
+          : report.kind == Kind::kGmres ? SolverKind::kGmres
+                                        : SolverKind::kMatrixFree;
+  return {report.steps, report.refinements, report.residual, report.converged};
+}
+
+Solved BodyOnCard::pressure(const TransducerArray& array, const Eigen::MatrixXcd& drives,
+                            const ScatteringSolver::Report& report) {
+  aim(array);
+  spanned_columns_ = 0;
+  Solved solved;
+  solved.x.resize(system_.faces(), drives.cols());
+  guarded([&] {
+    solved.report = reported(body_->solve(drives.data(), static_cast<int>(drives.cols()), false, options_, report));
+    body_->pressures(solved.x.data());
+  });
+  return solved;
+}
+
+void BodyOnCard::take(const std::vector<Eigen::Index>& faces, const Eigen::VectorXd* weights, Spanned& spanned) {
+  const Eigen::Index rank = spanned.drives.cols();
+  spanned.target.resize(static_cast<Eigen::Index>(faces.size()), rank);
+  body_->rows(numbers(faces).data(), static_cast<int>(faces.size()), spanned.target.data());
+  if (weights != nullptr) {
+    spanned.quiet.resize(rank, rank);
+    body_->gram(weights->data(), spanned.quiet.data());
+  }
+}
+
+BodyOnCard::Spanned BodyOnCard::spanned(const TransducerArray& array, double tolerance,
+                                        const std::vector<Eigen::Index>& faces, const Eigen::VectorXd* weights,
+                                        const ScatteringSolver::Report& report) {
+  aim(array);
+  Spanned spanned;
+  guarded([&] {
+    GpuBody::Span span = body_->span(tolerance, options_, report);
+    spanned.drives = Eigen::Map<const Eigen::MatrixXcd>(span.drives.data(), array.size(), span.rank);
+    spanned.left_out = span.left_out;
+    spanned.report = reported(span.report);
+    take(faces, weights, spanned);
+  });
+  spanned_columns_ = static_cast<int>(spanned.drives.cols());
+  return spanned;
+}
+
+BodyOnCard::Spanned BodyOnCard::spanned(const TransducerArray& array, const Eigen::MatrixXcd& drives,
+                                        const std::vector<Eigen::Index>& faces, const Eigen::VectorXd* weights,
+                                        const ScatteringSolver::Report& report) {
+  aim(array);
+  Spanned spanned;
+  spanned.drives = drives;
+  const auto columns = static_cast<int>(drives.cols());
+  guarded([&] {
+    spanned.report = reported(body_->solve(drives.data(), columns, columns == spanned_columns_, options_, report));
+    take(faces, weights, spanned);
+  });
+  spanned_columns_ = columns;
+  return spanned;
+}
+
+Eigen::MatrixXcd BodyOnCard::spanned_pressure() const {
+  Eigen::MatrixXcd pressure(system_.faces(), spanned_columns_);
+  guarded([&] { body_->pressures(pressure.data()); });
+  return pressure;
+}
+
+Solved BodyOnCard::transfer_rows(const TransducerArray& array, const std::vector<Eigen::Index>& faces,
+                                 const ScatteringSolver::Report& report) {
+  aim(array);
+  spanned_columns_ = 0;
+  Solved solved;
+  solved.x.resize(static_cast<Eigen::Index>(faces.size()), array.size());
+  guarded([&] {
+    solved.report = reported(
+        body_->transfer_rows(numbers(faces).data(), static_cast<int>(faces.size()), solved.x.data(), options_, report));
+  });
+  return solved;
+}
+
+void BodyOnCard::move(const TriangleMesh& mesh) {
+  guarded([&] { body_->move(mesh.vertices().data()); });
+}
+
+HermitianEigen hermitian_eigen(Gpu& gpu, const Eigen::MatrixXcd& matrix) {
+  HermitianEigen eigen{Eigen::VectorXd(matrix.rows()), Eigen::MatrixXcd(matrix.rows(), matrix.rows())};
+  try {
+    gpu.hermitian_eigen(static_cast<int>(matrix.rows()), matrix.data(), eigen.values.data(), eigen.vectors.data());
+  } catch (const GpuFailure& failure) {
+    throw DeviceError(failure.what());
+  }
+  return eigen;
+}
+
+}  // namespace touchfield

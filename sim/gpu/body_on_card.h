@@ -1,0 +1,83 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/bem/scattering_solver.h"
+#include "sim/gpu/gpu.h"
+#include "solvers/linear/hermitian_eigen.h"
+
+namespace touchfield {
+
+/// The least tolerance that the card reaches: residuals there are in single precision. The plain schemes may stop at some
+/// 2e-5 near a resonance, which their report says.
+inline constexpr double kFinestOnCard = 1e-5;
+
+/// A ScatteringSystem on a graphics card: what its solver and its sums do on the processor, in single precision.
+///
+/// accuracy   pressures within 1e-4 of those in double at the finest tolerance, of the plain schemes 1e-3 off resonance
+/// throws     NumericalError on a singular system and values that are not finite, GpuMemoryFailure where the card has no
+///            room even without a stored matrix, DeviceError where it fails
+class BodyOnCard {
+ public:
+  /// system   of a scheme without interior points; outlives this
+  /// leaves_open   whether the card chooses between LU and GMRES
+  BodyOnCard(std::shared_ptr<Gpu> gpu, const ScatteringSystem& system, const SolverOptions& options, bool leaves_open);
+  BodyOnCard(std::shared_ptr<Gpu>, const ScatteringSystem&&, const SolverOptions&, bool) = delete;
+
+  Gpu& gpu() const { return *gpu_; }
+  std::size_t near_pairs() const;
+
+  /// How it was solved last.
+  SolverKind kind() const { return kind_; }
+
+  /// Pressures of drives N x S, M x S [Pa].
+  Solved pressure(const TransducerArray& array, const Eigen::MatrixXcd& drives,
+                  const ScatteringSolver::Report& report = {});
+
+  /// What drives that span the channels make of the body; see make_transfer.
+  struct Spanned {
+    Eigen::MatrixXcd drives;  // V, N x r
+    double left_out = 0;
+    SolveReport report;
+    Eigen::MatrixXcd target;  // P of the faces asked for, K x r
+    Eigen::MatrixXcd quiet;   // P^H diag(weights) P, r x r; of no size without weights
+  };
+  /// faces     whose rows of P are wanted
+  /// weights   M; null: no Gram matrix
+  Spanned spanned(const TransducerArray& array, double tolerance, const std::vector<Eigen::Index>& faces,
+                  const Eigen::VectorXd* weights, const ScatteringSolver::Report& report = {});
+  /// The same of drives that are given. With as many as the last time its pressures are the start: for a body that moves.
+  Spanned spanned(const TransducerArray& array, const Eigen::MatrixXcd& drives, const std::vector<Eigen::Index>& faces,
+                  const Eigen::VectorXd* weights, const ScatteringSolver::Report& report = {});
+  /// P of the last spanned(), M x r.
+  Eigen::MatrixXcd spanned_pressure() const;
+
+  /// Rows of H of the given faces, K x N [Pa].
+  Solved transfer_rows(const TransducerArray& array, const std::vector<Eigen::Index>& faces,
+                       const ScatteringSolver::Report& report = {});
+
+  /// The same body deformed: the same triangles, other vertices.
+  void move(const TriangleMesh& mesh);
+
+ private:
+  template <typename Work>
+  auto guarded(const Work& work) const;
+  void aim(const TransducerArray& array);
+  SolveReport reported(const GpuSolveReport& report);
+  void take(const std::vector<Eigen::Index>& faces, const Eigen::VectorXd* weights, Spanned& spanned);
+
+  std::shared_ptr<Gpu> gpu_;
+  const ScatteringSystem& system_;
+  GpuSolveOptions options_;
+
+  SolverKind kind_ = SolverKind::kMatrixFree;
+  int spanned_columns_ = 0;
+  std::unique_ptr<GpuBody> body_;
+};
+
+/// Eigenvalues and eigenvectors of a Hermitian matrix by the card.
+HermitianEigen hermitian_eigen(Gpu& gpu, const Eigen::MatrixXcd& matrix);
+
+}  // namespace touchfield

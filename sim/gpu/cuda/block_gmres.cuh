@@ -1,0 +1,97 @@
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "sim/gpu/cuda/column_block.cuh"
+
+namespace touchfield::cuda {
+
+struct GmresLimits {
+  double tolerance = 1e-5;  ///< relative residual ||b - A x|| / ||b|| a column is to reach, > 0
+  int max_steps = 300;      ///< a column, >= 0
+  int restart = 60;         ///< steps after which a column's space is built anew, >= 1; at most 512 are used
+};
+
+struct GmresReport {
+  int steps = 0;                  ///< of the block
+  int products = 0;               ///< block products in all
+  int columns = 0;                ///< columns multiplied in all
+  double worst = 0.0;             ///< of residuals
+  std::vector<double> residuals;  ///< of each column: ||b - A x|| / ||b|| with a product of the returned x
+  bool converged = false;         ///< every column has reached the tolerance
+};
+
+/// Solves A X = B in single precision by restarted GMRES, all columns at once, as touchfield::gmres does
+/// (solvers/linear/gmres.h): a space of its own for each column, one block product a step, columns that have reached the
+/// tolerance leave the block; true residuals after each cycle; given up are columns that have spent their steps or that a
+/// cycle has lessened by under 0.1 %. From a given x it begins with r = b - A x, and a column in tolerance takes no step.
+/// A step without its product is one kernel, and its estimates come to the host. What it takes of the card grows by a
+/// block a step, is kept for the next solve, and is given back by release().
+///
+/// apply      A X in single precision or TF32
+/// b, x       n x S on the card, column by column without gaps, not overlapping; x is read only if it is a start
+/// loose      if given, what steps multiply by instead, and apply has the residuals alone: a step bears an error of A x
+///            that is so much larger than the tolerance as the residual is smaller than b (Simoncini, Szyld, SIAM J. Sci.
+///            Comput. 25 (2003) 454)
+/// report     called after each step with the number of steps done and the worst estimated residual
+/// accuracy   the true residual, by apply, of a converged column is at most the tolerance. Below about
+///            1e-7 ||A|| ||x|| / ||b|| rounding stops it. Repeats to the bit if apply does.
+/// memory     (restart + 2) n S complex numbers of single precision at most
+/// throws     std::domain_error if b, the start or a product holds a value that is not finite; x is undefined then,
+///            std::invalid_argument for limits out of range, GpuMemoryFailure; what was taken till then is kept too
+class BlockGmres {
+ public:
+  explicit BlockGmres(Context& context);
+
+  GmresReport solve(const BlockProduct& apply, int n, int columns, const cuComplex* b, cuComplex* x,
+                    const GmresLimits& limits, bool x_is_start, const std::function<void(int, double)>& report = {},
+                    const BlockProduct* loose = nullptr);
+
+  void release();
+
+  struct Step {
+    cuComplex* basis;           // the vectors that step k multiplies, a column each
+    cuDoubleComplex* triangle;  // k + 1 numbers a column: column k of the least-squares problem
+  };
+  struct Rotation {
+    double cosine;
+    cuDoubleComplex sine;
+  };
+
+ private:
+  struct Problem {
+    const BlockProduct& apply;
+    const BlockProduct& step;
+    int n;
+    int columns;
+    const cuComplex* b;
+    cuComplex* x;
+    GmresLimits limits;
+    const std::function<void(int, double)>& report;
+    int most;  // dimension of a space
+  };
+
+  void prepare(const Problem& problem, int step, int columns);
+  void run_cycle(const Problem& problem, const std::vector<Slot>& running);
+  void update(const Problem& problem, std::vector<Slot>& running);
+  void multiply(const BlockProduct& product, const cuComplex* x, cuComplex* y, int columns);
+  void check_finite(double value) const;
+
+  Context& context_;
+  ColumnBlock block_;
+  std::vector<Array<cuComplex>> bases_;
+  std::vector<Array<cuDoubleComplex>> triangles_;
+  std::vector<Step> steps_;
+  Array<Step> steps_there_;
+  Array<int> places_;               // of a column's vectors in the bases
+  Array<cuDoubleComplex> reduced_;  // right-hand sides of the triangular systems
+  Array<Rotation> rotations_;
+  Array<cuComplex> candidate_;
+  std::vector<int> column_steps_;
+  std::vector<int> dimensions_;
+  std::vector<double> estimates_;
+  GmresReport result_;
+};
+
+}  // namespace touchfield::cuda

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <memory>
+
+#include "sim/gpu/cuda/near.cuh"
+#include "sim/gpu/cuda/sums.cuh"
+
+namespace touchfield::cuda {
+
+/// What is solved, B = diagonal - K with K the sum over faces, as ScatteringSystem has it.
+enum class Equation {
+  kPaper,           // K = D, one point a face; diagonal 1/2
+  kPaperCorrected,  // the same with the diagonal of the static Gauss identity
+  kBurtonMiller,    // K = D + i gamma W, near faces integrated; diagonal 1/2 - i gamma W over a face itself
+};
+
+struct BoundaryOptions {
+  NearRule rule;  // of kBurtonMiller
+  Differences differences = Differences::kDouble;
+  std::size_t panel_bytes = std::size_t{4} << 30U;  // of rows that products with many columns make at once
+};
+
+/// B of a surface on the card, M x M: stored in single precision, or made anew in every product.
+///
+/// accuracy   of an entry 1e-6 of the row's largest with Differences::kDouble
+class Boundary {
+ public:
+  /// faces   outlive this
+  Boundary(const Faces& faces, Equation equation, const BoundaryOptions& options = {});
+
+  /// Anew after the faces moved; a stored B too.
+  void update();
+
+  int size() const { return faces_.size(); }
+  const Faces& faces() const { return faces_; }
+  int near_pairs() const { return near_ ? near_->pairs() : 0; }
+  /// M values on the card.
+  const cuDoubleComplex* diagonal() const { return diagonal_.data(); }
+
+  /// Rows first .. first + rows - 1 of B: rows x M on the card, ld >= rows.
+  void fill_rows(int first, int rows, cuComplex* panel, int ld) const;
+  /// The given columns of B, M x count on the card, ld >= M. faces: on the card or not, any order, twice too.
+  void columns(const int* faces, int count, cuComplex* out, int ld);
+
+  /// Keeps all of B, 8 M^2 bytes.
+  void store();
+  bool is_stored() const { return is_stored_; }
+  void forget();
+  /// M x M, column by column, once stored.
+  const cuComplex* stored() const { return stored_.data(); }
+
+  /// y = B x or B^T x, M x columns on the card, not the same. Made anew, for up to kFewColumns columns the sums are in
+  /// single precision over 256 faces and in double beyond, whatever the arithmetic; for more, rows are made in panels and
+  /// multiplied, smaller ones where memory is short.
+  void apply(bool transposed, const cuComplex* x, cuComplex* y, int columns, Arithmetic arithmetic);
+
+ private:
+  void make_diagonal();
+  int make_panel();
+
+  const Faces& faces_;
+  Equation equation_;
+  Layer layer_;
+  BoundaryOptions options_;
+  std::unique_ptr<NearCorrections> near_;
+  Array<cuDoubleComplex> diagonal_;
+  bool is_stored_ = false;
+  Array<cuComplex> stored_, panel_;
+  Array<double2> partial_;
+  Array<double> gauss_partial_;
+  Array<int> list_;
+};
+
+}  // namespace touchfield::cuda

@@ -1,0 +1,71 @@
+#include "sim/gpu/cuda/products.cuh"
+
+namespace touchfield::cuda {
+
+namespace {
+
+constexpr unsigned kThreads = 256;
+
+template <typename From, typename To>
+__global__ void convert_values(const From* from, To* to, std::size_t count) {
+  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
+  if (i < count) {
+    to[i] = {static_cast<decltype(to->x)>(from[i].x), static_cast<decltype(to->x)>(from[i].y)};
+  }
+}
+
+template <typename From, typename To>
+void convert_all(Context& context, const From* from, To* to, std::size_t count) {
+  if (count > 0) {
+    convert_values<<<blocks_for(count, kThreads), kThreads, 0, context.stream()>>>(from, to, count);
+    context.launched("convert");
+  }
+}
+
+/// The upper triangle of a Hermitian matrix from its lower one.
+__global__ void mirror_lower(int size, cuComplex* matrix, int ld) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  const int j = static_cast<int>(blockIdx.y * blockDim.y + threadIdx.y);
+  if (i < size && j < i) {
+    matrix[j + std::size_t{1} * i * ld] = cuConjf(matrix[i + std::size_t{1} * j * ld]);
+  }
+}
+
+}  // namespace
+
+void multiply(Context& context, cublasOperation_t op_a, cublasOperation_t op_b, int m, int n, int k, cuComplex alpha,
+              const cuComplex* a, int lda, const cuComplex* b, int ldb, cuComplex beta, cuComplex* c, int ldc,
+              Arithmetic arithmetic) {
+  const bool tf32 = arithmetic == Arithmetic::kTf32 && context.has_tf32();
+  check(cublasGemmEx(context.blas(), op_a, op_b, m, n, k, &alpha, a, CUDA_C_32F, lda, b, CUDA_C_32F, ldb, &beta, c,
+                     CUDA_C_32F, ldc, tf32 ? CUBLAS_COMPUTE_32F_FAST_TF32 : CUBLAS_COMPUTE_32F, CUBLAS_GEMM_DEFAULT),
+        "product");
+}
+
+void multiply(Context& context, cublasOperation_t op_a, cublasOperation_t op_b, int m, int n, int k,
+              cuDoubleComplex alpha, const cuDoubleComplex* a, int lda, const cuDoubleComplex* b, int ldb,
+              cuDoubleComplex beta, cuDoubleComplex* c, int ldc) {
+  check(cublasZgemm(context.blas(), op_a, op_b, m, n, k, &alpha, a, lda, b, ldb, &beta, c, ldc), "product");
+}
+
+void gram(Context& context, int rows, int columns, const cuComplex* a, int lda, cuComplex* c, int ldc) {
+  const float one = 1.0F;
+  const float zero = 0.0F;
+  check(cublasCherk(context.blas(), CUBLAS_FILL_MODE_LOWER, CUBLAS_OP_C, columns, rows, &one, a, lda, &zero, c, ldc),
+        "Gram matrix");
+  const dim3 threads(32, 8);
+  const dim3 blocks(blocks_for(static_cast<std::size_t>(columns), threads.x),
+                    blocks_for(static_cast<std::size_t>(columns), threads.y));
+  mirror_lower<<<blocks, threads, 0, context.stream()>>>(columns, c, ldc);
+  context.launched("Gram matrix");
+}
+
+void convert(Context& context, const cuDoubleComplex* from, cuComplex* to, std::size_t count) {
+  convert_all(context, from, to, count);
+}
+
+void convert(Context& context, const cuComplex* from, cuDoubleComplex* to, std::size_t count) {
+  convert_all(context, from, to, count);
+}
+
+}  // namespace touchfield::cuda

@@ -1,0 +1,545 @@
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "sim/gpu/cuda/scattering.cuh"
+
+namespace touchfield::cuda {
+
+namespace {
+
+constexpr unsigned kThreads = 256;
+constexpr std::size_t kMostPanelBytes = std::size_t{4} << 30U;
+constexpr int kPanelRows = 8192;      // points whose fields lie in double at a time
+constexpr int kPolishingSteps = 2;    // as ScatteringSystem's
+constexpr int kUsualSteps = 60;       // of GMRES, for which a block's Krylov space must have room
+constexpr double kTf32Error = 5e-4;   // of a product in TF32
+constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
+
+__global__ void add_scaled(double factor, const cuDoubleComplex* slope, cuDoubleComplex* b, std::size_t count) {
+  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
+  if (i < count) {  // b += i factor slope
+    b[i].x -= factor * slope[i].y;
+    b[i].y += factor * slope[i].x;
+  }
+}
+
+/// p += e - y
+__global__ void add_difference(const cuComplex* e, const cuComplex* y, cuComplex* p, std::size_t count) {
+  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
+  if (i < count) {
+    p[i].x += e[i].x - y[i].x;
+    p[i].y += e[i].y - y[i].y;
+  }
+}
+
+/// y = factor x + y
+__global__ void add(float factor, const cuComplex* x, cuComplex* y, std::size_t count) {
+  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
+  if (i < count) {
+    y[i].x += factor * x[i].x;
+    y[i].y += factor * x[i].y;
+  }
+}
+
+/// rows(k, s) = from(faces_k, s)
+__global__ void gather_rows(const int* faces, int count, const cuComplex* from, int ld, int columns,
+                            cuDoubleComplex* rows) {
+  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
+  if (i < std::size_t{1} * count * columns) {
+    const cuComplex value = from[faces[i % count] + (i / count) * ld];
+    rows[i] = make_cuDoubleComplex(value.x, value.y);
+  }
+}
+
+__global__ void set_units(const int* faces, int count, cuComplex* units, int ld) {
+  const int c = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (c < count) {
+    units[faces[c] + std::size_t{1} * c * ld] = make_cuComplex(1.0F, 0.0F);
+  }
+}
+
+/// panel(i, s) = root_i from(first + i, s)
+__global__ void weigh_rows(const double* root, const cuComplex* from, int ld, int first, int rows, int columns,
+                           cuDoubleComplex* panel) {
+  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
+  if (i < std::size_t{1} * rows * columns) {
+    const std::size_t row = first + i % rows;
+    const cuComplex value = from[row + (i / rows) * ld];
+    panel[i] = make_cuDoubleComplex(root[row] * value.x, root[row] * value.y);
+  }
+}
+
+ChannelWave channel_wave(const GpuBodySpec& body, const GpuSources& given) {
+  ChannelWave wave;
+  wave.k = body.k;
+  wave.alpha = body.alpha;
+  wave.plane_wave = given.plane_wave;
+  if (given.spline != nullptr) {
+    if (given.intervals > ChannelWave::kMostIntervals) {
+      throw std::invalid_argument("a directivity with too many intervals");
+    }
+    wave.pattern = Pattern::kSpline;
+    wave.intervals = given.intervals;
+    wave.step = given.interval;
+    std::copy_n(given.spline, 4 * given.intervals, wave.spline);
+  } else if (given.piston_ka > 0) {
+    wave.pattern = Pattern::kPiston;
+    wave.ka = given.piston_ka;
+  }
+  return wave;
+}
+
+const cuComplex kOne = {1.0F, 0.0F};
+const cuComplex kZero = {0.0F, 0.0F};
+
+}  // namespace
+
+Scattering::Scattering(Context& context, const GpuBodySpec& spec)
+    : context_(context),
+      spec_(spec),
+      faces_(context, spec.triangles, spec.faces, spec.vertices, spec.vertex_count,
+             SurfaceWave{spec.k, spec.alpha, spec.burton_miller ? spec.coupling / spec.k : 0.0}),
+      g_(context),
+      b_(context),
+      gmres_(context),
+      refinement_(context),
+      lu_(context),
+      factors_(context),
+      hermitian_(context),
+      x_(context),
+      p_(context),
+      right_(context),
+      polished_(context),
+      drives_(context),
+      host_(context) {}
+
+void Scattering::move(const double* vertices) {
+  context_.use();
+  faces_.move(vertices);
+  has_field_ = false;
+  has_factors_ = false;
+  if (boundary_) {
+    boundary_->update();
+  }
+  if (plain_) {
+    plain_->update();
+  }
+}
+
+void Scattering::set_sources(const GpuSources& given) {
+  context_.use();
+  sources_ = std::make_unique<Sources>(context_, channel_wave(spec_, given), given.count, given.positions, given.axes,
+                                       given.amplitudes, given.response);
+  has_field_ = false;
+}
+
+const Sources& Scattering::sources() const {
+  if (!sources_) {
+    throw std::logic_error("a body on the card without an array");
+  }
+  return *sources_;
+}
+
+/// Of rows that a product makes at once: more take memory from what is solved for and gain nothing.
+std::size_t Scattering::panel_bytes() const {
+  return std::min(kMostPanelBytes, (context_.allowed() - context_.taken()) / 8);
+}
+
+Boundary& Scattering::boundary() {
+  if (!boundary_) {
+    BoundaryOptions options;
+    options.panel_bytes = panel_bytes();
+    options.rule = {spec_.split_ratio, spec_.seven_below, spec_.three_below};
+    const Equation equation = spec_.burton_miller ? Equation::kBurtonMiller
+                              : spec_.corrected   ? Equation::kPaperCorrected
+                                                  : Equation::kPaper;
+    boundary_ = std::make_unique<Boundary>(faces_, equation, options);
+  }
+  return *boundary_;
+}
+
+Boundary& Scattering::plain() {
+  if (!plain_) {
+    BoundaryOptions options;
+    options.panel_bytes = panel_bytes();
+    plain_ = std::make_unique<Boundary>(faces_, Equation::kPaperCorrected, options);
+  }
+  return *plain_;
+}
+
+std::size_t Scattering::near_pairs() {
+  context_.use();
+  return static_cast<std::size_t>(boundary().near_pairs());
+}
+
+/// Right-hand sides of every channel at some faces, rows x N, in double.
+void Scattering::field_panel(int first, int rows, Array<cuDoubleComplex>& b, Array<cuDoubleComplex>& slope) const {
+  const std::size_t size = std::size_t{1} * rows * sources().size();
+  const double* points = faces_.centroids() + 3 * std::size_t{1} * first;
+  b.resize(size);
+  sources().incident(points, nullptr, rows, b.data());
+  if (spec_.burton_miller) {
+    slope.resize(size);
+    sources().incident(points, faces_.normals() + 3 * std::size_t{1} * first, rows, slope.data());
+    add_scaled<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(gamma(), slope.data(), b.data(), size);
+    context_.launched("right-hand sides");
+  }
+}
+
+/// The Gram matrix b^H b of all channels, N x N, in double: what it leaves open of the weakest drives is far below what
+/// they are left out for.
+void Scattering::channels_gram(Array<cuDoubleComplex>& gram) {
+  const int channels = sources().size();
+  Array<cuDoubleComplex> b(context_);
+  Array<cuDoubleComplex> slope(context_);
+  gram.resize(std::size_t{1} * channels * channels);
+  for (int first = 0; first < spec_.faces; first += kPanelRows) {
+    const int rows = std::min(kPanelRows, spec_.faces - first);
+    field_panel(first, rows, b, slope);
+    multiply(context_, CUBLAS_OP_C, CUBLAS_OP_N, channels, channels, rows, {1.0, 0.0}, b.data(), rows, b.data(), rows,
+             {first == 0 ? 0.0 : 1.0, 0.0}, gram.data(), channels);
+  }
+}
+
+/// g_ and, of Burton-Miller, b_ in single precision.
+void Scattering::make_field() {
+  if (has_field_) {
+    return;
+  }
+  const std::size_t size = std::size_t{1} * spec_.faces * sources().size();
+  g_.resize(size);
+  sources().incident(faces_.centroids(), nullptr, spec_.faces, g_.data());
+  if (spec_.burton_miller) {
+    Array<cuComplex> slope(context_, size);
+    b_.resize(size);
+    sources().incident(faces_.centroids(), faces_.normals(), spec_.faces, slope.data());
+    check(cudaMemcpyAsync(b_.data(), g_.data(), size * sizeof(cuComplex), cudaMemcpyDeviceToDevice, context_.stream()),
+          "copy");
+    const cuComplex factor = make_cuComplex(0.0F, static_cast<float>(gamma()));
+    check(cublasAxpyEx_64(context_.blas(), static_cast<std::int64_t>(size), &factor, CUDA_C_32F, slope.data(),
+                          CUDA_C_32F, 1, b_.data(), CUDA_C_32F, 1, CUDA_C_32F),
+          "right-hand sides");
+  }
+  has_field_ = true;
+}
+
+bool Scattering::fits(double bytes) const {
+  return bytes <= kShareOfFree * static_cast<double>(context_.allowed() - context_.taken());
+}
+
+void Scattering::factorise() {
+  if (has_factors_) {
+    return;
+  }
+  const std::size_t size = std::size_t{1} * spec_.faces * spec_.faces;
+  factors_.resize(size);
+  if (boundary().is_stored()) {
+    check(cudaMemcpyAsync(factors_.data(), boundary().stored(), size * sizeof(cuComplex), cudaMemcpyDeviceToDevice,
+                          context_.stream()),
+          "copy");
+  } else {
+    boundary().fill_rows(0, spec_.faces, factors_.data(), spec_.faces);
+  }
+  lu_.factorise(spec_.faces, factors_.data());
+  has_factors_ = true;
+}
+
+/// GMRES. Its first steps multiply in single precision, the rest in TF32 as soon as that can no longer be seen in the
+/// residual asked for.
+void Scattering::iterate(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
+                         GpuSolveReport& report) {
+  double worst = 1.0;
+  const auto product = [&](Arithmetic arithmetic) {
+    return [this, &block, arithmetic](const cuComplex* x, cuComplex* y, int columns) {
+      boundary().apply(block.transposed, x, y, columns, arithmetic);
+    };
+  };
+  const BlockProduct exact = product(Arithmetic::kSingle);
+  const BlockProduct rounded = product(Arithmetic::kTf32);
+  const BlockProduct steps = [&](const cuComplex* x, cuComplex* y, int columns) {
+    (worst * kTf32Error > options.tolerance ? exact : rounded)(x, y, columns);
+  };
+  const auto say = [&](int step, double residual) {
+    worst = residual;
+    if (progress) {
+      progress(step, residual);
+    }
+  };
+  const GmresLimits limits{options.tolerance, options.max_steps, options.restart};
+  const GmresReport done =
+      gmres_.solve(exact, spec_.faces, block.columns, block.b, block.x, limits, block.warm, say, &steps);
+  report.steps = std::max(report.steps, done.steps);
+  report.residual = std::max(report.residual, done.worst);
+  report.converged = report.converged && done.converged;
+}
+
+void Scattering::solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
+                             GpuSolveReport& report) {
+  if (report.kind != GpuSolveOptions::Kind::kLu) {
+    iterate(block, options, progress, report);
+    return;
+  }
+  factorise();
+  const BlockProduct exact = [&](const cuComplex* x, cuComplex* y, int columns) {
+    boundary().apply(block.transposed, x, y, columns, Arithmetic::kSingle);
+  };
+  const BlockProduct inverse = [&](const cuComplex* b, cuComplex* x, int columns) {
+    const std::size_t bytes = std::size_t{1} * spec_.faces * columns * sizeof(cuComplex);
+    check(cudaMemcpyAsync(x, b, bytes, cudaMemcpyDeviceToDevice, context_.stream()), "copy");
+    lu_.solve(block.transposed ? CUBLAS_OP_T : CUBLAS_OP_N, columns, x);
+  };
+  RefinementLimits rounds;
+  rounds.tolerance = options.tolerance;
+  const RefinementReport done =
+      refinement_.solve(exact, inverse, spec_.faces, block.columns, block.b, block.x, rounds, block.warm);
+  report.refinements = std::max(report.refinements, done.rounds);
+  report.residual = std::max(report.residual, done.worst);
+  report.converged = report.converged && done.converged;
+}
+
+/// In blocks of columns whose Krylov space has room; smaller ones where memory is short, then without a stored matrix.
+GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions& options,
+                                         const GpuProgress& progress) {
+  using Kind = GpuSolveOptions::Kind;
+  const double matrix = 8.0 * spec_.faces * spec_.faces;
+  GpuSolveReport report;
+  report.converged = true;
+  report.kind = options.kind;
+  if (report.kind == Kind::kAuto) {
+    report.kind = spec_.burton_miller ? Kind::kGmres : Kind::kLu;
+  }
+  const double copies = report.kind == Kind::kLu ? 2.0 : 1.0;
+  const bool had = boundary().is_stored();
+  const bool few = options.kind == Kind::kAuto && report.kind == Kind::kGmres && all.columns <= kFewColumns && !had;
+  if (report.kind == Kind::kMatrixFree || few || (!had && !fits(copies * matrix))) {
+    boundary().forget();
+    report.kind = Kind::kMatrixFree;
+  } else if (!had) {
+    boundary().store();
+  }
+  const double column = 8.0 * spec_.faces * (std::min(kUsualSteps, options.restart) + 8);
+  const double room = kShareOfFree * static_cast<double>(context_.allowed() - context_.taken());
+  int width = std::max(1, static_cast<int>(std::min<double>(all.columns, room / column)));
+  report.blocks = 0;
+  for (int first = 0; first < all.columns;) {
+    Block block = all;
+    block.columns = std::min(width, all.columns - first);
+    block.b += std::size_t{1} * first * spec_.faces;
+    block.x += std::size_t{1} * first * spec_.faces;
+    try {
+      solve_block(block, options, progress, report);
+    } catch (const GpuMemoryFailure&) {
+      gmres_.release();
+      if (width > 1) {
+        width = (width + 1) / 2;
+      } else if (report.kind != Kind::kMatrixFree) {
+        boundary().forget();
+        factors_.reset();
+        has_factors_ = false;
+        report.kind = Kind::kMatrixFree;
+        width = all.columns;
+      } else {
+        throw;
+      }
+      continue;
+    }
+    first += block.columns;
+    ++report.blocks;
+  }
+  return report;
+}
+
+/// p_ = x_, then twice p_ += e - B_c p_, e of the drives.
+void Scattering::polish(const cuComplex* drives, int columns) {
+  const std::size_t size = std::size_t{1} * spec_.faces * columns;
+  p_.resize(size);
+  check(cudaMemcpyAsync(p_.data(), x_.data(), size * sizeof(cuComplex), cudaMemcpyDeviceToDevice, context_.stream()),
+        "copy");
+  const int channels = sources().size();
+  multiply(context_, CUBLAS_OP_N, CUBLAS_OP_N, spec_.faces, columns, channels, kOne, g_.data(), spec_.faces, drives,
+           channels, kZero, right_.data(), spec_.faces, Arithmetic::kSingle);
+  polished_.resize(size);
+  for (int step = 0; step < kPolishingSteps; ++step) {
+    plain().apply(false, p_.data(), polished_.data(), columns, Arithmetic::kSingle);
+    add_difference<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(right_.data(), polished_.data(),
+                                                                                   p_.data(), size);
+    context_.launched("polish");
+  }
+}
+
+GpuSolveReport Scattering::pressures_of(const cuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
+                                        const GpuProgress& progress) {
+  make_field();
+  const std::size_t size = std::size_t{1} * spec_.faces * columns;
+  const int channels = sources().size();
+  warm = warm && columns == columns_;
+  columns_ = 0;
+  right_.resize(size);
+  x_.resize(size);
+  const cuComplex* b = spec_.burton_miller ? b_.data() : g_.data();
+  multiply(context_, CUBLAS_OP_N, CUBLAS_OP_N, spec_.faces, columns, channels, kOne, b, spec_.faces, drives, channels,
+           kZero, right_.data(), spec_.faces, Arithmetic::kSingle);
+  const GpuSolveReport report = solve_columns({false, columns, right_.data(), x_.data(), warm}, options, progress);
+  if (spec_.polished) {
+    polish(drives, columns);
+  }
+  columns_ = columns;
+  return report;
+}
+
+GpuSolveReport Scattering::solve(const GpuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
+                                 const GpuProgress& progress) {
+  context_.use();
+  const std::size_t size = std::size_t{1} * sources().size() * columns;
+  host_.upload(reinterpret_cast<const cuDoubleComplex*>(drives), size);
+  drives_.resize(size);
+  convert(context_, host_.data(), drives_.data(), size);
+  return pressures_of(drives_.data(), columns, warm, options, progress);
+}
+
+GpuBody::Span Scattering::span(double tolerance, const GpuSolveOptions& options, const GpuProgress& progress) {
+  context_.use();
+  const int channels = sources().size();
+  Array<cuDoubleComplex> vectors(context_);
+  Array<double> values_there(context_, static_cast<std::size_t>(channels));
+  channels_gram(vectors);
+  hermitian_.solve(channels, vectors.data(), values_there.data());
+  std::vector<double> values(static_cast<std::size_t>(channels));
+  values_there.download(values.data(), values.size());
+  double total = 0;
+  for (double& value : values) {
+    value = std::max(0.0, value);
+    total += value;
+  }
+  Span span;
+  int dropped = 0;
+  double left = 0;
+  while (dropped < channels - 1 && left + values[static_cast<std::size_t>(dropped)] <= tolerance * tolerance * total) {
+    left += values[static_cast<std::size_t>(dropped++)];
+  }
+  span.rank = channels - dropped;
+  span.left_out = total > 0 ? std::sqrt(left / total) : 0.0;
+  const std::size_t size = std::size_t{1} * channels * span.rank;
+  const cuDoubleComplex* kept = vectors.data() + std::size_t{1} * channels * dropped;
+  span.drives.resize(size);
+  check(cudaMemcpyAsync(span.drives.data(), kept, size * sizeof(cuDoubleComplex), cudaMemcpyDeviceToHost,
+                        context_.stream()),
+        "download");
+  context_.synchronize();
+  drives_.resize(size);
+  convert(context_, kept, drives_.data(), size);
+  vectors.reset();
+  span.report = pressures_of(drives_.data(), span.rank, false, options, progress);
+  return span;
+}
+
+void Scattering::pressures(GpuComplex* all) {
+  context_.use();
+  const std::size_t size = std::size_t{1} * spec_.faces * columns_;
+  host_.resize(size);
+  convert(context_, pressure().data(), host_.data(), size);
+  host_.download(reinterpret_cast<cuDoubleComplex*>(all), size);
+}
+
+void Scattering::rows(const int* faces, int count, GpuComplex* rows) {
+  context_.use();
+  Array<int> list(context_);
+  list.upload(faces, static_cast<std::size_t>(count));
+  const std::size_t size = std::size_t{1} * count * columns_;
+  if (size == 0) {
+    return;
+  }
+  host_.resize(size);
+  gather_rows<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(list.data(), count, pressure().data(),
+                                                                              spec_.faces, columns_, host_.data());
+  context_.launched("rows");
+  host_.download(reinterpret_cast<cuDoubleComplex*>(rows), size);
+}
+
+void Scattering::gram(const double* weights, GpuComplex* gram) {
+  context_.use();
+  std::vector<double> roots(weights, weights + spec_.faces);
+  std::transform(roots.begin(), roots.end(), roots.begin(), [](double w) { return std::sqrt(w); });
+  Array<double> root(context_);
+  root.upload(roots);
+  Array<cuDoubleComplex> panel(context_);
+  host_.resize(std::size_t{1} * columns_ * columns_);
+  for (int first = 0; first < spec_.faces; first += kPanelRows) {
+    const int rows = std::min(kPanelRows, spec_.faces - first);
+    const std::size_t size = std::size_t{1} * rows * columns_;
+    panel.resize(size);
+    weigh_rows<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(
+        root.data(), pressure().data(), spec_.faces, first, rows, columns_, panel.data());
+    context_.launched("Gram matrix");
+    multiply(context_, CUBLAS_OP_C, CUBLAS_OP_N, columns_, columns_, rows, {1.0, 0.0}, panel.data(), rows, panel.data(),
+             rows, {first == 0 ? 0.0 : 1.0, 0.0}, host_.data(), columns_);
+  }
+  host_.download(reinterpret_cast<cuDoubleComplex*>(gram), host_.size());
+}
+
+GpuSolveReport Scattering::transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
+                                         const GpuProgress& progress) {
+  context_.use();
+  make_field();
+  columns_ = 0;
+  const int channels = sources().size();
+  const std::size_t size = std::size_t{1} * spec_.faces * count;
+  Array<int> list(context_);
+  list.upload(faces, static_cast<std::size_t>(count));
+  const auto set_unit = [&](Array<cuComplex>& units) {
+    units.resize(size);
+    units.set_zero();
+    set_units<<<blocks_for(static_cast<std::size_t>(count), kThreads), kThreads, 0, context_.stream()>>>(
+        list.data(), count, units.data(), spec_.faces);
+    context_.launched("unit columns");
+  };
+  const auto subtract_plain = [&](Array<cuComplex>& r) {  // r -= B_c^T r
+    polished_.resize(size);
+    plain().apply(true, r.data(), polished_.data(), count, Arithmetic::kSingle);
+    add<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(-1.0F, polished_.data(), r.data(), size);
+    context_.launched("polish");
+  };
+  set_unit(right_);
+  for (int step = 0; spec_.polished && step < kPolishingSteps; ++step) {  // H = (1 - B_c)^2 H_BM + (2 - B_c) G
+    subtract_plain(right_);
+  }
+  x_.resize(size);
+  const GpuSolveReport report = solve_columns({true, count, right_.data(), x_.data(), false}, options, progress);
+  Array<cuComplex> out(context_, std::size_t{1} * count * channels);
+  const cuComplex* b = spec_.burton_miller ? b_.data() : g_.data();
+  multiply(context_, CUBLAS_OP_T, CUBLAS_OP_N, count, channels, spec_.faces, kOne, x_.data(), spec_.faces, b,
+           spec_.faces, kZero, out.data(), count, Arithmetic::kSingle);
+  if (spec_.polished) {
+    set_unit(right_);
+    subtract_plain(right_);  // 1 - B_c^T, and once more the unit columns themselves
+    set_unit(x_);
+    add<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(1.0F, x_.data(), right_.data(), size);
+    context_.launched("polish");
+    multiply(context_, CUBLAS_OP_T, CUBLAS_OP_N, count, channels, spec_.faces, kOne, right_.data(), spec_.faces,
+             g_.data(), spec_.faces, kOne, out.data(), count, Arithmetic::kSingle);
+  }
+  host_.resize(out.size());
+  convert(context_, out.data(), host_.data(), out.size());
+  host_.download(reinterpret_cast<cuDoubleComplex*>(rows), out.size());
+  return report;
+}
+
+std::unique_ptr<GpuBody> Context::body(const GpuBodySpec& spec) {
+  use();
+  return std::make_unique<Scattering>(*this, spec);
+}
+
+void Context::hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) {
+  use();
+  HermitianSolver solver(*this);
+  Array<cuDoubleComplex> there(*this);
+  Array<double> values_there(*this, static_cast<std::size_t>(size));
+  const std::size_t count = std::size_t{1} * size * size;
+  there.upload(reinterpret_cast<const cuDoubleComplex*>(matrix), count);
+  solver.solve(size, there.data(), values_there.data());
+  values_there.download(values, static_cast<std::size_t>(size));
+  there.download(reinterpret_cast<cuDoubleComplex*>(vectors), count);
+}
+
+}  // namespace touchfield::cuda

@@ -1,0 +1,82 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "sim/gpu/cuda/block_gmres.cuh"
+#include "sim/gpu/cuda/boundary.cuh"
+#include "sim/gpu/cuda/hermitian.cuh"
+#include "sim/gpu/cuda/lu.cuh"
+#include "sim/gpu/cuda/refinement.cuh"
+#include "sim/gpu/cuda/sources.cuh"
+
+namespace touchfield::cuda {
+
+/// GpuBody: what ScatteringSystem, its solver and make_transfer do, put together from the parts beside it.
+class Scattering final : public GpuBody {
+ public:
+  Scattering(Context& context, const GpuBodySpec& spec);
+
+  void move(const double* vertices) override;
+  void set_sources(const GpuSources& sources) override;
+  std::size_t near_pairs() override;
+  GpuSolveReport solve(const GpuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
+                       const GpuProgress& progress) override;
+  Span span(double tolerance, const GpuSolveOptions& options, const GpuProgress& progress) override;
+  void pressures(GpuComplex* all) override;
+  void rows(const int* faces, int count, GpuComplex* rows) override;
+  void gram(const double* weights, GpuComplex* gram) override;
+  GpuSolveReport transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
+                               const GpuProgress& progress) override;
+
+ private:
+  /// One block of columns of B x = b, or B^T x = b.
+  struct Block {
+    bool transposed;
+    int columns;
+    const cuComplex* b;
+    cuComplex* x;
+    bool warm;
+  };
+
+  std::size_t panel_bytes() const;
+  Boundary& boundary();
+  Boundary& plain();
+  const Sources& sources() const;
+  double gamma() const { return spec_.coupling / spec_.k; }
+  void make_field();
+  void field_panel(int first, int rows, Array<cuDoubleComplex>& b, Array<cuDoubleComplex>& slope) const;
+  void channels_gram(Array<cuDoubleComplex>& gram);
+  const Array<cuComplex>& pressure() const { return spec_.polished ? p_ : x_; }
+  void polish(const cuComplex* drives, int columns);
+  GpuSolveReport pressures_of(const cuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
+                              const GpuProgress& progress);
+  GpuSolveReport solve_columns(const Block& all, const GpuSolveOptions& options, const GpuProgress& progress);
+  void solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
+                   GpuSolveReport& report);
+  void iterate(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress, GpuSolveReport& report);
+  void factorise();
+  bool fits(double bytes) const;
+
+  Context& context_;
+  GpuBodySpec spec_;  // its pointers are not read after construction
+  Faces faces_;
+  std::unique_ptr<Boundary> boundary_, plain_;  // made when needed
+  std::unique_ptr<Sources> sources_;
+  bool has_field_ = false;
+  Array<cuComplex> g_;  // incident pressure of every channel, M x N
+  Array<cuComplex> b_;  // its right-hand sides where they are others
+  BlockGmres gmres_;
+  BlockRefinement refinement_;
+  Lu lu_;
+  bool has_factors_ = false;
+  Array<cuComplex> factors_;
+  HermitianSolver hermitian_;
+  int columns_ = 0;     // of P
+  Array<cuComplex> x_;  // solution of B x = b, M x S: P itself where nothing is polished
+  Array<cuComplex> p_;  // P where it is
+  Array<cuComplex> right_, polished_, drives_;
+  Array<cuDoubleComplex> host_;  // on the way to and from the host
+};
+
+}  // namespace touchfield::cuda

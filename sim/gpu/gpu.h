@@ -1,0 +1,162 @@
+#pragma once
+
+#include <complex>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "solvers/phase/phase_device.h"
+
+namespace touchfield {
+
+/// What libtouchfield_gpu offers: work of a graphics card behind plain C++, so that the program starts where CUDA is not.
+/// Matrices are column by column. An object that a Gpu made must not outlive it; neither is for two threads at once.
+
+/// A call to the card failed: it is lost, refused, or a kernel broke.
+class GpuFailure : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// The card, or the part of it that may be used, has no room for what was asked.
+class GpuMemoryFailure : public GpuFailure {
+ public:
+  using GpuFailure::GpuFailure;
+};
+
+struct GpuInfo {
+  int index = 0;
+  std::string name;
+  int major = 0, minor = 0;  // compute capability
+  std::size_t memory = 0;    // [bytes]
+  std::string driver;        // newest CUDA that the driver carries out, e.g. "13.0"
+  std::string toolkit;       // that the library was made with
+};
+
+using GpuComplex = std::complex<double>;
+
+/// A closed mesh and what is asked of it: a scheme of ScatteringSystem, but kChief.
+struct GpuBodySpec {
+  const double* vertices = nullptr;  // 3 x vertex_count [m]
+  int vertex_count = 0;
+  const int* triangles = nullptr;  // 3 x faces
+  int faces = 0;                   // M
+  double k = 0;                    // [1/m]
+  double alpha = 0;                // absorption [1/m]
+  double coupling = 1;             // eta = coupling i / k of Burton-Miller
+  bool burton_miller = false;      // else the plain equation
+  bool corrected = false;          // the plain diagonal is that of the static Gauss identity, else 1/2
+  bool polished = false;           // two fixed-point steps of the plain equation afterwards
+  double split_ratio = 0, seven_below = 0, three_below = 0;  // FaceRule
+};
+
+/// An array, as TransducerArray has it.
+struct GpuSources {
+  bool plane_wave = false;
+  int count = 0;                      // N
+  const double* positions = nullptr;  // 3 x N [m]
+  const double* axes = nullptr;       // 3 x N
+  const double* amplitudes = nullptr;
+  const GpuComplex* response = nullptr;  // N; null: 1
+  const double* spline = nullptr;        // directivity, intervals x 4; null: piston_ka, 0: 1 everywhere
+  int intervals = 0;
+  double interval = 0;  // [rad]
+  double piston_ka = 0;
+};
+
+struct GpuSolveOptions {
+  enum class Kind { kAuto, kLu, kGmres, kMatrixFree };
+  Kind kind = Kind::kAuto;  // kAuto: GMRES where it takes few steps, else LU; stored where the matrix fits
+  double tolerance = 1e-4;  // relative residual of every column, by products in single precision
+  int max_steps = 400;
+  int restart = 100;
+};
+
+struct GpuSolveReport {
+  GpuSolveOptions::Kind kind = GpuSolveOptions::Kind::kAuto;  // what was done
+  int steps = 0;                                              // most GMRES steps of a column, all refinements together
+  int refinements = 0;
+  double residual = 0;
+  bool converged = false;
+  int blocks = 1;  // in how many parts the columns were solved, for want of memory
+};
+
+/// step, worst residual of the columns so far
+using GpuProgress = std::function<void(int, double)>;
+
+/// Scattering by a body on the card. Kept there between calls: geometry, near integrals, the matrix where it is stored, the
+/// field of every channel, and the last block of pressures, P = M x S [Pa].
+///
+/// accuracy   with tolerance t, t + 1e-5 of the largest pressure; 2e-5 while k times the body's length is below 150
+/// throws     std::domain_error on values that are not finite and on a singular matrix
+class GpuBody {
+ public:
+  GpuBody() = default;
+  GpuBody(const GpuBody&) = delete;
+  GpuBody& operator=(const GpuBody&) = delete;
+  virtual ~GpuBody() = default;
+
+  /// The same triangles with their vertices elsewhere. P stays: the next solve with as many columns starts from it.
+  virtual void move(const double* vertices) = 0;
+  /// In the frame of the vertices.
+  virtual void set_sources(const GpuSources& sources) = 0;
+
+  virtual std::size_t near_pairs() = 0;
+
+  /// Makes P of drives N x S.
+  ///
+  /// warm   start from P as it is, if that has S columns
+  virtual GpuSolveReport solve(const GpuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
+                               const GpuProgress& progress) = 0;
+  /// Drives V, N x r with orthonormal columns, that span what all channels do to the body but for the share `tolerance` of
+  /// b, by norm; P of these.
+  struct Span {
+    std::vector<GpuComplex> drives;  // N x r
+    int rank = 0;
+    double left_out = 0;
+    GpuSolveReport report;
+  };
+  virtual Span span(double tolerance, const GpuSolveOptions& options, const GpuProgress& progress) = 0;
+  /// P, or some rows of it, S columns.
+  virtual void pressures(GpuComplex* all) = 0;
+  virtual void rows(const int* faces, int count, GpuComplex* rows) = 0;
+  /// P^H diag(weights) P, S x S.
+  virtual void gram(const double* weights, GpuComplex* gram) = 0;
+
+  /// Rows of H of the given faces by transposed solves, count x N [Pa]. P is lost.
+  virtual GpuSolveReport transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
+                                       const GpuProgress& progress) = 0;
+};
+
+/// A card, opened: its stream, its libraries' handles and the memory that may be taken.
+class Gpu {
+ public:
+  Gpu() = default;
+  Gpu(const Gpu&) = delete;
+  Gpu& operator=(const Gpu&) = delete;
+  virtual ~Gpu() = default;
+
+  virtual const GpuInfo& info() const = 0;
+  /// Memory that this program has taken now, and the most it has taken [bytes].
+  virtual std::size_t taken() const = 0;
+  virtual std::size_t most_taken() const = 0;
+  /// What it may take in all: the cap, or what was free when it was opened [bytes].
+  virtual std::size_t allowed() const = 0;
+
+  virtual std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) = 0;
+  /// Eigenvalues, ascending, and eigenvectors of a Hermitian matrix, size x size.
+  virtual void hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) = 0;
+  /// For the phase methods (move_to of skin_problem.h and incident_problem.h). What it makes must not outlive the card
+  /// either.
+  virtual std::unique_ptr<PhaseDevice> phase_device() = 0;
+};
+
+struct GpuLimits {
+  std::size_t memory = 0;  // a cap [bytes]; 0: what is free
+  int fail_after = -1;     // the call of this number fails, for tests; < 0: none
+};
+
+}  // namespace touchfield

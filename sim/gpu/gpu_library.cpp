@@ -1,0 +1,114 @@
+#include "sim/gpu/gpu_library.h"
+
+#include <array>
+#include <cstdlib>
+#include <dlfcn.h>
+#include <filesystem>
+#include <map>
+#include <mutex>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield {
+
+namespace {
+
+using CountCards = int (*)(char* why);
+using OpenCard = Gpu* (*)(int index, const GpuLimits& limits);
+
+struct Loaded {
+  GpuLibrary said;
+  OpenCard open = nullptr;
+};
+
+std::filesystem::path library_path() {
+  if (const char* given = std::getenv("TOUCHFIELD_GPU_LIBRARY")) {
+    return given;
+  }
+  std::error_code error;
+  const auto own = std::filesystem::read_symlink("/proc/self/exe", error).parent_path().parent_path();
+  for (const char* folder : {"lib", "lib/touchfield", "lib/x86_64-linux-gnu/touchfield", "lib64/touchfield"}) {
+    const auto path = own / folder / "libtouchfield_gpu.so";
+    if (std::filesystem::exists(path, error)) {
+      return path;
+    }
+  }
+  return {};
+}
+
+Loaded load() {
+  const std::filesystem::path path = library_path();
+  if (path.empty()) {
+    return {{0, "this touchfield was built without CUDA"}};
+  }
+  // Never unloaded: CUDA's libraries do not all bear it.
+  void* library = dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL);
+  if (library == nullptr) {
+    return {{0, fmt::format("CUDA's libraries are missing: {}", dlerror())}};
+  }
+  const auto count = reinterpret_cast<CountCards>(dlsym(library, "touchfield_gpu_count"));
+  const auto open = reinterpret_cast<OpenCard>(dlsym(library, "touchfield_gpu_open"));
+  if (count == nullptr || open == nullptr) {
+    return {{0, fmt::format("{} is not of this touchfield", path.string())}};
+  }
+  std::array<char, 256> why{};
+  Loaded loaded;
+  loaded.open = open;
+  loaded.said.cards = count(why.data());
+  if (loaded.said.cards == 0) {
+    loaded.said.why_none = fmt::format("no graphics card: {}", why[0] != '\0' ? why.data() : "none found");
+  }
+  return loaded;
+}
+
+const Loaded& loaded() {
+  static const Loaded once = load();
+  return once;
+}
+
+}  // namespace
+
+const GpuLibrary& gpu_library() { return loaded().said; }
+
+void require_card(const ComputeDevice& choice) {
+  const GpuLibrary& library = gpu_library();
+  if (library.cards == 0) {
+    throw NotBuiltError(fmt::format("device {}: {}", to_string(choice), library.why_none));
+  }
+  if (choice.card < 0 || choice.card >= library.cards) {
+    throw NotBuiltError(fmt::format("device {}: there {} {} graphics card{}, counted from 0", to_string(choice),
+                                    library.cards == 1 ? "is" : "are", library.cards, library.cards == 1 ? "" : "s"));
+  }
+}
+
+std::shared_ptr<Gpu> shared_gpu(int index) {
+  static std::mutex mutex;
+  static std::map<int, std::shared_ptr<Gpu>> cards;
+  const std::lock_guard lock(mutex);
+  std::shared_ptr<Gpu>& card = cards[index];
+  if (!card) {
+    card = open_gpu(index);
+  }
+  return card;
+}
+
+std::shared_ptr<Gpu> open_gpu(int index, GpuLimits limits) {
+  require_card({ComputeDevice::Kind::kCuda, index});
+  if (const char* cap = std::getenv("TOUCHFIELD_GPU_MEMORY_MB"); cap != nullptr && limits.memory == 0) {
+    char* end = nullptr;
+    const double megabytes = std::strtod(cap, &end);
+    if (end == cap || *end != '\0' || !(megabytes > 0)) {
+      throw InputError(fmt::format("TOUCHFIELD_GPU_MEMORY_MB: {}: must be a number of megabytes above 0", cap));
+    }
+    limits.memory = static_cast<std::size_t>(megabytes * 1048576.0);
+  }
+  try {
+    return std::shared_ptr<Gpu>(loaded().open(index, limits));
+  } catch (const GpuFailure& failure) {
+    throw DeviceError(failure.what());
+  }
+}
+
+}  // namespace touchfield

@@ -1,0 +1,30 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "sim/gpu/compute_device.h"
+#include "sim/gpu/gpu.h"
+
+namespace touchfield {
+
+/// libtouchfield_gpu.so as this program finds it: beside its own folder (../lib), where an installation puts it
+/// (../lib/touchfield, or of the architecture), or in TOUCHFIELD_GPU_LIBRARY. Loaded at the first call, which takes a second.
+struct GpuLibrary {
+  int cards = 0;
+  std::string why_none;  // where there is no card: one line that says what is missing
+};
+const GpuLibrary& gpu_library();
+
+/// throws   NotBuiltError where there is no such card
+void require_card(const ComputeDevice& choice);
+
+/// The card of that number, opened once and kept while the program runs: its start takes a second.
+std::shared_ptr<Gpu> shared_gpu(int index);
+
+/// Opens a card. TOUCHFIELD_GPU_MEMORY_MB caps the memory that it takes, for cards that are shared.
+///
+/// throws   NotBuiltError where there is no such card, DeviceError where it cannot be opened
+std::shared_ptr<Gpu> open_gpu(int index, GpuLimits limits = {});
+
+}  // namespace touchfield

@@ -1,0 +1,62 @@
+"""The device that computes, through the command line: on machines without a graphics card what is said of one that is
+asked for, on those with one the same results as the processor's."""
+
+import json
+import unittest
+
+import numpy
+
+from support import FINGER, CommandTest, open_run
+
+SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[surface, paper]").replace(
+    "write: [h5, vtp, vti]", "write: [h5]")
+
+
+class Device(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.write("scene.yaml", SCENE)
+        found = json.loads(self.run_ok("doctor", "--json").stdout)
+        self.card = found["graphics card"]["state"]
+        self.has_card = self.card.startswith("cuda:0")
+
+    def solve(self, device):
+        """Errors of the methods, the devices of all solves, and the card."""
+        done = self.run_ok("run", "scene.yaml", "-o", device, "--quiet", "--json", "--device", device)
+        errors = [method["relative_error"] for method in json.loads(done.stdout)["methods"]]
+        with open_run(self.folder / device) as run:
+            return numpy.array(errors), set(run["solves/device"].asstr()[:]), run["provenance"].attrs["card"]
+
+    def test_processor(self):
+        _, devices, card = self.solve("cpu")
+        self.assertEqual((devices, card), ({"cpu"}, ""))
+
+    def test_a_card_that_is_not_there_ends_it_at_once(self):
+        device = "cuda:7" if self.has_card else "cuda"
+        for command in (["run", "scene.yaml"], ["study", "scene.yaml"]):
+            done = self.touchfield(*command, "-o", "out", "--device", device)
+            self.assertEqual(done.returncode, 3, done.stderr)
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+            self.assertIn(f"device {device}: ", done.stderr)
+            self.assertFalse((self.folder / "out").exists())
+
+    def test_what_is_no_device(self):
+        done = self.touchfield("run", "scene.yaml", "-o", "out", "--device", "gpu")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("solve.device = gpu must be auto, cpu, cuda or cuda:N", done.stderr)
+
+    def test_the_resolved_scene_names_it(self):
+        resolved = self.run_ok("check", "scene.yaml", "--resolved", "--set", "solve.device=cpu").stdout
+        self.assertIn("device: cpu", resolved)
+
+    def test_card(self):
+        if not self.has_card:
+            self.skipTest(self.card)
+        errors, devices, card = self.solve("cuda")
+        self.assertEqual(devices, {"cuda:0"})
+        self.assertLess(numpy.abs(errors - self.solve("cpu")[0]).max(), 0.003)
+        self.assertIn("CUDA", card)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,285 @@
+#include "sim/gpu/cuda/block_gmres.cuh"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/gpu/cuda/products.cuh"
+#include "solvers/linear/gmres.h"
+#include "tests/gpu/linear_card.h"
+
+namespace touchfield {
+namespace {
+
+using GpuGmres = LinearCardTest;
+
+TEST_F(GpuGmres, AgreesWithTheProcessors) {
+  for (const int n : {1, 7, 64, 500}) {
+    const MatrixXcf a = near_identity(n, 3);
+    for (const int columns : {1, 3, 40}) {
+      SCOPED_TRACE(testing::Message() << n << " x " << columns);
+      MatrixXcf b = random(n, columns, 5);
+      for (int s = 0; s < columns; ++s) {
+        b.col(s) *= std::pow(10.0F, static_cast<float>(s % 25 - 12));
+      }
+      const Solved solved = gmres_there(a, b, {1e-5, 100, 60});
+      GmresOptions options;
+      options.tolerance = 1e-5;
+      const GmresResult expected = gmres(product_here(a), in_double(b), options);
+      EXPECT_TRUE(solved.report.converged);
+      EXPECT_NEAR(solved.report.steps, *std::max_element(expected.steps.begin(), expected.steps.end()), 1);
+      EXPECT_NEAR(solved.report.columns, expected.columns, 0.1 * expected.columns + 2);
+      const std::vector<double> reached = residuals(a, b, solved.x);
+      for (std::size_t s = 0; s < reached.size(); ++s) {
+        EXPECT_LE(reached[s], 1.1e-5) << s;
+        EXPECT_NEAR(reached[s], solved.report.residuals[s], 1e-6) << s;
+      }
+      for (Eigen::Index s = 0; s < columns; ++s) {
+        EXPECT_LE((in_double(solved.x).col(s) - expected.x.col(s)).norm(), 5e-5 * expected.x.col(s).norm());
+      }
+    }
+  }
+}
+
+TEST_F(GpuGmres, AnIllConditionedMatrixTakesAboutAsManySteps) {
+  const MatrixXcf a = conditioned(64, 300.0, 11);
+  const MatrixXcf b = a * random(64, 3, 13);
+  const Solved solved = gmres_there(a, b, {1e-3, 200, 64});
+  GmresOptions options;
+  options.tolerance = 1e-3;
+  options.restart = 64;
+  const GmresResult expected = gmres(product_here(a), in_double(b), options);
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_NEAR(solved.report.steps, *std::max_element(expected.steps.begin(), expected.steps.end()), 3);
+  EXPECT_THAT(residuals(a, b, solved.x), testing::Each(testing::Le(1.1e-3)));
+}
+
+TEST_F(GpuGmres, BeginsAnewAfterTheRestart) {
+  const MatrixXcf a = near_identity(500, 17);
+  const MatrixXcf b = random(500, 3, 19);
+  const Solved solved = gmres_there(a, b, {1e-5, 200, 4});
+  GmresOptions options;
+  options.tolerance = 1e-5;
+  options.restart = 4;
+  const GmresResult expected = gmres(product_here(a), in_double(b), options);
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_GT(solved.report.products, solved.report.steps + 2);
+  EXPECT_NEAR(solved.report.steps, *std::max_element(expected.steps.begin(), expected.steps.end()), 4);
+  EXPECT_THAT(residuals(a, b, solved.x), testing::Each(testing::Le(1.1e-5)));
+}
+
+TEST_F(GpuGmres, AHundredVectorsAreOrthogonalisedInTwoRounds) {
+  // Roots of 1 as eigenvalues: nothing is gained before the last of 100 steps.
+  MatrixXcf a = MatrixXcf::Zero(100, 100);
+  for (Eigen::Index i = 0; i < 100; ++i) {
+    a((i + 1) % 100, i) = 1.0F;
+  }
+  MatrixXcf b = MatrixXcf::Zero(100, 2);
+  b(0, 0) = 1.0F;
+  b(42, 1) = 2.0F;
+  const Solved solved = gmres_there(a, b, {1e-5, 200, 200});
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_EQ(solved.report.steps, 100);
+  EXPECT_THAT(residuals(a, b, solved.x), testing::Each(testing::Le(1e-5)));
+}
+
+TEST_F(GpuGmres, ColumnsLeaveAsTheyAreDone) {
+  // Column s has s + 1 eigenvectors in it, so it is solved in s + 1 steps.
+  std::vector<float> values(64);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = 1.0F + static_cast<float>(i);
+  }
+  MatrixXcf b = MatrixXcf::Zero(64, 6);
+  for (Eigen::Index s = 0; s < 6; ++s) {
+    b.col(s).head(s + 1).setConstant({1.0F, 0.5F});
+  }
+  const MatrixXcf a = diagonal(values);
+  const Solved solved = gmres_there(a, b, {1e-5, 100, 60});
+  EXPECT_TRUE(solved.report.converged);
+  EXPECT_THAT(widths_, testing::ElementsAre(6, 5, 4, 3, 2, 1, 6));
+  EXPECT_EQ(solved.report.steps, 6);
+  EXPECT_THAT(residuals(a, b, solved.x), testing::Each(testing::Le(1e-5)));
+}
+
+TEST_F(GpuGmres, AStartThatIsTheSolutionTakesNoStep) {
+  const MatrixXcf a = near_identity(64, 23);
+  const MatrixXcf b = random(64, 5, 29);
+  const cuda::GmresLimits limits{1e-5, 100, 60};
+  const Solved first = gmres_there(a, b, limits);
+  const cuda::GmresLimits after{1.1e-5, 100, 60};  // products of another width round otherwise
+  const Solved again = gmres_there(a, b, after, first.x);
+  EXPECT_TRUE(again.report.converged);
+  EXPECT_EQ(again.report.steps, 0);
+  EXPECT_EQ(again.report.products, 1);
+  EXPECT_EQ(again.x, first.x);
+
+  MatrixXcf spoilt = first.x;
+  spoilt.col(3) *= 2.0F;
+  const Solved mended = gmres_there(a, b, after, spoilt);
+  EXPECT_TRUE(mended.report.converged);
+  EXPECT_THAT(std::vector<int>(widths_.begin() + 1, widths_.end()), testing::Each(1));
+  EXPECT_THAT(residuals(a, b, mended.x), testing::Each(testing::Le(1.2e-5)));
+  EXPECT_EQ(mended.x.leftCols(3), first.x.leftCols(3));
+
+  const Solved near = gmres_there(a, b, limits, first.x * 1.001F);
+  EXPECT_TRUE(near.report.converged);
+  EXPECT_LT(near.report.steps, first.report.steps - 3);
+}
+
+TEST_F(GpuGmres, ZeroColumnsAreSolvedByZero) {
+  const MatrixXcf a = near_identity(64, 31);
+  MatrixXcf b = random(64, 3, 37);
+  b.col(1).setZero();
+  for (const MatrixXcf& start : {MatrixXcf{}, MatrixXcf(b.array() + 1.0F)}) {
+    const Solved solved = gmres_there(a, b, {1e-5, 100, 60}, start);
+    EXPECT_TRUE(solved.report.converged);
+    EXPECT_EQ(solved.x.col(1), MatrixXcf::Zero(64, 1));
+    EXPECT_EQ(solved.report.residuals[1], 0.0);
+    EXPECT_THAT(widths_, testing::Each(testing::Le(2)));
+    EXPECT_THAT(residuals(a, b, solved.x), testing::Each(testing::Le(1.1e-5)));
+  }
+  const Solved none = gmres_there(a, MatrixXcf::Zero(64, 2), {1e-5, 100, 60});
+  EXPECT_TRUE(none.report.converged);
+  EXPECT_EQ(none.report.products, 0);
+}
+
+TEST_F(GpuGmres, GivesUpOnASingularMatrix) {
+  std::vector<float> values(64, 2.0F);
+  values[5] = 0.0F;
+  values[6] = 3.0F;
+  MatrixXcf b = MatrixXcf::Zero(64, 3);
+  b(5, 0) = 1.0F;              // nothing of it can be reached
+  b.col(1).setConstant(1.0F);  // all but one in 64
+  b(7, 2) = 1.0F;
+  const Solved solved = gmres_there(diagonal(values), b, {1e-5, 100, 60});
+  EXPECT_FALSE(solved.report.converged);
+  EXPECT_EQ(solved.report.residuals[0], 1.0);
+  EXPECT_NEAR(solved.report.residuals[1], 1.0 / 8.0, 1e-5);
+  EXPECT_LE(solved.report.residuals[2], 1e-5);
+  EXPECT_EQ(solved.report.worst, 1.0);
+  EXPECT_LT(solved.report.steps, 20);
+}
+
+TEST_F(GpuGmres, StopsAfterItsSteps) {
+  const MatrixXcf a = near_identity(64, 41);
+  const MatrixXcf b = random(64, 3, 43);
+  const Solved few = gmres_there(a, b, {1e-6, 5, 3});
+  EXPECT_FALSE(few.report.converged);
+  EXPECT_EQ(few.report.steps, 5);
+  EXPECT_NEAR(few.report.worst, *std::max_element(few.report.residuals.begin(), few.report.residuals.end()), 0.0);
+  EXPECT_LT(few.report.worst, 0.2);
+  const Solved none = gmres_there(a, b, {1e-6, 0, 3});
+  EXPECT_FALSE(none.report.converged);
+  EXPECT_EQ(none.report.products, 0);
+  EXPECT_EQ(none.x, MatrixXcf::Zero(64, 3));
+}
+
+TEST_F(GpuGmres, ReportsEachStep) {
+  const MatrixXcf a = near_identity(64, 47);
+  const MatrixXcf b = random(64, 3, 53);
+  const Matrix a_there = put(a);
+  const Matrix b_there = put(b);
+  Matrix x(context(), b_there.size());
+  std::vector<int> steps;
+  std::vector<double> worst;
+  const cuda::GmresReport report =
+      cuda::BlockGmres(context()).solve(product_there(a_there, 64), 64, 3, b_there.data(), x.data(), {1e-4, 100, 60},
+                                        false, [&](int step, double residual) {
+                                          steps.push_back(step);
+                                          worst.push_back(residual);
+                                        });
+  ASSERT_EQ(steps.size(), static_cast<std::size_t>(report.steps));
+  EXPECT_EQ(steps.front(), 1);
+  EXPECT_EQ(steps.back(), report.steps);
+  EXPECT_TRUE(std::is_sorted(worst.rbegin(), worst.rend()));
+  EXPECT_LE(worst.back(), 1e-4);
+}
+
+TEST_F(GpuGmres, RefusesWhatIsNotFinite) {
+  MatrixXcf a = near_identity(64, 59);
+  MatrixXcf b = random(64, 3, 61);
+  const cuda::GmresLimits limits{1e-5, 100, 60};
+  EXPECT_THROW(gmres_there(a, b, {0.0, 100, 60}), std::invalid_argument);
+  EXPECT_THROW(gmres_there(a, b, {1e-5, -1, 60}), std::invalid_argument);
+  EXPECT_THROW(gmres_there(a, b, {1e-5, 100, 0}), std::invalid_argument);
+  MatrixXcf start = b;
+  start(0, 2) = std::numeric_limits<float>::infinity();
+  EXPECT_THROW(gmres_there(a, b, limits, start), std::domain_error);
+  a(3, 4) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THROW(gmres_there(a, b, limits), std::domain_error);
+  b(63, 2) = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_THAT([&] { gmres_there(near_identity(64, 59), b, limits); },
+              testing::ThrowsMessage<std::domain_error>(testing::HasSubstr("right-hand side 2")));
+}
+
+TEST_F(GpuGmres, RepeatsToTheBitAndDoesNotGrow) {
+  const int n = 130;
+  const Matrix a = put(near_identity(n, 67));
+  const Matrix b = put(random(n, 12, 71));
+  const Matrix narrow = put(random(n, 3, 73));
+  Matrix x(context(), b.size());
+  Matrix other(context(), narrow.size());
+  cuda::BlockGmres solver(context());
+  const auto solve = [&] {
+    solver.solve(product_there(a, n), n, 12, b.data(), x.data(), {1e-5, 100, 12}, false);
+    return get(x, n);
+  };
+  const MatrixXcf first = solve();
+  solver.solve(product_there(a, n), n, 3, narrow.data(), other.data(), {1e-6, 100, 60}, false);
+  const std::size_t taken = gpu().taken();
+  for (int i = 0; i < 100; ++i) {
+    if (i % 10 == 3) {
+      solver.solve(product_there(a, n), n, 3, narrow.data(), other.data(), {1e-6, 100, 60}, false);
+    }
+    ASSERT_EQ(solve(), first);
+  }
+  EXPECT_EQ(gpu().taken(), taken);
+  solver.release();
+  EXPECT_LT(gpu().taken(), taken);
+  EXPECT_EQ(solve(), first);
+}
+
+TEST_F(GpuGmres, FailsWhole) {
+  const MatrixXcf a = near_identity(64, 67);
+  const MatrixXcf b = random(64, 40, 71);
+  // Solves on a card that fails or has little room; what it holds after that.
+  const auto solve = [&](cuda::Context& card, cuda::BlockGmres& solver, int restart) {
+    Matrix a_there(card);
+    Matrix b_there(card);
+    Matrix x(card, static_cast<std::size_t>(b.size()));
+    a_there.upload(reinterpret_cast<const cuComplex*>(a.data()), static_cast<std::size_t>(a.size()));
+    b_there.upload(reinterpret_cast<const cuComplex*>(b.data()), static_cast<std::size_t>(b.size()));
+    const cuda::BlockProduct product = [&](const cuComplex* from, cuComplex* to, int columns) {
+      cuda::multiply(card, CUBLAS_OP_N, CUBLAS_OP_N, 64, columns, 64, {1.0F, 0.0F}, a_there.data(), 64, from, 64,
+                     {0.0F, 0.0F}, to, 64, cuda::Arithmetic::kSingle);
+    };
+    return solver.solve(product, 64, 40, b_there.data(), x.data(), {1e-5, 200, restart}, false).converged;
+  };
+  for (const int calls : {0, 1, 3, 4, 9}) {
+    GpuLimits limits;
+    limits.fail_after = calls;
+    const auto broken = open_gpu(0, limits);
+    auto& card = dynamic_cast<cuda::Context&>(*broken);
+    {
+      cuda::BlockGmres solver(card);
+      EXPECT_THROW(solve(card, solver, 60), GpuFailure) << calls;
+    }
+    EXPECT_EQ(broken->taken(), 0U) << calls;
+  }
+  GpuLimits limits;
+  limits.memory = 300000;
+  const auto small = open_gpu(0, limits);
+  auto& card = dynamic_cast<cuda::Context&>(*small);
+  cuda::BlockGmres solver(card);
+  EXPECT_THROW(solve(card, solver, 60), GpuMemoryFailure);
+  solver.release();
+  EXPECT_TRUE(solve(card, solver, 3));
+}
+
+}  // namespace
+}  // namespace touchfield

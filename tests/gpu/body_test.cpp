@@ -1,0 +1,240 @@
+#include <optional>
+
+#include <gtest/gtest.h>
+
+#include "sim/body/hand.h"
+#include "sim/body/shapes.h"
+#include "sim/core/errors.h"
+#include "sim/gpu/body_on_card.h"
+#include "solvers/linear/blas_product.h"
+#include "tests/gpu/card.h"
+
+namespace touchfield {
+namespace {
+
+Wave wave(double absorption = 0.0) {
+  Medium medium = air(293.15);
+  medium.absorption = absorption;
+  return {medium, 40e3};
+}
+
+constexpr double kTolerance = kFinestOnCard;
+
+/// A small array 120 mm below the body.
+TransducerArray array(int side = 8) {
+  ArrayLayout layout = grid_layout(side, side, 10.16e-3);
+  layout = transformed(layout, Eigen::Matrix3d::Identity(), Vector3(0.0, 0.0, -0.12));
+  return make_array(layout, Directivity::t4010a1(), 1.0, kAutd3SourceStrength);
+}
+
+Eigen::MatrixXcd drives(Eigen::Index channels, Eigen::Index columns) {
+  Eigen::MatrixXcd q(channels, columns);
+  for (Eigen::Index s = 0; s < columns; ++s) {
+    for (Eigen::Index n = 0; n < channels; ++n) {
+      q(n, s) = std::polar(1.0, 0.37 * static_cast<double>((n * n + 5 * n * s + 3 * s) % 97));
+    }
+  }
+  return q;
+}
+
+/// Two plates a third of a wavelength apart: what is between them resonates.
+TriangleMesh gap() {
+  const TriangleMesh plate = sphere(12e-3, 2e-3).mesh;
+  Eigen::Matrix3Xd vertices(3, 2 * plate.vertex_count());
+  vertices << plate.vertices(), plate.vertices();
+  vertices.row(2) *= 0.25;
+  vertices.row(2).head(plate.vertex_count()).array() -= 4.5e-3;
+  vertices.row(2).tail(plate.vertex_count()).array() += 4.5e-3;
+  Triangles triangles(3, 2 * plate.face_count());
+  triangles << plate.triangles(), plate.triangles().array() + static_cast<int>(plate.vertex_count());
+  return {vertices, triangles};
+}
+
+TriangleMesh small_hand() {
+  HandOptions options;
+  options.edge = 4.5e-3;
+  return hand(options).mesh;
+}
+
+struct Reference {
+  Reference(const TriangleMesh& mesh, const Wave& w, Scheme scheme) : system(mesh, w, scheme) {
+    SolverOptions options;
+    options.kind = SolverKind::kLu;
+    options.precision = Precision::kDouble;
+    options.tolerance = 1e-10;
+    solver = make_solver(system, options);
+  }
+  Eigen::MatrixXcd pressure(const TransducerArray& sources, const Eigen::MatrixXcd& q) const {
+    const IncidentField field = system.incident(sources, q);
+    return system.pressure(solver->solve(system.right_hand_side(field)).x, field);
+  }
+  ScatteringSystem system;
+  std::unique_ptr<ScatteringSolver> solver;
+};
+
+double largest_difference(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b) {
+  return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
+}
+
+class BodyOnCardTest : public CardTest {
+ protected:
+  BodyOnCard body(const ScatteringSystem& system, double tolerance = kTolerance,
+                  std::optional<SolverKind> kind = std::nullopt) {
+    SolverOptions options;
+    options.tolerance = tolerance;
+    options.kind = kind.value_or(SolverKind::kLu);
+    return {shared_gpu(0), system, options, !kind};
+  }
+};
+
+// The card's promise.
+TEST_F(BodyOnCardTest, PressuresAreThoseInDouble) {
+  for (const TriangleMesh& mesh : {icosphere(12e-3, 8), gap(), small_hand()}) {
+    for (const Scheme scheme :
+         {Scheme::kPaper, Scheme::kPaperCorrected, Scheme::kBurtonMiller, Scheme::kBurtonMillerPolished}) {
+      const Reference reference(mesh, wave(), scheme);
+      const TransducerArray sources = array();
+      for (const Eigen::Index columns : {1, 20}) {
+        const Eigen::MatrixXcd q = drives(sources.size(), columns);
+        const bool cured = traits(scheme).burton_miller;
+        BodyOnCard card = body(reference.system, cured ? kTolerance : 3e-5);
+        const Solved solved = card.pressure(sources, q);
+        EXPECT_TRUE(solved.report.converged) << to_string(scheme) << " " << solved.report.residual;
+        const double limit = cured ? 1e-4 : 1e-3;
+        EXPECT_LT(largest_difference(solved.x, reference.pressure(sources, q)), limit)
+            << to_string(scheme) << ", " << mesh.face_count() << " faces, " << columns << " columns";
+      }
+    }
+  }
+}
+
+TEST_F(BodyOnCardTest, EverySolverGivesTheSame) {
+  const Reference reference(icosphere(12e-3, 8), wave(0.3), Scheme::kBurtonMillerPolished);
+  const TransducerArray sources = array();
+  const Eigen::MatrixXcd q = drives(sources.size(), 11);
+  const Eigen::MatrixXcd expected = reference.pressure(sources, q);
+  for (const SolverKind kind : {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree}) {
+    BodyOnCard card = body(reference.system, kTolerance, kind);
+    const Solved solved = card.pressure(sources, q);
+    EXPECT_TRUE(solved.report.converged) << to_string(kind);
+    EXPECT_EQ(card.kind(), kind);
+    EXPECT_LT(largest_difference(solved.x, expected), 1e-4) << to_string(kind);
+    const Solved again = card.pressure(sources, q);
+    EXPECT_EQ(again.x, solved.x) << to_string(kind) << ": not to the last bit";
+  }
+}
+
+TEST_F(BodyOnCardTest, SpansAllChannels) {
+  const Reference reference(icosphere(12e-3, 8), wave(), Scheme::kBurtonMillerPolished);
+  const TransducerArray sources = array();
+  const std::vector<Eigen::Index> faces = {3, 500, 17};
+  const Eigen::VectorXd weights = reference.system.mesh().areas();
+  BodyOnCard card = body(reference.system);
+  const BodyOnCard::Spanned spanned = card.spanned(sources, 1e-4, faces, &weights);
+  const Eigen::Index rank = spanned.drives.cols();
+  EXPECT_LT(rank, sources.size());
+  EXPECT_LE(spanned.left_out, 1e-4);
+  EXPECT_LT((spanned.drives.adjoint() * spanned.drives - Eigen::MatrixXcd::Identity(rank, rank)).norm(), 1e-12 * 64);
+  const Eigen::MatrixXcd b = reference.system.right_hand_side(reference.system.incident(sources));
+  const double left = (b - b * spanned.drives * spanned.drives.adjoint()).norm() / b.norm();
+  EXPECT_NEAR(left, spanned.left_out, 1e-6);
+  const Eigen::MatrixXcd p = reference.pressure(sources, spanned.drives);
+  EXPECT_LT(largest_difference(card.spanned_pressure(), p), 1e-4);
+  EXPECT_LT(largest_difference(spanned.target, p(faces, Eigen::all)), 1e-4);
+  EXPECT_LT(largest_difference(spanned.quiet, p.adjoint() * weights.asDiagonal() * p), 2e-4);
+  // From these pressures on: nothing is left to do.
+  const BodyOnCard::Spanned again = card.spanned(sources, spanned.drives, faces, &weights);
+  EXPECT_EQ(again.report.steps, 0);
+  EXPECT_LT(largest_difference(again.target, spanned.target), 1e-6);
+}
+
+TEST_F(BodyOnCardTest, RowsByReciprocityAreThoseForwards) {
+  for (const Scheme scheme : {Scheme::kPaper, Scheme::kBurtonMillerPolished}) {
+    const Reference reference(icosphere(12e-3, 8), wave(), scheme);
+    const TransducerArray sources = array(5);
+    const std::vector<Eigen::Index> faces = {3, 500, 17, 600};
+    BodyOnCard card = body(reference.system);
+    const Solved rows = card.transfer_rows(sources, faces);
+    const Eigen::MatrixXcd h = reference.pressure(sources, Eigen::MatrixXcd::Identity(25, 25));
+    EXPECT_LT(largest_difference(rows.x, h(faces, Eigen::all)), 1e-4) << to_string(scheme);
+  }
+}
+
+TEST_F(BodyOnCardTest, FollowsABodyThatMoves) {
+  const TriangleMesh mesh = icosphere(12e-3, 8);
+  Eigen::Matrix3Xd vertices = mesh.vertices();
+  vertices.row(0) *= 1.1;
+  vertices.colwise() += Vector3(1e-3, -2e-3, 3e-3);
+  const TriangleMesh moved(vertices, mesh.triangles());
+  const Reference reference(moved, wave(), Scheme::kBurtonMillerPolished);
+  const ScatteringSystem before(mesh, wave(), Scheme::kBurtonMillerPolished);
+  const TransducerArray sources = array();
+  const Eigen::MatrixXcd q = drives(sources.size(), 9);
+  BodyOnCard card = body(before);
+  card.spanned(sources, q, {}, nullptr);
+  card.move(moved);
+  card.spanned(sources, q, {}, nullptr);
+  EXPECT_LT(largest_difference(card.spanned_pressure(), reference.pressure(sources, q)), 1e-4);
+}
+
+TEST_F(BodyOnCardTest, LittleMemoryGivesTheSame) {
+  const ScatteringSystem system(icosphere(12e-3, 12), wave(), Scheme::kBurtonMillerPolished);
+  const TransducerArray sources = array();
+  const Eigen::MatrixXcd q = drives(sources.size(), 64);
+  SolverOptions options;
+  options.tolerance = kTolerance;
+  BodyOnCard free(shared_gpu(0), system, options, true);
+  const Eigen::MatrixXcd expected = free.pressure(sources, q).x;
+  EXPECT_EQ(free.kind(), SolverKind::kGmres);
+  GpuLimits limits;
+  limits.memory = std::size_t{60} << 20U;  // the matrix takes 66 MB
+  BodyOnCard capped(open_gpu(0, limits), system, options, true);
+  EXPECT_LT(largest_difference(capped.pressure(sources, q).x, expected), 1e-4);
+  EXPECT_EQ(capped.kind(), SolverKind::kMatrixFree);
+  limits.memory = std::size_t{1} << 20U;
+  EXPECT_THROW(BodyOnCard(open_gpu(0, limits), system, options, true).pressure(sources, q), GpuMemoryFailure);
+}
+
+// Wherever the card fails: an error, and no result.
+TEST_F(BodyOnCardTest, FailsWholeOrNotAtAll) {
+  const ScatteringSystem system(icosphere(12e-3, 4), wave(), Scheme::kBurtonMillerPolished);
+  const TransducerArray sources = array(4);
+  const Eigen::MatrixXcd q = drives(sources.size(), 5);
+  SolverOptions options;
+  GpuLimits limits;
+  for (limits.fail_after = 0; limits.fail_after < 200; limits.fail_after += 7) {
+    try {
+      BodyOnCard card(open_gpu(0, limits), system, options, true);
+      EXPECT_TRUE(card.pressure(sources, q).x.allFinite());
+    } catch (const DeviceError&) {
+    }
+  }
+}
+
+TEST_F(BodyOnCardTest, MemoryDoesNotGrow) {
+  const ScatteringSystem system(icosphere(12e-3, 6), wave(), Scheme::kBurtonMillerPolished);
+  const TransducerArray sources = array(4);
+  const Eigen::MatrixXcd q = drives(sources.size(), 8);
+  BodyOnCard card = body(system);
+  card.spanned(sources, q, {1, 2}, nullptr);
+  card.move(system.mesh());
+  card.spanned(sources, q, {1, 2}, nullptr);
+  const std::size_t taken = card.gpu().taken();
+  for (int frame = 0; frame < 300; ++frame) {
+    card.move(system.mesh());
+    card.spanned(sources, q, {1, 2}, nullptr);
+  }
+  EXPECT_EQ(card.gpu().taken(), taken);
+}
+
+TEST_F(BodyOnCardTest, SaysWhatIsNotFinite) {
+  const ScatteringSystem system(icosphere(12e-3, 4), wave(), Scheme::kBurtonMiller);
+  const TransducerArray sources = array(4);
+  Eigen::MatrixXcd q = drives(sources.size(), 5);
+  q(3, 2) = std::nan("");
+  BodyOnCard card = body(system);
+  EXPECT_THROW(card.pressure(sources, q), NumericalError);
+}
+
+}  // namespace
+}  // namespace touchfield

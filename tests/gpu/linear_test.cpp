@@ -1,0 +1,339 @@
+#include <algorithm>
+#include <complex>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/gpu/cuda/block_gmres.cuh"
+#include "sim/gpu/cuda/hermitian.cuh"
+#include "sim/gpu/cuda/lu.cuh"
+#include "sim/gpu/cuda/products.cuh"
+#include "sim/gpu/cuda/refinement.cuh"
+#include "solvers/linear/dense_lu.h"
+#include "solvers/linear/hermitian_eigen.h"
+#include "solvers/linear/refinement.h"
+#include "tests/gpu/linear_card.h"
+
+namespace touchfield {
+namespace {
+
+using GpuRefinement = LinearCardTest;
+
+TEST_F(GpuRefinement, Tf32InsideReachesSinglePrecision) {
+  const int n = 500;
+  const MatrixXcf a = near_identity(n, 79);
+  MatrixXcf b = random(n, 40, 83);
+  b.col(7).setZero();
+  b.col(9) *= 1e-20F;
+  const Matrix a_there = put(a);
+  const Matrix b_there = put(b);
+  Matrix x(context(), b_there.size());
+  cuda::BlockGmres inner(context());
+  const cuda::BlockProduct loose = [&](const cuComplex* r, cuComplex* y, int columns) {
+    inner.solve(product_there(a_there, n, cuda::Arithmetic::kTf32), n, columns, r, y, {3e-3, 50, 50}, false);
+  };
+  cuda::BlockRefinement refinement(context());
+  const cuda::RefinementReport report =
+      refinement.solve(product_there(a_there, n), loose, n, 40, b_there.data(), x.data(), {2e-6, 10}, false);
+  EXPECT_TRUE(report.converged);
+  EXPECT_LE(report.rounds, 4);
+  EXPECT_THAT(residuals(a, b, get(x, n)), testing::Each(testing::Le(2.5e-6)));
+  EXPECT_EQ(report.residuals[7], 0.0);
+
+  const MatrixXcf first = get(x, n);
+  refinement.solve(product_there(a_there, n), loose, n, 40, b_there.data(), x.data(), {2e-6, 10}, false);
+  EXPECT_EQ(get(x, n), first);
+
+  bool asked = false;
+  const cuda::BlockProduct never = [&](const cuComplex*, cuComplex*, int) { asked = true; };
+  const cuda::RefinementReport again =
+      refinement.solve(product_there(a_there, n), never, n, 40, b_there.data(), x.data(), {2e-6, 10}, true);
+  EXPECT_TRUE(again.converged);
+  EXPECT_EQ(again.rounds, 0);
+  EXPECT_FALSE(asked);
+  EXPECT_EQ(get(x, n), first);
+}
+
+TEST_F(GpuRefinement, FactorsOfANearMatrixSolveThisOne) {
+  const int n = 64;
+  const MatrixXcf a = conditioned(n, 10.0, 89);
+  const MatrixXcf b = random(n, 3, 97);
+  const Matrix a_there = put(a);
+  const Matrix b_there = put(b);
+  Matrix factors = put(a + 0.002F * random(n, n, 101));
+  cuda::Lu lu(context());
+  lu.factorise(n, factors.data());
+  std::vector<int> asked;
+  const cuda::BlockProduct inverse = [&](const cuComplex* r, cuComplex* y, int columns) {
+    asked.push_back(columns);
+    cuda::check(cudaMemcpyAsync(y, r, static_cast<std::size_t>(n * columns) * sizeof(cuComplex),
+                                cudaMemcpyDeviceToDevice, context().stream()),
+                "copy");
+    lu.solve(CUBLAS_OP_N, columns, y);
+  };
+  // Two columns of the start are the solution already.
+  MatrixXcf start = MatrixXcf(in_double(a).partialPivLu().solve(in_double(b)).cast<std::complex<float>>());
+  start.col(1).setZero();
+  Matrix x = put(start);
+  cuda::BlockRefinement refinement(context());
+  const cuda::RefinementReport report =
+      refinement.solve(product_there(a_there, n), inverse, n, 3, b_there.data(), x.data(), {5e-6, 20}, true);
+  EXPECT_TRUE(report.converged);
+  EXPECT_EQ(report.rounds, static_cast<int>(asked.size()));
+  EXPECT_GE(report.rounds, 2);
+  EXPECT_THAT(asked, testing::Each(1));
+  EXPECT_THAT(residuals(a, b, get(x, n)), testing::Each(testing::Le(6e-6)));
+  EXPECT_EQ(get(x, n).col(0), start.col(0));
+  EXPECT_EQ(get(x, n).col(2), start.col(2));
+}
+
+TEST_F(GpuRefinement, StopsWhereNothingIsGained) {
+  const int n = 64;
+  const MatrixXcf a = near_identity(n, 103);
+  const MatrixXcf b = random(n, 3, 107);
+  const Matrix a_there = put(a);
+  const Matrix b_there = put(b);
+  Matrix x(context(), b_there.size());
+  cuda::BlockRefinement refinement(context());
+  for (const float factor : {0.0F, 0.1F, 0.9F}) {  // of the residual itself as the correction
+    SCOPED_TRACE(factor);
+    const cuda::BlockProduct inverse = [&](const cuComplex* r, cuComplex* y, int columns) {
+      const Matrix identity = put(MatrixXcf::Identity(n, n));
+      cuda::multiply(context(), CUBLAS_OP_N, CUBLAS_OP_N, n, columns, n, {factor, 0.0F}, identity.data(), n, r, n,
+                     {0.0F, 0.0F}, y, n, cuda::Arithmetic::kSingle);
+    };
+    const cuda::RefinementReport report =
+        refinement.solve(product_there(a_there, n), inverse, n, 3, b_there.data(), x.data(), {1e-4, 6}, false);
+    RefinementOptions options;
+    options.tolerance = 1e-4;
+    options.max_rounds = 6;
+    const RefinementResult expected = refine(
+        product_here(a), [factor](const MatrixXcd& r) { return MatrixXcd(static_cast<double>(factor) * r); },
+        in_double(b), options);
+    EXPECT_EQ(report.converged, expected.converged);
+    EXPECT_EQ(report.rounds, expected.rounds);
+    EXPECT_LE((in_double(get(x, n)) - expected.x).norm(), 1e-5 * b.norm());
+    for (std::size_t s = 0; s < 3; ++s) {
+      EXPECT_NEAR(report.residuals[s], expected.residuals[s], 1e-5);
+    }
+  }
+  const cuda::BlockProduct broken = [&](const cuComplex*, cuComplex* y, int columns) {
+    cuda::check(cudaMemsetAsync(y, 0xff, static_cast<std::size_t>(n * columns) * sizeof(cuComplex), context().stream()),
+                "not a number");
+  };
+  EXPECT_THROW(refinement.solve(product_there(a_there, n), broken, n, 3, b_there.data(), x.data(), {1e-4, 6}, false),
+               std::domain_error);
+  EXPECT_THROW(refinement.solve(broken, broken, n, 3, b_there.data(), x.data(), {0.0, 6}, false),
+               std::invalid_argument);
+}
+
+using GpuLu = LinearCardTest;
+
+TEST_F(GpuLu, AgreesWithTheProcessors) {
+  cuda::Lu lu(context());
+  for (const int n : {1, 7, 64, 500}) {
+    for (const double condition : {2.0, 3e3}) {
+      const MatrixXcf a = conditioned(n, condition, 109);
+      Matrix factors = put(a);
+      lu.factorise(n, factors.data());
+      EXPECT_EQ(lu.size(), n);
+      const DenseLuSingle expected{a};
+      const double reciprocal = expected.reciprocal_condition();
+      EXPECT_NEAR(lu.reciprocal_condition(), reciprocal, 0.3 * reciprocal) << n << ", " << condition;
+      for (const int columns : {1, 3, 40}) {
+        SCOPED_TRACE(testing::Message() << n << " x " << columns << ", " << condition);
+        const MatrixXcf b = random(n, columns, 113);
+        const auto solved = [&](cublasOperation_t op) {
+          Matrix x = put(b);
+          lu.solve(op, columns, x.data());
+          return get(x, n);
+        };
+        // Stable backwards: ||b - A x|| <= a few eps ||A|| ||x||, and ||A|| = 1.
+        const MatrixXcf plain = solved(CUBLAS_OP_N);
+        EXPECT_LE((a * plain - b).norm(), 3e-5F * plain.norm());
+        const MatrixXcf transposed = solved(CUBLAS_OP_T);
+        EXPECT_LE((a.transpose() * transposed - b).norm(), 3e-5F * transposed.norm());
+        const MatrixXcf adjoint = solved(CUBLAS_OP_C);
+        EXPECT_LE((a.adjoint() * adjoint - b).norm(), 3e-5F * adjoint.norm());
+        const float share = 2e-5F * static_cast<float>(condition);
+        EXPECT_LE((plain - expected.solve(b)).norm(), share * plain.norm());
+        EXPECT_LE((transposed - expected.solve_transpose(b)).norm(), share * transposed.norm());
+        EXPECT_EQ(solved(CUBLAS_OP_N), plain);
+      }
+    }
+  }
+}
+
+TEST_F(GpuLu, RefusesWhatHasNoInverse) {
+  cuda::Lu lu(context());
+  MatrixXcf a = random(64, 64, 127);
+  a.row(63) = MatrixXcf::Zero(1, 64);
+  Matrix singular = put(a);
+  EXPECT_THAT([&] { lu.factorise(64, singular.data()); },
+              testing::ThrowsMessage<std::domain_error>("the matrix is singular: pivot 64 is zero"));
+  Matrix zero = put(MatrixXcf::Zero(7, 7));
+  EXPECT_THAT([&] { lu.factorise(7, zero.data()); },
+              testing::ThrowsMessage<std::domain_error>(testing::HasSubstr("the matrix is singular: pivot")));
+  a(0, 63) = {0.0F, std::numeric_limits<float>::quiet_NaN()};
+  Matrix broken = put(a);
+  EXPECT_THAT([&] { lu.factorise(64, broken.data()); },
+              testing::ThrowsMessage<std::domain_error>("the matrix holds a value that is not finite"));
+}
+
+TEST_F(GpuLu, DoesNotGrow) {
+  cuda::Lu lu(context());
+  const MatrixXcf a = random(64, 64, 131);
+  Matrix factors = put(a);
+  lu.factorise(64, factors.data());
+  const MatrixXcf first = get(factors, 64);
+  const double reciprocal = lu.reciprocal_condition();
+  const std::size_t taken = gpu().taken();
+  for (int i = 0; i < 100; ++i) {
+    factors.upload(reinterpret_cast<const cuComplex*>(a.data()), static_cast<std::size_t>(a.size()));
+    lu.factorise(64, factors.data());
+    ASSERT_EQ(get(factors, 64), first);
+    ASSERT_EQ(lu.reciprocal_condition(), reciprocal);
+  }
+  EXPECT_EQ(gpu().taken(), taken);
+}
+
+class GpuHermitian : public LinearCardTest {
+ protected:
+  HermitianEigen solve_there(cuda::HermitianSolver& solver, const MatrixXcd& a) {
+    const auto n = static_cast<int>(a.rows());
+    auto vectors = put_as<cuDoubleComplex>(a);
+    cuda::Array<double> values(context(), static_cast<std::size_t>(n));
+    solver.solve(n, vectors.data(), values.data());
+    HermitianEigen found{Eigen::VectorXd(n), MatrixXcd(n, n)};
+    values.download(found.values.data(), values.size());
+    vectors.download(reinterpret_cast<cuDoubleComplex*>(found.vectors.data()), vectors.size());
+    return found;
+  }
+};
+
+TEST_F(GpuHermitian, AgreesWithTheProcessors) {
+  cuda::HermitianSolver solver(context());
+  for (const int n : {1, 7, 64, 500}) {
+    SCOPED_TRACE(n);
+    const MatrixXcd half = in_double(random(n, n, 137));
+    const MatrixXcd a = half + half.adjoint();
+    MatrixXcd lower = a;
+    lower.triangularView<Eigen::StrictlyUpper>().setConstant(std::numeric_limits<double>::quiet_NaN());
+    const HermitianEigen found = solve_there(solver, lower);
+    const HermitianEigen expected = hermitian_eigen(a);
+    const double size = expected.values.cwiseAbs().maxCoeff();
+    EXPECT_LE((found.values - expected.values).cwiseAbs().maxCoeff(), 1e-13 * n * size);
+    EXPECT_TRUE(std::is_sorted(found.values.begin(), found.values.end()));
+    EXPECT_LE((a * found.vectors - found.vectors * found.values.asDiagonal()).norm(), 1e-13 * n * size);
+    EXPECT_LE((found.vectors.adjoint() * found.vectors - MatrixXcd::Identity(n, n)).norm(), 1e-13 * n);
+  }
+}
+
+TEST_F(GpuHermitian, RefusesWhatIsNotFiniteAndRepeats) {
+  cuda::HermitianSolver solver(context());
+  const MatrixXcd half = in_double(random(64, 64, 139));
+  MatrixXcd a = half * half.adjoint();
+  const HermitianEigen first = solve_there(solver, a);
+  const std::size_t taken = gpu().taken();
+  for (int i = 0; i < 20; ++i) {
+    const HermitianEigen again = solve_there(solver, a);
+    ASSERT_EQ(again.values, first.values);
+    ASSERT_EQ(again.vectors, first.vectors);
+  }
+  EXPECT_EQ(gpu().taken(), taken);
+  a(63, 2) = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(solve_there(solver, a), std::domain_error);
+}
+
+using GpuProducts = LinearCardTest;
+
+TEST_F(GpuProducts, MultipliesAsTheProcessorsDo) {
+  const int m = 70;
+  const int n = 33;
+  const int k = 500;
+  const MatrixXcf c = random(m, n, 149);
+  const std::complex<float> alpha(0.5F, -1.0F);
+  const std::complex<float> beta(-0.25F, 2.0F);
+  const auto op = [](cublasOperation_t which, const MatrixXcf& a) -> MatrixXcd {
+    const MatrixXcd wide = in_double(a);
+    return which == CUBLAS_OP_N ? wide : which == CUBLAS_OP_T ? MatrixXcd(wide.transpose()) : MatrixXcd(wide.adjoint());
+  };
+  for (const cublasOperation_t op_a : {CUBLAS_OP_N, CUBLAS_OP_T, CUBLAS_OP_C}) {
+    for (const cublasOperation_t op_b : {CUBLAS_OP_N, CUBLAS_OP_T, CUBLAS_OP_C}) {
+      SCOPED_TRACE(testing::Message() << op_a << ", " << op_b);
+      const MatrixXcf a = op_a == CUBLAS_OP_N ? random(m, k, 151) : random(k, m, 151);
+      const MatrixXcf b = op_b == CUBLAS_OP_N ? random(k, n, 157) : random(n, k, 157);
+      const MatrixXcd expected =
+          std::complex<double>(alpha) * op(op_a, a) * op(op_b, b) + std::complex<double>(beta) * in_double(c);
+      const Matrix a_there = put(a);
+      const Matrix b_there = put(b);
+      const auto error = [&](cuda::Arithmetic arithmetic) {
+        Matrix c_there = put(c);
+        cuda::multiply(context(), op_a, op_b, m, n, k, {alpha.real(), alpha.imag()}, a_there.data(),
+                       static_cast<int>(a.rows()), b_there.data(), static_cast<int>(b.rows()),
+                       {beta.real(), beta.imag()}, c_there.data(), m, arithmetic);
+        return (in_double(get(c_there, m)) - expected).norm() / expected.norm();
+      };
+      EXPECT_LE(error(cuda::Arithmetic::kSingle), 1e-6);
+      EXPECT_LE(error(cuda::Arithmetic::kTf32), 2e-3);
+
+      const auto a_wide = put_as<cuDoubleComplex>(in_double(a));
+      const auto b_wide = put_as<cuDoubleComplex>(in_double(b));
+      auto c_wide = put_as<cuDoubleComplex>(in_double(c));
+      cuda::multiply(context(), op_a, op_b, m, n, k, {alpha.real(), alpha.imag()}, a_wide.data(),
+                     static_cast<int>(a.rows()), b_wide.data(), static_cast<int>(b.rows()), {beta.real(), beta.imag()},
+                     c_wide.data(), m);
+      MatrixXcd found(m, n);
+      c_wide.download(reinterpret_cast<cuDoubleComplex*>(found.data()), c_wide.size());
+      EXPECT_LE((found - expected).norm(), 1e-14 * expected.norm());
+    }
+  }
+}
+
+TEST_F(GpuProducts, Tf32IsTakenWhereItIsNamed) {
+  const int n = 512;
+  const MatrixXcf a = random(n, n, 173);
+  const MatrixXcd expected = in_double(a) * in_double(a);
+  const Matrix a_there = put(a);
+  Matrix c(context(), a_there.size());
+  const auto error = [&](cuda::Arithmetic arithmetic) {
+    cuda::multiply(context(), CUBLAS_OP_N, CUBLAS_OP_N, n, n, n, {1.0F, 0.0F}, a_there.data(), n, a_there.data(), n,
+                   {0.0F, 0.0F}, c.data(), n, arithmetic);
+    return (in_double(get(c, n)) - expected).norm() / expected.norm();
+  };
+  EXPECT_LE(error(cuda::Arithmetic::kSingle), 1e-6);
+  EXPECT_LE(error(cuda::Arithmetic::kTf32), 2e-3);
+  EXPECT_EQ(error(cuda::Arithmetic::kTf32) > 1e-5, context().has_tf32());
+}
+
+TEST_F(GpuProducts, GramMatricesAreHermitian) {
+  for (const int columns : {1, 7, 64, 129}) {
+    const MatrixXcf a = random(500, columns, 163);
+    const Matrix a_there = put(a);
+    Matrix c(context(), static_cast<std::size_t>(columns) * static_cast<std::size_t>(columns));
+    cuda::gram(context(), 500, columns, a_there.data(), 500, c.data(), columns);
+    const MatrixXcf found = get(c, columns);
+    const MatrixXcd expected = in_double(a).adjoint() * in_double(a);
+    EXPECT_LE((in_double(found) - expected).norm(), 1e-6 * expected.norm()) << columns;
+    EXPECT_EQ(found, found.adjoint()) << columns;
+  }
+}
+
+TEST_F(GpuProducts, ConvertsBetweenPrecisions) {
+  const MatrixXcf narrow = random(1000, 3, 167);
+  const Matrix from = put(narrow);
+  cuda::Array<cuDoubleComplex> wide(context(), from.size());
+  cuda::convert(context(), from.data(), wide.data(), from.size());
+  MatrixXcd found(1000, 3);
+  wide.download(reinterpret_cast<cuDoubleComplex*>(found.data()), wide.size());
+  EXPECT_EQ(found, in_double(narrow));
+  Matrix back(context(), from.size());
+  cuda::convert(context(), wide.data(), back.data(), wide.size());
+  EXPECT_EQ(get(back, 1000), narrow);
+}
+
+}  // namespace
+}  // namespace touchfield

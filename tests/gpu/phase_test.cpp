@@ -1,0 +1,406 @@
+#include <cmath>
+#include <complex>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <tuple>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "sim/gpu/cuda/phase_steps.cuh"
+#include "solvers/phase/damped_step.h"
+#include "solvers/phase/incident_problem.h"
+#include "solvers/phase/surface_search.h"
+#include "tests/gpu/card.h"
+#include "tests/support/fake_phase_device.h"
+#include "tests/support/skin_support.h"
+
+namespace touchfield {
+namespace {
+
+using Complex = std::complex<double>;
+
+double relative(const auto& value, const auto& expected) {
+  const double size = expected.norm();
+  return (value - expected).norm() / (size > 0 ? size : 1.0);
+}
+
+class Phase : public CardTest {
+ protected:
+  SkinProblem moved(SkinProblem problem) {
+    move_to(*gpu().phase_device(), problem);
+    return problem;
+  }
+  IncidentProblem moved(IncidentProblem problem, PhaseDevice::Storage storage) {
+    move_to(*gpu().phase_device(), storage, problem);
+    problem.gram.resize(0, 0);
+    return problem;
+  }
+};
+
+// ---- Each call against its definition
+
+/// K, r, N.
+class SkinCalls : public Phase, public ::testing::WithParamInterface<std::tuple<int, int, int>> {
+ protected:
+  void SetUp() override {
+    Phase::SetUp();
+    std::tie(faces_, rank_, channels_) = GetParam();
+    problem_ = random_problem(faces_, rank_, channels_, 0.3, 10);
+    if (::testing::Test::IsSkipped()) {
+      return;
+    }
+    FakePhaseDevice fake;
+    const auto card = gpu().phase_device();
+    for (PhaseDevice* device : {static_cast<PhaseDevice*>(&fake), card.get()}) {
+      move_to(*device, problem_);
+      devices_.push_back(problem_.device);
+    }
+  }
+
+  /// A point with some radial moves and some rows of R left out.
+  SkinMoves moves() {
+    Uniform uniform(11);
+    directions_ = random_matrix(faces_, 1, uniform);
+    phasors_ = random_start(channels_, 12);
+    for (int n = 0; n < channels_; n += 3) {
+      radial_.push_back(n);
+    }
+    return {directions_.data(), phasors_.data(), radial_.data(), static_cast<int>(radial_.size()), rank_ - rank_ / 5};
+  }
+
+  int faces_ = 0;
+  int rank_ = 0;
+  int channels_ = 0;
+  SkinProblem problem_;
+  std::vector<std::shared_ptr<SkinDevice>> devices_;
+  Eigen::VectorXcd directions_;
+  Eigen::VectorXcd phasors_;
+  std::vector<std::ptrdiff_t> radial_;
+};
+
+TEST_P(SkinCalls, SumsOfRowsAreThose) {
+  for (int i = 0; i < faces_ + rank_; ++i) {
+    EXPECT_NEAR(devices_[1]->reach()[i], devices_[0]->reach()[i], 1e-12 * devices_[0]->reach()[i]);
+    EXPECT_NEAR(devices_[1]->strengths()[i], devices_[0]->strengths()[i], 1e-12 * devices_[0]->strengths()[i]);
+  }
+  EXPECT_TRUE(devices_[1]->finite());
+}
+
+TEST_P(SkinCalls, ProductsAreThose) {
+  const Eigen::VectorXcd q = random_drives(channels_, 13);
+  const Eigen::VectorXcd v = random_drives(faces_ + rank_, 14);
+  for (const int kept : {rank_, rank_ / 2, 0}) {
+    std::vector<Eigen::VectorXcd> sent(2, Eigen::VectorXcd::Zero(faces_ + kept));
+    std::vector<Eigen::VectorXcd> back(2, Eigen::VectorXcd::Zero(channels_));
+    std::vector<Eigen::VectorXcd> last = back;
+    std::vector<Eigen::VectorXcd> apart = back;
+    for (std::size_t i = 0; i < 2; ++i) {
+      devices_[i]->send(q.data(), kept, sent[i].data(), sent[i].data() + faces_);
+      devices_[i]->send_back(v.data(), v.data() + faces_, 0, kept, back[i].data());
+      devices_[i]->send_back(nullptr, v.data(), rank_ - kept, kept, last[i].data());
+      devices_[i]->send_back(v.data(), v.data() + faces_, rank_ - kept, kept, apart[i].data());
+    }
+    EXPECT_LT(relative(sent[1], sent[0]), 1e-13);
+    EXPECT_LT(relative(back[1], back[0]), 1e-13);
+    EXPECT_LT(relative(last[1], last[0]), 1e-13);
+    EXPECT_LT(relative(apart[1], apart[0]), 1e-13);
+  }
+}
+
+TEST_P(SkinCalls, ProductsInSinglePrecisionAreThose) {
+  const Eigen::VectorXd scale = Eigen::VectorXd::LinSpaced(faces_, 0.5, 2.0);
+  for (const int width : {1, 2, 5}) {
+    Uniform uniform(15);
+    const Eigen::MatrixXcf y = random_matrix(channels_, width, uniform).cast<std::complex<float>>();
+    const Eigen::MatrixXcf v = random_matrix(faces_ + rank_, width, uniform).cast<std::complex<float>>();
+    std::vector<Eigen::MatrixXcf> sent(2, Eigen::MatrixXcf::Zero(faces_ + rank_, width));
+    std::vector<Eigen::MatrixXcf> back(2, Eigen::MatrixXcf::Zero(channels_, width));
+    for (std::size_t i = 0; i < 2; ++i) {
+      devices_[i]->scale_single(scale.data(), 0.7);
+      devices_[i]->send_single(width, y.data(), sent[i].data());
+      devices_[i]->send_back_single(width, v.data(), back[i].data());
+    }
+    EXPECT_LT(relative(sent[1], sent[0]), 3e-6);
+    EXPECT_LT(relative(back[1], back[0]), 3e-6);
+  }
+}
+
+TEST_P(SkinCalls, StepsAreThose) {
+  const SkinMoves at = moves();
+  const double largest = devices_[0]->largest_row(at);
+  EXPECT_NEAR(devices_[1]->largest_row(at), largest, 1e-12 * largest);
+  const int rows = faces_ + 2 * at.quiet_rows;
+  const int columns = channels_ + at.radial_count;
+  const Eigen::VectorXd scale =
+      (0.03 * largest * Eigen::VectorXd::LinSpaced(columns, 1.0, 3.0)).cwiseSqrt().cwiseInverse();
+  const Eigen::VectorXd right = Eigen::VectorXd::LinSpaced(std::min(rows, columns), -1.0, 2.0);
+  Eigen::VectorXd expected(columns);
+  ASSERT_TRUE(devices_[0]->factorise(at, scale.data(), true));
+  devices_[0]->correct(right.data(), 1.0, expected.data());
+  for (const bool in_double : {true, false}) {
+    ASSERT_TRUE(devices_[1]->factorise(at, scale.data(), in_double));
+    for (int again = 0; again < 2; ++again) {  // with another right-hand side in between
+      Eigen::VectorXd found(columns);
+      double left = right.norm();
+      for (int correction = 0; correction < 4; ++correction) {
+        const double after = devices_[1]->correct(correction == 0 ? right.data() : nullptr, left, found.data());
+        EXPECT_LE(after, std::max(0.01 * left, 1e-11 * right.norm()));
+        left = std::max(after, 1e-300);
+      }
+      EXPECT_LT(left, 1e-11 * right.norm());
+      EXPECT_LT(relative(found, expected), 1e-9);
+      const Eigen::VectorXd other = Eigen::VectorXd::Ones(right.size());
+      devices_[1]->correct(other.data(), 1.0, found.data());
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sizes, SkinCalls,
+                         ::testing::Combine(::testing::Values(1, 20, 170), ::testing::Values(0, 30, 300),
+                                            ::testing::Values(5, 64, 640)));
+
+TEST_F(Phase, MatricesThatAreOnTheCardAreTaken) {
+  const SkinProblem problem = random_problem(7, 4, 33, 0.3, 20);
+  const Eigen::MatrixXcf target = problem.target.cast<std::complex<float>>();
+  const Eigen::MatrixXcf quiet = problem.quiet.cast<std::complex<float>>();
+  cuda::Array<cuComplex> target_there(context());
+  cuda::Array<cuComplex> quiet_there(context());
+  target_there.upload(reinterpret_cast<const cuComplex*>(target.data()), static_cast<std::size_t>(target.size()));
+  quiet_there.upload(reinterpret_cast<const cuComplex*>(quiet.data()), static_cast<std::size_t>(quiet.size()));
+  cuda::Array<cuDoubleComplex> target_double(context());
+  target_double.upload(reinterpret_cast<const cuDoubleComplex*>(problem.target.data()),
+                       static_cast<std::size_t>(problem.target.size()));
+  const Eigen::VectorXcd q = random_drives(33, 21);
+  Eigen::VectorXcd u(7);
+  Eigen::VectorXcd t(4);
+  cuda::make_skin_device(context(), target_there.data(), 7, quiet_there.data(), 4, 33)
+      ->send(q.data(), 4, u.data(), t.data());
+  EXPECT_LT(relative(u, Eigen::VectorXcd(target.cast<Complex>() * q)), 1e-13);
+  EXPECT_LT(relative(t, Eigen::VectorXcd(quiet.cast<Complex>() * q)), 1e-13);
+  cuda::make_skin_device(context(), target_double.data(), 7, static_cast<const cuDoubleComplex*>(nullptr), 0, 33)
+      ->send(q.data(), 0, u.data(), nullptr);
+  EXPECT_LT(relative(u, Eigen::VectorXcd(problem.target * q)), 1e-13);
+}
+
+// ---- The methods
+
+void expect_same(const PhaseSolution& found, const PhaseSolution& expected) {
+  EXPECT_NEAR(found.cost_history.back(), expected.cost_history.back(), 1e-6 * expected.cost_history.front());
+  EXPECT_LT(relative(drive(found), drive(expected)), 1e-4);
+}
+
+TEST_F(Phase, SurfaceEndsWhereTheProcessorDoes) {
+  for (const auto& [faces, rank, channels] : {std::tuple{20, 15, 90}, {30, 40, 24}, {12, 0, 64}}) {
+    const SkinProblem problem = random_problem(faces, rank, channels, 0.3, 30);
+    const SkinProblem there = moved(problem);
+    const Eigen::VectorXcd start = random_start(channels, 31);
+    for (const bool free : {false, true}) {
+      SurfaceOptions options;
+      options.iterations = 8;
+      options.free_amplitudes = free;
+      expect_same(solve_surface(there, start, options), solve_surface(problem, start, options));
+    }
+  }
+}
+
+TEST_F(Phase, SurfaceWithAFreeLevelEndsThereToo) {
+  const SkinProblem problem = random_problem(20, 10, 60, 0.01, 32);
+  SurfaceOptions options;
+  options.iterations = 8;
+  options.free_level = true;
+  const Eigen::VectorXcd start = 0.1 * random_start(60, 33);
+  expect_same(solve_surface(moved(problem), start, options), solve_surface(problem, start, options));
+}
+
+TEST_F(Phase, SurfaceFollowsTheSameOfSeveralStarts) {
+  const SkinProblem problem = random_problem(30, 10, 24, 0.3, 38);
+  Eigen::MatrixXcd starts(24, 3);
+  starts << random_start(24, 1), random_start(24, 2), random_start(24, 3);
+  SurfaceOptions options;
+  options.iterations = 8;
+  expect_same(solve_surface(moved(problem), starts, options), solve_surface(problem, starts, options));
+}
+
+TEST_F(Phase, TheSearchEndsAsLow) {
+  const SkinProblem problem = random_problem(30, 10, 24, 0.3, 34);
+  const double found = search_surface(moved(problem), Eigen::MatrixXcd(24, 0), {}).cost_history.back();
+  const double expected = search_surface(problem, Eigen::MatrixXcd(24, 0), {}).cost_history.back();
+  EXPECT_NEAR(found, expected, 0.05 * expected);  // annealing in single precision may end in another trap as good
+}
+
+TEST_F(Phase, StepsThatSinglePrecisionCannotDoAreInDouble) {
+  SkinProblem problem = random_problem(4, 0, 30, 0.3, 35);
+  problem.target.row(1) = problem.target.row(0);
+  problem.weights(1) = problem.weights(0);
+  const SkinProblem there = moved(problem);
+  std::vector<Eigen::VectorXd> steps;
+  for (const SkinProblem* of : std::initializer_list<const SkinProblem*>{&problem, &there}) {
+    SkinJacobian jacobian(*of);
+    SkinField field;
+    const Eigen::VectorXcd q = random_start(30, 36);
+    send(*of, q, field);
+    jacobian.set(field, q);
+    jacobian.set_radial({2, 7});
+    DampedStep step;
+    const double mu = 1e-10 * jacobian.largest_row();
+    ASSERT_TRUE(step.solve(jacobian, Eigen::VectorXd::Constant(32, mu), steps.emplace_back()));
+    EXPECT_EQ(step.double_count(), 1);
+  }
+  EXPECT_LT(relative(steps[1], steps[0]), 1e-4);
+}
+
+TEST_F(Phase, ValuesThatAreNotFiniteAreRefusedAndNeverLoopForEver) {
+  SkinProblem problem = random_problem(4, 2, 6, 0.3, 37);
+  const SkinProblem sound = moved(problem);
+  problem.quiet(1, 2) = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(solve_surface(moved(problem), random_start(6, 1), {}), std::invalid_argument);
+  SkinJacobian jacobian(sound);
+  SkinField field;
+  const Eigen::VectorXcd q = random_start(6, 2);
+  send(sound, q, field);
+  jacobian.set(field, q);
+  DampedStep step;
+  Eigen::VectorXd h;
+  EXPECT_FALSE(step.solve(jacobian, Eigen::VectorXd::Constant(6, std::nan("")), h));
+}
+
+IncidentProblem incident(Eigen::Index rows, Eigen::Index unknowns, Eigen::Index targets, unsigned seed) {
+  Uniform uniform(seed);
+  const Eigen::MatrixXcd c = random_matrix(rows, unknowns, uniform);
+  return {c.adjoint() * c, targets};
+}
+
+TEST_F(Phase, PaperStepsAsTheProcessorDoes) {
+  for (const Eigen::Index unknowns : {1, 40, 150}) {
+    const IncidentProblem problem = incident(200, unknowns, unknowns / 4, 40);
+    LevenbergMarquardtOptions options;
+    options.iterations = 6;
+    const Eigen::VectorXd start = Eigen::VectorXd::LinSpaced(unknowns, 0.0, 20.0);
+    const PhaseSolution expected = solve_incident(problem, start, options);
+    const PhaseSolution found = solve_incident(moved(problem, PhaseDevice::Storage::kDouble), start, options);
+    for (std::size_t i = 0; i < expected.cost_history.size(); ++i) {
+      EXPECT_NEAR(found.cost_history.at(i), expected.cost_history[i], 1e-9 * expected.cost_history[0]);
+    }
+  }
+}
+
+TEST_F(Phase, PaperInSinglePrecisionEndsAsLow) {
+  const IncidentProblem problem = incident(300, 120, 30, 41);
+  const Eigen::VectorXd start = Eigen::VectorXd::Zero(120);
+  const double expected = solve_incident(problem, start, {}).cost_history.back();
+  const PhaseSolution found = solve_incident(moved(problem, PhaseDevice::Storage::kSingle), start, {});
+  EXPECT_NEAR(found.cost_history.back(), expected, 5e-3 * expected);
+}
+
+TEST_F(Phase, PaperStepsOfAlmostSingularMatricesAreInDouble) {
+  const IncidentProblem problem = incident(12, 60, 20, 42);
+  for (const double tau : {1e-5, 1e-7, 1e-9}) {
+    LevenbergMarquardtOptions options;
+    options.iterations = 4;
+    options.initial_damping = tau;
+    const Eigen::VectorXd start = Eigen::VectorXd::LinSpaced(60, 0.0, 9.0);
+    const PhaseSolution expected = solve_incident(problem, start, options);
+    const PhaseSolution found = solve_incident(moved(problem, PhaseDevice::Storage::kDouble), start, options);
+    for (std::size_t i = 0; i < expected.cost_history.size(); ++i) {
+      EXPECT_NEAR(found.cost_history.at(i), expected.cost_history[i], 1e-13 / tau * expected.cost_history[0]) << tau;
+    }
+  }
+}
+
+TEST_F(Phase, MatricesThatAreNotPositiveDefiniteAreSaidToBe) {
+  for (const int size : {3, 64, 65, 200}) {
+    Eigen::MatrixXcd q = Eigen::MatrixXcd::Identity(size, size);
+    q(size - 1, size - 1) = -1.0;
+    const auto device = gpu().phase_device()->gram(q.data(), size, PhaseDevice::Storage::kDouble);
+    const Eigen::VectorXcd z = Eigen::VectorXcd::Ones(size);
+    for (const bool in_double : {false, true}) {
+      EXPECT_FALSE(device->factorise(z.data(), 0.5, in_double)) << size;
+      EXPECT_TRUE(device->factorise(z.data(), 1.5, in_double)) << size;
+      const Eigen::VectorXcd lost = Eigen::VectorXcd::Constant(size, std::nan(""));
+      EXPECT_FALSE(device->factorise(lost.data(), 1.5, in_double)) << size;
+    }
+  }
+}
+
+TEST_F(Phase, GramOfThePaperIsThatOfItsRows) {
+  constexpr int kRows = 70;
+  constexpr int kTargets = 6;
+  constexpr int kChannels = 40;
+  Uniform uniform(43);
+  const Eigen::MatrixXcf columns = random_matrix(kRows, kTargets, uniform).cast<std::complex<float>>();
+  const Eigen::MatrixXcf g = random_matrix(kRows, kChannels, uniform).cast<std::complex<float>>();
+  const Eigen::VectorXd weights = Eigen::VectorXd::LinSpaced(kRows, 0.5, 2.0);
+  const Eigen::VectorXd amplitudes = Eigen::VectorXd::LinSpaced(kTargets, 1.0, 3.0);
+  const std::vector<int> faces = {3, 9, 1, 69, 20, 21};
+  cuda::Array<cuComplex> columns_there(context());
+  cuda::Array<cuComplex> g_there(context());
+  columns_there.upload(reinterpret_cast<const cuComplex*>(columns.data()), static_cast<std::size_t>(columns.size()));
+  g_there.upload(reinterpret_cast<const cuComplex*>(g.data()), static_cast<std::size_t>(g.size()));
+  for (const bool scattered : {true, false}) {
+    Eigen::MatrixXcd c(kRows, kTargets + kChannels);
+    c << columns.cast<Complex>(), -g.cast<Complex>();
+    if (!scattered) {
+      c.leftCols(kTargets).setZero();
+      for (int k = 0; k < kTargets; ++k) {
+        c(faces[static_cast<std::size_t>(k)], k) = 1.0;
+      }
+    }
+    c.leftCols(kTargets) *= amplitudes.asDiagonal();
+    c = weights.cwiseSqrt().asDiagonal() * c;
+    const Eigen::MatrixXcd expected = c.adjoint() * c;
+    const cuda::PaperMatrices matrices{
+        kRows,        kTargets,       kChannels,         scattered ? columns_there.data() : nullptr,
+        faces.data(), g_there.data(), amplitudes.data(), weights.data()};
+    cuda::Array<cuComplex> q = cuda::paper_gram(context(), matrices);
+    Eigen::MatrixXcf found(kTargets + kChannels, kTargets + kChannels);
+    q.download(reinterpret_cast<cuComplex*>(found.data()), static_cast<std::size_t>(found.size()));
+    EXPECT_LT(relative(found.cast<Complex>(), expected), 1e-6);
+    const auto device = cuda::make_gram_device(context(), std::move(q), kTargets + kChannels);
+    EXPECT_NEAR(device->largest_diagonal(), expected.diagonal().real().maxCoeff(), 1e-6 * expected.norm());
+  }
+}
+
+// ---- What a long run needs
+
+TEST_F(Phase, RunsRepeatBitForBitAndTakeNoMoreMemory) {
+  const SkinProblem problem = moved(random_problem(20, 15, 64, 0.3, 50));
+  const IncidentProblem paper = moved(incident(90, 70, 10, 51), PhaseDevice::Storage::kSingle);
+  SurfaceOptions options;
+  options.iterations = 3;
+  options.free_amplitudes = true;
+  LevenbergMarquardtOptions steps;
+  steps.iterations = 3;
+  const Eigen::VectorXcd start = random_start(64, 52);
+  const Eigen::VectorXd angles = Eigen::VectorXd::Zero(70);
+  const PhaseSolution first = solve_surface(problem, start, options);
+  const PhaseSolution first_paper = solve_incident(paper, angles, steps);
+  const std::size_t taken = gpu().taken();
+  for (int i = 0; i < 200; ++i) {
+    const PhaseSolution again = solve_surface(problem, start, options);
+    ASSERT_EQ(again.cost_history, first.cost_history);
+    ASSERT_EQ(again.phases, first.phases);
+    ASSERT_EQ(solve_incident(paper, angles, steps).phases, first_paper.phases);
+    ASSERT_EQ(gpu().taken(), taken);
+  }
+}
+
+TEST_F(Phase, AFailureOfTheCardIsThrown) {
+  for (const int calls : {2, 9, 30}) {
+    GpuLimits limits;
+    limits.fail_after = calls;
+    const auto broken = open_gpu(0, limits);
+    const auto solve = [&] {
+      SkinProblem problem = random_problem(5, 4, 20, 0.3, 53);
+      move_to(*broken->phase_device(), problem);
+      solve_surface(problem, random_start(20, 54), {});
+    };
+    EXPECT_THROW(solve(), GpuFailure) << calls;
+    EXPECT_EQ(broken->taken(), 0U);
+  }
+}
+
+}  // namespace
+}  // namespace touchfield
