@@ -95,7 +95,7 @@ SolveReport BodyOnCard::reported(const GpuSolveReport& report) {
   kind_ = report.kind == Kind::kLu      ? SolverKind::kLu
           : report.kind == Kind::kGmres ? SolverKind::kGmres
                                         : SolverKind::kMatrixFree;
-  return {report.steps, report.refinements, report.residual, report.converged};
+  return {report.steps, 0, report.residual, report.converged};
 }
 
 Solved BodyOnCard::pressure(const TransducerArray& array, const Eigen::MatrixXcd& drives,
@@ -156,6 +156,18 @@ Eigen::MatrixXcd BodyOnCard::spanned_pressure() const {
   Eigen::MatrixXcd pressure(system_.faces(), spanned_columns_);
   guarded([&] { body_->pressures(pressure.data()); });
   return pressure;
+}
+
+IncidentProblem BodyOnCard::incident_problem(const TransducerArray& array, const std::vector<Eigen::Index>& faces,
+                                             const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& weights,
+                                             bool scattered) {
+  aim(array);
+  IncidentProblem problem{{}, static_cast<Eigen::Index>(faces.size())};
+  guarded([&] {
+    problem.device = body_->incident_gram(numbers(faces).data(), static_cast<int>(faces.size()), amplitudes.data(),
+                                          weights.data(), scattered);
+  });
+  return problem;
 }
 
 Solved BodyOnCard::transfer_rows(const TransducerArray& array, const std::vector<Eigen::Index>& faces,

@@ -7,6 +7,7 @@
 #include "sim/bem/scattering_solver.h"
 #include "sim/gpu/gpu.h"
 #include "solvers/linear/hermitian_eigen.h"
+#include "solvers/phase/incident_problem.h"
 
 namespace touchfield {
 
@@ -53,6 +54,12 @@ class BodyOnCard {
                   const Eigen::VectorXd* weights, const ScatteringSolver::Report& report = {});
   /// P of the last spanned(), M x r.
   Eigen::MatrixXcd spanned_pressure() const;
+
+  /// The paper's problem of these faces, with or without scattering (sim/target/gram.h), whose matrix stays on the card.
+  ///
+  /// weights   of the faces, M
+  IncidentProblem incident_problem(const TransducerArray& array, const std::vector<Eigen::Index>& faces,
+                                   const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& weights, bool scattered);
 
   /// Rows of H of the given faces, K x N [Pa].
   Solved transfer_rows(const TransducerArray& array, const std::vector<Eigen::Index>& faces,

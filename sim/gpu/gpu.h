@@ -77,8 +77,7 @@ struct GpuSolveOptions {
 
 struct GpuSolveReport {
   GpuSolveOptions::Kind kind = GpuSolveOptions::Kind::kAuto;  // what was done
-  int steps = 0;                                              // most GMRES steps of a column, all refinements together
-  int refinements = 0;
+  int steps = 0;                                              // most GMRES steps of a column; LU takes one or two
   double residual = 0;
   bool converged = false;
   int blocks = 1;  // in how many parts the columns were solved, for want of memory
@@ -125,6 +124,11 @@ class GpuBody {
   virtual void rows(const int* faces, int count, GpuComplex* rows) = 0;
   /// P^H diag(weights) P, S x S.
   virtual void gram(const double* weights, GpuComplex* gram) = 0;
+
+  /// Q of IncidentProblem (solvers/phase/incident_problem.h) in single precision, C = diag(sqrt w) [B_T diag(p'), -b]:
+  /// B_T the columns of B of `count` faces or, not scattered, of the identity; p' their amplitudes, w a weight a face.
+  virtual std::unique_ptr<GramDevice> incident_gram(const int* faces, int count, const double* amplitudes,
+                                                    const double* weights, bool scattered) = 0;
 
   /// Rows of H of the given faces by transposed solves, count x N [Pa]. P is lost.
   virtual GpuSolveReport transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,

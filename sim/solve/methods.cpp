@@ -34,7 +34,7 @@ Eigen::VectorXcd unit_drives(const Eigen::VectorXd& phases) {
 
 /// Angles [theta; phi] to start from, one column a start.
 Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& problem, const Eigen::VectorXd* before) {
-  const Eigen::Index size = problem.gram.rows();
+  const Eigen::Index size = problem.size();
   if (before == nullptr && method.start.kind == StartSpec::Kind::kRandom) {
     return random_starts(size, method.start).cwiseArg();
   }
@@ -44,8 +44,11 @@ Eigen::MatrixXd start_angles(const MethodSpec& method, const IncidentProblem& pr
     const Eigen::VectorXd phases = before != nullptr ? *before : previous_phases(method, channels);
     angles.col(0).tail(channels) = phases;
     // theta that fits these drives, the other faces' aside.
-    angles.col(0).head(problem.target_count) =
-        (-(problem.gram.topRightCorner(problem.target_count, channels) * unit_drives(phases))).cwiseArg();
+    Eigen::VectorXcd drives = Eigen::VectorXcd::Zero(size);
+    drives.tail(channels) = -unit_drives(phases);
+    Eigen::VectorXcd fitting;
+    multiply_by_gram(problem, drives, fitting);
+    angles.col(0).head(problem.target_count) = fitting.head(problem.target_count).cwiseArg();
   }
   return angles;
 }
@@ -229,12 +232,16 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
                                                   const Eigen::VectorXd* before, const IterationCallback& advance) {
   LevenbergMarquardtOptions options;
   options.iterations = method.iterations;
-  IncidentProblem problem = method.kind->model == MethodModel::kFree ? unscattered(amplitudes, method.faces)
-                                                                     : scattered(amplitudes, method.faces);
-  use_card();
-  if (phase_device_) {
-    move_to(*phase_device_, PhaseDevice::Storage::kDouble, problem);
+  const bool free = method.kind->model == MethodModel::kFree;
+  std::optional<IncidentProblem> on_card;
+  if (!leave_card_) {
+    const Eigen::VectorXd& areas = scattering_.system().mesh().areas();
+    on_card =
+        scattering_.incident_on_card(target_->faces, amplitudes, row_weights(method.faces, areas, areas.size()), !free);
   }
+  const IncidentProblem problem = on_card ? std::move(*on_card)
+                                  : free  ? unscattered(amplitudes, method.faces)
+                                          : scattered(amplitudes, method.faces);
   return best_of(start_angles(method, problem, before),
                  [&](const auto& start) { return solve_incident(problem, start, options, advance); });
 }

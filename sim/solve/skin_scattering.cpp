@@ -133,32 +133,57 @@ void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_si
   records_.push_back(std::move(record));
 }
 
+/// Goes on without the card, for want of memory there.
+void SkinScattering::leave_card(const std::string& stage, const GpuMemoryFailure& failure) const {
+  progress_.warn(fmt::format("{}: {}; the processor goes on", stage, failure.what()));
+  model_->leave_card();
+}
+
+/// The body on the card, brought there if it is not yet; null on the processor.
+BodyOnCard* SkinScattering::card(const std::string& stage) const {
+  try {
+    return model_->card();
+  } catch (const GpuMemoryFailure& failure) {
+    leave_card(stage, failure);
+    return nullptr;
+  }
+}
+
 /// Has the card do it and records that. False on the processor, and from where on the card has too little memory.
 template <typename Work>
 bool SkinScattering::on_card(const std::string& stage, Eigen::Index right_hand_sides, const Work& work) {
   const auto start = std::chrono::steady_clock::now();
-  try {
-    if (BodyOnCard* const card = model_->card()) {
-      const SolveReport report = work(*card);
-      record(stage, right_hand_sides, report, seconds_since(start));
-      return true;
-    }
-  } catch (const GpuMemoryFailure& failure) {
-    progress_.warn(fmt::format("{}: {}; the processor goes on", stage, failure.what()));
-    model_->leave_card();
+  BodyOnCard* const body = card(stage);
+  if (body == nullptr) {
+    return false;
   }
-  return false;
+  try {
+    const SolveReport report = work(*body);
+    record(stage, right_hand_sides, report, seconds_since(start));
+    return true;
+  } catch (const GpuMemoryFailure& failure) {
+    leave_card(stage, failure);
+    return false;
+  }
 }
 
 void SkinScattering::prepare() {
-  if (model_->card() == nullptr) {
+  if (gpu() == nullptr) {
     model_->solver();
   }
 }
 
 Gpu* SkinScattering::gpu() const {
-  const BodyOnCard* const card = model_->card();
-  return card != nullptr ? &card->gpu() : nullptr;
+  const BodyOnCard* const body = card("body");
+  return body != nullptr ? &body->gpu() : nullptr;
+}
+
+std::optional<IncidentProblem> SkinScattering::incident_on_card(const std::vector<Eigen::Index>& faces,
+                                                                const Eigen::VectorXd& amplitudes,
+                                                                const Eigen::VectorXd& weights, bool scattered) {
+  BodyOnCard* const body = card("body");
+  return body != nullptr ? std::optional(body->incident_problem(array_, faces, amplitudes, weights, scattered))
+                         : std::nullopt;
 }
 
 Eigen::MatrixXcd SkinScattering::pressure(const Eigen::MatrixXcd& drives, const std::string& stage, bool single) {

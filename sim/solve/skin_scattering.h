@@ -65,7 +65,7 @@ class SkinScattering {
   const SolverDecision& decision() const { return model_->decision(); }
   const DeviceDecision& device() const { return model_->device(); }
   const TransducerArray& array() const { return array_; }
-  /// Null on the processor.
+  /// Null on the processor, from now on too if the card has no room for the body.
   Gpu* gpu() const;
 
   /// Makes the solver now rather than when the first solution is asked for.
@@ -92,6 +92,13 @@ class SkinScattering {
                                                      const std::vector<Eigen::Index>& faces,
                                                      const Eigen::VectorXd* weights, const std::string& stage);
 
+  /// The paper's problem, see BodyOnCard::incident_problem; nothing on the processor.
+  ///
+  /// throws   GpuMemoryFailure where the card has no room for its matrix
+  std::optional<IncidentProblem> incident_on_card(const std::vector<Eigen::Index>& faces,
+                                                  const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& weights,
+                                                  bool scattered);
+
   /// Rows of H of the given faces, K x N [Pa]: the pressure of every channel there.
   Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage);
 
@@ -99,6 +106,8 @@ class SkinScattering {
 
  private:
   void record(const std::string& stage, Eigen::Index right_hand_sides, const SolveReport& report, double seconds);
+  BodyOnCard* card(const std::string& stage) const;
+  void leave_card(const std::string& stage, const GpuMemoryFailure& failure) const;
   template <typename Work>
   bool on_card(const std::string& stage, Eigen::Index right_hand_sides, const Work& work);
   Eigen::MatrixXcd solved(const Eigen::MatrixXcd& b, const IncidentField& field, const std::string& stage);

@@ -29,15 +29,10 @@ struct AnglePoint {
 
   void evaluate(const IncidentProblem& problem) {
     z.resize(x.size());
-    gram_z.resize(x.size());
     for (Eigen::Index i = 0; i < x.size(); ++i) {
       z(i) = std::polar(1.0, x(i));
     }
-    if (problem.device) {
-      problem.device->multiply(z.data(), gram_z.data());
-    } else {
-      multiply(Op::kPlain, problem.gram, z, 0.0, gram_z);
-    }
+    multiply_by_gram(problem, z, gram_z);
     cost = z.dot(gram_z).real();
   }
 
@@ -196,6 +191,15 @@ void move_to(PhaseDevice& device, PhaseDevice::Storage storage, IncidentProblem&
   problem.device.reset();
   if (problem.gram.size() > 0) {
     problem.device = device.gram(problem.gram.data(), static_cast<int>(problem.gram.rows()), storage);
+  }
+}
+
+void multiply_by_gram(const IncidentProblem& problem, const Eigen::VectorXcd& z, Eigen::VectorXcd& product) {
+  product.resize(z.size());
+  if (problem.device) {
+    problem.device->multiply(z.data(), product.data());
+  } else {
+    multiply(Op::kPlain, problem.gram, z, 0.0, product);
   }
 }
 

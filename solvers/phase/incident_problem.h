@@ -29,6 +29,9 @@ struct IncidentProblem {
 /// throws   std::invalid_argument if gram is not square
 void move_to(PhaseDevice& device, PhaseDevice::Storage storage, IncidentProblem& problem);
 
+/// product = Q z, both K + N.
+void multiply_by_gram(const IncidentProblem& problem, const Eigen::VectorXcd& z, Eigen::VectorXcd& product);
+
 /// The cost at the angles x = [theta; phi], K + N [rad].
 double incident_cost(const IncidentProblem& problem, const Eigen::VectorXd& x);
 

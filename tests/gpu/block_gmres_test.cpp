@@ -9,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sim/gpu/cuda/lu.cuh"
 #include "sim/gpu/cuda/products.cuh"
 #include "solvers/linear/gmres.h"
 #include "tests/gpu/linear_card.h"
@@ -242,6 +243,87 @@ TEST_F(GpuGmres, RepeatsToTheBitAndDoesNotGrow) {
   solver.release();
   EXPECT_LT(gpu().taken(), taken);
   EXPECT_EQ(solve(), first);
+}
+
+TEST_F(GpuGmres, FactorsOfANearMatrixSaveSteps) {
+  const int n = 64;
+  const MatrixXcf a = conditioned(n, 10.0, 89);
+  const MatrixXcf b = random(n, 3, 97);
+  const Matrix a_there = put(a);
+  const Matrix b_there = put(b);
+  Matrix factors = put(a + 0.002F * random(n, n, 101));
+  cuda::Lu lu(context());
+  lu.factorise(n, factors.data());
+  const cuda::BlockProduct inverse = [&](const cuComplex* v, cuComplex* z, int columns) {
+    cuda::check(cudaMemcpyAsync(z, v, static_cast<std::size_t>(n * columns) * sizeof(cuComplex),
+                                cudaMemcpyDeviceToDevice, context().stream()),
+                "copy");
+    lu.solve(CUBLAS_OP_N, columns, z);
+  };
+  cuda::BlockGmres solver(context());
+  Matrix x(context(), b_there.size());
+  const auto solve = [&](const cuda::BlockProduct* precondition, bool x_is_start) {
+    return solver.solve(product_there(a_there, n), n, 3, b_there.data(), x.data(), {5e-6, 100, 60}, x_is_start, {},
+                        nullptr, precondition);
+  };
+  const int plain = solve(nullptr, false).steps;
+  const cuda::GmresReport report = solve(&inverse, false);
+  EXPECT_TRUE(report.converged);
+  EXPECT_GE(report.steps, 2);
+  EXPECT_LT(3 * report.steps, plain);
+  EXPECT_THAT(residuals(a, b, get(x, n)), testing::Each(testing::Le(6e-6)));
+  const MatrixXcf first = get(x, n);
+  EXPECT_EQ(solve(nullptr, false).steps, plain) << "what was kept of the solve before spoils this one";
+  solve(&inverse, false);
+  EXPECT_EQ(get(x, n), first) << "not to the last bit";
+  bool asked = false;
+  const cuda::BlockProduct never = [&](const cuComplex*, cuComplex*, int) { asked = true; };
+  solve(&never, true);
+  EXPECT_FALSE(asked);
+  EXPECT_EQ(get(x, n), first);
+}
+
+TEST_F(GpuGmres, APreconditionerMayChangeFromStepToStep) {
+  const int n = 500;
+  const MatrixXcf a = near_identity(n, 79);
+  MatrixXcf b = random(n, 40, 83);
+  b.col(7).setZero();
+  b.col(9) *= 1e-20F;
+  const Matrix a_there = put(a);
+  const Matrix b_there = put(b);
+  cuda::BlockGmres inner(context());
+  const cuda::BlockProduct loosely = [&](const cuComplex* v, cuComplex* z, int columns) {
+    inner.solve(product_there(a_there, n, cuda::Arithmetic::kTf32), n, columns, v, z, {1e-2, 50, 50}, false);
+  };
+  cuda::BlockGmres solver(context());
+  Matrix x(context(), b_there.size());
+  const cuda::GmresReport report = solver.solve(product_there(a_there, n), n, 40, b_there.data(), x.data(),
+                                                {2e-6, 20, 20}, false, {}, nullptr, &loosely);
+  EXPECT_TRUE(report.converged);
+  EXPECT_LE(report.steps, 5);
+  EXPECT_THAT(residuals(a, b, get(x, n)), testing::Each(testing::Le(2.5e-6)));
+  EXPECT_EQ(report.residuals[7], 0.0);
+}
+
+TEST_F(GpuGmres, APreconditionerThatGivesNothingEndsIt) {
+  const int n = 64;
+  const Matrix a_there = put(near_identity(n, 103));
+  const Matrix b_there = put(random(n, 3, 107));
+  Matrix x(context(), b_there.size());
+  const auto solve = [&](int byte) {
+    const cuda::BlockProduct fill = [&](const cuComplex*, cuComplex* z, int columns) {
+      cuda::check(
+          cudaMemsetAsync(z, byte, static_cast<std::size_t>(n * columns) * sizeof(cuComplex), context().stream()),
+          "fill");
+    };
+    return cuda::BlockGmres(context()).solve(product_there(a_there, n), n, 3, b_there.data(), x.data(), {1e-4, 20, 20},
+                                             false, {}, nullptr, &fill);
+  };
+  const cuda::GmresReport nothing = solve(0);
+  EXPECT_FALSE(nothing.converged);
+  EXPECT_EQ(nothing.worst, 1.0);
+  EXPECT_LE(nothing.steps, 2);
+  EXPECT_THROW(solve(0xff), std::domain_error);  // not a number
 }
 
 TEST_F(GpuGmres, FailsWhole) {

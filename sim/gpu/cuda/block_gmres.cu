@@ -47,9 +47,10 @@ struct SharedColumn {
 };
 constexpr std::size_t kSharedBytes = sizeof(cuDoubleComplex) + sizeof(cuComplex) + sizeof(const cuComplex*);
 
-__device__ const cuComplex* vector_of(const Spaces& spaces, int step, int column) {
+/// What column a space's vector of a step lies in.
+__device__ std::size_t offset_of(const Spaces& spaces, int step, int column) {
   const int place = spaces.places[static_cast<std::size_t>(step) * spaces.columns + column];
-  return spaces.steps[step].basis + static_cast<std::size_t>(place) * spaces.n;
+  return static_cast<std::size_t>(place) * spaces.n;
 }
 
 /// factors = V^H w of the first `count` vectors, added to values too. Each warp sums its rows, `sums` takes what they found.
@@ -163,7 +164,7 @@ __global__ void __launch_bounds__(kColumnThreads, 2)
   const std::size_t offset = std::size_t{blockIdx.x} * n;
   cuComplex* w = spaces.steps[k + 1].basis + offset;
   for (int i = thread; i <= k; i += kColumnThreads) {
-    shared.vectors[i] = i < k ? vector_of(spaces, i, slot.column) : spaces.steps[k].basis + offset;
+    shared.vectors[i] = spaces.steps[i].basis + (i < k ? offset_of(spaces, i, slot.column) : offset);
     shared.values[i] = {0.0, 0.0};
   }
   if (thread == 0) {
@@ -211,7 +212,7 @@ __global__ void __launch_bounds__(kColumnThreads, 2)
   }
 }
 
-/// candidate = x + V y with the minimising y, a column a slot.
+/// candidate = x + Z y with the minimising y and the directions Z, a column a slot.
 __global__ void __launch_bounds__(kColumnThreads)
     add_minimisers(Spaces spaces, const Slot* slots, const cuComplex* x, cuComplex* candidate) {
   extern __shared__ double2 room[];
@@ -221,7 +222,7 @@ __global__ void __launch_bounds__(kColumnThreads)
   const int thread = static_cast<int>(threadIdx.x);
   const cuDoubleComplex* reduced = spaces.reduced + static_cast<std::size_t>(slot.column) * (spaces.most + 1);
   for (int i = thread; i < dimension; i += kColumnThreads) {
-    shared.vectors[i] = vector_of(spaces, i, slot.column);
+    shared.vectors[i] = spaces.steps[i].direction + offset_of(spaces, i, slot.column);
     shared.values[i] = reduced[i];
   }
   __syncthreads();
@@ -261,7 +262,8 @@ BlockGmres::BlockGmres(Context& context)
 
 GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, const cuComplex* b, cuComplex* x,
                               const GmresLimits& limits, bool x_is_start,
-                              const std::function<void(int, double)>& report, const BlockProduct* loose) {
+                              const std::function<void(int, double)>& report, const BlockProduct* loose,
+                              const BlockProduct* precondition) {
   if (!(limits.tolerance > 0.0) || limits.max_steps < 0 || limits.restart < 1) {
     throw std::invalid_argument("gmres: tolerance must be > 0, max_steps >= 0 and restart >= 1");
   }
@@ -269,7 +271,8 @@ GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, con
   result_.residuals.assign(index(columns), 0.0);
   if (n > 0 && columns > 0) {
     const int most = std::min({limits.restart, limits.max_steps, n, kMostSteps});
-    const Problem problem{apply, loose != nullptr ? *loose : apply, n, columns, b, x, limits, report, most};
+    const Problem problem{apply, loose != nullptr ? *loose : apply, precondition, n, columns, b, x, limits, report,
+                          most};
     places_.resize(index(most) * index(columns));
     reduced_.resize(index(most + 1) * index(columns));
     rotations_.resize(index(most) * index(columns));
@@ -307,6 +310,7 @@ GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, con
 
 void BlockGmres::release() {
   bases_.clear();
+  directions_.clear();
   triangles_.clear();
   steps_.clear();
   steps_there_.reset();
@@ -320,16 +324,20 @@ void BlockGmres::release() {
 void BlockGmres::prepare(const Problem& problem, int step, int columns) {
   while (bases_.size() <= index(step)) {
     bases_.emplace_back(context_);
+    directions_.emplace_back(context_);
     triangles_.emplace_back(context_);
-    steps_.push_back({nullptr, nullptr});
+    steps_.push_back({});
   }
   Array<cuComplex>& basis = bases_[index(step)];
+  Array<cuComplex>& direction = problem.precondition != nullptr ? directions_[index(step)] : basis;
   Array<cuDoubleComplex>& triangle = triangles_[index(step)];
   basis.resize(index(problem.n) * index(columns));
+  direction.resize(basis.size());
   triangle.resize(index(step + 1) * index(problem.columns));
   Step& known = steps_[index(step)];
-  if (known.basis != basis.data() || known.triangle != triangle.data() || steps_there_.size() < steps_.size()) {
-    known = {basis.data(), triangle.data()};
+  if (known.basis != basis.data() || known.direction != direction.data() || known.triangle != triangle.data() ||
+      steps_there_.size() < steps_.size()) {
+    known = {basis.data(), direction.data(), triangle.data()};
     steps_there_.upload(steps_);
   }
 }
@@ -344,7 +352,11 @@ void BlockGmres::run_cycle(const Problem& problem, const std::vector<Slot>& runn
   for (int k = 0; !live.empty(); ++k) {
     const int columns = static_cast<int>(live.size());
     prepare(problem, k + 1, columns);
-    multiply(problem.step, bases_[index(k)].data(), bases_[index(k + 1)].data(), columns);
+    const Step& step = steps_[index(k)];
+    if (problem.precondition != nullptr) {
+      (*problem.precondition)(step.basis, step.direction, columns);
+    }
+    multiply(problem.step, step.direction, bases_[index(k + 1)].data(), columns);
     const Spaces spaces{steps_there_.data(), places_.data(),  reduced_.data(), rotations_.data(),
                         problem.n,           problem.columns, problem.most};
     extend_spaces<<<static_cast<unsigned>(columns), kColumnThreads, index(k + 1) * kSharedBytes, context_.stream()>>>(

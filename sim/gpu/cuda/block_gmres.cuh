@@ -34,10 +34,12 @@ struct GmresReport {
 /// loose      if given, what steps multiply by instead, and apply has the residuals alone: a step bears an error of A x
 ///            that is so much larger than the tolerance as the residual is smaller than b (Simoncini, Szyld, SIAM J. Sci.
 ///            Comput. 25 (2003) 454)
+/// precondition  if given, a matrix P near A^-1, P V: the space is that of A P, and x is taken from P V as it was made, so that P
+///            need not be the same from step to step nor exact (flexible GMRES: Saad, SIAM J. Sci. Comput. 14 (1993) 461)
 /// report     called after each step with the number of steps done and the worst estimated residual
 /// accuracy   the true residual, by apply, of a converged column is at most the tolerance. Below about
 ///            1e-7 ||A|| ||x|| / ||b|| rounding stops it. Repeats to the bit if apply does.
-/// memory     (restart + 2) n S complex numbers of single precision at most
+/// memory     (restart + 2) n S complex numbers of single precision at most, twice that with `precondition`
 /// throws     std::domain_error if b, the start or a product holds a value that is not finite; x is undefined then,
 ///            std::invalid_argument for limits out of range, GpuMemoryFailure; what was taken till then is kept too
 class BlockGmres {
@@ -46,12 +48,13 @@ class BlockGmres {
 
   GmresReport solve(const BlockProduct& apply, int n, int columns, const cuComplex* b, cuComplex* x,
                     const GmresLimits& limits, bool x_is_start, const std::function<void(int, double)>& report = {},
-                    const BlockProduct* loose = nullptr);
+                    const BlockProduct* loose = nullptr, const BlockProduct* precondition = nullptr);
 
   void release();
 
   struct Step {
-    cuComplex* basis;           // the vectors that step k multiplies, a column each
+    cuComplex* basis;           // the vectors that step k begins with, a column each
+    cuComplex* direction;       // what it multiplies: the same, or these preconditioned
     cuDoubleComplex* triangle;  // k + 1 numbers a column: column k of the least-squares problem
   };
   struct Rotation {
@@ -63,6 +66,7 @@ class BlockGmres {
   struct Problem {
     const BlockProduct& apply;
     const BlockProduct& step;
+    const BlockProduct* precondition;
     int n;
     int columns;
     const cuComplex* b;
@@ -81,6 +85,7 @@ class BlockGmres {
   Context& context_;
   ColumnBlock block_;
   std::vector<Array<cuComplex>> bases_;
+  std::vector<Array<cuComplex>> directions_;  // where they are preconditioned
   std::vector<Array<cuDoubleComplex>> triangles_;
   std::vector<Step> steps_;
   Array<Step> steps_there_;

@@ -31,21 +31,6 @@ __global__ void __launch_bounds__(kColumnThreads) move_columns(int n, const Slot
   }
 }
 
-__global__ void __launch_bounds__(kColumnThreads)
-    add_correction(int n, const Slot* slots, const cuComplex* x, const cuComplex* correction, cuComplex* candidate) {
-  const Slot slot = slots[blockIdx.x];
-  const std::size_t own = std::size_t{blockIdx.x} * n;
-  const cuComplex* old = x + static_cast<std::size_t>(slot.column) * n;
-  const double factor = slot.residual * slot.norm;
-  for (int row = static_cast<int>(threadIdx.x); row < n; row += kColumnThreads) {
-    cuComplex value = old[row];
-    if (correction != nullptr) {
-      value = cuCaddf(value, scaled(correction[own + row], factor));
-    }
-    candidate[own + row] = value;
-  }
-}
-
 /// In place where direction is the product: a thread reads a value before it writes it, and no other does either.
 __global__ void __launch_bounds__(kColumnThreads)
     judge_columns(int n, const Slot* slots, const cuComplex* b, const cuComplex* product, const cuComplex* candidate,
@@ -127,11 +112,6 @@ const std::vector<ColumnStatus>& ColumnBlock::wait() {
 void ColumnBlock::compact(int n, cuComplex* block) {
   move_columns<<<count(), kColumnThreads, 0, context_.stream()>>>(n, slots(), block);
   context_.launched("columns that are left");
-}
-
-void ColumnBlock::correct(int n, const cuComplex* x, const cuComplex* correction, cuComplex* candidate) {
-  add_correction<<<count(), kColumnThreads, 0, context_.stream()>>>(n, slots(), x, correction, candidate);
-  context_.launched("correction");
 }
 
 void ColumnBlock::judge(int n, const cuComplex* b, const cuComplex* product, const cuComplex* candidate, cuComplex* x,

@@ -48,9 +48,6 @@ class ColumnBlock {
   /// Moves columns of a block from slot.from to where their slots lie now.
   void compact(int n, cuComplex* block);
 
-  /// candidate = x + residual norm correction, or x where there is no correction.
-  void correct(int n, const cuComplex* x, const cuComplex* correction, cuComplex* candidate);
-
   /// r = b - product; status: ||r|| / ||b||. Where that is below slot.residual, x becomes the candidate and direction
   /// r / ||r||; direction may be the product's own memory. Without a product r is b, and x stays.
   void judge(int n, const cuComplex* b, const cuComplex* product, const cuComplex* candidate, cuComplex* x,

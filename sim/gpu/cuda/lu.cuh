@@ -17,30 +17,18 @@ class Lu {
   /// throws   std::domain_error if the matrix is exactly singular or holds a value that is not finite
   void factorise(int n, cuComplex* a);
 
-  int size() const { return n_; }
-
   /// b <- A^-1 b (CUBLAS_OP_N), A^-T b without conjugation (CUBLAS_OP_T) or A^-H b (CUBLAS_OP_C); b is n x columns.
   void solve(cublasOperation_t op, int columns, cuComplex* b);
 
-  /// Estimate of the reciprocal condition number in the 1-norm by a few solutions of one column; vectors between them are
-  /// the host's.
-  ///
-  /// source   Higham, ACM Trans. Math. Softw. 14 (1988) 381: what LAPACK's cgecon does
-  double reciprocal_condition();
-
  private:
-  double solve_column(cublasOperation_t op, std::vector<std::complex<float>>& v);
-
   Context& context_;
   int n_ = 0;
   cuComplex* factors_ = nullptr;
-  double norm_ = 0.0;  // 1-norm of the matrix
   Array<std::int64_t> pivots_;
   Array<int> info_;
   Array<char> work_;
   std::vector<char> host_work_;
   Array<double> sums_;
-  Array<cuComplex> column_;
 };
 
 }  // namespace touchfield::cuda

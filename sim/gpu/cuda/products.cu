@@ -60,6 +60,14 @@ void gram(Context& context, int rows, int columns, const cuComplex* a, int lda, 
   context.launched("Gram matrix");
 }
 
+void add(Context& context, cuComplex factor, const cuComplex* x, cuComplex* y, std::size_t count) {
+  check(cublasCaxpy_64(context.blas(), static_cast<std::int64_t>(count), &factor, x, 1, y, 1), "sum");
+}
+
+void add(Context& context, cuDoubleComplex factor, const cuDoubleComplex* x, cuDoubleComplex* y, std::size_t count) {
+  check(cublasZaxpy_64(context.blas(), static_cast<std::int64_t>(count), &factor, x, 1, y, 1), "sum");
+}
+
 void convert(Context& context, const cuDoubleComplex* from, cuComplex* to, std::size_t count) {
   convert_all(context, from, to, count);
 }

@@ -19,6 +19,10 @@ void multiply(Context& context, cublasOperation_t op_a, cublasOperation_t op_b, 
 /// C = A^H A, all of it; A rows x columns, C columns x columns, in single precision.
 void gram(Context& context, int rows, int columns, const cuComplex* a, int lda, cuComplex* c, int ldc);
 
+/// y += factor x
+void add(Context& context, cuComplex factor, const cuComplex* x, cuComplex* y, std::size_t count);
+void add(Context& context, cuDoubleComplex factor, const cuDoubleComplex* x, cuDoubleComplex* y, std::size_t count);
+
 /// Between precisions.
 void convert(Context& context, const cuDoubleComplex* from, cuComplex* to, std::size_t count);
 void convert(Context& context, const cuComplex* from, cuDoubleComplex* to, std::size_t count);

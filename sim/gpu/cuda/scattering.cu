@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
+#include "sim/gpu/cuda/phase_steps.cuh"
 #include "sim/gpu/cuda/scattering.cuh"
 
 namespace touchfield::cuda {
@@ -15,32 +17,8 @@ constexpr int kPolishingSteps = 2;    // as ScatteringSystem's
 constexpr int kUsualSteps = 60;       // of GMRES, for which a block's Krylov space must have room
 constexpr double kTf32Error = 5e-4;   // of a product in TF32
 constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
-
-__global__ void add_scaled(double factor, const cuDoubleComplex* slope, cuDoubleComplex* b, std::size_t count) {
-  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
-  if (i < count) {  // b += i factor slope
-    b[i].x -= factor * slope[i].y;
-    b[i].y += factor * slope[i].x;
-  }
-}
-
-/// p += e - y
-__global__ void add_difference(const cuComplex* e, const cuComplex* y, cuComplex* p, std::size_t count) {
-  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
-  if (i < count) {
-    p[i].x += e[i].x - y[i].x;
-    p[i].y += e[i].y - y[i].y;
-  }
-}
-
-/// y = factor x + y
-__global__ void add(float factor, const cuComplex* x, cuComplex* y, std::size_t count) {
-  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
-  if (i < count) {
-    y[i].x += factor * x[i].x;
-    y[i].y += factor * x[i].y;
-  }
-}
+constexpr int kFewSteps = 8;          // of GMRES, which no inverse is worth
+constexpr int kFacesAColumn = 64;     // at most, for an inverse to cost less than the steps of some frames
 
 /// rows(k, s) = from(faces_k, s)
 __global__ void gather_rows(const int* faces, int count, const cuComplex* from, int ld, int columns,
@@ -52,7 +30,7 @@ __global__ void gather_rows(const int* faces, int count, const cuComplex* from, 
   }
 }
 
-__global__ void set_units(const int* faces, int count, cuComplex* units, int ld) {
+__global__ void set_ones(const int* faces, int count, cuComplex* units, int ld) {
   const int c = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (c < count) {
     units[faces[c] + std::size_t{1} * c * ld] = make_cuComplex(1.0F, 0.0F);
@@ -92,6 +70,7 @@ ChannelWave channel_wave(const GpuBodySpec& body, const GpuSources& given) {
 
 const cuComplex kOne = {1.0F, 0.0F};
 const cuComplex kZero = {0.0F, 0.0F};
+const cuComplex kMinusOne = {-1.0F, 0.0F};
 
 }  // namespace
 
@@ -103,9 +82,9 @@ Scattering::Scattering(Context& context, const GpuBodySpec& spec)
       g_(context),
       b_(context),
       gmres_(context),
-      refinement_(context),
       lu_(context),
       factors_(context),
+      inverse_(context),
       hermitian_(context),
       x_(context),
       p_(context),
@@ -182,8 +161,7 @@ void Scattering::field_panel(int first, int rows, Array<cuDoubleComplex>& b, Arr
   if (spec_.burton_miller) {
     slope.resize(size);
     sources().incident(points, faces_.normals() + 3 * std::size_t{1} * first, rows, slope.data());
-    add_scaled<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(gamma(), slope.data(), b.data(), size);
-    context_.launched("right-hand sides");
+    add(context_, {0.0, gamma()}, slope.data(), b.data(), size);
   }
 }
 
@@ -214,14 +192,14 @@ void Scattering::make_field() {
     Array<cuComplex> slope(context_, size);
     b_.resize(size);
     sources().incident(faces_.centroids(), faces_.normals(), spec_.faces, slope.data());
-    check(cudaMemcpyAsync(b_.data(), g_.data(), size * sizeof(cuComplex), cudaMemcpyDeviceToDevice, context_.stream()),
-          "copy");
-    const cuComplex factor = make_cuComplex(0.0F, static_cast<float>(gamma()));
-    check(cublasAxpyEx_64(context_.blas(), static_cast<std::int64_t>(size), &factor, CUDA_C_32F, slope.data(),
-                          CUDA_C_32F, 1, b_.data(), CUDA_C_32F, 1, CUDA_C_32F),
-          "right-hand sides");
+    copy(g_.data(), b_.data(), size);
+    add(context_, {0.0F, static_cast<float>(gamma())}, slope.data(), b_.data(), size);
   }
   has_field_ = true;
+}
+
+void Scattering::copy(const cuComplex* from, cuComplex* to, std::size_t count) {
+  check(cudaMemcpyAsync(to, from, count * sizeof(cuComplex), cudaMemcpyDeviceToDevice, context_.stream()), "copy");
 }
 
 bool Scattering::fits(double bytes) const {
@@ -235,9 +213,7 @@ void Scattering::factorise() {
   const std::size_t size = std::size_t{1} * spec_.faces * spec_.faces;
   factors_.resize(size);
   if (boundary().is_stored()) {
-    check(cudaMemcpyAsync(factors_.data(), boundary().stored(), size * sizeof(cuComplex), cudaMemcpyDeviceToDevice,
-                          context_.stream()),
-          "copy");
+    copy(boundary().stored(), factors_.data(), size);
   } else {
     boundary().fill_rows(0, spec_.faces, factors_.data(), spec_.faces);
   }
@@ -245,20 +221,56 @@ void Scattering::factorise() {
   has_factors_ = true;
 }
 
-/// GMRES. Its first steps multiply in single precision, the rest in TF32 as soon as that can no longer be seen in the
-/// residual asked for.
-void Scattering::iterate(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
-                         GpuSolveReport& report) {
+/// The inverse of B as it is now, which preconditions it as it will be.
+void Scattering::invert() {
+  factorise();
+  std::vector<int> all(static_cast<std::size_t>(spec_.faces));
+  std::iota(all.begin(), all.end(), 0);
+  set_units(all.data(), spec_.faces, inverse_);
+  lu_.solve(CUBLAS_OP_N, spec_.faces, inverse_.data());
+  drop_factors();
+}
+
+void Scattering::drop_factors() {
+  factors_.reset();
+  has_factors_ = false;
+}
+
+/// Whether the inverse of B as it is now is worth its time: many columns have been solved for before and now they are again,
+/// so that more frames are to be expected, and there is none, or it has grown stale.
+bool Scattering::wants_inverse(int columns) const {
+  if (!invertible_ || !boundary_->is_stored() || kFacesAColumn * columns < spec_.faces || plain_steps_ <= kFewSteps) {
+    return false;
+  }
+  return inverse_.size() == 0 ? fits(2.0 * matrix_bytes()) : inverse_steps_ > std::max(kFewSteps, plain_steps_ / 2);
+}
+
+/// GMRES, by the factors of B or the inverse of an earlier one where there is such. It multiplies in single precision, and in
+/// TF32 as soon as that can no longer be seen in the residual asked for.
+void Scattering::solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
+                             GpuSolveReport& report) {
+  const bool by_factors = report.kind == GpuSolveOptions::Kind::kLu;
+  if (by_factors) {
+    factorise();
+  }
+  const cublasOperation_t op = block.transposed ? CUBLAS_OP_T : CUBLAS_OP_N;
+  const int m = spec_.faces;
   double worst = 1.0;
-  const auto product = [&](Arithmetic arithmetic) {
-    return [this, &block, arithmetic](const cuComplex* x, cuComplex* y, int columns) {
-      boundary().apply(block.transposed, x, y, columns, arithmetic);
-    };
+  const BlockProduct exact = [&](const cuComplex* x, cuComplex* y, int columns) {
+    boundary().apply(block.transposed, x, y, columns, Arithmetic::kSingle);
   };
-  const BlockProduct exact = product(Arithmetic::kSingle);
-  const BlockProduct rounded = product(Arithmetic::kTf32);
   const BlockProduct steps = [&](const cuComplex* x, cuComplex* y, int columns) {
-    (worst * kTf32Error > options.tolerance ? exact : rounded)(x, y, columns);
+    const bool seen = worst * kTf32Error > options.tolerance;
+    boundary().apply(block.transposed, x, y, columns, seen ? Arithmetic::kSingle : Arithmetic::kTf32);
+  };
+  const BlockProduct precondition = [&](const cuComplex* v, cuComplex* z, int columns) {
+    if (by_factors) {
+      copy(v, z, std::size_t{1} * m * columns);
+      lu_.solve(op, columns, z);
+    } else {
+      multiply(context_, op, CUBLAS_OP_N, m, columns, m, kOne, inverse_.data(), m, v, m, kZero, z, m,
+               Arithmetic::kTf32);
+    }
   };
   const auto say = [&](int step, double residual) {
     worst = residual;
@@ -266,34 +278,11 @@ void Scattering::iterate(const Block& block, const GpuSolveOptions& options, con
       progress(step, residual);
     }
   };
+  const bool has_inverse = by_factors || inverse_.size() > 0;
   const GmresLimits limits{options.tolerance, options.max_steps, options.restart};
-  const GmresReport done =
-      gmres_.solve(exact, spec_.faces, block.columns, block.b, block.x, limits, block.warm, say, &steps);
+  const GmresReport done = gmres_.solve(exact, m, block.columns, block.b, block.x, limits, block.warm, say, &steps,
+                                        has_inverse ? &precondition : nullptr);
   report.steps = std::max(report.steps, done.steps);
-  report.residual = std::max(report.residual, done.worst);
-  report.converged = report.converged && done.converged;
-}
-
-void Scattering::solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
-                             GpuSolveReport& report) {
-  if (report.kind != GpuSolveOptions::Kind::kLu) {
-    iterate(block, options, progress, report);
-    return;
-  }
-  factorise();
-  const BlockProduct exact = [&](const cuComplex* x, cuComplex* y, int columns) {
-    boundary().apply(block.transposed, x, y, columns, Arithmetic::kSingle);
-  };
-  const BlockProduct inverse = [&](const cuComplex* b, cuComplex* x, int columns) {
-    const std::size_t bytes = std::size_t{1} * spec_.faces * columns * sizeof(cuComplex);
-    check(cudaMemcpyAsync(x, b, bytes, cudaMemcpyDeviceToDevice, context_.stream()), "copy");
-    lu_.solve(block.transposed ? CUBLAS_OP_T : CUBLAS_OP_N, columns, x);
-  };
-  RefinementLimits rounds;
-  rounds.tolerance = options.tolerance;
-  const RefinementReport done =
-      refinement_.solve(exact, inverse, spec_.faces, block.columns, block.b, block.x, rounds, block.warm);
-  report.refinements = std::max(report.refinements, done.rounds);
   report.residual = std::max(report.residual, done.worst);
   report.converged = report.converged && done.converged;
 }
@@ -302,7 +291,6 @@ void Scattering::solve_block(const Block& block, const GpuSolveOptions& options,
 GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions& options,
                                          const GpuProgress& progress) {
   using Kind = GpuSolveOptions::Kind;
-  const double matrix = 8.0 * spec_.faces * spec_.faces;
   GpuSolveReport report;
   report.converged = true;
   report.kind = options.kind;
@@ -312,11 +300,20 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
   const double copies = report.kind == Kind::kLu ? 2.0 : 1.0;
   const bool had = boundary().is_stored();
   const bool few = options.kind == Kind::kAuto && report.kind == Kind::kGmres && all.columns <= kFewColumns && !had;
-  if (report.kind == Kind::kMatrixFree || few || (!had && !fits(copies * matrix))) {
+  if (report.kind == Kind::kMatrixFree || few || (!had && !fits(copies * matrix_bytes()))) {
     boundary().forget();
     report.kind = Kind::kMatrixFree;
   } else if (!had) {
     boundary().store();
+  }
+  if (report.kind == Kind::kGmres && wants_inverse(all.columns)) {
+    try {
+      invert();
+    } catch (const GpuMemoryFailure&) {  // it is only for speed
+      inverse_.reset();
+      drop_factors();
+      invertible_ = false;
+    }
   }
   const double column = 8.0 * spec_.faces * (std::min(kUsualSteps, options.restart) + 8);
   const double room = kShareOfFree * static_cast<double>(context_.allowed() - context_.taken());
@@ -331,12 +328,14 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
       solve_block(block, options, progress, report);
     } catch (const GpuMemoryFailure&) {
       gmres_.release();
-      if (width > 1) {
+      if (inverse_.size() > 0) {
+        inverse_.reset();
+        invertible_ = false;
+      } else if (width > 1) {
         width = (width + 1) / 2;
       } else if (report.kind != Kind::kMatrixFree) {
         boundary().forget();
-        factors_.reset();
-        has_factors_ = false;
+        drop_factors();
         report.kind = Kind::kMatrixFree;
         width = all.columns;
       } else {
@@ -347,6 +346,9 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
     first += block.columns;
     ++report.blocks;
   }
+  if (report.kind == Kind::kGmres) {
+    (inverse_.size() > 0 ? inverse_steps_ : plain_steps_) = report.steps;
+  }
   return report;
 }
 
@@ -354,17 +356,15 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
 void Scattering::polish(const cuComplex* drives, int columns) {
   const std::size_t size = std::size_t{1} * spec_.faces * columns;
   p_.resize(size);
-  check(cudaMemcpyAsync(p_.data(), x_.data(), size * sizeof(cuComplex), cudaMemcpyDeviceToDevice, context_.stream()),
-        "copy");
+  copy(x_.data(), p_.data(), size);
   const int channels = sources().size();
   multiply(context_, CUBLAS_OP_N, CUBLAS_OP_N, spec_.faces, columns, channels, kOne, g_.data(), spec_.faces, drives,
            channels, kZero, right_.data(), spec_.faces, Arithmetic::kSingle);
   polished_.resize(size);
   for (int step = 0; step < kPolishingSteps; ++step) {
     plain().apply(false, p_.data(), polished_.data(), columns, Arithmetic::kSingle);
-    add_difference<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(right_.data(), polished_.data(),
-                                                                                   p_.data(), size);
-    context_.launched("polish");
+    add(context_, kOne, right_.data(), p_.data(), size);
+    add(context_, kMinusOne, polished_.data(), p_.data(), size);
   }
 }
 
@@ -377,7 +377,7 @@ GpuSolveReport Scattering::pressures_of(const cuComplex* drives, int columns, bo
   columns_ = 0;
   right_.resize(size);
   x_.resize(size);
-  const cuComplex* b = spec_.burton_miller ? b_.data() : g_.data();
+  const cuComplex* b = right_sides();
   multiply(context_, CUBLAS_OP_N, CUBLAS_OP_N, spec_.faces, columns, channels, kOne, b, spec_.faces, drives, channels,
            kZero, right_.data(), spec_.faces, Arithmetic::kSingle);
   const GpuSolveReport report = solve_columns({false, columns, right_.data(), x_.data(), warm}, options, progress);
@@ -478,6 +478,39 @@ void Scattering::gram(const double* weights, GpuComplex* gram) {
   host_.download(reinterpret_cast<cuDoubleComplex*>(gram), host_.size());
 }
 
+std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int count, const double* amplitudes,
+                                                      const double* weights, bool scattered) {
+  context_.use();
+  make_field();
+  Array<cuComplex> columns(context_);
+  PaperMatrices paper;
+  paper.rows = spec_.faces;
+  paper.targets = count;
+  paper.channels = sources().size();
+  paper.faces = faces;
+  paper.amplitudes = amplitudes;
+  paper.weights = weights;
+  paper.g = g_.data();
+  if (scattered) {
+    columns.resize(std::size_t{1} * spec_.faces * count);
+    boundary().columns(faces, count, columns.data(), spec_.faces);
+    paper.columns = columns.data();
+    paper.g = right_sides();
+  }
+  return make_gram_device(context_, paper_gram(context_, paper), count + paper.channels);
+}
+
+/// units(j, c) = 1 where j is faces_c, else 0
+void Scattering::set_units(const int* faces, int count, Array<cuComplex>& units) {
+  Array<int> list(context_);
+  list.upload(faces, static_cast<std::size_t>(count));
+  units.resize(std::size_t{1} * spec_.faces * count);
+  units.set_zero();
+  set_ones<<<blocks_for(list.size(), kThreads), kThreads, 0, context_.stream()>>>(list.data(), count, units.data(),
+                                                                                  spec_.faces);
+  context_.launched("unit columns");
+}
+
 GpuSolveReport Scattering::transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
                                          const GpuProgress& progress) {
   context_.use();
@@ -485,37 +518,26 @@ GpuSolveReport Scattering::transfer_rows(const int* faces, int count, GpuComplex
   columns_ = 0;
   const int channels = sources().size();
   const std::size_t size = std::size_t{1} * spec_.faces * count;
-  Array<int> list(context_);
-  list.upload(faces, static_cast<std::size_t>(count));
-  const auto set_unit = [&](Array<cuComplex>& units) {
-    units.resize(size);
-    units.set_zero();
-    set_units<<<blocks_for(static_cast<std::size_t>(count), kThreads), kThreads, 0, context_.stream()>>>(
-        list.data(), count, units.data(), spec_.faces);
-    context_.launched("unit columns");
-  };
   const auto subtract_plain = [&](Array<cuComplex>& r) {  // r -= B_c^T r
     polished_.resize(size);
     plain().apply(true, r.data(), polished_.data(), count, Arithmetic::kSingle);
-    add<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(-1.0F, polished_.data(), r.data(), size);
-    context_.launched("polish");
+    add(context_, kMinusOne, polished_.data(), r.data(), size);
   };
-  set_unit(right_);
+  set_units(faces, count, right_);
   for (int step = 0; spec_.polished && step < kPolishingSteps; ++step) {  // H = (1 - B_c)^2 H_BM + (2 - B_c) G
     subtract_plain(right_);
   }
   x_.resize(size);
   const GpuSolveReport report = solve_columns({true, count, right_.data(), x_.data(), false}, options, progress);
   Array<cuComplex> out(context_, std::size_t{1} * count * channels);
-  const cuComplex* b = spec_.burton_miller ? b_.data() : g_.data();
+  const cuComplex* b = right_sides();
   multiply(context_, CUBLAS_OP_T, CUBLAS_OP_N, count, channels, spec_.faces, kOne, x_.data(), spec_.faces, b,
            spec_.faces, kZero, out.data(), count, Arithmetic::kSingle);
   if (spec_.polished) {
-    set_unit(right_);
+    set_units(faces, count, right_);
     subtract_plain(right_);  // 1 - B_c^T, and once more the unit columns themselves
-    set_unit(x_);
-    add<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(1.0F, x_.data(), right_.data(), size);
-    context_.launched("polish");
+    set_units(faces, count, x_);
+    add(context_, kOne, x_.data(), right_.data(), size);
     multiply(context_, CUBLAS_OP_T, CUBLAS_OP_N, count, channels, spec_.faces, kOne, right_.data(), spec_.faces,
              g_.data(), spec_.faces, kOne, out.data(), count, Arithmetic::kSingle);
   }

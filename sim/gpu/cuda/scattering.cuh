@@ -7,7 +7,6 @@
 #include "sim/gpu/cuda/boundary.cuh"
 #include "sim/gpu/cuda/hermitian.cuh"
 #include "sim/gpu/cuda/lu.cuh"
-#include "sim/gpu/cuda/refinement.cuh"
 #include "sim/gpu/cuda/sources.cuh"
 
 namespace touchfield::cuda {
@@ -26,6 +25,8 @@ class Scattering final : public GpuBody {
   void pressures(GpuComplex* all) override;
   void rows(const int* faces, int count, GpuComplex* rows) override;
   void gram(const double* weights, GpuComplex* gram) override;
+  std::unique_ptr<GramDevice> incident_gram(const int* faces, int count, const double* amplitudes,
+                                            const double* weights, bool scattered) override;
   GpuSolveReport transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
                                const GpuProgress& progress) override;
 
@@ -45,6 +46,7 @@ class Scattering final : public GpuBody {
   const Sources& sources() const;
   double gamma() const { return spec_.coupling / spec_.k; }
   void make_field();
+  const cuComplex* right_sides() const { return spec_.burton_miller ? b_.data() : g_.data(); }
   void field_panel(int first, int rows, Array<cuDoubleComplex>& b, Array<cuDoubleComplex>& slope) const;
   void channels_gram(Array<cuDoubleComplex>& gram);
   const Array<cuComplex>& pressure() const { return spec_.polished ? p_ : x_; }
@@ -54,8 +56,13 @@ class Scattering final : public GpuBody {
   GpuSolveReport solve_columns(const Block& all, const GpuSolveOptions& options, const GpuProgress& progress);
   void solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
                    GpuSolveReport& report);
-  void iterate(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress, GpuSolveReport& report);
   void factorise();
+  void drop_factors();
+  bool wants_inverse(int columns) const;
+  void invert();
+  void copy(const cuComplex* from, cuComplex* to, std::size_t count);
+  void set_units(const int* faces, int count, Array<cuComplex>& units);
+  double matrix_bytes() const { return 8.0 * spec_.faces * spec_.faces; }
   bool fits(double bytes) const;
 
   Context& context_;
@@ -67,10 +74,13 @@ class Scattering final : public GpuBody {
   Array<cuComplex> g_;  // incident pressure of every channel, M x N
   Array<cuComplex> b_;  // its right-hand sides where they are others
   BlockGmres gmres_;
-  BlockRefinement refinement_;
   Lu lu_;
   bool has_factors_ = false;
   Array<cuComplex> factors_;
+  bool invertible_ = true;    // has had room so far
+  Array<cuComplex> inverse_;  // of B where the body was; of no size if there is none
+  int plain_steps_ = 0;       // that GMRES last took without it
+  int inverse_steps_ = 0;     // and with it
   HermitianSolver hermitian_;
   int columns_ = 0;     // of P
   Array<cuComplex> x_;  // solution of B x = b, M x S: P itself where nothing is polished
