@@ -1,5 +1,7 @@
-// The card against the processor: pressures of a block of drives on hands of more and more faces, errors beside. Prints a
-// table in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR [EDGE_MM:CHANNELS_X:CHANNELS_Y:COLUMNS:SCHEME ...]]
+// The card against the processor: pressures of a block of drives on hands of more and more faces, and of frames in which the
+// index finger bends by a degree each, errors beside. Prints a table in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR [EDGE_MM:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME
+// ...]]
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +12,9 @@
 #include <omp.h>
 
 #include "sim/body/hand.h"
+#include "sim/body/hand_pose.h"
+#include "sim/body/skinned_hand.h"
+#include "sim/core/units.h"
 #include "sim/core/version.h"
 #include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
@@ -25,7 +30,7 @@ double seconds_of(const auto& work) {
 
 struct Case {
   double edge_mm;
-  int x, y, columns;
+  int x, y, columns, frames;
   std::string scheme;
 };
 
@@ -64,19 +69,36 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   const double set_up = seconds_of([&] { card = std::make_unique<BodyOnCard>(shared_gpu(0), system, solver, true); });
   const double cold = seconds_of([&] { first = card->pressure(array, q); });
   const double again = seconds_of([&] { card->pressure(array, q); });
-  // As a frame: moved by 0.5 mm, from the pressures before, but for few faces nothing comes back.
-  card->spanned(array, q, {0}, nullptr);
-  Points vertices = mesh.vertices();
-  vertices.row(0).array() += 0.5e-3;
-  const TriangleMesh moved(vertices, mesh.triangles());
-  BodyOnCard::Spanned warm;
+  // Frames: from the pressures before, of which but for few faces nothing comes back.
+  std::vector<Eigen::Index> faces(100);
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    faces[i] = static_cast<Eigen::Index>(i) * mesh.face_count() / static_cast<Eigen::Index>(faces.size());
+  }
   const Eigen::VectorXd weights = mesh.areas();
-  const double frame = seconds_of([&] {
-    card->move(moved);
-    warm = card->spanned(array, q, {0, 1, 2}, &weights);
-  });
+  const auto skeleton = [&](double bent) {
+    HandJoints joints;
+    joints.index.pip = bent * kDegree;
+    return posed_skeleton(hand_pose(options.pose, joints), options.length, options.breadth);
+  };
+  const SkinnedHand skin(mesh.vertices(), skeleton(0.0));
+  TriangleMesh moved = mesh;
+  std::vector<double> frames;
+  BodyOnCard::Spanned last;
+  for (int frame = 0; frame <= c.frames; ++frame) {
+    Points vertices = mesh.vertices();
+    skin.pose(skeleton(frame), vertices);
+    moved = TriangleMesh(vertices, mesh.triangles());
+    frames.push_back(seconds_of([&] {
+      card->move(moved);
+      last = card->spanned(array, q, faces, &weights);
+    }));
+  }
+  const double slowest = *std::max_element(frames.begin() + 1, frames.end());
+  std::nth_element(frames.begin() + 1, frames.begin() + 1 + c.frames / 2, frames.end());
+  const double frame = frames[static_cast<std::size_t>(1 + c.frames / 2)];
   double processor = std::nan("");
   double error = std::nan("");
+  double frame_error = std::nan("");
   if (mesh.face_count() <= most_on_processor) {
     Eigen::MatrixXcd expected;
     processor = seconds_of([&] {
@@ -87,11 +109,19 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
       expected = system.pressure(make_solver(system, on_processor)->solve(system.right_hand_side(field)).x, field);
     });
     error = (first.x - expected).norm() / expected.norm();
+    const Eigen::MatrixXcd some = q.leftCols(std::min(c.columns, 8));
+    const ScatteringSystem bent(moved, wave, scheme);
+    const IncidentField field = bent.incident(array, some);
+    SolverOptions exact;
+    exact.kind = SolverKind::kMatrixFree;
+    exact.tolerance = 1e-6;
+    expected = bent.pressure(make_solver(bent, exact)->solve(bent.right_hand_side(field)).x, field)(faces, Eigen::all);
+    frame_error = (last.target.leftCols(some.cols()) - expected).norm() / expected.norm();
   }
-  std::printf("%s,%ld,%ld,%d,\"%s\",%.4f,%.4f,%.4f,%.4f,%d,%d,%.1e,%d,%.3f,%.1e,%.0f\n", c.scheme.c_str(),
+  std::printf("%s,%ld,%ld,%d,\"%s\",%.4f,%.4f,%.4f,%d,%.1e,%.3f,%.1e,%.4f,%.4f,%d,%.1e,%.0f\n", c.scheme.c_str(),
               static_cast<long>(mesh.face_count()), static_cast<long>(array.size()), c.columns,
-              to_string(card->kind()).c_str(), set_up, cold, again, frame, first.report.steps, first.report.refinements,
-              first.report.residual, warm.report.steps, processor, error,
+              to_string(card->kind()).c_str(), set_up, cold, again, first.report.steps, first.report.residual,
+              processor, error, frame, slowest, last.report.steps, frame_error,
               static_cast<double>(card->gpu().most_taken()) / 1048576.0);
   std::fflush(stdout);
 }
@@ -102,8 +132,9 @@ int run(int count, char** values) {
   for (int i = 2; i < count; ++i) {
     char scheme[64] = "";
     Case c{};
-    if (std::sscanf(values[i], "%lf:%d:%d:%d:%63s", &c.edge_mm, &c.x, &c.y, &c.columns, scheme) != 5) {
-      std::fprintf(stderr, "gpu_bench: %s: must be EDGE_MM:X:Y:COLUMNS:SCHEME\n", values[i]);
+    if (std::sscanf(values[i], "%lf:%d:%d:%d:%d:%63s", &c.edge_mm, &c.x, &c.y, &c.columns, &c.frames, scheme) != 6 ||
+        c.frames < 1) {
+      std::fprintf(stderr, "gpu_bench: %s: must be EDGE_MM:X:Y:COLUMNS:FRAMES:SCHEME, FRAMES 1 at least\n", values[i]);
       return 2;
     }
     c.scheme = scheme;
@@ -119,8 +150,8 @@ int run(int count, char** values) {
       shared_gpu(0)->info().name.c_str(), shared_gpu(0)->info().toolkit.c_str(), start, omp_get_max_threads(),
       build_info().revision.c_str());
   std::printf(
-      "scheme,faces,channels,right_hand_sides,solver,set_up_s,first_s,again_s,frame_s,steps,refinements,residual,"
-      "frame_steps,processor_s,error,card_mb\n");
+      "scheme,faces,channels,right_hand_sides,solver,set_up_s,first_s,again_s,steps,residual,processor_s,error,"
+      "frame_s,slowest_frame_s,frame_steps,frame_error,card_mb\n");
   for (const Case& c : cases) {
     measure(c, most);
   }

@@ -6,14 +6,15 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <numeric>
 
 #include <omp.h>
 
+#include "sim/body/hand.h"
 #include "sim/core/version.h"
-#include "sim/gpu/cuda/phase_steps.cuh"
+#include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
-#include "solvers/linear/blas_product.h"
-#include "solvers/phase/incident_problem.h"
+#include "sim/target/gram.h"
 #include "solvers/phase/surface.h"
 #include "tests/support/skin_support.h"
 
@@ -77,63 +78,50 @@ void surface_step(Gpu& gpu, Eigen::Index faces, Eigen::Index rank, Eigen::Index 
         cpu / expected.iterations, card / found.iterations, off(found, expected));
 }
 
-void paper_step(Gpu& gpu, Eigen::Index targets, Eigen::Index channels) {
-  const Eigen::Index unknowns = targets + channels;
-  Uniform uniform(2);
-  const Eigen::MatrixXcd c = random_matrix(2 * unknowns, unknowns, uniform);
-  const IncidentProblem problem{hermitian_product(c), targets};
-  LevenbergMarquardtOptions options;
-  options.iterations = kSteps;
-  const Eigen::VectorXd start = Eigen::VectorXd::Zero(unknowns);
-  PhaseSolution expected;
-  const double cpu = milliseconds(1, [&] { expected = solve_incident(problem, start, options); });
-  for (const auto storage : {PhaseDevice::Storage::kDouble, PhaseDevice::Storage::kSingle}) {
-    IncidentProblem there{{}, targets};
-    there.gram = problem.gram;
-    move_to(*gpu.phase_device(), storage, there);
-    PhaseSolution found;
-    const double card = milliseconds(kRepeats, [&] { found = solve_incident(there, start, options); });
-    print(storage == PhaseDevice::Storage::kSingle ? "paper, a step, Q in single" : "paper, a step", targets, 0,
-          channels, cpu / kSteps, card / kSteps, off(found, expected));
-  }
-}
-
-/// Gram matrix and five steps from B_T and G on the card.
-void paper_frame(Gpu& gpu, int rows, int targets, int channels) {
-  auto& context = dynamic_cast<cuda::Context&>(gpu);
-  Uniform uniform(3);
-  const Eigen::MatrixXcf columns = random_matrix(rows, targets, uniform).cast<std::complex<float>>();
-  const Eigen::MatrixXcf g = random_matrix(rows, channels, uniform).cast<std::complex<float>>();
-  const Eigen::VectorXd ones = Eigen::VectorXd::Ones(std::max(rows, targets));
-  cuda::Array<cuComplex> columns_there(context);
-  cuda::Array<cuComplex> g_there(context);
-  columns_there.upload(reinterpret_cast<const cuComplex*>(columns.data()), static_cast<std::size_t>(columns.size()));
-  g_there.upload(reinterpret_cast<const cuComplex*>(g.data()), static_cast<std::size_t>(g.size()));
-  Eigen::MatrixXcd c(rows, targets + channels);
-  c << columns.cast<std::complex<double>>(), -g.cast<std::complex<double>>();
+/// A frame of `paper` as published, from where the vertices are to the phases: field, columns of B, Gram matrix, five steps.
+void paper_frame(const std::shared_ptr<Gpu>& gpu) {
+  constexpr Eigen::Index kTarget = 170;
+  constexpr int kFrames = 20;
+  HandOptions hand_options;
+  hand_options.edge = 3e-3;
+  const Body body = hand(hand_options);
+  const TriangleMesh& mesh = body.mesh;
+  const Vector3 pad = position(mesh, find_landmark(body, "index_pad"));
+  const ArrayLayout layout =
+      transformed(grid_layout(44, 34, kAutd3Pitch), Eigen::Matrix3d::Identity(), Vector3(pad - Vector3(0, 0, 0.2)));
+  const TransducerArray array = make_array(layout, Directivity::t4010a1(), 1.0, kAutd3SourceStrength);
+  std::vector<Eigen::Index> faces(static_cast<std::size_t>(mesh.face_count()));
+  std::iota(faces.begin(), faces.end(), 0);
+  const Eigen::VectorXd distance = (mesh.centroids().colwise() - pad).colwise().norm();
+  std::nth_element(faces.begin(), faces.begin() + kTarget, faces.end(),
+                   [&](Eigen::Index a, Eigen::Index b) { return distance(a) < distance(b); });
+  faces.resize(kTarget);
+  const Eigen::VectorXd amplitudes = Eigen::VectorXd::Constant(kTarget, 3000.0);
+  const Eigen::VectorXd weights = Eigen::VectorXd::Ones(mesh.face_count());
+  const ScatteringSystem system(mesh, Wave(air(293.15), 40e3), Scheme::kPaper);
   LevenbergMarquardtOptions options;
   options.iterations = 5;
-  const Eigen::VectorXd start = Eigen::VectorXd::Zero(targets + channels);
+  const Eigen::VectorXd start = Eigen::VectorXd::Zero(kTarget + array.size());
   PhaseSolution expected;
   const double cpu = milliseconds(1, [&] {
-    expected = solve_incident({hermitian_product(c), targets}, start, options);
+    const IncidentField field = system.incident(array);
+    expected = solve_incident(scattered_problem(system.columns(faces), field.pressure,
+                                                weighted_gram(field.pressure, weights), amplitudes, weights),
+                              start, options);
   });
-  const cuda::PaperMatrices matrices{rows,    targets,        channels,    columns_there.data(),
-                                     nullptr, g_there.data(), ones.data(), ones.data()};
-  std::size_t taken = 0;
-  const double gram = milliseconds(kRepeats, [&] {
-    const auto q = cuda::paper_gram(context, matrices);
-    context.synchronize();
-    taken = gpu.taken();
-  });
+  BodyOnCard card(gpu, system, SolverOptions{}, true);
   PhaseSolution found;
-  const double card = milliseconds(kRepeats, [&] {
-    IncidentProblem there{{}, targets};
-    there.device = cuda::make_gram_device(context, cuda::paper_gram(context, matrices), targets + channels);
-    found = solve_incident(there, start, options);
+  card.incident_problem(array, faces, amplitudes, weights, true);
+  const double assembly = milliseconds(kFrames, [&] {
+    card.move(mesh);
+    card.incident_problem(array, faces, amplitudes, weights, true);
   });
-  print("paper, Gram and five steps", targets, rows, channels, cpu, card, off(found, expected));
-  print("of these the Gram matrix", targets, rows, channels, std::nan(""), gram, std::nan(""));
+  const double frame = milliseconds(kFrames, [&] {
+    card.move(mesh);
+    found = solve_incident(card.incident_problem(array, faces, amplitudes, weights, true), start, options);
+  });
+  print("paper, a frame of five steps", kTarget, mesh.face_count(), array.size(), cpu, frame, off(found, expected));
+  print("of these all but the steps", kTarget, mesh.face_count(), array.size(), std::nan(""), assembly, std::nan(""));
 }
 
 int run() {
@@ -153,8 +141,7 @@ int run() {
     surface_step(*gpu, 150, 280, 1496, damping);
     surface_step(*gpu, 150, 525, 1496, damping);
   }
-  paper_step(*gpu, 170, 1496);
-  paper_frame(*gpu, 10000, 170, 1496);
+  paper_frame(gpu);
   return 0;
 }
 
