@@ -8,21 +8,14 @@ namespace touchfield::cuda {
 namespace {
 
 constexpr int kThreads = 128;
-constexpr int kGaussRows = 4;     // that a warp sums at once: a face that is read meets four
-constexpr int kFewestRows = 128;  // of a panel
-constexpr int kRowUnit = 128;     // panels are whole numbers of it
+constexpr int kGaussRows = 4;    // that a warp sums at once: a face that is read meets four
+constexpr int kPanelRows = 128;  // panels are whole numbers of it
 
-__global__ void set_half(int size, cuDoubleComplex* diagonal) {
-  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i < size) {
-    diagonal[i] = {0.5, 0.0};
-  }
-}
-
-__global__ void set_self(FaceView faces, SurfaceWave wave, cuDoubleComplex* diagonal) {
+/// 1/2, less i gamma W over a face itself where `miller`.
+__global__ void set_diagonal(FaceView faces, SurfaceWave wave, bool miller, cuDoubleComplex* diagonal) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < faces.count) {
-    const double2 w = self_hypersingular(faces.face(i), wave.k, wave.alpha);
+    const double2 w = miller ? self_hypersingular(faces.face(i), wave.k, wave.alpha) : double2{0.0, 0.0};
     diagonal[i] = {0.5 + wave.gamma * w.y, -wave.gamma * w.x};
   }
 }
@@ -71,15 +64,13 @@ Boundary::Boundary(const Faces& faces, Equation equation, const BoundaryOptions&
 }
 
 void Boundary::make_diagonal() {
-  const unsigned blocks = blocks_for(size(), kThreads);
-  if (equation_ == Equation::kPaper) {
-    launch(context_, "diagonal", set_half, blocks, kThreads, size(), diagonal_.data());
-  } else if (equation_ == Equation::kBurtonMiller) {
-    launch(context_, "diagonal", set_self, blocks, kThreads, faces_.view(), faces_.wave(), diagonal_.data());
-  } else {
+  if (equation_ == Equation::kPaperCorrected) {
     const int groups = (size() + kGaussRows - 1) / kGaussRows;
     launch(context_, "diagonal", set_gauss, blocks_for(std::size_t{kWarp} * groups, kThreads), kThreads, faces_.view(),
            diagonal_.data());
+  } else {
+    launch(context_, "diagonal", set_diagonal, blocks_for(size(), kThreads), kThreads, faces_.view(), faces_.wave(),
+           equation_ == Equation::kBurtonMiller, diagonal_.data());
   }
 }
 
@@ -113,15 +104,15 @@ void Boundary::forget() {
 }
 
 int Boundary::make_panel() {
-  const std::size_t whole = std::size_t{blocks_for(size(), kRowUnit)} * kRowUnit;
+  const std::size_t whole = std::size_t{blocks_for(size(), kPanelRows)} * kPanelRows;
   const std::size_t wanted =
-      std::clamp(options_.panel_bytes / (size() * sizeof(cuComplex)), std::size_t{kFewestRows}, whole);
-  for (int rows = static_cast<int>(wanted) / kRowUnit * kRowUnit;; rows = rows / 2 / kRowUnit * kRowUnit) {
+      std::clamp(options_.panel_bytes / (size() * sizeof(cuComplex)), std::size_t{kPanelRows}, whole);
+  for (int rows = static_cast<int>(wanted) / kPanelRows * kPanelRows;; rows = rows / 2 / kPanelRows * kPanelRows) {
     try {
       panel_.resize(std::size_t{1} * rows * size());
       return rows;
     } catch (const GpuMemoryFailure&) {
-      if (rows < 2 * kFewestRows) {
+      if (rows < 2 * kPanelRows) {
         throw;
       }
     }

@@ -248,14 +248,14 @@ void NearCorrections::integrate() {
   const FaceView& faces = faces_.view();
   const SurfaceWave& wave = faces_.wave();
   const bool damped = wave.alpha != 0.0;
-  launch(context_, "near integrals", damped ? integrate_whole<true> : integrate_whole<false>,
-         blocks_for(pairs(), kThreads), kThreads, faces, wave, rule_, pairs(), row_.data(), column_.data(),
-         value_.data());
   with_room(context_, [&](void* room, std::size_t& bytes) {
     return cub::DeviceSelect::If(room, bytes, thrust::counting_iterator<int>(0), order_.data(), count_.data(), pairs(),
                                  IsSplit{faces, rule_, row_.data(), column_.data()}, context_.stream());
   });
   const int splits = value_at(count_.data());
+  launch(context_, "near integrals", damped ? integrate_whole<true> : integrate_whole<false>,
+         blocks_for(pairs(), kThreads), kThreads, faces, wave, rule_, pairs(), row_.data(), column_.data(),
+         value_.data());
   launch(context_, "near integrals", damped ? integrate_split<true> : integrate_split<false>,
          blocks_for(std::size_t{kQuarters} * splits, kThreads), kThreads, faces, wave, rule_.split2(), splits,
          order_.data(), row_.data(), column_.data(), value_.data());

@@ -38,7 +38,7 @@ class NearCorrections {
   const Faces& faces_;
   Context& context_;
   NearRule rule_;
-  Array<int> count_{context_};                   // a row, and a 0 at the end
+  Array<int> count_{context_};                   // a row, and a 0 at the end; then how many are split
   Array<int> start_{context_};                   // M + 1
   Array<int> row_{context_}, column_{context_};  // of each pair
   Array<cuComplex> value_{context_};
