@@ -24,9 +24,10 @@ target_include_directories(touchfield_library INTERFACE
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/touchfield)
 install(TARGETS touchfield_library EXPORT touchfield LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
-# Without the two that are compiled for one instruction level.
+# Without those that are compiled for one instruction level.
 install(DIRECTORY sim solvers hardware DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/touchfield
-        FILES_MATCHING PATTERN "*.h" PATTERN pair_kernel.h EXCLUDE PATTERN reciprocal_root.h EXCLUDE)
+        FILES_MATCHING PATTERN "*.h" PATTERN pair_formulas.h EXCLUDE PATTERN pair_kernel.h EXCLUDE
+        PATTERN reciprocal_root.h EXCLUDE)
 install(EXPORT touchfield NAMESPACE touchfield:: FILE touchfieldTargets.cmake DESTINATION ${package})
 configure_package_config_file(cmake/touchfieldConfig.cmake.in ${PROJECT_BINARY_DIR}/generated/touchfieldConfig.cmake
   INSTALL_DESTINATION ${package} NO_SET_AND_CHECK_MACRO)

@@ -46,8 +46,8 @@ void fill(const PairConstants<Real>& given, const PairPoint<Real>& at, const Pai
     distances(p, x, y, z, count, r2, reciprocal);
 #pragma omp simd
     for (int j = 0; j < count; ++j) {
-      pair_kernel<kLayer, kDamped>(constants, r2[j], reciprocal[j], p.x - x[j], p.y - y[j], p.z - z[j], p.nx, p.ny,
-                                   p.nz, nx[j], ny[j], nz[j], re[first + j], im[first + j]);
+      const PairDistance<Real> d = pair_distance(r2[j], reciprocal[j], p.x - x[j], p.y - y[j], p.z - z[j]);
+      pair_kernel<kLayer, kDamped>(constants, d, p.nx, p.ny, p.nz, nx[j], ny[j], nz[j], re[first + j], im[first + j]);
     }
   }
 }
@@ -86,8 +86,9 @@ void add_mutual(bool transposed, const PairConstants<Real>& given, const PairPoi
   Real* from_im = transposed ? k_im : t_im;
 #pragma omp simd
   for (int j = 0; j < count; ++j) {
-    mutual_kernel<kMiller, kDamped>(constants, r2[j], reciprocal[j], p.x - x[j], p.y - y[j], p.z - z[j], p.nx, p.ny,
-                                    p.nz, nx[j], ny[j], nz[j], to_re[j], to_im[j], from_re[j], from_im[j]);
+    const PairDistance<Real> d = pair_distance(r2[j], reciprocal[j], p.x - x[j], p.y - y[j], p.z - z[j]);
+    mutual_kernel<kMiller, kDamped>(constants, d, p.nx, p.ny, p.nz, nx[j], ny[j], nz[j], to_re[j], to_im[j], from_re[j],
+                                    from_im[j]);
   }
   for (int s = 0; s < sums.right_hand_sides; ++s) {
     const Real* v_re = sums.source_re + s * sums.stride;

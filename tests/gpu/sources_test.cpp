@@ -5,8 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
-#include "sim/bem/layer_sum.h"
-#include "sim/gpu/cuda/sums.cuh"
 #include "tests/gpu/channel_support.h"
 #include "tests/gpu/surface_support.h"
 
@@ -38,33 +36,6 @@ TEST_F(GpuSources, PressuresAndSlopesAreTheCpus) {
       Eigen::MatrixXcd found(expected.rows(), expected.cols());
       there.download(reinterpret_cast<cuDoubleComplex*>(found.data()), there.size());
       EXPECT_LT((found - expected).norm(), 1e-9 * expected.norm()) << given.name;
-    }
-  }
-}
-
-TEST_F(GpuSources, SumsOffTheSkinAreTheCpus) {
-  const TriangleMesh mesh = gpu_mesh(icosphere(8e-3, 6), 1.0);
-  std::srand(2);
-  for (const Complex& wavenumber : {kGpuWavenumber, kGpuDamped}) {
-    const cuda::Faces faces = gpu_faces(context(), mesh, wavenumber);
-    const LayerSum<double> sum(mesh, wavenumber, 0.0);
-    for (const Eigen::Index count : {1, 333, 5000}) {  // the last are two panels
-      const Points points = (0.05 * Points::Random(3, count)).colwise() + Vector3(0.11, -0.07, 0.27);
-      const Eigen::MatrixXcd rows = sum.rows(Layer::kDouble, points);
-      cuda::Array<double> there(context());
-      there.upload(points.data(), static_cast<std::size_t>(points.size()));
-      for (const int columns : {1, 3, 9}) {
-        const Eigen::MatrixXcf pressures = Eigen::MatrixXcf::Random(mesh.face_count(), columns);
-        GpuBlock given(context(), pressures);
-        const Eigen::MatrixXcd expected = rows * pressures.cast<Complex>();
-        for (const auto differences : {cuda::Differences::kDouble, cuda::Differences::kSingle}) {
-          GpuBlock values(context(), count, columns);
-          cuda::layer_at_points(faces, differences, there.data(), static_cast<int>(count), given.data(), columns,
-                                values.data());
-          const double error = differences == cuda::Differences::kDouble ? 2e-6 : 1e-5;
-          EXPECT_LT(block_error(values.get(), expected), error) << count << "," << columns;
-        }
-      }
     }
   }
 }

@@ -1,71 +1,51 @@
 #include <algorithm>
 
 #include "sim/gpu/cuda/boundary.cuh"
+#include "sim/gpu/cuda/launch.cuh"
 
 namespace touchfield::cuda {
 
 namespace {
 
-constexpr unsigned kThreads = 128;
-constexpr int kGaussChunk = 512;  // sources a block
-constexpr int kFewestRows = 128;  // of a panel
-constexpr int kRowUnit = 128;     // panels are whole numbers of it
+constexpr int kThreads = 128;
+constexpr int kGaussRows = 4;    // that a warp sums at once: a face that is read meets four
+constexpr int kPanelRows = 128;  // panels are whole numbers of it
 
-__global__ void set_half(int size, cuDoubleComplex* diagonal) {
-  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i < size) {
-    diagonal[i] = {0.5, 0.0};
-  }
-}
-
-__global__ void set_self(FaceView faces, SurfaceWave wave, cuDoubleComplex* diagonal) {
+/// 1/2, less i gamma W over a face itself where `miller`.
+__global__ void set_diagonal(FaceView faces, SurfaceWave wave, bool miller, cuDoubleComplex* diagonal) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < faces.count) {
-    const Triangle face = faces.face(i);
-    const double2 w = self_hypersingular(face.a, face.b, face.c, wave.k, wave.alpha);
+    const double2 w = miller ? self_hypersingular(faces.face(i), wave.k, wave.alpha) : double2{0.0, 0.0};
     diagonal[i] = {0.5 + wave.gamma * w.y, -wave.gamma * w.x};
   }
 }
 
-/// Static double layers of the sources of one chunk at every point.
-__global__ void __launch_bounds__(kThreads) sum_static(FaceView faces, double* partial) {
-  __shared__ Vector centroid[kThreads];
-  __shared__ Vector weighted[kThreads];  // A n
-  const int t = static_cast<int>(threadIdx.x);
-  const int row = static_cast<int>(blockIdx.x * kThreads) + t;
-  const Vector x = faces.centroid[min(row, faces.count - 1)];
-  const int begin = static_cast<int>(blockIdx.y) * kGaussChunk;
-  const int end = min(begin + kGaussChunk, faces.count);
-  double sum = 0.0;
-  for (int tile = begin; tile < end; tile += static_cast<int>(kThreads)) {
-    const int count = min(static_cast<int>(kThreads), end - tile);
-    __syncthreads();
-    if (t < count) {
-      centroid[t] = faces.centroid[tile + t];
-      weighted[t] = faces.area[tile + t] * faces.normal[tile + t];
-    }
-    __syncthreads();
-    for (int j = 0; j < count; ++j) {
-      const Vector d = x - centroid[j];
+/// 1 plus the static double layer of all other faces at each.
+__global__ void __launch_bounds__(kThreads) set_gauss(FaceView faces, cuDoubleComplex* diagonal) {
+  const int lane = static_cast<int>(threadIdx.x) % kWarp;
+  const int first = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x) / kWarp * kGaussRows;
+  Vector x[kGaussRows];
+  double sum[kGaussRows] = {};
+  for (int r = 0; r < kGaussRows; ++r) {
+    x[r] = faces.centroid[min(first + r, faces.count - 1)];
+  }
+  for (int j = lane; j < faces.count; j += kWarp) {
+    const Vector y = faces.centroid[j];
+    const Vector weighted = faces.area[j] * faces.normal[j];
+#pragma unroll
+    for (int r = 0; r < kGaussRows; ++r) {
+      const Vector d = x[r] - y;
       const double r2 = dot(d, d);
       const double reciprocal = reciprocal_root(r2);
-      sum += r2 > 0.0 ? dot(weighted[j], d) * (reciprocal * reciprocal * reciprocal) : 0.0;
+      sum[r] += r2 > 0.0 ? dot(weighted, d) * (reciprocal * reciprocal * reciprocal) : 0.0;
     }
   }
-  if (row < faces.count) {
-    partial[static_cast<std::size_t>(blockIdx.y) * static_cast<std::size_t>(faces.count) +
-            static_cast<std::size_t>(row)] = sum;
-  }
-}
-
-__global__ void set_gauss(const double* partial, int chunks, int size, cuDoubleComplex* diagonal) {
-  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i < size) {
-    double sum = 0.0;
-    for (int chunk = 0; chunk < chunks; ++chunk) {
-      sum += partial[static_cast<std::size_t>(chunk) * static_cast<std::size_t>(size) + static_cast<std::size_t>(i)];
+#pragma unroll
+  for (int r = 0; r < kGaussRows; ++r) {
+    sum[r] = lane_sum<kWarp>(sum[r]);
+    if (lane == 0 && first + r < faces.count) {
+      diagonal[first + r] = {1.0 + sum[r] / (4.0 * kPi), 0.0};
     }
-    diagonal[i] = {1.0 + sum / (4.0 * kPi), 0.0};
   }
 }
 
@@ -73,39 +53,25 @@ __global__ void set_gauss(const double* partial, int chunks, int size, cuDoubleC
 
 Boundary::Boundary(const Faces& faces, Equation equation, const BoundaryOptions& options)
     : faces_(faces),
+      context_(faces.context()),
       equation_(equation),
-      layer_(equation == Equation::kBurtonMiller ? Layer::kBurtonMiller : Layer::kDouble),
       options_(options),
-      diagonal_(faces.context()),
-      stored_(faces.context()),
-      panel_(faces.context()),
-      partial_(faces.context()),
-      gauss_partial_(faces.context()),
-      list_(faces.context()) {
+      diagonal_(context_, faces.size()) {
   make_diagonal();
   if (equation == Equation::kBurtonMiller) {
-    near_ = std::make_unique<NearCorrections>(faces, layer_, options.rule, options.differences);
+    near_ = std::make_unique<NearCorrections>(faces, options.rule);
   }
 }
 
 void Boundary::make_diagonal() {
-  Context& context = faces_.context();
-  const int size = faces_.size();
-  const auto stream = context.stream();
-  const unsigned blocks = blocks_for(static_cast<std::size_t>(size), kThreads);
-  diagonal_.resize(static_cast<std::size_t>(size));
-  if (equation_ == Equation::kPaper) {
-    set_half<<<blocks, kThreads, 0, stream>>>(size, diagonal_.data());
-  } else if (equation_ == Equation::kBurtonMiller) {
-    set_self<<<blocks, kThreads, 0, stream>>>(faces_.view(), faces_.wave(), diagonal_.data());
+  if (equation_ == Equation::kPaperCorrected) {
+    const int groups = (size() + kGaussRows - 1) / kGaussRows;
+    launch(context_, "diagonal", set_gauss, blocks_for(std::size_t{kWarp} * groups, kThreads), kThreads, faces_.view(),
+           diagonal_.data());
   } else {
-    const unsigned chunks = blocks_for(static_cast<std::size_t>(size), kGaussChunk);
-    gauss_partial_.resize(static_cast<std::size_t>(chunks) * static_cast<std::size_t>(size));
-    sum_static<<<dim3(blocks, chunks), kThreads, 0, stream>>>(faces_.view(), gauss_partial_.data());
-    context.launched("diagonal");
-    set_gauss<<<blocks, kThreads, 0, stream>>>(gauss_partial_.data(), static_cast<int>(chunks), size, diagonal_.data());
+    launch(context_, "diagonal", set_diagonal, blocks_for(size(), kThreads), kThreads, faces_.view(), faces_.wave(),
+           equation_ == Equation::kBurtonMiller, diagonal_.data());
   }
-  context.launched("diagonal");
 }
 
 void Boundary::update() {
@@ -119,28 +85,15 @@ void Boundary::update() {
 }
 
 void Boundary::fill_rows(int first, int rows, cuComplex* panel, int ld) const {
-  fill_kernels(faces_, layer_, options_.differences, -1.0F, first, rows, nullptr, size(), diagonal_.data(), panel, ld);
+  fill_kernels(faces_, near_ != nullptr, diagonal_.data(), first, rows, panel, ld);
   if (near_) {
-    near_->add_to_rows(-1.0F, first, rows, panel, ld);
-  }
-}
-
-void Boundary::columns(const int* faces, int count, cuComplex* out, int ld) {
-  if (count == 0) {
-    return;
-  }
-  list_.resize(static_cast<std::size_t>(count));
-  check(cudaMemcpyAsync(list_.data(), faces, list_.size() * sizeof(int), cudaMemcpyDefault, faces_.context().stream()),
-        "columns");
-  fill_kernels(faces_, layer_, options_.differences, -1.0F, 0, size(), list_.data(), count, diagonal_.data(), out, ld);
-  if (near_) {
-    near_->add_to_columns(-1.0F, list_.data(), count, out, ld);
+    near_->subtract_rows(first, rows, panel, ld);
   }
 }
 
 void Boundary::store() {
   is_stored_ = false;
-  stored_.resize(static_cast<std::size_t>(size()) * static_cast<std::size_t>(size()));
+  stored_.resize(std::size_t{1} * size() * size());
   fill_rows(0, size(), stored_.data(), size());
   is_stored_ = true;
 }
@@ -151,15 +104,15 @@ void Boundary::forget() {
 }
 
 int Boundary::make_panel() {
-  const std::size_t row_bytes = static_cast<std::size_t>(size()) * sizeof(cuComplex);
-  const std::size_t whole = (static_cast<std::size_t>(size()) + kRowUnit - 1) / kRowUnit * kRowUnit;
-  const std::size_t wanted = std::clamp(options_.panel_bytes / row_bytes, std::size_t{kFewestRows}, whole);
-  for (int rows = static_cast<int>(wanted) / kRowUnit * kRowUnit;; rows = rows / 2 / kRowUnit * kRowUnit) {
+  const std::size_t whole = std::size_t{blocks_for(size(), kPanelRows)} * kPanelRows;
+  const std::size_t wanted =
+      std::clamp(options_.panel_bytes / (size() * sizeof(cuComplex)), std::size_t{kPanelRows}, whole);
+  for (int rows = static_cast<int>(wanted) / kPanelRows * kPanelRows;; rows = rows / 2 / kPanelRows * kPanelRows) {
     try {
-      panel_.resize(static_cast<std::size_t>(rows) * static_cast<std::size_t>(size()));
+      panel_.resize(std::size_t{1} * rows * size());
       return rows;
     } catch (const GpuMemoryFailure&) {
-      if (rows < 2 * kFewestRows) {
+      if (rows < 2 * kPanelRows) {
         throw;
       }
     }
@@ -170,19 +123,18 @@ void Boundary::apply(bool transposed, const cuComplex* x, cuComplex* y, int colu
   if (columns == 0) {
     return;
   }
-  Context& context = faces_.context();
   const int m = size();
   const cuComplex one{1.0F, 0.0F};
   const cuComplex zero{0.0F, 0.0F};
   const cublasOperation_t op = transposed ? CUBLAS_OP_T : CUBLAS_OP_N;
   if (is_stored_) {
-    multiply(context, op, CUBLAS_OP_N, m, columns, m, one, stored_.data(), m, x, m, zero, y, m, arithmetic);
+    multiply(context_, op, CUBLAS_OP_N, m, columns, m, one, stored_.data(), m, x, m, zero, y, m, arithmetic);
     return;
   }
   if (columns <= kFewColumns) {
-    sum_kernels(faces_, layer_, options_.differences, transposed, -1.0F, diagonal_.data(), x, columns, y, partial_);
+    sum_kernels(faces_, near_ != nullptr, transposed, diagonal_.data(), x, columns, y, partial_);
     if (near_) {
-      transposed ? near_->add_transposed_product(-1.0F, x, y, columns) : near_->add_product(-1.0F, x, y, columns);
+      near_->subtract_product(transposed, x, y, columns);
     }
     return;
   }
@@ -190,13 +142,9 @@ void Boundary::apply(bool transposed, const cuComplex* x, cuComplex* y, int colu
   for (int first = 0; first < m; first += rows) {
     const int taken = std::min(rows, m - first);
     fill_rows(first, taken, panel_.data(), rows);
-    if (transposed) {
-      multiply(context, op, CUBLAS_OP_N, m, columns, taken, one, panel_.data(), rows, x + first, m,
-               first == 0 ? zero : one, y, m, arithmetic);
-    } else {
-      multiply(context, op, CUBLAS_OP_N, taken, columns, m, one, panel_.data(), rows, x, m, zero, y + first, m,
-               arithmetic);
-    }
+    multiply(context_, op, CUBLAS_OP_N, transposed ? m : taken, columns, transposed ? taken : m, one, panel_.data(),
+             rows, transposed ? x + first : x, m, transposed && first > 0 ? one : zero, transposed ? y : y + first, m,
+             arithmetic);
   }
 }
 

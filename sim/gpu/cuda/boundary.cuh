@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "sim/gpu/cuda/near.cuh"
+#include "sim/gpu/cuda/products.cuh"
 #include "sim/gpu/cuda/sums.cuh"
 
 namespace touchfield::cuda {
@@ -15,14 +16,13 @@ enum class Equation {
 };
 
 struct BoundaryOptions {
-  NearRule rule;  // of kBurtonMiller
-  Differences differences = Differences::kDouble;
+  NearRule rule;                                    // of kBurtonMiller
   std::size_t panel_bytes = std::size_t{4} << 30U;  // of rows that products with many columns make at once
 };
 
 /// B of a surface on the card, M x M: stored in single precision, or made anew in every product.
 ///
-/// accuracy   of an entry 1e-6 of the row's largest with Differences::kDouble
+/// accuracy   of an entry 1e-6 of the row's largest: differences of places are formed in double
 class Boundary {
  public:
   /// faces   outlive this
@@ -39,8 +39,6 @@ class Boundary {
 
   /// Rows first .. first + rows - 1 of B: rows x M on the card, ld >= rows.
   void fill_rows(int first, int rows, cuComplex* panel, int ld) const;
-  /// The given columns of B, M x count on the card, ld >= M. faces: on the card or not, any order, twice too.
-  void columns(const int* faces, int count, cuComplex* out, int ld);
 
   /// Keeps all of B, 8 M^2 bytes.
   void store();
@@ -59,16 +57,14 @@ class Boundary {
   int make_panel();
 
   const Faces& faces_;
+  Context& context_;
   Equation equation_;
-  Layer layer_;
   BoundaryOptions options_;
-  std::unique_ptr<NearCorrections> near_;
+  std::unique_ptr<NearCorrections> near_;  // of kBurtonMiller
   Array<cuDoubleComplex> diagonal_;
   bool is_stored_ = false;
-  Array<cuComplex> stored_, panel_;
-  Array<double2> partial_;
-  Array<double> gauss_partial_;
-  Array<int> list_;
+  Array<cuComplex> stored_{context_}, panel_{context_};
+  Array<double2> partial_{context_};
 };
 
 }  // namespace touchfield::cuda

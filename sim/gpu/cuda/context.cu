@@ -13,33 +13,35 @@ std::string version_text(int version) {
 
 constexpr double kShareOfFree = 0.92;  // of free memory: libraries and kernels take some beside ours
 
+[[noreturn]] void fail(bool for_memory, const char* what, const std::string& why) {
+  const std::string text = std::string("graphics card: ") + what + ": ";
+  if (for_memory) {
+    throw GpuMemoryFailure(text + "out of memory");
+  }
+  throw GpuFailure(text + why);
+}
+
 }  // namespace
 
 void check(cudaError_t error, const char* what) {
-  if (error == cudaErrorMemoryAllocation) {
-    cudaGetLastError();
-    throw GpuMemoryFailure(std::string("graphics card: ") + what + ": out of memory");
-  }
   if (error != cudaSuccess) {
-    throw GpuFailure(std::string("graphics card: ") + what + ": " + cudaGetErrorString(error));
+    const bool for_memory = error == cudaErrorMemoryAllocation;
+    if (for_memory) {
+      cudaGetLastError();
+    }
+    fail(for_memory, what, cudaGetErrorString(error));
   }
 }
 
 void check(cublasStatus_t status, const char* what) {
-  if (status == CUBLAS_STATUS_ALLOC_FAILED) {
-    throw GpuMemoryFailure(std::string("graphics card: ") + what + ": out of memory");
-  }
   if (status != CUBLAS_STATUS_SUCCESS) {
-    throw GpuFailure(std::string("graphics card: ") + what + ": " + cublasGetStatusString(status));
+    fail(status == CUBLAS_STATUS_ALLOC_FAILED, what, cublasGetStatusString(status));
   }
 }
 
 void check(cusolverStatus_t status, const char* what) {
-  if (status == CUSOLVER_STATUS_ALLOC_FAILED) {
-    throw GpuMemoryFailure(std::string("graphics card: ") + what + ": out of memory");
-  }
   if (status != CUSOLVER_STATUS_SUCCESS) {
-    throw GpuFailure(std::string("graphics card: ") + what + ": cuSOLVER's status " + std::to_string(status));
+    fail(status == CUSOLVER_STATUS_ALLOC_FAILED, what, "cuSOLVER's status " + std::to_string(status));
   }
 }
 

@@ -30,21 +30,17 @@ struct NearRule {
   double seven_below = 3.0;
   double three_below = 8.0;
 
-  __host__ __device__ double reach() const { return three_below > seven_below ? three_below : seven_below; }
+  __host__ __device__ double split2() const { return rounded_product(split_ratio, split_ratio); }
 };
 
 enum class FaceKind { kOnePoint, kThreePoints, kSevenPoints, kSplit };
-
-__host__ __device__ inline bool is_split(const NearRule& rule, double distance2, double area) {
-  return distance2 < rounded_product(rounded_product(rule.split_ratio, rule.split_ratio), area);
-}
 
 /// distance2   of the point from the face's centroid, squared_norm
 __host__ __device__ inline FaceKind face_kind(const NearRule& rule, double distance2, double area) {
   const double distance = std::sqrt(distance2);
   const double size = std::sqrt(area);
   if (distance < rounded_product(rule.seven_below, size)) {
-    return is_split(rule, distance2, area) ? FaceKind::kSplit : FaceKind::kSevenPoints;
+    return distance2 < rounded_product(rule.split2(), area) ? FaceKind::kSplit : FaceKind::kSevenPoints;
   }
   return distance < rounded_product(rule.three_below, size) ? FaceKind::kThreePoints : FaceKind::kOnePoint;
 }
@@ -73,11 +69,9 @@ __host__ __device__ inline Vector solid_angle_gradient(const Triangle& face, con
   return -1.0 * (edge_gradient(a, b) + edge_gradient(b, c) + edge_gradient(c, a));
 }
 
-/// Sums of a layer's kernel over points of faces, seen from x with normal m there.
-template <Layer kLayer, bool kDamped>
+/// The integral of D + i gamma W over a face, seen from x with unit normal m there: what is added is summed.
+template <bool kDamped>
 struct FaceSum {
-  static constexpr bool kAdjoint = kLayer == Layer::kAdjoint || kLayer == Layer::kAdjointMiller;
-  static constexpr bool kMiller = kLayer == Layer::kBurtonMiller || kLayer == Layer::kAdjointMiller;
   static constexpr int kDeepest = 12;  // halvings of a face
 
   double scale;
@@ -88,134 +82,101 @@ struct FaceSum {
   __host__ __device__ FaceSum(const SurfaceWave& wave, const Vector& place, const Vector& normal)
       : scale(wave.scale()), constants(wave.constants<double>()), x(place), m(normal) {}
 
-  /// kRemainder: without the static part that exact_static() gives.
+  /// kRemainder: without the static part, which add_exact_static() gives.
   template <bool kRemainder>
   __host__ __device__ void add_point(const Vector& y, const Vector& n, double weight) {
-    const Vector offset = scale * (x - y);
-    const PairDistance<double> d = pair_distance(offset.x, offset.y, offset.z);
+    const PairDistance<double> d = pair_distance<double>(scale * (x - y));
     double kernel_re;
     double kernel_im;
-    pair_kernel<kLayer, kDamped>(constants, d, m.x, m.y, m.z, n.x, n.y, n.z, kernel_re, kernel_im);
-    if constexpr (kRemainder && kLayer != Layer::kSingle) {
-      double static_re;
-      double static_im;
-      static_kernel<kLayer>(constants.gamma, d, m, n, static_re, static_im);
-      kernel_re -= kAdjoint ? 0.0 : static_re;  // the adjoint's is no loop round the edges
-      kernel_im -= static_im;
+    pair_kernel<Layer::kBurtonMiller, kDamped>(constants, d, m, n, kernel_re, kernel_im);
+    if constexpr (kRemainder) {
+      const Vector offset{d.dx, d.dy, d.dz};
+      const double inverse2 = d.reciprocal * d.reciprocal;
+      const double b = d.reciprocal * inverse2;
+      const double nd = dot(n, offset);
+      kernel_re -= b * nd;
+      kernel_im -= constants.gamma * b * (dot(m, n) - 3.0 * nd * dot(m, offset) * inverse2);
     }
     const double units = weight * scale * scale / (4.0 * kPi);
     re += units * kernel_re;
     im += units * kernel_im;
   }
 
+  /// Three inner points, or three of Radon's seven.
   template <bool kRemainder>
-  __host__ __device__ void add_at(const Vector& a, const Vector& b, const Vector& c, const Vector& n, double u,
-                                  double v, double weight) {
-    add_point<kRemainder>(a + u * (b - a) + v * (c - a), n, weight);
-  }
-
-  /// Three inner points, or Radon's seven.
-  template <bool kRemainder>
-  __host__ __device__ void add_orbit(const Vector& a, const Vector& b, const Vector& c, const Vector& n, double s,
-                                     double weight) {
+  __host__ __device__ void add_orbit(const Triangle& face, double s, double weight) {
     for (int corner = 0; corner < 3; ++corner) {
-      add_at<kRemainder>(a, b, c, n, corner == 1 ? 1.0 - 2.0 * s : s, corner == 2 ? 1.0 - 2.0 * s : s, weight);
+      const double u = corner == 1 ? 1.0 - 2.0 * s : s;
+      const double v = corner == 2 ? 1.0 - 2.0 * s : s;
+      add_point<kRemainder>(face.a + u * (face.b - face.a) + v * (face.c - face.a), face.normal, weight * face.area);
     }
   }
-  __host__ __device__ void add_three(const Triangle& face) {
-    add_orbit<false>(face.a, face.b, face.c, face.normal, 1.0 / 6.0, face.area / 3.0);
-  }
-  __host__ __device__ void add_seven(const Vector& a, const Vector& b, const Vector& c, const Vector& n, double area) {
-    const double root = 3.87298334620741688518;  // of 15
-    add_at<true>(a, b, c, n, 1.0 / 3.0, 1.0 / 3.0, 9.0 / 40.0 * area);
-    for (int orbit = 0; orbit < 2; ++orbit) {
-      const double signed_root = orbit == 0 ? -root : root;
-      add_orbit<true>(a, b, c, n, (6.0 + signed_root) / 21.0, (155.0 + signed_root) / 1200.0 * area);
+  __host__ __device__ void add_three(const Triangle& face) { add_orbit<false>(face, 1.0 / 6.0, 1.0 / 3.0); }
+  __host__ __device__ void add_seven(const Triangle& face) {
+    add_point<true>((face.a + face.b + face.c) / 3.0, face.normal, 9.0 / 40.0 * face.area);
+    for (int sign = -1; sign <= 1; sign += 2) {
+      const double root = sign * 3.87298334620741688518;  // of 15
+      add_orbit<true>(face, (6.0 + root) / 21.0, (155.0 + root) / 1200.0);
     }
   }
 
-  /// Seven points on each piece of the face, or of a quarter of it (0..3; -1: all), split as FaceQuadrature does. A piece
-  /// is known by the quarters on the way to it, two bits each, and made anew from the face: no stack is kept.
-  __host__ __device__ void add_pieces(const Triangle& face, double split_ratio, int quarter) {
-    const double split2 = rounded_product(split_ratio, split_ratio);
-    const int top = quarter < 0 ? 0 : 1;
-    unsigned path = quarter < 0 ? 0U : static_cast<unsigned>(quarter);
-    int depth = top;
-    for (;;) {
-      Vector a = face.a;
-      Vector b = face.b;
-      Vector c = face.c;
-      double area = face.area;
-      for (int level = depth - 1; level >= 0; --level) {
-        const unsigned part = path >> (2U * static_cast<unsigned>(level)) & 3U;
-        const Vector ab = 0.5 * (a + b);
-        const Vector bc = 0.5 * (b + c);
-        const Vector ca = 0.5 * (c + a);
-        a = part == 0 ? a : (part == 2 ? ca : ab);
-        b = part == 0 ? ab : (part == 1 ? b : bc);
-        c = part == 1 ? bc : (part == 2 ? c : ca);
-        area *= 0.25;
+  /// Seven points on each piece of a quarter (0..3) of a face, split as FaceQuadrature does. A piece is known by the
+  /// quarters on the way to it, two bits each, and made anew from the face: no stack is kept.
+  __host__ __device__ void add_quarter(const Triangle& face, double split2, unsigned quarter) {
+    unsigned path = quarter;
+    for (int depth = 1;;) {
+      Triangle piece = face;
+      for (int level = 2 * (depth - 1); level >= 0; level -= 2) {
+        const unsigned part = path >> static_cast<unsigned>(level) & 3U;
+        const Vector ab = 0.5 * (piece.a + piece.b);
+        const Vector bc = 0.5 * (piece.b + piece.c);
+        const Vector ca = 0.5 * (piece.c + piece.a);
+        piece.a = part == 0 ? piece.a : (part == 2 ? ca : ab);
+        piece.b = part == 0 ? ab : (part == 1 ? piece.b : bc);
+        piece.c = part == 1 ? bc : (part == 2 ? piece.c : ca);
+        piece.area *= 0.25;
       }
-      if (depth < kDeepest && squared_norm(x - (a + b + c) / 3.0) < rounded_product(split2, area)) {
+      const Vector centroid = (piece.a + piece.b + piece.c) / 3.0;
+      if (depth < kDeepest && squared_norm(x - centroid) < rounded_product(split2, piece.area)) {
         path <<= 2U;
         ++depth;
         continue;
       }
-      add_seven(a, b, c, face.normal, area);
-      while (depth > top && (path & 3U) == 3U) {
+      add_seven(piece);
+      for (; depth > 1 && (path & 3U) == 3U; --depth) {
         path >>= 2U;
-        --depth;
       }
-      if (depth == top) {
+      if (depth == 1) {
         return;
       }
       ++path;
     }
   }
 
-  /// The static part of D and W, which seven points leave out: D0 = Omega / 4 pi, W0 = m . grad D0.
+  /// What seven points leave out: D0 = Omega / 4 pi, W0 = m . grad D0.
   __host__ __device__ void add_exact_static(const Triangle& face) {
-    if constexpr (kLayer != Layer::kSingle) {
-      if constexpr (!kAdjoint) {
-        re += solid_angle(face, x) / (4.0 * kPi);
-      }
-      if constexpr (kMiller) {
-        im += constants.gamma / scale * (dot(m, solid_angle_gradient(face, x)) / (4.0 * kPi));
-      }
-    }
-  }
-
-  /// All of a face by its kind; what it adds is the integral over it (of kSingle in half wavelengths).
-  __host__ __device__ void add_face(const Triangle& face, const Vector& centroid, FaceKind kind, double split_ratio) {
-    if (kind == FaceKind::kOnePoint) {
-      add_point<false>(centroid, face.normal, face.area);
-    } else if (kind == FaceKind::kThreePoints) {
-      add_three(face);
-    } else {
-      add_exact_static(face);
-      add_pieces(face, split_ratio, -1);
-    }
+    re += solid_angle(face, x) / (4.0 * kPi);
+    im += constants.gamma / scale * (dot(m, solid_angle_gradient(face, x)) / (4.0 * kPi));
   }
 };
 
 /// The finite part of W over a face itself at its centroid [1/m], by self_integrals' loop round its edges, 16 points each.
-__host__ __device__ inline double2 self_hypersingular(const Vector& a, const Vector& b, const Vector& c, double k,
-                                                      double alpha) {
+__host__ __device__ inline double2 self_hypersingular(const Triangle& face, double k, double alpha) {
   const double node[8] = {0.0950125098376374402, 0.2816035507792589132, 0.4580167776572273863, 0.6178762444026437484,
                           0.7554044083550030339, 0.8656312023878317439, 0.9445750230732325761, 0.9894009349916499326};
   const double weight[8] = {0.1894506104550684963, 0.1826034150449235889, 0.1691565193950025382, 0.1495959888165767321,
                             0.1246289712555338721, 0.0951585116824927848, 0.0622535239386478929, 0.0271524594117540949};
-  const Vector centre = (a + b + c) / 3.0;
+  const Vector centre = (face.a + face.b + face.c) / 3.0;
+  const Vector corners[3] = {face.a - centre, face.b - centre, face.c - centre};
   double re = 0.0;
   double im = 0.0;
   for (int e = 0; e < 3; ++e) {
-    const Vector from_corner = (e == 0 ? a : (e == 1 ? b : c)) - centre;
-    const Vector to_corner = (e == 0 ? b : (e == 1 ? c : a)) - centre;
-    const Vector edge = to_corner - from_corner;
-    const Vector along = edge / norm(edge);
-    const double h = norm(from_corner - dot(along, from_corner) * along);
-    const double from = std::asinh(dot(along, from_corner) / h);
-    const double to = std::asinh(dot(along, to_corner) / h);
+    const Vector& a = corners[e];
+    const Vector& b = corners[(e + 1) % 3];
+    const Vector along = (b - a) / norm(b - a);
+    const double h = norm(a - dot(along, a) * along);
+    const double from = std::asinh(dot(along, a) / h);
+    const double to = std::asinh(dot(along, b) / h);
     const double half = 0.5 * (to - from);
     for (int q = 0; q < 16; ++q) {
       const double t = 0.5 * (from + to) + (q < 8 ? -half : half) * node[q & 7];

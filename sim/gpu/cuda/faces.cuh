@@ -5,29 +5,17 @@
 
 namespace touchfield::cuda {
 
-/// How the difference of two points is formed: from places in single precision, as LayerSum<float> does (the phase is
-/// off by 1e-7 k R, R the body's radius; near points by as much), or in double (1e-7 wherever they lie; half as fast on
-/// cards with many units for double, slow on others).
-enum class Differences { kSingle, kDouble };
-
-/// Points with normals and, of sources, weights, for sums over pairs, in half wavelengths from a centre. Place is float3,
-/// or Vector for differences in double.
-template <typename Place>
-struct PairView {
-  const Place* place;
-  const float3* normal;  // null: none, of layers that read none at the point
-  const float* weight;   // area / 4 pi; null: none
-  int count;
-};
-
-/// A surface's faces as kernels read them [m].
+/// A surface's faces as kernels see them: in metres, and as the sums over them need them, in half wavelengths from a
+/// centre.
 struct FaceView {
+  int count;
   const int3* triangle;
   const Vector* vertex;
-  const Vector* centroid;
-  const Vector* normal;
-  const double* area;
-  int count;
+  Vector *centroid, *normal;
+  double* area;
+  Vector* place;         // centroids in half wavelengths
+  float3* plain_normal;  // in single precision
+  float* weight;         // area / 4 pi in half wavelengths
 
   __device__ Triangle face(int f) const {
     const int3 t = triangle[f];
@@ -48,38 +36,23 @@ class Faces {
   void move(const double* vertices);
 
   Context& context() const { return context_; }
-  int size() const { return count_; }  // M
+  int size() const { return view_.count; }  // M
   const SurfaceWave& wave() const { return wave_; }
-  const Vector& centre() const { return centre_; }  // [m]
+  const FaceView& view() const { return view_; }
 
-  /// On the card: 3 x M centroids [m] and unit normals, M areas [m2], M weights A / 4 pi in half wavelengths.
-  const double* centroids() const { return &centroid_.data()->x; }
-  const double* normals() const { return &normal_.data()->x; }
-  const double* areas() const { return area_.data(); }
-  const float* weights() const { return weight_.data(); }
-
-  FaceView view() const {
-    return {triangle_.data(), vertex_.data(), centroid_.data(), normal_.data(), area_.data(), count_};
-  }
-  template <typename Place>
-  PairView<Place> pairs() const;
+  /// On the card: 3 x M centroids [m] and unit normals.
+  const double* centroids() const { return &view_.centroid->x; }
+  const double* normals() const { return &view_.normal->x; }
 
  private:
   Context& context_;
-  int count_;
-  int vertex_count_;
   SurfaceWave wave_;
-  Vector centre_{};
-  Array<int3> triangle_;
-  Array<Vector> vertex_, centroid_, normal_, place_;
-  Array<double> area_;
-  Array<float3> single_place_, single_normal_;
-  Array<float> weight_;
+  Array<int3> triangle_{context_};
+  Array<Vector> vertex_{context_}, centroid_{context_}, normal_{context_}, place_{context_};
+  Array<double> area_{context_};
+  Array<float3> plain_normal_{context_};
+  Array<float> weight_{context_};
+  FaceView view_{};
 };
-
-template <>
-PairView<float3> Faces::pairs() const;
-template <>
-PairView<Vector> Faces::pairs() const;
 
 }  // namespace touchfield::cuda

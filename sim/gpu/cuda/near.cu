@@ -1,325 +1,295 @@
+#include <algorithm>
+#include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
-#include <stdexcept>
+#include <cub/device/device_select.cuh>
+#include <thrust/iterator/counting_iterator.h>
 
+#include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/near.cuh"
 
 namespace touchfield::cuda {
 
 namespace {
 
-constexpr unsigned kThreads = 128;
-constexpr unsigned kWarp = 32;
-constexpr unsigned kAll = 0xffffffffU;
+constexpr int kThreads = 128;
 constexpr int kRows = 4;      // that a warp searches at once: a face that is read meets four
 constexpr int kQuarters = 4;  // of a split face, a thread each
 
-/// What search_near writes: counts in its first pass, pairs in its second.
-struct NearOutput {
-  int *count, *split_count;        // first pass
-  const int *start, *split_start;  // second pass
-  int *row, *column, *split;
-};
-
-/// The near faces of each row, ascending; kTransposed: the rows near to which each face is. A warp searches kRows.
-template <bool kFill, bool kTransposed>
-__global__ void search_near(FaceView faces, NearRule rule, NearOutput out) {
-  const int lane = static_cast<int>(threadIdx.x % kWarp);
-  const int first = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kWarp) * kRows;
+/// The near faces of each row, ascending: how many, or with kFill the pairs from start[i] on. A warp searches kRows.
+template <bool kFill>
+__global__ void search_near(FaceView faces, double reach2, const int* start, int* count, int* row, int* column) {
+  const int lane = static_cast<int>(threadIdx.x) % kWarp;
+  const int first = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x) / kWarp * kRows;
   if (first >= faces.count) {  // the whole warp
     return;
   }
-  const double reach2 = rounded_product(rule.reach(), rule.reach());
   const unsigned before = (1U << static_cast<unsigned>(lane)) - 1U;
   Vector x[kRows];
-  double own_area[kRows];
   int found[kRows] = {};
-  int split[kRows] = {};
   for (int r = 0; r < kRows; ++r) {
     const int i = min(first + r, faces.count - 1);
     x[r] = faces.centroid[i];
-    own_area[r] = faces.area[i];
-    if (kFill && first + r < faces.count) {
-      found[r] = out.start[i];
-      split[r] = kTransposed ? 0 : out.split_start[i];
+    if (kFill) {
+      found[r] = start[i];
     }
   }
-  for (int begin = 0; begin < faces.count; begin += static_cast<int>(kWarp)) {
+  for (int begin = 0; begin < faces.count; begin += kWarp) {
     const int j = begin + lane;
     const int read = min(j, faces.count - 1);
     const Vector y = faces.centroid[read];
-    const double area = faces.area[read];
+    const double limit = j < faces.count ? rounded_product(reach2, faces.area[read]) : 0.0;
 #pragma unroll
     for (int r = 0; r < kRows; ++r) {
       const int i = first + r;
-      const double distance2 = squared_norm(x[r] - y);
-      const double of_face = kTransposed ? own_area[r] : area;
-      const bool near = i < faces.count && j < faces.count && i != j && distance2 < rounded_product(reach2, of_face);
-      const unsigned hits = __ballot_sync(kAll, near);
+      const bool near = i < faces.count && i != j && squared_norm(x[r] - y) < limit;
+      const unsigned hits = __ballot_sync(kAllLanes, near);
       if (hits == 0) {
         continue;
       }
-      unsigned split_hits = 0;
-      if (!kTransposed) {
-        const bool is_cut = near && face_kind(rule, distance2, of_face) == FaceKind::kSplit;
-        split_hits = __ballot_sync(kAll, is_cut);
-        if (kFill && is_cut) {
-          out.split[split[r] + __popc(split_hits & before)] = found[r] + __popc(hits & before);
-        }
-      }
       if (kFill && near) {
         const int at = found[r] + __popc(hits & before);
-        out.column[at] = j;
-        if (!kTransposed) {
-          out.row[at] = i;
-        }
+        row[at] = i;
+        column[at] = j;
       }
       found[r] += __popc(hits);
-      split[r] += __popc(split_hits);
     }
   }
   if (!kFill && lane == 0) {
     for (int r = 0; r < kRows && first + r < faces.count; ++r) {
-      out.count[first + r] = found[r];
-      if (!kTransposed) {
-        out.split_count[first + r] = split[r];
-      }
+      count[first + r] = found[r];
     }
   }
 }
 
-/// The surface as the sums over one point a face see it.
-struct OnePoints {
-  Differences differences;
-  PairView<Vector> precise;
-  PairView<float3> single;
+__device__ FaceKind kind_of(const FaceView& faces, const NearRule& rule, int i, int j) {
+  return face_kind(rule, squared_norm(faces.centroid[i] - faces.centroid[j]), faces.area[j]);
+}
+
+/// Whether the face of a pair is split.
+struct IsSplit {
+  FaceView faces;
+  NearRule rule;
+  const int *row, *column;
+
+  __device__ bool operator()(int p) const { return kind_of(faces, rule, row[p], column[p]) == FaceKind::kSplit; }
 };
 
 /// A pair's integral less its one point as the sums make it.
-template <Layer kLayer, bool kDamped>
-__device__ cuComplex less_one_point(const OnePoints& points, const SurfaceWave& wave,
-                                    const FaceSum<kLayer, kDamped>& sum, int i, int j) {
-  const PairDistance<float> d = points.differences == Differences::kDouble
-                                    ? distance_between(points.precise.place[i], points.precise.place[j])
-                                    : distance_between(points.single.place[i], points.single.place[j]);
-  const float3 m = points.single.normal[i];
-  const float3 n = points.single.normal[j];
+template <bool kDamped>
+__device__ cuComplex less_one_point(const FaceView& faces, const SurfaceWave& wave, const FaceSum<kDamped>& sum, int i,
+                                    int j) {
   float re;
   float im;
-  pair_kernel<kLayer, kDamped>(wave.constants<float>(), d, m.x, m.y, m.z, n.x, n.y, n.z, re, im);
-  const double weight = points.single.weight[j];
+  pair_kernel<Layer::kBurtonMiller, kDamped>(wave.constants<float>(),
+                                             pair_distance<float>(faces.place[i] - faces.place[j]),
+                                             faces.plain_normal[i], faces.plain_normal[j], re, im);
+  const double weight = faces.weight[j];
   return {static_cast<float>(sum.re - weight * re), static_cast<float>(sum.im - weight * im)};
 }
 
 /// A thread a pair whose face is not split.
-template <Layer kLayer, bool kDamped>
-__global__ void __launch_bounds__(kThreads)
-    integrate_whole(FaceView faces, OnePoints points, SurfaceWave wave, NearRule rule, int pairs, const int* row,
-                    const int* column, cuComplex* value) {
+template <bool kDamped>
+__global__ void __launch_bounds__(kThreads) integrate_whole(FaceView faces, SurfaceWave wave, NearRule rule, int pairs,
+                                                            const int* row, const int* column, cuComplex* value) {
   const int p = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (p >= pairs) {
     return;
   }
   const int i = row[p];
   const int j = column[p];
-  const Vector x = faces.centroid[i];
-  const FaceKind kind = face_kind(rule, squared_norm(x - faces.centroid[j]), faces.area[j]);
+  const FaceKind kind = kind_of(faces, rule, i, j);
   if (kind == FaceKind::kSplit) {
     return;
   }
-  FaceSum<kLayer, kDamped> sum(wave, x, faces.normal[i]);
+  FaceSum<kDamped> sum(wave, faces.centroid[i], faces.normal[i]);
   const Triangle face = faces.face(j);
   if (kind == FaceKind::kSevenPoints) {
     sum.add_exact_static(face);
-    sum.add_seven(face.a, face.b, face.c, face.normal, face.area);
+    sum.add_seven(face);
   } else if (kind == FaceKind::kThreePoints) {
     sum.add_three(face);
   } else {
     sum.template add_point<false>(faces.centroid[j], face.normal, face.area);
   }
-  value[p] = less_one_point(points, wave, sum, i, j);
+  value[p] = less_one_point(faces, wave, sum, i, j);
 }
 
 /// Four threads a pair whose face is split, a quarter each.
-template <Layer kLayer, bool kDamped>
+template <bool kDamped>
 __global__ void __launch_bounds__(kThreads)
-    integrate_split(FaceView faces, OnePoints points, SurfaceWave wave, NearRule rule, int splits, const int* split,
-                    const int* row, const int* column, cuComplex* value) {
+    integrate_split(FaceView faces, SurfaceWave wave, double split2, int splits, const int* split, const int* row,
+                    const int* column, cuComplex* value) {
   const int thread = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  const int quarter = thread % kQuarters;
-  const int s = min(thread / kQuarters, splits - 1);  // all threads take part in the exchange
-  const int p = split[s];
+  const int p = split[min(thread / kQuarters, splits - 1)];  // all threads take part in the exchange
   const int i = row[p];
   const int j = column[p];
-  FaceSum<kLayer, kDamped> sum(wave, faces.centroid[i], faces.normal[i]);
+  FaceSum<kDamped> sum(wave, faces.centroid[i], faces.normal[i]);
   const Triangle face = faces.face(j);
-  if (thread / kQuarters < splits) {
-    sum.add_pieces(face, rule.split_ratio, quarter);
-  }
+  sum.add_quarter(face, split2, static_cast<unsigned>(thread % kQuarters));
   __syncwarp();
-  for (int apart = 1; apart < kQuarters; apart *= 2) {
-    sum.re += __shfl_xor_sync(kAll, sum.re, apart);
-    sum.im += __shfl_xor_sync(kAll, sum.im, apart);
-  }
-  if (thread / kQuarters < splits && quarter == 0) {
+  sum.re = lane_sum<kQuarters>(sum.re);
+  sum.im = lane_sum<kQuarters>(sum.im);
+  if (thread / kQuarters < splits && thread % kQuarters == 0) {
     sum.add_exact_static(face);
-    value[p] = less_one_point(points, wave, sum, i, j);
+    value[p] = less_one_point(faces, wave, sum, i, j);
   }
 }
 
-/// The number of each pair of the transposed pattern; a warp a column.
-__global__ void find_pairs(int size, const int* start, const int* column, const int* transposed_start,
-                           const int* transposed_row, int* transposed_pair) {
-  const int lane = static_cast<int>(threadIdx.x % kWarp);
-  const int j = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kWarp);
-  if (j >= size) {
+__global__ void set_numbers(int count, int* number) {
+  const int p = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (p < count) {
+    number[p] = p;
+  }
+}
+
+/// Where each column begins among those of all pairs, ascending.
+__global__ void find_starts(int size, int pairs, const int* column, int* start) {
+  const int p = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (p <= pairs) {
+    const int last = p < pairs ? column[p] : size;
+    for (int j = p > 0 ? column[p - 1] + 1 : 0; j <= last; ++j) {
+      start[j] = p;
+    }
+  }
+}
+
+/// A warp a row and column of x. order: null, or the number of each pair.
+__global__ void subtract_sparse(int size, const int* start, const int* order, const int* index, const cuComplex* value,
+                                const cuComplex* x, cuComplex* y) {
+  const int lane = static_cast<int>(threadIdx.x) % kWarp;
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
+  if (i >= size) {
     return;
   }
-  for (int q = transposed_start[j] + lane; q < transposed_start[j + 1]; q += static_cast<int>(kWarp)) {
-    const int i = transposed_row[q];
-    int low = start[i];
-    int high = start[i + 1] - 1;
-    while (low < high) {
-      const int middle = low + (high - low) / 2;
-      if (column[middle] < j) {
-        low = middle + 1;
-      } else {
-        high = middle;
-      }
-    }
-    transposed_pair[q] = low;
+  const std::size_t column = std::size_t{1} * blockIdx.y * size;
+  double re = 0.0;
+  double im = 0.0;
+  for (int q = start[i] + lane; q < start[i + 1]; q += kWarp) {
+    const int p = order != nullptr ? order[q] : q;
+    const cuComplex n = value[p];
+    const cuComplex v = x[column + index[p]];
+    re += static_cast<double>(n.x) * v.x - static_cast<double>(n.y) * v.y;
+    im += static_cast<double>(n.x) * v.y + static_cast<double>(n.y) * v.x;
+  }
+  re = lane_sum<kWarp>(re);
+  im = lane_sum<kWarp>(im);
+  if (lane == 0) {
+    cuComplex& out = y[column + i];
+    out = {static_cast<float>(out.x - re), static_cast<float>(out.y - im)};
+  }
+}
+
+/// A warp a row.
+__global__ void subtract_from_panel(int first, int rows, const int* start, const int* column, const cuComplex* value,
+                                    cuComplex* panel, int ld) {
+  const int lane = static_cast<int>(threadIdx.x) % kWarp;
+  const int row = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
+  if (row >= rows) {
+    return;
+  }
+  for (int q = start[first + row] + lane; q < start[first + row + 1]; q += kWarp) {
+    cuComplex& out = panel[row + std::size_t{1} * column[q] * ld];
+    out = {out.x - value[q].x, out.y - value[q].y};
   }
 }
 
 /// Blocks that hold a warp for each of `count`.
-unsigned warp_blocks(int count) { return blocks_for(static_cast<std::size_t>(count) * kWarp, kThreads); }
+unsigned warp_blocks(int count) { return blocks_for(std::size_t{1} * count * kWarp, kThreads); }
+
+/// Carries out a function of CUB's, which says first how much room it needs.
+template <typename Function>
+void with_room(Context& context, const Function& function) {
+  std::size_t bytes = 0;
+  check(function(nullptr, bytes), "near faces");
+  Array<char> room(context, bytes);
+  check(function(room.data(), bytes), "near faces");
+}
 
 }  // namespace
 
-NearCorrections::NearCorrections(const Faces& faces, Layer layer, const NearRule& rule, Differences differences)
-    : faces_(faces),
-      layer_(layer),
-      rule_(rule),
-      differences_(differences),
-      count_(faces.context()),
-      split_count_(faces.context()),
-      start_(faces.context()),
-      split_start_(faces.context()),
-      row_(faces.context()),
-      column_(faces.context()),
-      split_(faces.context()),
-      value_(faces.context()),
-      transposed_start_(faces.context()),
-      transposed_row_(faces.context()),
-      transposed_pair_(faces.context()),
-      scratch_(faces.context()) {
-  if (layer != Layer::kDouble && layer != Layer::kBurtonMiller) {
-    throw std::invalid_argument("NearCorrections: this layer is not made");
-  }
+NearCorrections::NearCorrections(const Faces& faces, const NearRule& rule)
+    : faces_(faces), context_(faces.context()), rule_(rule) {
   update();
 }
 
-void NearCorrections::scan(const Array<int>& counts, Array<int>& starts) {
-  const auto stream = faces_.context().stream();
-  const int size = static_cast<int>(counts.size());
-  starts.resize(counts.size());
-  std::size_t bytes = 0;
-  check(cub::DeviceScan::ExclusiveSum(nullptr, bytes, counts.data(), starts.data(), size, stream), "begins of rows");
-  scratch_.resize(bytes);
-  check(cub::DeviceScan::ExclusiveSum(scratch_.data(), bytes, counts.data(), starts.data(), size, stream),
-        "begins of rows");
+int NearCorrections::value_at(const int* there) const {
+  int value = 0;
+  check(cudaMemcpyAsync(&value, there, sizeof(int), cudaMemcpyDeviceToHost, context_.stream()), "near faces");
+  context_.synchronize();
+  return value;
 }
 
 void NearCorrections::update() {
-  Context& context = faces_.context();
   const int size = faces_.size();
-  const auto stream = context.stream();
-  const unsigned search_blocks = warp_blocks((size + kRows - 1) / kRows);
-  has_transposed_ = false;
-  for (Array<int>* counts : {&count_, &split_count_}) {
-    counts->resize(static_cast<std::size_t>(size) + 1);
-    counts->set_zero();
-  }
-  search_near<false, false><<<search_blocks, kThreads, 0, stream>>>(
-      faces_.view(), rule_, {count_.data(), split_count_.data(), nullptr, nullptr, nullptr, nullptr, nullptr});
-  context.launched("near faces");
-  scan(count_, start_);
-  scan(split_count_, split_start_);
-  auto* totals = static_cast<int*>(context.staging(2 * sizeof(int)));
-  check(cudaMemcpyAsync(totals, start_.data() + size, sizeof(int), cudaMemcpyDeviceToHost, stream), "near faces");
-  check(cudaMemcpyAsync(totals + 1, split_start_.data() + size, sizeof(int), cudaMemcpyDeviceToHost, stream),
-        "near faces");
-  context.synchronize();
-  pairs_ = totals[0];
-  splits_ = totals[1];
-  const auto pairs = static_cast<std::size_t>(pairs_);
-  row_.resize(pairs);
-  column_.resize(pairs);
-  value_.resize(pairs);
-  split_.resize(static_cast<std::size_t>(splits_));
-  if (pairs_ == 0) {
-    return;
-  }
-  search_near<true, false><<<search_blocks, kThreads, 0, stream>>>(
-      faces_.view(), rule_,
-      {nullptr, nullptr, start_.data(), split_start_.data(), row_.data(), column_.data(), split_.data()});
-  context.launched("near faces");
-  if (faces_.wave().alpha != 0.0) {
-    compute_values<true>();
-  } else {
-    compute_values<false>();
-  }
-}
-
-template <bool kDamped>
-void NearCorrections::compute_values() {
-  if (layer_ == Layer::kDouble) {
-    launch_values<Layer::kDouble, kDamped>();
-  } else {
-    launch_values<Layer::kBurtonMiller, kDamped>();
-  }
-}
-
-template <Layer kLayer, bool kDamped>
-void NearCorrections::launch_values() {
-  Context& context = faces_.context();
-  const OnePoints points{differences_, faces_.pairs<Vector>(), faces_.pairs<float3>()};
-  integrate_whole<kLayer, kDamped>
-      <<<blocks_for(static_cast<std::size_t>(pairs_), kThreads), kThreads, 0, context.stream()>>>(
-          faces_.view(), points, faces_.wave(), rule_, pairs_, row_.data(), column_.data(), value_.data());
-  context.launched("near integrals");
-  if (splits_ > 0) {
-    integrate_split<kLayer, kDamped>
-        <<<blocks_for(static_cast<std::size_t>(splits_) * kQuarters, kThreads), kThreads, 0, context.stream()>>>(
-            faces_.view(), points, faces_.wave(), rule_, splits_, split_.data(), row_.data(), column_.data(),
-            value_.data());
-    context.launched("near integrals");
-  }
-}
-
-void NearCorrections::make_transposed() {
-  if (has_transposed_) {
-    return;
-  }
-  Context& context = faces_.context();
-  const int size = faces_.size();
-  const unsigned search_blocks = warp_blocks((size + kRows - 1) / kRows);
+  const unsigned blocks = warp_blocks((size + kRows - 1) / kRows);
+  const double reach = std::max(rule_.seven_below, rule_.three_below);
+  is_sorted_ = false;
+  count_.resize(size + 1);
   count_.set_zero();
-  search_near<false, true><<<search_blocks, kThreads, 0, context.stream()>>>(
-      faces_.view(), rule_, {count_.data(), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr});
-  context.launched("near faces by columns");
-  scan(count_, transposed_start_);
-  transposed_row_.resize(static_cast<std::size_t>(pairs_));
-  transposed_pair_.resize(static_cast<std::size_t>(pairs_));
-  if (pairs_ > 0) {
-    search_near<true, true><<<search_blocks, kThreads, 0, context.stream()>>>(
-        faces_.view(), rule_,
-        {nullptr, nullptr, transposed_start_.data(), nullptr, nullptr, transposed_row_.data(), nullptr});
-    context.launched("near faces by columns");
-    find_pairs<<<warp_blocks(size), kThreads, 0, context.stream()>>>(
-        size, start_.data(), column_.data(), transposed_start_.data(), transposed_row_.data(), transposed_pair_.data());
-    context.launched("near faces by columns");
+  start_.resize(size + 1);
+  launch(context_, "near faces", search_near<false>, blocks, kThreads, faces_.view(), reach * reach, nullptr,
+         count_.data(), nullptr, nullptr);
+  with_room(context_, [&](void* room, std::size_t& bytes) {
+    return cub::DeviceScan::ExclusiveSum(room, bytes, count_.data(), start_.data(), size + 1, context_.stream());
+  });
+  const int pairs = value_at(start_.data() + size);
+  for (Array<int>* values : {&row_, &column_, &order_}) {
+    values->resize(pairs);
   }
-  has_transposed_ = true;
+  value_.resize(pairs);
+  if (pairs > 0) {
+    launch(context_, "near faces", search_near<true>, blocks, kThreads, faces_.view(), reach * reach, start_.data(),
+           nullptr, row_.data(), column_.data());
+    integrate();
+  }
+}
+
+void NearCorrections::integrate() {
+  const FaceView& faces = faces_.view();
+  const SurfaceWave& wave = faces_.wave();
+  const bool damped = wave.alpha != 0.0;
+  with_room(context_, [&](void* room, std::size_t& bytes) {
+    return cub::DeviceSelect::If(room, bytes, thrust::counting_iterator<int>(0), order_.data(), count_.data(), pairs(),
+                                 IsSplit{faces, rule_, row_.data(), column_.data()}, context_.stream());
+  });
+  const int splits = value_at(count_.data());
+  launch(context_, "near integrals", damped ? integrate_whole<true> : integrate_whole<false>,
+         blocks_for(pairs(), kThreads), kThreads, faces, wave, rule_, pairs(), row_.data(), column_.data(),
+         value_.data());
+  launch(context_, "near integrals", damped ? integrate_split<true> : integrate_split<false>,
+         blocks_for(std::size_t{kQuarters} * splits, kThreads), kThreads, faces, wave, rule_.split2(), splits,
+         order_.data(), row_.data(), column_.data(), value_.data());
+}
+
+void NearCorrections::sort_by_columns() {
+  if (is_sorted_) {
+    return;
+  }
+  Array<int> number(context_, pairs());
+  Array<int> column(context_, pairs());
+  launch(context_, "near columns", set_numbers, blocks_for(pairs(), kThreads), kThreads, pairs(), number.data());
+  with_room(context_, [&](void* room, std::size_t& bytes) {
+    return cub::DeviceRadixSort::SortPairs(room, bytes, column_.data(), column.data(), number.data(), order_.data(),
+                                           pairs(), 0, 8 * sizeof(int), context_.stream());
+  });
+  column_start_.resize(faces_.size() + 1);
+  launch(context_, "near columns", find_starts, blocks_for(pairs() + 1, kThreads), kThreads, faces_.size(), pairs(),
+         column.data(), column_start_.data());
+  is_sorted_ = true;
+}
+
+void NearCorrections::subtract_product(bool transposed, const cuComplex* x, cuComplex* y, int columns) {
+  if (transposed) {
+    sort_by_columns();
+  }
+  launch(context_, "near product", subtract_sparse, dim3(warp_blocks(faces_.size()), columns), kThreads, faces_.size(),
+         transposed ? column_start_.data() : start_.data(), transposed ? order_.data() : nullptr,
+         transposed ? row_.data() : column_.data(), value_.data(), x, y);
+}
+
+void NearCorrections::subtract_rows(int first, int rows, cuComplex* panel, int ld) const {
+  launch(context_, "near rows", subtract_from_panel, warp_blocks(rows), kThreads, first, rows, start_.data(),
+         column_.data(), value_.data(), panel, ld);
 }
 
 }  // namespace touchfield::cuda

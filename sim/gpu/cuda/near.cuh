@@ -4,60 +4,47 @@
 
 namespace touchfield::cuda {
 
-/// What a sum with one point a face leaves out, as touchfield::NearCorrections: for each pair of faces nearer than the
-/// rule's reach the integral over the face minus its one point, by rows. The pairs are the CPU's, to the last one. The
-/// integrals are computed in double; their one points as the sums make them, in single precision, so that in a thin gap,
-/// where one point is far off, what it loses of its digits goes again. Values are kept in single precision.
+/// What a sum of D + i gamma W with one point a face leaves out, as touchfield::NearCorrections: for each pair of faces
+/// nearer than the rule's reach the integral over the face minus its one point, by rows. The pairs are the CPU's, to the
+/// last one. The integrals are computed in double; their one points as the sums make them, in single precision, so that in
+/// a thin gap, where one point is far off, what it loses of its digits goes again. Values are kept in single precision.
 ///
-/// memory   16 bytes a pair, 24 once a transposed product or a column was asked for; some 220 to 240 pairs a face
+/// memory   20 bytes a pair, some 220 to 240 pairs a face; 16 more while pairs are sorted for transposed products
 class NearCorrections {
  public:
-  /// faces         outlive this
-  /// layer         kDouble or kBurtonMiller
-  /// differences   of the sums that these values complete
-  NearCorrections(const Faces& faces, Layer layer, const NearRule& rule, Differences differences);
+  /// faces   outlive this
+  NearCorrections(const Faces& faces, const NearRule& rule);
 
   /// Anew after the faces moved.
   void update();
 
-  int pairs() const { return pairs_; }
+  int pairs() const { return static_cast<int>(row_.size()); }
 
   // On the card, for tests: M + 1 begins of rows, and of each pair its column and value.
   const Array<int>& starts() const { return start_; }
   const Array<int>& columns() const { return column_; }
   const Array<cuComplex>& values() const { return value_; }
 
-  /// y += factor N x, or with its transpose; x and y M x columns, columns < 65,536, on the card, not the same.
-  void add_product(float factor, const cuComplex* x, cuComplex* y, int columns) const;
-  void add_transposed_product(float factor, const cuComplex* x, cuComplex* y, int columns);
-  /// panel += factor times rows first .. first + rows - 1 of N; rows x M, ld >= rows
-  void add_to_rows(float factor, int first, int rows, cuComplex* panel, int ld) const;
-  /// out += factor times the given columns of N; faces: count numbers on the card; M x count, ld >= M
-  void add_to_columns(float factor, const int* faces, int count, cuComplex* out, int ld);
+  /// y -= N x, or N^T x; x and y M x columns, columns < 65,536, on the card, not the same.
+  void subtract_product(bool transposed, const cuComplex* x, cuComplex* y, int columns);
+  /// panel -= rows first .. first + rows - 1 of N; rows x M, ld >= rows
+  void subtract_rows(int first, int rows, cuComplex* panel, int ld) const;
 
  private:
-  template <bool kDamped>
-  void compute_values();
-  template <Layer kLayer, bool kDamped>
-  void launch_values();
-  void scan(const Array<int>& counts, Array<int>& starts);
-  void make_transposed();
+  int value_at(const int* there) const;
+  void integrate();
+  void sort_by_columns();
 
   const Faces& faces_;
-  Layer layer_;
+  Context& context_;
   NearRule rule_;
-  Differences differences_;
-  int pairs_ = 0;
-  int splits_ = 0;
-  bool has_transposed_ = false;
-  Array<int> count_, split_count_;  // a row, and a 0 at the end
-  Array<int> start_, split_start_;  // M + 1
-  Array<int> row_, column_;         // of each pair
-  Array<int> split_;                // the pairs whose face is split
-  Array<cuComplex> value_;
-  Array<int> transposed_start_;                  // M + 1
-  Array<int> transposed_row_, transposed_pair_;  // by columns: a pair's row and its number
-  Array<char> scratch_;
+  Array<int> count_{context_};                   // a row, and a 0 at the end; then how many are split
+  Array<int> start_{context_};                   // M + 1
+  Array<int> row_{context_}, column_{context_};  // of each pair
+  Array<cuComplex> value_{context_};
+  bool is_sorted_ = false;
+  Array<int> order_{context_};         // numbers of pairs: those whose faces are split; once sorted all, by columns
+  Array<int> column_start_{context_};  // M + 1, once sorted
 };
 
 }  // namespace touchfield::cuda

@@ -13,21 +13,20 @@ class Sources {
   Sources(Context& context, const ChannelWave& wave, int count, const double* positions, const double* axes,
           const double* amplitudes, const std::complex<double>* response);
 
-  int size() const { return count_; }  // N
+  int size() const { return static_cast<int>(channel_.size()); }  // N
 
   /// The incident matrix G, as incident_matrix has it, or with directions (3 x J unit vectors; else null) dG along them;
   /// computed in double.
   ///
   /// points   3 x J [m], on the card, none on a transducer
-  /// out      J x N on the card
-  void incident(const double* points, const double* directions, int count, cuComplex* out) const;
-  void incident(const double* points, const double* directions, int count, cuDoubleComplex* out) const;
+  /// out      J x N cuComplex or cuDoubleComplex on the card
+  template <typename Out>
+  void incident(const double* points, const double* directions, int count, Out* out) const;
 
  private:
   Context& context_;
   ChannelWave wave_;
-  int count_;
-  Array<Channel> channel_;
+  Array<Channel> channel_{context_};
 };
 
 }  // namespace touchfield::cuda
