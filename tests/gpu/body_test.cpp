@@ -185,7 +185,8 @@ TEST_F(BodyOnCardTest, FramesTakeFewSteps) {
   const Eigen::MatrixXcd q = drives(sources.size(), 40);
   const ScatteringSystem before(mesh, wave(), Scheme::kBurtonMillerPolished);
   BodyOnCard card = body(before);
-  const int plain = card.spanned(sources, q, {}, nullptr).report.steps;
+  card.spanned(sources, q, {}, nullptr);
+  EXPECT_EQ(card.kind(), SolverKind::kLu);
   TriangleMesh moved = mesh;
   int steps = 0;
   for (int frame = 1; frame <= 4; ++frame) {
@@ -195,9 +196,11 @@ TEST_F(BodyOnCardTest, FramesTakeFewSteps) {
     card.move(moved);
     const SolveReport report = card.spanned(sources, q, {}, nullptr).report;
     EXPECT_TRUE(report.converged);
+    EXPECT_EQ(card.kind(), SolverKind::kGmres);
     steps = report.steps;
   }
-  EXPECT_LT(2 * steps, plain);
+  const ScatteringSystem after(moved, wave(), Scheme::kBurtonMillerPolished);
+  EXPECT_LT(2 * steps, body(after, kTolerance, SolverKind::kGmres).pressure(sources, q).report.steps);
   const Reference reference(moved, wave(), Scheme::kBurtonMillerPolished);
   EXPECT_LT(largest_difference(card.spanned_pressure(), reference.pressure(sources, q)), 1e-4);
 }

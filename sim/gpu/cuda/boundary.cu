@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <stdexcept>
 
 #include "sim/gpu/cuda/boundary.cuh"
 #include "sim/gpu/cuda/launch.cuh"
@@ -85,10 +86,17 @@ void Boundary::update() {
 }
 
 void Boundary::fill_rows(int first, int rows, cuComplex* panel, int ld) const {
-  fill_kernels(faces_, near_ != nullptr, diagonal_.data(), first, rows, panel, ld);
+  fill_kernels(faces_, near_ != nullptr, diagonal_.data(), first, rows, nullptr, size(), panel, ld);
   if (near_) {
     near_->subtract_rows(first, rows, panel, ld);
   }
+}
+
+void Boundary::fill_columns(const int* faces, int count, cuComplex* columns) const {
+  if (near_) {
+    throw std::logic_error("columns of an equation with near integrals");
+  }
+  fill_kernels(faces_, false, diagonal_.data(), 0, size(), faces, count, columns, size());
 }
 
 void Boundary::store() {

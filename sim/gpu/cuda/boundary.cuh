@@ -39,6 +39,8 @@ class Boundary {
 
   /// Rows first .. first + rows - 1 of B: rows x M on the card, ld >= rows.
   void fill_rows(int first, int rows, cuComplex* panel, int ld) const;
+  /// The columns of B of some faces, M x count, of a plain equation; both on the card.
+  void fill_columns(const int* faces, int count, cuComplex* columns) const;
 
   /// Keeps all of B, 8 M^2 bytes.
   void store();

@@ -17,8 +17,8 @@ constexpr int kPolishingSteps = 2;    // as ScatteringSystem's
 constexpr int kUsualSteps = 60;       // of GMRES, for which a block's Krylov space must have room
 constexpr double kTf32Error = 5e-4;   // of a product in TF32
 constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
-constexpr int kFewSteps = 8;          // of GMRES, which no inverse is worth
-constexpr int kFacesAColumn = 64;     // at most, for an inverse to cost less than the steps of some frames
+constexpr int kFacesAColumn = 32;     // at most, for LU to take less than the steps of GMRES
+constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
 
 /// rows(k, s) = from(faces_k, s)
 __global__ void gather_rows(const int* faces, int count, const cuComplex* from, int ld, int columns,
@@ -97,7 +97,7 @@ void Scattering::move(const double* vertices) {
   context_.use();
   faces_.move(vertices);
   has_field_ = false;
-  has_factors_ = false;
+  factors_are_current_ = false;
   if (boundary_) {
     boundary_->update();
   }
@@ -207,9 +207,10 @@ bool Scattering::fits(double bytes) const {
 }
 
 void Scattering::factorise() {
-  if (has_factors_) {
+  if (has_current_factors()) {
     return;
   }
+  has_factors_ = false;
   const std::size_t size = std::size_t{1} * spec_.faces * spec_.faces;
   factors_.resize(size);
   if (boundary().is_stored()) {
@@ -218,17 +219,7 @@ void Scattering::factorise() {
     boundary().fill_rows(0, spec_.faces, factors_.data(), spec_.faces);
   }
   lu_.factorise(spec_.faces, factors_.data());
-  has_factors_ = true;
-}
-
-/// The inverse of B as it is now, which preconditions it as it will be.
-void Scattering::invert() {
-  factorise();
-  std::vector<int> all(static_cast<std::size_t>(spec_.faces));
-  std::iota(all.begin(), all.end(), 0);
-  set_units(all.data(), spec_.faces, inverse_);
-  lu_.solve(CUBLAS_OP_N, spec_.faces, inverse_.data());
-  drop_factors();
+  has_factors_ = factors_are_current_ = true;
 }
 
 void Scattering::drop_factors() {
@@ -236,13 +227,48 @@ void Scattering::drop_factors() {
   has_factors_ = false;
 }
 
-/// Whether the inverse of B as it is now is worth its time: many columns have been solved for before and now they are again,
-/// so that more frames are to be expected, and there is none, or it has grown stale.
-bool Scattering::wants_inverse(int columns) const {
-  if (!invertible_ || !boundary_->is_stored() || kFacesAColumn * columns < spec_.faces || plain_steps_ <= kFewSteps) {
-    return false;
+/// The inverse from the factors of a B that is no longer: it preconditions those that follow.
+void Scattering::invert() {
+  std::vector<int> all(static_cast<std::size_t>(spec_.faces));
+  std::iota(all.begin(), all.end(), 0);
+  set_units(all.data(), spec_.faces, inverse_);
+  lu_.solve(CUBLAS_OP_N, spec_.faces, inverse_.data());
+  drop_factors();
+}
+
+/// How so many columns are solved for best, and made ready for that. Plain schemes need LU, whose B has eigenvalues near 0;
+/// the others' does not, but for many columns LU takes less than the steps without it. A body that moves on goes by the
+/// inverse of the B that was factorised, until too much has changed. All that is only for speed: where memory does not
+/// bear it, B is stored or not even that.
+GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int columns) {
+  using Kind = GpuSolveOptions::Kind;
+  const bool wide = kFacesAColumn * columns >= spec_.faces;
+  Kind kind = wanted;
+  if (wanted == Kind::kAuto) {
+    if (has_factors_ && !factors_are_current_ && wide && fits(matrix_bytes())) {
+      try {
+        invert();
+      } catch (const GpuMemoryFailure&) {
+        inverse_.reset();
+      }
+    }
+    const bool pays = (wide || !spec_.burton_miller) && inverse_.size() == 0;
+    kind = has_current_factors() || pays ? Kind::kLu : Kind::kGmres;
   }
-  return inverse_.size() == 0 ? fits(2.0 * matrix_bytes()) : inverse_steps_ > std::max(kFewSteps, plain_steps_ / 2);
+  const double missing = (boundary().is_stored() ? 0.0 : 1.0) + (factors_.size() > 0 ? 0.0 : 1.0);
+  if (kind == Kind::kLu && !fits(missing * matrix_bytes())) {
+    kind = Kind::kGmres;
+  }
+  const bool few = wanted == Kind::kAuto && columns <= kFewColumns && !boundary().is_stored();
+  if (kind == Kind::kMatrixFree || (kind == Kind::kGmres && few) ||
+      (!boundary().is_stored() && !fits(matrix_bytes()))) {
+    boundary().forget();
+    return Kind::kMatrixFree;
+  }
+  if (!boundary().is_stored()) {
+    boundary().store();
+  }
+  return kind;
 }
 
 /// GMRES, by the factors of B or the inverse of an earlier one where there is such. It multiplies in single precision, and in
@@ -293,28 +319,7 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
   using Kind = GpuSolveOptions::Kind;
   GpuSolveReport report;
   report.converged = true;
-  report.kind = options.kind;
-  if (report.kind == Kind::kAuto) {
-    report.kind = spec_.burton_miller ? Kind::kGmres : Kind::kLu;
-  }
-  const double copies = report.kind == Kind::kLu ? 2.0 : 1.0;
-  const bool had = boundary().is_stored();
-  const bool few = options.kind == Kind::kAuto && report.kind == Kind::kGmres && all.columns <= kFewColumns && !had;
-  if (report.kind == Kind::kMatrixFree || few || (!had && !fits(copies * matrix_bytes()))) {
-    boundary().forget();
-    report.kind = Kind::kMatrixFree;
-  } else if (!had) {
-    boundary().store();
-  }
-  if (report.kind == Kind::kGmres && wants_inverse(all.columns)) {
-    try {
-      invert();
-    } catch (const GpuMemoryFailure&) {  // it is only for speed
-      inverse_.reset();
-      drop_factors();
-      invertible_ = false;
-    }
-  }
+  report.kind = prepare(options.kind, all.columns);
   const double column = 8.0 * spec_.faces * (std::min(kUsualSteps, options.restart) + 8);
   const double room = kShareOfFree * static_cast<double>(context_.allowed() - context_.taken());
   int width = std::max(1, static_cast<int>(std::min<double>(all.columns, room / column)));
@@ -330,7 +335,9 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
       gmres_.release();
       if (inverse_.size() > 0) {
         inverse_.reset();
-        invertible_ = false;
+      } else if (report.kind == Kind::kLu && !has_current_factors()) {
+        drop_factors();
+        report.kind = Kind::kGmres;
       } else if (width > 1) {
         width = (width + 1) / 2;
       } else if (report.kind != Kind::kMatrixFree) {
@@ -346,8 +353,8 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
     first += block.columns;
     ++report.blocks;
   }
-  if (report.kind == Kind::kGmres) {
-    (inverse_.size() > 0 ? inverse_steps_ : plain_steps_) = report.steps;
+  if (report.kind == Kind::kGmres && report.steps > kMostSteps) {
+    inverse_.reset();  // the next block makes another
   }
   return report;
 }
@@ -493,7 +500,15 @@ std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int coun
   paper.g = g_.data();
   if (scattered) {
     columns.resize(std::size_t{1} * spec_.faces * count);
-    boundary().columns(faces, count, columns.data(), spec_.faces);
+    if (spec_.burton_miller) {
+      Array<cuComplex> units(context_);
+      set_units(faces, count, units);
+      boundary().apply(false, units.data(), columns.data(), count, Arithmetic::kSingle);
+    } else {
+      Array<int> list(context_);
+      list.upload(faces, static_cast<std::size_t>(count));
+      boundary().fill_columns(list.data(), count, columns.data());
+    }
     paper.columns = columns.data();
     paper.g = right_sides();
   }

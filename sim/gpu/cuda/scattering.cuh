@@ -57,8 +57,9 @@ class Scattering final : public GpuBody {
   void solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
                    GpuSolveReport& report);
   void factorise();
+  bool has_current_factors() const { return has_factors_ && factors_are_current_; }
   void drop_factors();
-  bool wants_inverse(int columns) const;
+  GpuSolveOptions::Kind prepare(GpuSolveOptions::Kind wanted, int columns);
   void invert();
   void copy(const cuComplex* from, cuComplex* to, std::size_t count);
   void set_units(const int* faces, int count, Array<cuComplex>& units);
@@ -76,11 +77,9 @@ class Scattering final : public GpuBody {
   BlockGmres gmres_;
   Lu lu_;
   bool has_factors_ = false;
+  bool factors_are_current_ = false;  // else of B where the body was
   Array<cuComplex> factors_;
-  bool invertible_ = true;    // has had room so far
   Array<cuComplex> inverse_;  // of B where the body was; of no size if there is none
-  int plain_steps_ = 0;       // that GMRES last took without it
-  int inverse_steps_ = 0;     // and with it
   HermitianSolver hermitian_;
   int columns_ = 0;     // of P
   Array<cuComplex> x_;  // solution of B x = b, M x S: P itself where nothing is polished

@@ -21,17 +21,20 @@ constexpr Layer kLayerOf = kMiller ? (kTransposed ? Layer::kAdjointMiller : Laye
 template <bool kMiller, bool kDamped>
 __global__ void __launch_bounds__(kThreads)
     fill_values(PairConstants<float> constants, FaceView faces, const cuDoubleComplex* diagonal, int first, int rows,
-                cuComplex* panel, int ld) {
+                const int* list, int columns, cuComplex* panel, int ld) {
   __shared__ Vector place[kFillTile];
   __shared__ float3 normal[kFillTile];
   __shared__ float weight[kFillTile];
+  __shared__ int number[kFillTile];
   const int begin = static_cast<int>(blockIdx.y) * kFillTile;
-  const int count = min(kFillTile, faces.count - begin);
+  const int count = min(kFillTile, columns - begin);
   const int t = static_cast<int>(threadIdx.x);
   if (t < count) {
-    place[t] = faces.place[begin + t];
-    normal[t] = faces.plain_normal[begin + t];
-    weight[t] = -faces.weight[begin + t];
+    const int j = list != nullptr ? list[begin + t] : begin + t;
+    number[t] = j;
+    place[t] = faces.place[j];
+    normal[t] = faces.plain_normal[j];
+    weight[t] = -faces.weight[j];
   }
   __syncthreads();
   const int row = static_cast<int>(blockIdx.x) * kThreads + t;
@@ -48,9 +51,9 @@ __global__ void __launch_bounds__(kThreads)
     float im;
     pair_kernel<kLayerOf<kMiller, false>, kDamped>(constants, pair_distance<float>(x - place[c]), m, normal[c], re, im);
     *out = {weight[c] * re, weight[c] * im};
-  }
-  if (i >= begin && i < begin + count) {
-    panel[row + std::size_t{1} * i * ld] = {static_cast<float>(diagonal[i].x), static_cast<float>(diagonal[i].y)};
+    if (number[c] == i) {
+      *out = {static_cast<float>(diagonal[i].x), static_cast<float>(diagonal[i].y)};
+    }
   }
 }
 
@@ -152,13 +155,13 @@ auto sum_kernel(bool miller, bool transposed, bool damped) {
 }  // namespace
 
 void fill_kernels(const Faces& faces, bool miller, const cuDoubleComplex* diagonal, int first, int rows,
-                  cuComplex* panel, int ld) {
+                  const int* list, int columns, cuComplex* panel, int ld) {
   const PairConstants<float> constants = faces.wave().constants<float>();
   const bool damped = constants.damping != 0.0F;
   const auto kernel = miller ? (damped ? fill_values<true, true> : fill_values<true, false>)
                              : (damped ? fill_values<false, true> : fill_values<false, false>);
-  launch(faces.context(), "kernels", kernel, dim3(blocks_for(rows, kThreads), blocks_for(faces.size(), kFillTile)),
-         kThreads, constants, faces.view(), diagonal, first, rows, panel, ld);
+  launch(faces.context(), "kernels", kernel, dim3(blocks_for(rows, kThreads), blocks_for(columns, kFillTile)), kThreads,
+         constants, faces.view(), diagonal, first, rows, list, columns, panel, ld);
 }
 
 void sum_kernels(const Faces& faces, bool miller, bool transposed, const cuDoubleComplex* diagonal, const cuComplex* x,

@@ -9,9 +9,10 @@ namespace touchfield::cuda {
 ///   panel(i, j) = -A_j K(x_i, x_j) / 4 pi, on the diagonal the value given;   K = D, or with miller D + i gamma W
 ///
 /// diagonal   M values on the card
-/// panel      rows x M, ld >= rows
+/// list       faces j, `columns` of them, on the card; null: all, columns = M
+/// panel      rows x columns, ld >= rows
 void fill_kernels(const Faces& faces, bool miller, const cuDoubleComplex* diagonal, int first, int rows,
-                  cuComplex* panel, int ld);
+                  const int* list, int columns, cuComplex* panel, int ld);
 
 inline constexpr int kFewColumns = 4;
 
