@@ -87,15 +87,11 @@ void paper_step(Gpu& gpu, Eigen::Index targets, Eigen::Index channels) {
   const Eigen::VectorXd start = Eigen::VectorXd::Zero(unknowns);
   PhaseSolution expected;
   const double cpu = milliseconds(1, [&] { expected = solve_incident(problem, start, options); });
-  for (const auto storage : {PhaseDevice::Storage::kDouble, PhaseDevice::Storage::kSingle}) {
-    IncidentProblem there{{}, targets};
-    there.gram = problem.gram;
-    move_to(*gpu.phase_device(), storage, there);
-    PhaseSolution found;
-    const double card = milliseconds(kRepeats, [&] { found = solve_incident(there, start, options); });
-    print(storage == PhaseDevice::Storage::kSingle ? "paper, a step, Q in single" : "paper, a step", targets, 0,
-          channels, cpu / kSteps, card / kSteps, off(found, expected));
-  }
+  IncidentProblem there = problem;
+  move_to(*gpu.phase_device(), there);
+  PhaseSolution found;
+  const double card = milliseconds(kRepeats, [&] { found = solve_incident(there, start, options); });
+  print("paper, a step", targets, 0, channels, cpu / kSteps, card / kSteps, off(found, expected));
 }
 
 /// Gram matrix and five steps from B_T and G on the card.
@@ -118,8 +114,8 @@ void paper_frame(Gpu& gpu, int rows, int targets, int channels) {
   const double cpu = milliseconds(1, [&] {
     expected = solve_incident({hermitian_product(c), targets}, start, options);
   });
-  const cuda::PaperMatrices matrices{rows,    targets,        channels,    columns_there.data(),
-                                     nullptr, g_there.data(), ones.data(), ones.data()};
+  const cuda::PaperMatrices matrices{rows,           targets,     channels,   columns_there.data(),
+                                     g_there.data(), ones.data(), ones.data()};
   std::size_t taken = 0;
   const double gram = milliseconds(kRepeats, [&] {
     const auto q = cuda::paper_gram(context, matrices);

@@ -233,7 +233,7 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
                                                                      : scattered(amplitudes, method.faces);
   use_card();
   if (phase_device_) {
-    move_to(*phase_device_, PhaseDevice::Storage::kDouble, problem);
+    move_to(*phase_device_, problem);
   }
   return best_of(start_angles(method, problem, before),
                  [&](const auto& start) { return solve_incident(problem, start, options, advance); });

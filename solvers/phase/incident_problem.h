@@ -27,7 +27,7 @@ struct IncidentProblem {
 /// Brings Q to a device, which the problem then uses; to be done again where it changes.
 ///
 /// throws   std::invalid_argument if gram is not square
-void move_to(PhaseDevice& device, PhaseDevice::Storage storage, IncidentProblem& problem);
+void move_to(PhaseDevice& device, IncidentProblem& problem);
 
 /// The cost at the angles x = [theta; phi], K + N [rad].
 double incident_cost(const IncidentProblem& problem, const Eigen::VectorXd& x);

@@ -8,6 +8,7 @@
 
 namespace touchfield::cuda {
 
+inline __device__ double magnitude(double value) { return fabs(value); }
 inline __device__ double magnitude(cuComplex value) { return hypotf(value.x, value.y); }
 inline __device__ double magnitude(cuDoubleComplex value) { return hypot(value.x, value.y); }
 
