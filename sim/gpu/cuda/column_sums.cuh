@@ -1,7 +1,6 @@
 #pragma once
 
 // For .cu files only: the 1-norm of a matrix, which is finite only if every value is.
-#include <algorithm>
 #include <cmath>
 
 #include "sim/gpu/cuda/block_sum.cuh"
@@ -35,10 +34,7 @@ double greatest_column_sum(Context& context, int n, const Complex* a, bool lower
   sums.download(landed, sums.size());
   double greatest = 0.0;
   for (std::size_t j = 0; j < sums.size(); ++j) {
-    if (!std::isfinite(landed[j])) {
-      return landed[j];
-    }
-    greatest = std::max(greatest, landed[j]);
+    greatest = landed[j] > greatest || std::isnan(landed[j]) ? landed[j] : greatest;
   }
   return greatest;
 }

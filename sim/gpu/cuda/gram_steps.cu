@@ -38,10 +38,8 @@ class CardGram final : public GramDevice {
                             sizeof(double2), diagonal.size(), cudaMemcpyDeviceToHost, context_.stream()),
           "download");
     context_.synchronize();
-    largest_diagonal_ = diagonal[0].x;
-    for (const double2& entry : diagonal) {
-      largest_diagonal_ = std::max(largest_diagonal_, entry.x);
-    }
+    const auto less = [](const double2& a, const double2& b) { return a.x < b.x; };
+    largest_diagonal_ = std::max_element(diagonal.begin(), diagonal.end(), less)->x;
   }
 
   int size() const override { return size_; }
@@ -52,7 +50,7 @@ class CardGram final : public GramDevice {
   void multiply(const Complex* z, Complex* product) override {
     const auto size = static_cast<std::size_t>(size_);
     exchange(context_, z, size, z_, product, size, product_,
-             [&] { multiply_adjoint(context_, q_.data(), size_, size_, size_, 1, z_.data(), product_.data()); });
+             [&] { multiply_adjoint(context_, q_.data(), size_, size_, size_, z_.data(), product_.data()); });
   }
 
   bool factorise(const Complex* z, double mu, bool in_double) override {

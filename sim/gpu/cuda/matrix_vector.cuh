@@ -46,8 +46,8 @@ __global__ void __launch_bounds__(kProductThreads)
 
 /// product = A x, A of `rows` > 0 rows.
 template <typename Value>
-void multiply(Context& context, const Value* a, int ld, int rows, int columns, int width, const Value* x,
-              Value* product) {
+void multiply(Context& context, const Value* a, int ld, int rows, int columns, const Value* x, Value* product,
+              int width = 1) {
   const dim3 blocks(blocks_for(static_cast<std::size_t>(rows), kProductRows), static_cast<unsigned>(width));
   multiply_rows<<<blocks, kProductThreads, 0, context.stream()>>>(a, ld, rows, columns, x, product);
   context.launched("product");
@@ -60,8 +60,8 @@ constexpr auto gemv(cuDoubleComplex /*value*/) { return cublasZgemv; }
 
 /// product = A^H x, A of `rows` > 0 rows.
 template <typename Value>
-void multiply_adjoint(Context& context, const Value* a, int ld, int rows, int columns, int width, const Value* x,
-                      Value* product) {
+void multiply_adjoint(Context& context, const Value* a, int ld, int rows, int columns, const Value* x, Value* product,
+                      int width = 1) {
   const Value zero{};
   Value one{};
   if constexpr (std::is_floating_point_v<Value>) {

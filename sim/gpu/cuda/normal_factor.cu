@@ -130,8 +130,7 @@ bool NormalFactor::factorise(double mu, const Real* given) {
   const char* what = "Cholesky factor";
   auto* factor = as<Real>(factor_);
   if (columns_ > 0) {
-    const Real one = 1;
-    const Real zero = 0;
+    const Real one = 1, zero = 0;
     check(rank_update(Real{})(context_.blas(), CUBLAS_FILL_MODE_LOWER, CUBLAS_OP_N, rows_, columns_, &one, given, rows_,
                               &zero, factor, rows_),
           what);
@@ -139,8 +138,8 @@ bool NormalFactor::factorise(double mu, const Real* given) {
     check(cudaMemcpyAsync(factor, given, sizeof(Real) * rows_ * rows_, cudaMemcpyDeviceToDevice, context_.stream()),
           what);
   }
-  add_to_diagonal<<<blocks_for(static_cast<std::size_t>(rows_), kBlock), kBlock, 0, context_.stream()>>>(rows_, mu,
-                                                                                                         factor);
+  const unsigned blocks = blocks_for(static_cast<std::size_t>(rows_), kBlock);
+  add_to_diagonal<<<blocks, kBlock, 0, context_.stream()>>>(rows_, mu, factor);
   context_.launched(what);
   int count = 0;
   check(potrf_space(Real{})(context_.solver(), CUBLAS_FILL_MODE_LOWER, rows_, factor, rows_, &count), what);
@@ -174,9 +173,7 @@ void NormalFactor::invert() {
     const int second = from + width;
     const long long next = 2LL * width * (rows_ + 1LL);
     const long long area = 1LL * width * width;
-    const Real one = 1;
-    const Real minus_one = -1;
-    const Real zero = 0;
+    const Real one = 1, minus_one = -1, zero = 0;
     check(gemm_batch(Real{})(context_.blas(), CUBLAS_OP_N, CUBLAS_OP_N, height, width, width, &one,
                              factor + at(second, from), rows_, next, inverse + at(from, from), rows_, next, &zero,
                              between, width, area, pairs),
@@ -195,15 +192,16 @@ void NormalFactor::invert() {
 }
 
 template <typename Real>
-void NormalFactor::add_solution(const double* remainder, double unit, bool first) {
+void NormalFactor::add_solution(double unit, bool first) {
   const unsigned blocks = blocks_for(static_cast<std::size_t>(rows_), kBlock);
   const auto* inverse = as<Real>(inverse_);
   auto* scaled = as<Real>(scaled_);
   auto* half = as<Real>(half_);
+  const double* remainder = first ? right_.data() : remainder_.data();
   begin_correction<<<blocks, kBlock, 0, context_.stream()>>>(rows_, remainder, unit, first, scaled, y_.data());
   context_.launched("correction");
-  multiply(context_, inverse, rows_, rows_, rows_, 1, scaled, half);
-  multiply_adjoint(context_, inverse, rows_, rows_, rows_, 1, half, scaled);
+  multiply(context_, inverse, rows_, rows_, rows_, scaled, half);
+  multiply_adjoint(context_, inverse, rows_, rows_, rows_, half, scaled);
   add_scaled<<<blocks, kBlock, 0, context_.stream()>>>(rows_, scaled, unit, y_.data());
   context_.launched("correction");
 }
@@ -223,16 +221,15 @@ double NormalFactor::correct(const double* right, double unit, double* found) {
     std::memcpy(host, right, sizeof(double) * rows);
     right_.upload(host, rows);
   }
-  const double* remainder = right != nullptr ? right_.data() : remainder_.data();
   if (in_double_) {
-    add_solution<double>(remainder, unit, right != nullptr);
+    add_solution<double>(unit, right != nullptr);
   } else {
-    add_solution<float>(remainder, unit, right != nullptr);
+    add_solution<float>(unit, right != nullptr);
   }
   if (columns > 0) {
-    multiply_adjoint(context_, exact(), rows_, rows_, columns_, 1, y_.data(), inner_.data());
+    multiply_adjoint(context_, exact(), rows_, rows_, columns_, y_.data(), inner_.data());
   }
-  multiply(context_, exact(), rows_, rows_, static_cast<int>(count), 1, answer.data(), product_.data());
+  multiply(context_, exact(), rows_, rows_, static_cast<int>(count), answer.data(), product_.data());
   end_correction<<<1, kColumnThreads, 0, context_.stream()>>>(rows_, right_.data(), mu_, y_.data(), product_.data(),
                                                               remainder_.data(), answer.data() + count);
   context_.launched("correction");

@@ -33,7 +33,7 @@ class NormalFactor {
   template <typename Real>
   void invert();
   template <typename Real>
-  void add_solution(const double* remainder, double unit, bool first);
+  void add_solution(double unit, bool first);
 
   Context& context_;
   int rows_ = 0;

@@ -81,12 +81,12 @@ class CardSkin final : public SkinDevice {
 
   void send(const Complex* q, int rows, Complex* sent) override {
     exchange(context_, q, static_cast<std::size_t>(channels_), input_, sent, static_cast<std::size_t>(rows), output_,
-             [&] { multiply(context_, matrix_.data(), rows_, rows, channels_, 1, input_.data(), output_.data()); });
+             [&] { multiply(context_, matrix_.data(), rows_, rows, channels_, input_.data(), output_.data()); });
   }
 
   void send_back(const Complex* v, int first, int rows, Complex* x) override {
     exchange(context_, v, static_cast<std::size_t>(rows), input_, x, static_cast<std::size_t>(channels_), output_, [&] {
-      multiply_adjoint(context_, matrix_.data() + first, rows_, rows, channels_, 1, input_.data(), output_.data());
+      multiply_adjoint(context_, matrix_.data() + first, rows_, rows, channels_, input_.data(), output_.data());
     });
   }
 
@@ -124,15 +124,15 @@ class CardSkin final : public SkinDevice {
   void send_single(int width, const std::complex<float>* y, std::complex<float>* sent) override {
     const auto vectors = static_cast<std::size_t>(width);
     exchange(context_, y, vectors * channels_, single_input_, sent, vectors * rows_, single_output_, [&] {
-      multiply(context_, single_.data(), rows_, rows_, channels_, width, single_input_.data(), single_output_.data());
+      multiply(context_, single_.data(), rows_, rows_, channels_, single_input_.data(), single_output_.data(), width);
     });
   }
 
   void send_back_single(int width, const std::complex<float>* v, std::complex<float>* back) override {
     const auto vectors = static_cast<std::size_t>(width);
     exchange(context_, v, vectors * rows_, single_input_, back, vectors * channels_, single_output_, [&] {
-      multiply_adjoint(context_, single_.data(), rows_, rows_, channels_, width, single_input_.data(),
-                       single_output_.data());
+      multiply_adjoint(context_, single_.data(), rows_, rows_, channels_, single_input_.data(), single_output_.data(),
+                       width);
     });
   }
 

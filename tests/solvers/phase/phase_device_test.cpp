@@ -10,7 +10,6 @@
 #include "solvers/phase/annealed_start.h"
 #include "solvers/phase/baselines.h"
 #include "solvers/phase/certificate.h"
-#include "solvers/phase/damped_step.h"
 #include "solvers/phase/incident_problem.h"
 #include "solvers/phase/surface_search.h"
 #include "tests/support/fake_phase_device.h"
