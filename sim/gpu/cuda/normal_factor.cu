@@ -208,15 +208,14 @@ void NormalFactor::add_solution(double unit, bool first) {
 
 double NormalFactor::correct(const double* right, double unit, double* found) {
   const auto rows = static_cast<std::size_t>(rows_);
-  const auto columns = static_cast<std::size_t>(columns_);
   for (Array<double>* array : {&scaled_, &half_, &remainder_, &product_}) {
     array->resize(rows);
   }
   y_.resize(rows + 1);
-  inner_.resize(columns + 1);
-  Array<double>& answer = columns > 0 ? inner_ : y_;
+  inner_.resize(static_cast<std::size_t>(columns_) + 1);
+  Array<double>& answer = columns_ > 0 ? inner_ : y_;
   const std::size_t count = answer.size() - 1;
-  auto* host = static_cast<double*>(context_.staging(sizeof(double) * (std::max(rows, columns) + 1)));
+  auto* host = static_cast<double*>(context_.staging(sizeof(double) * (std::max(rows, count) + 1)));
   if (right != nullptr) {
     std::memcpy(host, right, sizeof(double) * rows);
     right_.upload(host, rows);
@@ -226,7 +225,7 @@ double NormalFactor::correct(const double* right, double unit, double* found) {
   } else {
     add_solution<float>(unit, right != nullptr);
   }
-  if (columns > 0) {
+  if (columns_ > 0) {
     multiply_adjoint(context_, exact(), rows_, rows_, columns_, y_.data(), inner_.data());
   }
   multiply(context_, exact(), rows_, rows_, static_cast<int>(count), answer.data(), product_.data());
