@@ -95,7 +95,9 @@ class RelaxedMisfit {
     }
     const Eigen::VectorXd scale = roots / unit;
     if (device_) {
-      device_->scale_single(scale.data(), 1.0 / unit);
+      Eigen::VectorXd all = Eigen::VectorXd::Constant(rows_, 1.0 / unit);
+      all.head(faces_) = scale;
+      device_->scale_single(all.data());
     } else {
       a_.resize(rows_, channels_);
       a_.topRows(faces_) = (scale.asDiagonal() * problem.target).cast<Single>();

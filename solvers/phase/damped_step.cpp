@@ -53,7 +53,7 @@ bool DampedStep::solve_again(const SkinJacobian& jacobian, const Eigen::VectorXd
 
 /// Chooses the side and sets the right-hand side.
 void DampedStep::prepare(const SkinJacobian& jacobian) {
-  by_rows_ = jacobian.rows() <= jacobian.columns();
+  by_rows_ = jacobian.device() != nullptr || jacobian.rows() <= jacobian.columns();
   apart_.resize(0);
   if (!by_rows_) {
     jacobian.gradient(right_);
@@ -99,14 +99,15 @@ bool DampedStep::refine(const SkinJacobian& jacobian, Factor<Real>& factor, Eige
     remainder_ = right_;
     solution_ = Eigen::VectorXd::Zero(right_.size());
   }
-  h.resize(jacobian.columns());
+  inner_.resize(jacobian.columns());
   for (int correction = 0; correction < kCorrections; ++correction) {
     // Normalised, so that single precision holds a right-hand side of any unit.
     const double unit = before > 0 ? before : 1.0;
-    const double after = device != nullptr ? device->correct(correction == 0 ? right_.data() : nullptr, unit, h.data())
-                                           : correct(jacobian, factor, unit, h);
+    const double after = device != nullptr
+                             ? device->correct(correction == 0 ? right_.data() : nullptr, unit, inner_.data())
+                             : correct(jacobian, factor, unit);
     if (after <= target) {
-      h = -h;
+      h = -scale_.array() * (by_rows_ ? inner_ : solution_).array();
       if (by_rows_ && apart_.size() > 0) {
         h -= apart_;
       }
@@ -122,7 +123,7 @@ bool DampedStep::refine(const SkinJacobian& jacobian, Factor<Real>& factor, Eige
 
 /// As SkinDevice::correct says.
 template <typename Real>
-double DampedStep::correct(const SkinJacobian& jacobian, Factor<Real>& factor, double unit, Eigen::VectorXd& moves) {
+double DampedStep::correct(const SkinJacobian& jacobian, Factor<Real>& factor, double unit) {
   const int size = static_cast<int>(right_.size());
   for (int i = 0; i < size; ++i) {
     factor.right[static_cast<std::size_t>(i)] = static_cast<Real>(remainder_(i) / unit);
@@ -133,7 +134,6 @@ double DampedStep::correct(const SkinJacobian& jacobian, Factor<Real>& factor, d
   }
   apply(jacobian, solution_);
   remainder_ = right_ - solution_ - outer_;
-  moves = scale_.array() * (by_rows_ ? inner_ : solution_).array();
   return remainder_.norm();
 }
 

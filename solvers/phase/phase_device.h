@@ -30,36 +30,35 @@ class SkinDevice {
   SkinDevice& operator=(const SkinDevice&) = delete;
   virtual ~SkinDevice() = default;
 
-  virtual bool finite() const = 0;
-  /// sum_n |a_in| and sum_n |a_in|^2 of the rows of [H_T; R], K + r.
+  /// sum_n |a_in|, finite only if all of the row is, and sum_n |a_in|^2 of the rows of [H_T; R], K + r.
   virtual const double* reach() const = 0;
   virtual const double* strengths() const = 0;
 
-  /// u = H_T q (K) and t = the first quiet_rows rows of R q.
-  virtual void send(const Complex* q, int quiet_rows, Complex* u, Complex* t) = 0;
-  /// x = H_T^H u + R'^H t (N), R' the rows of R from `first` on, quiet_rows of them; without the first term if u is null.
-  virtual void send_back(const Complex* u, const Complex* t, int first, int quiet_rows, Complex* x) = 0;
+  /// sent = the first `rows` rows of [H_T; R] q.
+  virtual void send(const Complex* q, int rows, Complex* sent) = 0;
+  /// x = A'^H v (N), A' the rows of [H_T; R] from `first` on, `rows` > 0 of them.
+  virtual void send_back(const Complex* v, int first, int rows, Complex* x) = 0;
 
   /// The greatest diagonal entry of J J^T, from all rows.
   virtual double largest_row(const SkinMoves& moves) = 0;
 
-  /// The Cholesky factor of L L^T + I, where J has no more rows than columns, else of L^T L + I, with L = J diag(scale).
+  /// The Cholesky factor of L L^T + I with L = J diag(scale), also where J has more rows than columns.
   ///
   /// scale       a value for each column of J
   /// in_double   else in single precision
   /// returns     false where a pivot is not positive
   virtual bool factorise(const SkinMoves& moves, const double* scale, bool in_double) = 0;
-  /// A correction by the last factor F of a y that begins at 0: y += F^-1 (right - (F y)), the remainder in double by J
+  /// A correction by the last factor F of a y that begins at 0: y += F^-1 (right - (F y)), the remainder in double by L
   /// itself and only its solution by the factor, to which it is handed in units of `unit`. Between factorise and the last
   /// of its corrections only send and send_back may be called.
   ///
-  /// right     to begin with; null to go on
-  /// moves     gets diag(scale) L^T y or, for the other side, diag(scale) y; a value for each column of J
+  /// right     a value for each row of J to begin with; null to go on
+  /// inner     gets L^T y, a value for each column of J
   /// returns   the norm of the remainder that is left
-  virtual double correct(const double* right, double unit, double* moves) = 0;
+  virtual double correct(const double* right, double unit, double* inner) = 0;
 
-  /// Keeps A = [diag(target_scale) H_T; quiet_scale R] in single precision for the next two, until it is called again.
-  virtual void scale_single(const double* target_scale, double quiet_scale) = 0;
+  /// Keeps A = diag(scale) [H_T; R] in single precision for the next two, until it is called again.
+  virtual void scale_single(const double* scale) = 0;
   /// sent = A Y, Y N x width.
   virtual void send_single(int width, const std::complex<float>* y, std::complex<float>* sent) = 0;
   /// back = A^H V, V (K + r) x width.
@@ -98,8 +97,6 @@ class GramDevice {
 /// Brings matrices to a device.
 class PhaseDevice {
  public:
-  enum class Storage { kSingle, kDouble };
-
   PhaseDevice() = default;
   PhaseDevice(const PhaseDevice&) = delete;
   PhaseDevice& operator=(const PhaseDevice&) = delete;
@@ -107,8 +104,7 @@ class PhaseDevice {
 
   virtual std::unique_ptr<SkinDevice> skin(const std::complex<double>* target, int faces,
                                            const std::complex<double>* quiet, int rank, int channels) = 0;
-  /// kSingle: Q is rounded, which moves the cost z^H Q z by up to 6e-8 sum |q_ij|, and half as much memory is read.
-  virtual std::unique_ptr<GramDevice> gram(const std::complex<double>* q, int size, Storage storage) = 0;
+  virtual std::unique_ptr<GramDevice> gram(const std::complex<double>* q, int size) = 0;
 };
 
 }  // namespace touchfield

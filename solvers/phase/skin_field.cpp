@@ -33,7 +33,10 @@ void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index qu
   field.target.resize(problem.target.rows());
   field.quiet.resize(quiet_rows);
   if (problem.device) {
-    problem.device->send(q.data(), static_cast<int>(quiet_rows), field.target.data(), field.quiet.data());
+    Eigen::VectorXcd sent(field.target.size() + quiet_rows);
+    problem.device->send(q.data(), static_cast<int>(sent.size()), sent.data());
+    field.target = sent.head(field.target.size());
+    field.quiet = sent.tail(quiet_rows);
     return;
   }
   multiply(Op::kPlain, problem.target, q, 0.0, field.target);
@@ -45,7 +48,9 @@ void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index qu
 void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd& x) {
   x.resize(problem.channel_count());
   if (problem.device) {
-    problem.device->send_back(v.target.data(), v.quiet.data(), 0, static_cast<int>(v.quiet.size()), x.data());
+    Eigen::VectorXcd both(v.target.size() + v.quiet.size());
+    both << v.target, v.quiet;
+    problem.device->send_back(both.data(), 0, static_cast<int>(both.size()), x.data());
     return;
   }
   multiply(Op::kAdjoint, problem.target, v.target, 0.0, x);
@@ -57,7 +62,7 @@ void send_back(const SkinProblem& problem, const SkinField& v, Eigen::VectorXcd&
 void send_back_last(const SkinProblem& problem, const Eigen::VectorXcd& v, Eigen::VectorXcd& x) {
   x.resize(problem.channel_count());
   if (problem.device) {
-    problem.device->send_back(nullptr, v.data(), static_cast<int>(problem.quiet.rows() - v.size()),
+    problem.device->send_back(v.data(), static_cast<int>(problem.target_count() + problem.quiet.rows() - v.size()),
                               static_cast<int>(v.size()), x.data());
     return;
   }

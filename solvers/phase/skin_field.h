@@ -11,7 +11,7 @@ struct SkinField {
   Eigen::VectorXcd quiet;   // r
 };
 
-/// field = [H_T q; R q], or the first `quiet_rows` rows of R alone. Allocates only where the field has another size.
+/// field = [H_T q; R q], or the first `quiet_rows` rows of R alone. Allocates only where the field has another size or the problem a device.
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field);
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index quiet_rows, SkinField& field);
 

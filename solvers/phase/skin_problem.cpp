@@ -33,8 +33,11 @@ void require_valid(const SkinProblem& problem, const char* who) {
   require(faces + 2 * problem.quiet.rows() <= std::numeric_limits<int>::max() &&
               channels <= std::numeric_limits<int>::max() / 2,
           who, "the problem has too many rows or channels");
-  require(problem.device ? problem.device->finite() : problem.target.allFinite() && problem.quiet.allFinite(), who,
-          "target or quiet holds a value that is not finite");
+  const bool finite =
+      problem.device
+          ? Eigen::Map<const Eigen::VectorXd>(problem.device->reach(), faces + problem.quiet.rows()).allFinite()
+          : problem.target.allFinite() && problem.quiet.allFinite();
+  require(finite, who, "target or quiet holds a value that is not finite");
   require(problem.amplitudes.allFinite() && (problem.amplitudes.array() >= 0).all(), who,
           "amplitudes must be finite and >= 0");
   require(problem.weights.allFinite() && (problem.weights.array() > 0).all(), who, "weights must be finite and > 0");

@@ -24,24 +24,18 @@ class FakeSkinDevice final : public SkinDevice {
     strengths_ = rows_.rowwise().squaredNorm();
   }
 
-  bool finite() const override { return rows_.allFinite(); }
   const double* reach() const override { return reach_.data(); }
   const double* strengths() const override { return strengths_.data(); }
 
-  void send(const Complex* q, int quiet_rows, Complex* u, Complex* t) override {
+  void send(const Complex* q, int rows, Complex* sent_to) override {
     ++sent;
-    const Eigen::VectorXcd field = rows_ * Eigen::Map<const Eigen::VectorXcd>(q, rows_.cols());
-    Eigen::Map<Eigen::VectorXcd>(u, faces_) = field.head(faces_);
-    Eigen::Map<Eigen::VectorXcd>(t, quiet_rows) = field.segment(faces_, quiet_rows);
+    Eigen::Map<Eigen::VectorXcd>(sent_to, rows) =
+        rows_.topRows(rows) * Eigen::Map<const Eigen::VectorXcd>(q, rows_.cols());
   }
-  void send_back(const Complex* u, const Complex* t, int first, int quiet_rows, Complex* x) override {
+  void send_back(const Complex* v, int first, int rows, Complex* x) override {
     ++sent_back;
-    Eigen::VectorXcd field = Eigen::VectorXcd::Zero(rows_.rows());
-    if (u != nullptr) {
-      field.head(faces_) = Eigen::Map<const Eigen::VectorXcd>(u, faces_);
-    }
-    field.segment(faces_ + first, quiet_rows) = Eigen::Map<const Eigen::VectorXcd>(t, quiet_rows);
-    Eigen::Map<Eigen::VectorXcd>(x, rows_.cols()) = rows_.adjoint() * field;
+    Eigen::Map<Eigen::VectorXcd>(x, rows_.cols()) =
+        rows_.middleRows(first, rows).adjoint() * Eigen::Map<const Eigen::VectorXcd>(v, rows);
   }
 
   double largest_row(const SkinMoves& moves) override {
@@ -51,18 +45,16 @@ class FakeSkinDevice final : public SkinDevice {
   }
 
   bool factorise(const SkinMoves& moves, const double* scale, bool as_double) override {
-    const Eigen::MatrixXd j = jacobian(moves);
-    scale_ = Eigen::Map<const Eigen::VectorXd>(scale, j.cols());
-    scaled_ = j * scale_.asDiagonal();
-    by_rows_ = j.rows() <= j.cols();
-    matrix_ = by_rows_ ? Eigen::MatrixXd(scaled_ * scaled_.transpose()) : scaled_.transpose() * scaled_;
+    scaled_ = jacobian(moves);
+    scaled_ *= Eigen::Map<const Eigen::VectorXd>(scale, scaled_.cols()).asDiagonal();
+    matrix_ = scaled_ * scaled_.transpose();
     matrix_.diagonal().array() += 1.0;
     rounded_ = !as_double;
     (as_double ? in_double : in_single) += 1;
     factor_.compute(rounded_ ? matrix_.cast<float>().cast<double>() : matrix_);
     return factor_.info() == Eigen::Success && matrix_.allFinite();
   }
-  double correct(const double* right, double unit, double* moves) override {
+  double correct(const double* right, double unit, double* inner) override {
     if (right != nullptr) {
       right_ = Eigen::Map<const Eigen::VectorXd>(right, matrix_.rows());
       y_ = Eigen::VectorXd::Zero(matrix_.rows());
@@ -70,15 +62,12 @@ class FakeSkinDevice final : public SkinDevice {
     const Eigen::VectorXd remainder = (right_ - matrix_ * y_) / unit;
     const Eigen::VectorXd change = factor_.solve(remainder);
     y_ += unit * (rounded_ ? change.cast<float>().cast<double>() : change);
-    Eigen::Map<Eigen::VectorXd>(moves, scale_.size()) =
-        scale_.array() * (by_rows_ ? Eigen::VectorXd(scaled_.transpose() * y_) : y_).array();
+    Eigen::Map<Eigen::VectorXd>(inner, scaled_.cols()) = scaled_.transpose() * y_;
     return (right_ - matrix_ * y_).norm();
   }
 
-  void scale_single(const double* target_scale, double quiet_scale) override {
-    Eigen::VectorXd scale = Eigen::VectorXd::Constant(rows_.rows(), quiet_scale);
-    scale.head(faces_) = Eigen::Map<const Eigen::VectorXd>(target_scale, faces_);
-    single_ = (scale.asDiagonal() * rows_).cast<std::complex<float>>();
+  void scale_single(const double* scale) override {
+    single_ = (Eigen::Map<const Eigen::VectorXd>(scale, rows_.rows()).asDiagonal() * rows_).cast<std::complex<float>>();
   }
   void send_single(int width, const std::complex<float>* y, std::complex<float>* sent_to) override {
     Eigen::Map<Eigen::MatrixXcf>(sent_to, rows_.rows(), width) =
@@ -119,13 +108,11 @@ class FakeSkinDevice final : public SkinDevice {
   Eigen::VectorXd reach_;
   Eigen::VectorXd strengths_;
   Eigen::MatrixXcf single_;
-  Eigen::VectorXd scale_;
   Eigen::MatrixXd scaled_;
   Eigen::MatrixXd matrix_;
   Eigen::LLT<Eigen::MatrixXd> factor_;
   Eigen::VectorXd right_;
   Eigen::VectorXd y_;
-  bool by_rows_ = true;
   bool rounded_ = false;
 };
 
@@ -174,11 +161,8 @@ class FakePhaseDevice final : public PhaseDevice {
                                    int rank, int channels) override {
     return std::make_unique<FakeSkinDevice>(target, faces, quiet, rank, channels);
   }
-  std::unique_ptr<GramDevice> gram(const std::complex<double>* q, int size, Storage storage) override {
-    const Eigen::MatrixXcd whole = Eigen::Map<const Eigen::MatrixXcd>(q, size, size);
-    const Eigen::MatrixXcd kept =
-        storage == Storage::kSingle ? whole.cast<std::complex<float>>().cast<std::complex<double>>() : whole;
-    return std::make_unique<FakeGramDevice>(kept.data(), size);
+  std::unique_ptr<GramDevice> gram(const std::complex<double>* q, int size) override {
+    return std::make_unique<FakeGramDevice>(q, size);
   }
 };
 

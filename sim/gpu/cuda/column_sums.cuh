@@ -1,13 +1,13 @@
 #pragma once
 
 // For .cu files only: the 1-norm of a matrix, which is finite only if every value is.
-#include <algorithm>
 #include <cmath>
 
 #include "sim/gpu/cuda/block_sum.cuh"
 
 namespace touchfield::cuda {
 
+inline __device__ double magnitude(double value) { return fabs(value); }
 inline __device__ double magnitude(cuComplex value) { return hypotf(value.x, value.y); }
 inline __device__ double magnitude(cuDoubleComplex value) { return hypot(value.x, value.y); }
 
@@ -34,10 +34,7 @@ double greatest_column_sum(Context& context, int n, const Complex* a, bool lower
   sums.download(landed, sums.size());
   double greatest = 0.0;
   for (std::size_t j = 0; j < sums.size(); ++j) {
-    if (!std::isfinite(landed[j])) {
-      return landed[j];
-    }
-    greatest = std::max(greatest, landed[j]);
+    greatest = landed[j] > greatest || std::isnan(landed[j]) ? landed[j] : greatest;
   }
   return greatest;
 }

@@ -3,9 +3,6 @@
 
 namespace touchfield::cuda {
 
-HermitianSolver::HermitianSolver(Context& context)
-    : context_(context), info_(context, 1), work_(context), sums_(context) {}
-
 void HermitianSolver::solve(int n, cuDoubleComplex* a, double* values) {
   if (n == 0) {
     return;

@@ -10,7 +10,7 @@ namespace touchfield::cuda {
 /// touchfield::hermitian_eigen (solvers/linear/hermitian_eigen.h). What it takes of the card is kept for the next one.
 class HermitianSolver {
  public:
-  explicit HermitianSolver(Context& context);
+  explicit HermitianSolver(Context& context) : context_(context) {}
 
   /// A = V diag(values) V^H.
   ///
@@ -21,10 +21,10 @@ class HermitianSolver {
 
  private:
   Context& context_;
-  Array<int> info_;
-  Array<char> work_;
+  Array<int> info_{context_, 1};
+  Array<char> work_{context_};
   std::vector<char> host_work_;
-  Array<double> sums_;
+  Array<double> sums_{context_};
 };
 
 }  // namespace touchfield::cuda

@@ -1,4 +1,5 @@
-#include "sim/gpu/cuda/norm_sums.cuh"
+#include "sim/gpu/cuda/block_sum.cuh"
+#include "sim/gpu/cuda/matrix_vector.cuh"
 #include "sim/gpu/cuda/normal_factor.cuh"
 
 namespace touchfield::cuda {
@@ -7,50 +8,25 @@ namespace {
 
 constexpr int kTile = 64;  // that one block inverts
 
-cusolverStatus_t potrf_space(cusolverDnHandle_t solver, int n, float* a, int* count) {
-  return cusolverDnSpotrf_bufferSize(solver, CUBLAS_FILL_MODE_LOWER, n, a, n, count);
-}
-cusolverStatus_t potrf_space(cusolverDnHandle_t solver, int n, double* a, int* count) {
-  return cusolverDnDpotrf_bufferSize(solver, CUBLAS_FILL_MODE_LOWER, n, a, n, count);
-}
-cusolverStatus_t potrf(cusolverDnHandle_t solver, int n, float* a, float* work, int count, int* info) {
-  return cusolverDnSpotrf(solver, CUBLAS_FILL_MODE_LOWER, n, a, n, work, count, info);
-}
-cusolverStatus_t potrf(cusolverDnHandle_t solver, int n, double* a, double* work, int count, int* info) {
-  return cusolverDnDpotrf(solver, CUBLAS_FILL_MODE_LOWER, n, a, n, work, count, info);
-}
+constexpr auto potrf_space(float /*real*/) { return cusolverDnSpotrf_bufferSize; }
+constexpr auto potrf_space(double /*real*/) { return cusolverDnDpotrf_bufferSize; }
+constexpr auto potrf(float /*real*/) { return cusolverDnSpotrf; }
+constexpr auto potrf(double /*real*/) { return cusolverDnDpotrf; }
+constexpr auto rank_update(float /*real*/) { return cublasSsyrk; }
+constexpr auto rank_update(double /*real*/) { return cublasDsyrk; }
+constexpr auto gemm_batch(float /*real*/) { return cublasSgemmStridedBatched; }
+constexpr auto gemm_batch(double /*real*/) { return cublasDgemmStridedBatched; }
 
-cublasStatus_t products(cublasHandle_t blas, int m, int n, int k, float alpha, const float* a, int lda,
-                        long long next_a, const float* b, int ldb, long long next_b, float* c, int ldc,
-                        long long next_c, int count) {
-  const float zero = 0;
-  return cublasSgemmStridedBatched(blas, CUBLAS_OP_N, CUBLAS_OP_N, m, n, k, &alpha, a, lda, next_a, b, ldb, next_b,
-                                   &zero, c, ldc, next_c, count);
-}
-cublasStatus_t products(cublasHandle_t blas, int m, int n, int k, double alpha, const double* a, int lda,
-                        long long next_a, const double* b, int ldb, long long next_b, double* c, int ldc,
-                        long long next_c, int count) {
-  const double zero = 0;
-  return cublasDgemmStridedBatched(blas, CUBLAS_OP_N, CUBLAS_OP_N, m, n, k, &alpha, a, lda, next_a, b, ldb, next_b,
-                                   &zero, c, ldc, next_c, count);
-}
-
-cublasStatus_t product(cublasHandle_t blas, cublasOperation_t op, int n, const float* a, const float* x, float* y) {
-  const float one = 1;
-  const float zero = 0;
-  return cublasSgemv(blas, op, n, n, &one, a, n, x, 1, &zero, y, 1);
-}
-cublasStatus_t product(cublasHandle_t blas, cublasOperation_t op, int n, const double* a, const double* x, double* y) {
-  const double one = 1;
-  const double zero = 0;
-  return cublasDgemv(blas, op, n, n, &one, a, n, x, 1, &zero, y, 1);
+template <typename Real>
+Real* as(Array<double>& array) {
+  return reinterpret_cast<Real*>(array.data());
 }
 
 template <typename Real>
-__global__ void scale_right(const double* right, double unit, int size, Real* scaled) {
+__global__ void add_to_diagonal(int size, double mu, Real* matrix) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < size) {
-    scaled[i] = static_cast<Real>(right[i] / unit);
+    matrix[i * (size + std::size_t{1})] += static_cast<Real>(mu);
   }
 }
 
@@ -80,93 +56,185 @@ __global__ void invert_tiles(int size, const Real* factor, Real* inverse, int* i
       rest -= tile[i][k] * column[k];
     }
     column[i] = rest / tile[i][i];
-  }
-#pragma unroll
-  for (int i = 0; i < kTile; ++i) {
     if (i < count && own < count) {
       inverse[at + i + std::size_t{1} * (at + own) * size] = column[i];
     }
   }
 }
 
-}  // namespace
-
+/// scaled = remainder / unit, and y = 0 at first.
 template <typename Real>
-Real* NormalFactor<Real>::matrix(int size) {
-  const std::size_t entries = std::size_t{1} * size * size;
-  matrix_.resize(entries);
-  info_.resize(1);
-  if (size != size_) {
-    inverse_.resize(entries);
-    inverse_.set_zero();  // what is above the diagonal's tiles is never written
-    between_.resize(entries);
-    size_ = size;
+__global__ void begin_correction(int size, const double* remainder, double unit, bool first, Real* scaled, double* y) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < size) {
+    scaled[i] = static_cast<Real>(remainder[i] / unit);
+    y[i] = first ? 0.0 : y[i];
   }
-  return matrix_.data();
 }
 
 template <typename Real>
-bool NormalFactor<Real>::factorise() {
+__global__ void add_scaled(int size, const Real* scaled, double unit, double* y) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < size) {
+    y[i] += unit * static_cast<double>(scaled[i]);
+  }
+}
+
+/// remainder = right - mu y - product, and its norm: one block.
+__global__ void __launch_bounds__(kColumnThreads)
+    end_correction(int size, const double* right, double mu, const double* y, const double* product, double* remainder,
+                   double* norm) {
+  double sum = 0;
+  for (int i = static_cast<int>(threadIdx.x); i < size; i += kColumnThreads) {
+    const double rest = right[i] - mu * y[i] - product[i];
+    remainder[i] = rest;
+    sum += rest * rest;
+  }
+  sum = block_sum(sum);
+  if (threadIdx.x == 0) {
+    *norm = sqrt(sum);
+  }
+}
+
+}  // namespace
+
+void NormalFactor::resize(int rows, int columns, bool in_double) {
+  rows_ = rows;
+  columns_ = columns;
+  in_double_ = in_double;
+  const std::size_t entries = std::size_t{1} * rows * rows;
+  const std::size_t given = columns > 0 ? std::size_t{1} * rows * columns : entries;
+  exact_.resize(given);
+  if (columns > 0 && !in_double) {
+    rounded_.resize(given);
+  }
+  for (Array<double>* array : {&factor_, &inverse_, &between_}) {
+    array->resize(in_double ? entries : (entries + 1) / 2);
+  }
+}
+
+float* NormalFactor::rounded() {
+  if (in_double_) {
+    return nullptr;
+  }
+  return columns_ > 0 ? rounded_.data() : as<float>(factor_);
+}
+
+bool NormalFactor::factorise(double mu) {
+  mu_ = mu;
+  return in_double_ ? factorise(mu, exact()) : factorise(mu, rounded());
+}
+
+template <typename Real>
+bool NormalFactor::factorise(double mu, const Real* given) {
+  const char* what = "Cholesky factor";
+  auto* factor = as<Real>(factor_);
+  if (columns_ > 0) {
+    const Real one = 1, zero = 0;
+    check(rank_update(Real{})(context_.blas(), CUBLAS_FILL_MODE_LOWER, CUBLAS_OP_N, rows_, columns_, &one, given, rows_,
+                              &zero, factor, rows_),
+          what);
+  } else if (given != factor) {
+    check(cudaMemcpyAsync(factor, given, sizeof(Real) * rows_ * rows_, cudaMemcpyDeviceToDevice, context_.stream()),
+          what);
+  }
+  const unsigned blocks = blocks_for(static_cast<std::size_t>(rows_), kBlock);
+  add_to_diagonal<<<blocks, kBlock, 0, context_.stream()>>>(rows_, mu, factor);
+  context_.launched(what);
   int count = 0;
-  check(potrf_space(context_.solver(), size_, matrix_.data(), &count), "Cholesky factor");
+  check(potrf_space(Real{})(context_.solver(), CUBLAS_FILL_MODE_LOWER, rows_, factor, rows_, &count), what);
   work_.resize(static_cast<std::size_t>(count));
-  check(potrf(context_.solver(), size_, matrix_.data(), work_.data(), count, info_.data()), "Cholesky factor");
-  invert();
+  check(potrf(Real{})(context_.solver(), CUBLAS_FILL_MODE_LOWER, rows_, factor, rows_, as<Real>(work_), count,
+                      info_.data()),
+        what);
+  invert<Real>();
   int* info = static_cast<int*>(context_.staging(sizeof(int)));
   info_.download(info, 1);
-  if (*info < 0) {
-    throw GpuFailure("graphics card: Cholesky factor: argument " + std::to_string(-*info) + " is refused");
-  }
   return *info == 0;
 }
 
 /// L^-1 by tiles twice as large each time: that of [L1 0; L21 L2] is [W1 0; -W2 L21 W1, W2].
 template <typename Real>
-void NormalFactor<Real>::invert() {
-  const unsigned tiles = blocks_for(static_cast<std::size_t>(size_), kTile);
-  invert_tiles<<<tiles, kTile, 0, context_.stream()>>>(size_, matrix_.data(), inverse_.data(), info_.data());
-  context_.launched("inverse of a Cholesky factor");
-  const auto at = [&](int row, int column) { return row + std::size_t{1} * column * size_; };
+void NormalFactor::invert() {
+  const char* what = "inverse of a Cholesky factor";
+  const auto* factor = as<Real>(factor_);
+  auto* inverse = as<Real>(inverse_);
+  auto* between = as<Real>(between_);
+  inverse_.set_zero();
+  const unsigned tiles = blocks_for(static_cast<std::size_t>(rows_), kTile);
+  invert_tiles<<<tiles, kTile, 0, context_.stream()>>>(rows_, factor, inverse, info_.data());
+  context_.launched(what);
+  const auto at = [&](int row, int column) { return row + std::size_t{1} * column * rows_; };
   // L21 (height x width) of `pairs` pairs of tiles from `from` on.
   const auto join = [&](int from, int height, int width, int pairs) {
-    const long long next = 2LL * width * (size_ + 1LL);
-    const long long next_between = 1LL * width * width;
-    const Real one = 1;
-    check(products(context_.blas(), height, width, width, one, matrix_.data() + at(from + width, from), size_, next,
-                   inverse_.data() + at(from, from), size_, next, between_.data(), width, next_between, pairs),
-          "inverse of a Cholesky factor");
-    check(products(context_.blas(), height, width, height, -one, inverse_.data() + at(from + width, from + width),
-                   size_, next, between_.data(), width, next_between, inverse_.data() + at(from + width, from), size_,
-                   next, pairs),
-          "inverse of a Cholesky factor");
+    if (height <= 0 || pairs == 0) {
+      return;
+    }
+    const int second = from + width;
+    const long long next = 2LL * width * (rows_ + 1LL);
+    const long long area = 1LL * width * width;
+    const Real one = 1, minus_one = -1, zero = 0;
+    check(gemm_batch(Real{})(context_.blas(), CUBLAS_OP_N, CUBLAS_OP_N, height, width, width, &one,
+                             factor + at(second, from), rows_, next, inverse + at(from, from), rows_, next, &zero,
+                             between, width, area, pairs),
+          what);
+    check(gemm_batch(Real{})(context_.blas(), CUBLAS_OP_N, CUBLAS_OP_N, height, width, height, &minus_one,
+                             inverse + at(second, second), rows_, next, between, width, area, &zero,
+                             inverse + at(second, from), rows_, next, pairs),
+          what);
   };
-  for (int width = kTile; width < size_; width *= 2) {
-    const int pairs = size_ / (2 * width);
-    const int rest = size_ - 2 * width * pairs;
-    if (pairs > 0) {
-      join(0, width, width, pairs);
-    }
-    if (rest > width) {
-      join(2 * width * pairs, rest - width, width, 1);
-    }
+  for (int width = kTile; width < rows_; width *= 2) {
+    const int pairs = rows_ / (2 * width);
+    const int paired = 2 * width * pairs;
+    join(0, width, width, pairs);
+    join(paired, rows_ - paired - width, width, 1);
   }
 }
 
 template <typename Real>
-const Real* NormalFactor<Real>::solve(const double* right, double unit) {
-  const auto size = static_cast<std::size_t>(size_);
-  right_.resize(size);
-  half_.resize(size);
-  solution_.resize(size);
-  scale_right<<<blocks_for(size, kBlock), kBlock, 0, context_.stream()>>>(right, unit, size_, right_.data());
-  context_.launched("solution by a Cholesky factor");
-  const char* what = "solution by a Cholesky factor";
-  check(product(context_.blas(), CUBLAS_OP_N, size_, inverse_.data(), right_.data(), half_.data()), what);
-  check(product(context_.blas(), CUBLAS_OP_T, size_, inverse_.data(), half_.data(), solution_.data()), what);
-  return solution_.data();
+void NormalFactor::add_solution(double unit, bool first) {
+  const unsigned blocks = blocks_for(static_cast<std::size_t>(rows_), kBlock);
+  const auto* inverse = as<Real>(inverse_);
+  auto* scaled = as<Real>(scaled_);
+  auto* half = as<Real>(half_);
+  const double* remainder = first ? right_.data() : remainder_.data();
+  begin_correction<<<blocks, kBlock, 0, context_.stream()>>>(rows_, remainder, unit, first, scaled, y_.data());
+  context_.launched("correction");
+  multiply(context_, inverse, rows_, rows_, rows_, scaled, half);
+  multiply_adjoint(context_, inverse, rows_, rows_, rows_, half, scaled);
+  add_scaled<<<blocks, kBlock, 0, context_.stream()>>>(rows_, scaled, unit, y_.data());
+  context_.launched("correction");
 }
 
-template class NormalFactor<float>;
-template class NormalFactor<double>;
+double NormalFactor::correct(const double* right, double unit, double* found) {
+  const auto rows = static_cast<std::size_t>(rows_);
+  for (Array<double>* array : {&scaled_, &half_, &remainder_, &product_}) {
+    array->resize(rows);
+  }
+  y_.resize(rows + 1);
+  inner_.resize(static_cast<std::size_t>(columns_) + 1);
+  Array<double>& answer = columns_ > 0 ? inner_ : y_;
+  const std::size_t count = answer.size() - 1;
+  auto* host = static_cast<double*>(context_.staging(sizeof(double) * (std::max(rows, count) + 1)));
+  if (right != nullptr) {
+    std::memcpy(host, right, sizeof(double) * rows);
+    right_.upload(host, rows);
+  }
+  if (in_double_) {
+    add_solution<double>(unit, right != nullptr);
+  } else {
+    add_solution<float>(unit, right != nullptr);
+  }
+  if (columns_ > 0) {
+    multiply_adjoint(context_, exact(), rows_, rows_, columns_, y_.data(), inner_.data());
+  }
+  multiply(context_, exact(), rows_, rows_, static_cast<int>(count), answer.data(), product_.data());
+  end_correction<<<1, kColumnThreads, 0, context_.stream()>>>(rows_, right_.data(), mu_, y_.data(), product_.data(),
+                                                              remainder_.data(), answer.data() + count);
+  context_.launched("correction");
+  answer.download(host, count + 1);
+  std::memcpy(found, host, sizeof(double) * count);
+  return host[count];
+}
 
 }  // namespace touchfield::cuda

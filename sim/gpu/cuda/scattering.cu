@@ -489,29 +489,27 @@ std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int coun
                                                       const double* weights, bool scattered) {
   context_.use();
   make_field();
-  Array<cuComplex> columns(context_);
   PaperMatrices paper;
   paper.rows = spec_.faces;
   paper.targets = count;
   paper.channels = sources().size();
-  paper.faces = faces;
   paper.amplitudes = amplitudes;
   paper.weights = weights;
-  paper.g = g_.data();
+  paper.g = scattered ? right_sides() : g_.data();
+  Array<cuComplex> units(context_);
+  Array<cuComplex> columns(context_);
+  set_units(faces, count, units);
   if (scattered) {
-    columns.resize(std::size_t{1} * spec_.faces * count);
+    columns.resize(units.size());
     if (spec_.burton_miller) {
-      Array<cuComplex> units(context_);
-      set_units(faces, count, units);
       boundary().apply(false, units.data(), columns.data(), count, Arithmetic::kSingle);
     } else {
       Array<int> list(context_);
       list.upload(faces, static_cast<std::size_t>(count));
       boundary().fill_columns(list.data(), count, columns.data());
     }
-    paper.columns = columns.data();
-    paper.g = right_sides();
   }
+  paper.columns = scattered ? columns.data() : units.data();
   return make_gram_device(context_, paper_gram(context_, paper), count + paper.channels);
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 #include <limits>
 #include <stdexcept>
 
@@ -11,10 +10,10 @@
 #include "solvers/phase/annealed_start.h"
 #include "solvers/phase/baselines.h"
 #include "solvers/phase/certificate.h"
-#include "solvers/phase/damped_step.h"
 #include "solvers/phase/incident_problem.h"
 #include "solvers/phase/surface_search.h"
 #include "tests/support/fake_phase_device.h"
+#include "tests/support/phase_device_support.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield {
@@ -97,28 +96,8 @@ TEST(PhaseDevice, TakesBaselinesAndTheCertificateWithoutSilentChannels) {
 }
 
 TEST(PhaseDevice, AsksForDoubleWhereSinglePrecisionFails) {
-  // Two equal rows: J J^T is singular but for a damping that single precision does not see.
-  SkinProblem problem = random_problem(4, 0, 30, 0.3, 8);
-  problem.target.row(1) = problem.target.row(0);
-  problem.weights(1) = problem.weights(0);
-  const SkinProblem on_device = moved(problem);
-  std::vector<Eigen::VectorXd> steps;
-  for (const SkinProblem* of : std::initializer_list<const SkinProblem*>{&problem, &on_device}) {
-    SkinJacobian jacobian(*of);
-    SkinField field;
-    const Eigen::VectorXcd q = random_start(30, 4);
-    send(*of, q, field);
-    jacobian.set(field, q);
-    jacobian.set_radial({2, 7});
-    DampedStep step;
-    const double mu = 1e-10 * jacobian.largest_row();
-    ASSERT_TRUE(step.solve(jacobian, Eigen::VectorXd::Constant(32, mu), steps.emplace_back()));
-    EXPECT_EQ(step.double_count(), 1);
-    Eigen::VectorXd again;
-    ASSERT_TRUE(step.solve_again(jacobian, jacobian.residual(), again));
-    EXPECT_LT((again - steps.back()).norm(), 1e-6 * again.norm());
-  }
-  EXPECT_LT((steps[0] - steps[1]).norm(), 1e-4 * steps[0].norm());
+  FakePhaseDevice device;
+  const SkinProblem on_device = expect_step_in_double(device);
   EXPECT_EQ(device_of(on_device).in_double, 1);
 }
 
@@ -139,7 +118,7 @@ TEST(PhaseDevice, TakesTheStepsOfPaper) {
     const IncidentProblem problem = incident(30, 40, 10, 10);
     IncidentProblem on_device = problem;
     FakePhaseDevice device;
-    move_to(device, PhaseDevice::Storage::kDouble, on_device);
+    move_to(device, on_device);
     on_device.gram.resize(0, 0);
     LevenbergMarquardtOptions options;
     options.iterations = 5;
@@ -155,10 +134,10 @@ TEST(PhaseDevice, TakesTheStepsOfPaper) {
   IncidentProblem bad = incident(30, 8, 3, 11);
   FakePhaseDevice device;
   bad.gram(1, 1) = std::numeric_limits<double>::infinity();
-  move_to(device, PhaseDevice::Storage::kDouble, bad);
+  move_to(device, bad);
   EXPECT_THROW(solve_incident(bad, Eigen::VectorXd::Zero(8), {}), std::invalid_argument);
   bad.gram.resize(3, 2);
-  EXPECT_THROW(move_to(device, PhaseDevice::Storage::kDouble, bad), std::invalid_argument);
+  EXPECT_THROW(move_to(device, bad), std::invalid_argument);
 }
 
 }  // namespace phase_device_test
