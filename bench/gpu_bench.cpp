@@ -69,12 +69,20 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   const double set_up = seconds_of([&] { card = std::make_unique<BodyOnCard>(shared_gpu(0), system, solver, true); });
   const double cold = seconds_of([&] { first = card->pressure(array, q); });
   const double again = seconds_of([&] { card->pressure(array, q); });
-  // Frames: from the pressures before, of which but for few faces nothing comes back.
+  // What a scene needs of all channels: drives that span them, their pressures on some faces, the Gram matrix of the rest.
   std::vector<Eigen::Index> faces(100);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     faces[i] = static_cast<Eigen::Index>(i) * mesh.face_count() / static_cast<Eigen::Index>(faces.size());
   }
   const Eigen::VectorXd weights = mesh.areas();
+  double transfer = std::nan("");
+  Eigen::Index drives = 0;
+  for (int trial = 0; trial < 2 && c.columns > 8; ++trial) {
+    BodyOnCard fresh(shared_gpu(0), system, solver, true);
+    const double took = seconds_of([&] { drives = fresh.spanned(array, 1e-4, faces, &weights).drives.cols(); });
+    transfer = trial == 0 ? took : std::min(transfer, took);
+  }
+  // Frames: from the pressures before, of which but for few faces nothing comes back.
   const auto skeleton = [&](double bent) {
     HandJoints joints;
     joints.index.pip = bent * kDegree;
@@ -118,10 +126,10 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
     expected = bent.pressure(make_solver(bent, exact)->solve(bent.right_hand_side(field)).x, field)(faces, Eigen::all);
     frame_error = (last.target.leftCols(some.cols()) - expected).norm() / expected.norm();
   }
-  std::printf("%s,%ld,%ld,%d,\"%s\",%.4f,%.4f,%.4f,%d,%.1e,%.3f,%.1e,%.4f,%.4f,%d,%.1e,%.0f\n", c.scheme.c_str(),
-              static_cast<long>(mesh.face_count()), static_cast<long>(array.size()), c.columns,
+  std::printf("%s,%ld,%ld,%d,\"%s\",%.4f,%.4f,%.4f,%d,%.1e,%.3f,%.1e,%.4f,%.4f,%d,%.1e,%.4f,%ld,%.0f\n",
+              c.scheme.c_str(), static_cast<long>(mesh.face_count()), static_cast<long>(array.size()), c.columns,
               to_string(card->kind()).c_str(), set_up, cold, again, first.report.steps, first.report.residual,
-              processor, error, frame, slowest, last.report.steps, frame_error,
+              processor, error, frame, slowest, last.report.steps, frame_error, transfer, static_cast<long>(drives),
               static_cast<double>(card->gpu().most_taken()) / 1048576.0);
   std::fflush(stdout);
 }
@@ -151,7 +159,7 @@ int run(int count, char** values) {
       build_info().revision.c_str());
   std::printf(
       "scheme,faces,channels,right_hand_sides,solver,set_up_s,first_s,again_s,steps,residual,processor_s,error,"
-      "frame_s,slowest_frame_s,frame_steps,frame_error,card_mb\n");
+      "frame_s,slowest_frame_s,frame_steps,frame_error,transfer_s,transfer_drives,card_mb\n");
   for (const Case& c : cases) {
     measure(c, most);
   }

@@ -20,6 +20,7 @@
 #include "sim/batch/sweep_case.h"
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
+#include "sim/gpu/gpu_library.h"
 #include "sim/pictures/sweep_picture.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/named_files.h"
@@ -237,6 +238,18 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   options.worker = {"/proc/self/exe", kWorkerName};
   options.threads = threads;
   options.command_line = invoked.command_line;
+  const auto device_of = [](const Scene& scene) { return scene.solve.solver.device; };
+  const bool on_first_card = std::ranges::all_of(scenes, [&](const Scene& scene) {
+    return device_of(scene).kind == ComputeDevice::Kind::kCuda && device_of(scene).card == 0;
+  });
+  const bool leaves_open = std::ranges::all_of(
+      scenes, [&](const Scene& scene) { return device_of(scene).kind == ComputeDevice::Kind::kAuto; });
+  if (on_first_card || leaves_open) {
+    options.cards = separate_cards();
+  }
+  if (on_first_card && options.jobs == 0) {  // several processes on one card wait for one another
+    options.jobs = std::max(1, static_cast<int>(options.cards.size()));
+  }
   SweepRunner runner(plan, scenes, identity, directory, options);
   for (const auto& [number, damage] : runner.damaged()) {
     Reporter::warn(fmt::format("case {} is damaged and computed anew: {}", number, damage));

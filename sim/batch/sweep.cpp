@@ -143,7 +143,10 @@ bool SweepRunner::dispatch(Worker& worker) {
   job.command_line = options_.command_line;
   job.threads = std::max(1, options_.threads / jobs_);
   if (!worker.process) {
-    worker.process = std::make_unique<WorkerProcess>(options_.worker, directory_.file("sweep.log"));
+    const auto number = static_cast<std::size_t>(&worker - workers_.data());
+    const std::string card =
+        options_.cards.empty() ? "" : "CUDA_VISIBLE_DEVICES=" + options_.cards[number % options_.cards.size()];
+    worker.process = std::make_unique<WorkerProcess>(options_.worker, directory_.file("sweep.log"), card);
   }
   group->left.pop_front();
   worker.group = group;

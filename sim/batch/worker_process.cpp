@@ -6,6 +6,7 @@
 #include <csignal>
 #include <fcntl.h>
 #include <iterator>
+#include <string_view>
 #include <sys/socket.h>
 #include <system_error>
 #include <unistd.h>
@@ -23,7 +24,7 @@ namespace {
 }
 
 /// In the child, between fork and exec: only calls that are safe there.
-[[noreturn]] void become(char* const* arguments, int socket, int log, pid_t parent) {
+[[noreturn]] void become(char* const* arguments, char* const* environment, int socket, int log, pid_t parent) {
   setpgid(0, 0);
   die_with(parent);
   sigset_t none;
@@ -32,13 +33,13 @@ namespace {
   dup2(socket, STDIN_FILENO);
   dup2(socket, STDOUT_FILENO);
   dup2(log, STDERR_FILENO);
-  execv(arguments[0], arguments);
+  execve(arguments[0], arguments, environment);
   _exit(127);
 }
 
 }  // namespace
 
-WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::string& log) {
+WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::string& log, std::string variable) {
   SocketPair ends;
   const Descriptor errors(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
   if (errors.number() < 0) {
@@ -47,13 +48,24 @@ WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::stri
   std::vector<char*> pointers;
   std::ranges::transform(arguments, std::back_inserter(pointers), [](std::string& word) { return word.data(); });
   pointers.push_back(nullptr);
+  const std::string_view name(variable.data(), std::min(variable.find('=') + 1, variable.size()));
+  std::vector<char*> environment;
+  for (char** own = environ; *own != nullptr; ++own) {
+    if (name.empty() || !std::string_view(*own).starts_with(name)) {
+      environment.push_back(*own);
+    }
+  }
+  if (!name.empty()) {
+    environment.push_back(variable.data());
+  }
+  environment.push_back(nullptr);
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ < 0) {
     fail("fork");
   }
   if (pid_ == 0) {
-    become(pointers.data(), ends.others.number(), errors.number(), parent);
+    become(pointers.data(), environment.data(), ends.others.number(), errors.number(), parent);
   }
   socket_ = std::move(ends.own);
 }

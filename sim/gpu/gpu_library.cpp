@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <mutex>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -71,6 +72,25 @@ const Loaded& loaded() {
 }  // namespace
 
 const GpuLibrary& gpu_library() { return loaded().said; }
+
+std::vector<std::string> separate_cards() {
+  const int cards = gpu_library().cards;
+  std::vector<std::string> names;
+  if (cards < 2) {
+    return names;
+  }
+  if (const char* visible = std::getenv("CUDA_VISIBLE_DEVICES")) {
+    std::istringstream list(visible);
+    for (std::string name; std::getline(list, name, ',') && std::ssize(names) < cards;) {
+      names.push_back(name);
+    }
+    return names;
+  }
+  for (int card = 0; card < cards; ++card) {
+    names.push_back(std::to_string(card));
+  }
+  return names;
+}
 
 void require_card(const ComputeDevice& choice) {
   const GpuLibrary& library = gpu_library();

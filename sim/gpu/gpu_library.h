@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "sim/gpu/compute_device.h"
 #include "sim/gpu/gpu.h"
@@ -15,6 +16,9 @@ struct GpuLibrary {
   std::string why_none;  // where there is no card: one line that says what is missing
 };
 const GpuLibrary& gpu_library();
+
+/// The cards as CUDA_VISIBLE_DEVICES names them, for processes that are to have one each; empty where there is one at most.
+std::vector<std::string> separate_cards();
 
 /// throws   NotBuiltError where there is no such card
 void require_card(const ComputeDevice& choice);

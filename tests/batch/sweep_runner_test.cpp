@@ -1,5 +1,6 @@
 #include <atomic>
 #include <csignal>
+#include <cstdlib>
 #include <iostream>
 #include <poll.h>
 #include <thread>
@@ -48,7 +49,10 @@ int pretend_to_compute() {
     SweepRecord record;
     record.number = job.number;
     record.inputs = job.inputs;
-    record.status = act == "no room" ? kNoRoom : "ok";
+    record.status = act == "no room" ? kNoRoom : act == "says its card" ? "failed" : "ok";
+    if (act == "says its card") {
+      record.reason = std::getenv("CUDA_VISIBLE_DEVICES");
+    }
     record.seconds = 0.01;
     write_bytes(job.scratch + "/run.h5", "result of " + act);
     std::cout << "{\"expected_seconds\": 0.5}\n" << to_json(record, -1) << std::flush;
@@ -111,6 +115,34 @@ SweepOptions options_for(int jobs, double case_seconds = 0.0, const std::vector<
   options.threads = options.jobs = jobs;
   options.case_seconds = case_seconds;
   return options;
+}
+
+TEST(WorkerProcess, GetsAVariable) {
+  const TemporaryDirectory folder;
+  setenv("TOUCHFIELD_OF_A_TEST", "mine", 1);
+  const auto told = [&](const std::string& variable) {
+    WorkerProcess process({"/usr/bin/printenv", "TOUCHFIELD_OF_A_TEST"}, folder.file("log"), variable);
+    pollfd waiting{process.socket(), POLLIN, 0};
+    EXPECT_EQ(poll(&waiting, 1, 60'000), 1);
+    return process.receive().line.value_or("nothing");
+  };
+  EXPECT_EQ(told("TOUCHFIELD_OF_A_TEST=its own"), "its own");
+  EXPECT_EQ(told(""), "mine");
+  EXPECT_EQ(told("TOUCHFIELD_OF_A_TES=another"), "mine");
+  unsetenv("TOUCHFIELD_OF_A_TEST");
+  EXPECT_EQ(told("TOUCHFIELD_OF_A_TEST=its own"), "its own");
+}
+
+TEST(SweepRunner, WorkersTakeCardsInTurn) {
+  Sweep sweep({"says its card", "says its card", "says its card", "says its card"});
+  SweepOptions options = options_for(2);
+  options.cards = {"3", "GPU-5"};
+  std::map<std::string, int> cases;
+  for (const auto& [number, card] : sweep.run(options)) {
+    ++cases[card];
+  }
+  EXPECT_EQ(cases.size(), 2U);
+  EXPECT_EQ(cases["3"] + cases["GPU-5"], 4);
 }
 
 TEST(WorkerProcess, AnswersALineALine) {
