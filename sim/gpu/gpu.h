@@ -135,14 +135,10 @@ class GpuBody {
                                        const GpuProgress& progress) = 0;
 };
 
-/// A card, opened: its stream, its libraries' handles and the memory that may be taken.
-class Gpu {
+/// A card, opened: its stream, its libraries' handles and the memory that may be taken. What it makes for the phase methods
+/// must not outlive it either.
+class Gpu : public PhaseDevice {
  public:
-  Gpu() = default;
-  Gpu(const Gpu&) = delete;
-  Gpu& operator=(const Gpu&) = delete;
-  virtual ~Gpu() = default;
-
   virtual const GpuInfo& info() const = 0;
   /// Memory that this program has taken now, and the most it has taken [bytes].
   virtual std::size_t taken() const = 0;
@@ -153,9 +149,6 @@ class Gpu {
   virtual std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) = 0;
   /// Eigenvalues, ascending, and eigenvectors of a Hermitian matrix, size x size.
   virtual void hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) = 0;
-  /// For the phase methods (move_to of skin_problem.h and incident_problem.h). What it makes must not outlive the card
-  /// either.
-  virtual std::unique_ptr<PhaseDevice> phase_device() = 0;
 };
 
 struct GpuLimits {

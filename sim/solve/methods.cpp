@@ -135,12 +135,6 @@ void MethodSolver::aim(Target target) {
   central_row_.resize(0);
 }
 
-void MethodSolver::use_card() {
-  if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !phase_device_ && !leave_card_) {
-    phase_device_ = gpu->phase_device();
-  }
-}
-
 PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                                   const Eigen::VectorXd* before) {
   PhaseSolution solution;
@@ -149,7 +143,6 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
   } catch (const GpuMemoryFailure& failure) {
     progress.warn(fmt::format("method {}: {}; the processor goes on", method.name, failure.what()));
     leave_card_ = true;
-    phase_device_.reset();
     if (transfer_) {
       transfer_->reduction.problem.device.reset();
     }
@@ -267,9 +260,8 @@ const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double
                            : make_transfer(scattering_, *target_, quiet_weight);
     }
     progress.note(describe_transfer(*transfer_, channels_));
-    use_card();
-    if (phase_device_) {
-      move_to(*phase_device_, transfer_->reduction.problem);
+    if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !leave_card_) {
+      move_to(*gpu, transfer_->reduction.problem);
     }
   }
   transfer_->reduction.problem.amplitudes = amplitudes;

@@ -59,8 +59,6 @@ class MethodSolver {
                     Progress& progress);
 
  private:
-  /// With the phase methods' products and factors on the card, where the body is there.
-  void use_card();
   PhaseSolution found(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                       const Eigen::VectorXd* before);
   PhaseSolution solve_incident_method(const MethodSpec& method, const Eigen::VectorXd& amplitudes,
@@ -78,9 +76,8 @@ class MethodSolver {
   Eigen::Index channels_;
   std::optional<Target> target_;
   SolveSpec spec_;
-  Eigen::MatrixXcd drives_;                    // given to span(), or empty
-  bool leave_card_ = false;                    // for want of memory there
-  std::unique_ptr<PhaseDevice> phase_device_;  // null: the processor does it
+  Eigen::MatrixXcd drives_;  // given to span(), or empty
+  bool leave_card_ = false;  // for want of memory there
   // Empty until needed:
   std::optional<SpannedPressure> spanned_;  // of drives_
   std::optional<Transfer> transfer_;

@@ -184,16 +184,6 @@ double largest_diagonal(const IncidentProblem& problem) {
 
 }  // namespace
 
-void move_to(PhaseDevice& device, IncidentProblem& problem) {
-  if (problem.gram.rows() != problem.gram.cols()) {
-    throw std::invalid_argument("move_to: the gram matrix is not square");
-  }
-  problem.device.reset();
-  if (problem.gram.size() > 0) {
-    problem.device = device.gram(problem.gram.data(), static_cast<int>(problem.gram.rows()));
-  }
-}
-
 void multiply_by_gram(const IncidentProblem& problem, const Eigen::VectorXcd& z, Eigen::VectorXcd& product) {
   product.resize(z.size());
   if (problem.device) {

@@ -24,11 +24,6 @@ struct IncidentProblem {
   Eigen::Index channel_count() const { return size() - target_count; }
 };
 
-/// Brings Q to a device, which the problem then uses; to be done again where it changes.
-///
-/// throws   std::invalid_argument if gram is not square
-void move_to(PhaseDevice& device, IncidentProblem& problem);
-
 /// product = Q z, both K + N.
 void multiply_by_gram(const IncidentProblem& problem, const Eigen::VectorXcd& z, Eigen::VectorXcd& product);
 

@@ -104,7 +104,6 @@ class PhaseDevice {
 
   virtual std::unique_ptr<SkinDevice> skin(const std::complex<double>* target, int faces,
                                            const std::complex<double>* quiet, int rank, int channels) = 0;
-  virtual std::unique_ptr<GramDevice> gram(const std::complex<double>* q, int size) = 0;
 };
 
 }  // namespace touchfield

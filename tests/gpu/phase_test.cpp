@@ -29,12 +29,17 @@ double relative(const auto& value, const auto& expected) {
 
 class Phase : public CardTest {
  protected:
+  std::unique_ptr<GramDevice> on_card(const Eigen::MatrixXcd& q) {
+    cuda::Array<cuDoubleComplex> there(context());
+    there.upload(reinterpret_cast<const cuDoubleComplex*>(q.data()), static_cast<std::size_t>(q.size()));
+    return cuda::make_gram_device(context(), std::move(there), static_cast<int>(q.rows()));
+  }
   SkinProblem moved(SkinProblem problem) {
-    move_to(*gpu().phase_device(), problem);
+    move_to(gpu(), problem);
     return problem;
   }
   IncidentProblem moved(IncidentProblem problem) {
-    move_to(*gpu().phase_device(), problem);
+    problem.device = on_card(problem.gram);
     problem.gram.resize(0, 0);
     return problem;
   }
@@ -53,8 +58,7 @@ class SkinCalls : public Phase, public ::testing::WithParamInterface<std::tuple<
       return;
     }
     FakePhaseDevice fake;
-    const auto card = gpu().phase_device();
-    for (PhaseDevice* device : {static_cast<PhaseDevice*>(&fake), card.get()}) {
+    for (PhaseDevice* device : {static_cast<PhaseDevice*>(&fake), static_cast<PhaseDevice*>(&gpu())}) {
       move_to(*device, problem_);
       devices_.push_back(problem_.device);
     }
@@ -158,26 +162,6 @@ INSTANTIATE_TEST_SUITE_P(Sizes, SkinCalls,
                          ::testing::Combine(::testing::Values(1, 20, 170), ::testing::Values(0, 30, 300),
                                             ::testing::Values(5, 64, 640)));
 
-TEST_F(Phase, MatricesThatAreOnTheCardAreTaken) {
-  const SkinProblem problem = random_problem(7, 4, 33, 0.3, 20);
-  const auto there = [&](const Eigen::MatrixXcd& matrix) {
-    cuda::Array<cuDoubleComplex> array(context());
-    array.upload(reinterpret_cast<const cuDoubleComplex*>(matrix.data()), static_cast<std::size_t>(matrix.size()));
-    return array;
-  };
-  const auto target = there(problem.target);
-  const auto quiet = there(problem.quiet);
-  const Eigen::VectorXcd q = random_drives(33, 21);
-  Eigen::MatrixXcd all(11, 33);
-  all << problem.target, problem.quiet;
-  for (const int rank : {4, 0}) {
-    Eigen::VectorXcd sent(7 + rank);
-    cuda::make_skin_device(context(), target.data(), 7, rank > 0 ? quiet.data() : nullptr, rank, 33)
-        ->send(q.data(), 7 + rank, sent.data());
-    EXPECT_LT(relative(sent, Eigen::VectorXcd(all.topRows(7 + rank) * q)), 1e-13);
-  }
-}
-
 // ---- The methods
 
 void expect_same(const PhaseSolution& found, const PhaseSolution& expected) {
@@ -224,7 +208,7 @@ TEST_F(Phase, TheSearchEndsAsLow) {
   EXPECT_NEAR(found, expected, 0.05 * expected);  // annealing in single precision may end in another trap as good
 }
 
-TEST_F(Phase, StepsThatSinglePrecisionCannotDoAreInDouble) { expect_step_in_double(*gpu().phase_device()); }
+TEST_F(Phase, StepsThatSinglePrecisionCannotDoAreInDouble) { expect_step_in_double(gpu()); }
 
 TEST_F(Phase, ValuesThatAreNotFiniteAreRefusedAndNeverLoopForEver) {
   SkinProblem problem = random_problem(4, 2, 6, 0.3, 37);
@@ -280,7 +264,7 @@ TEST_F(Phase, MatricesThatAreNotPositiveDefiniteAreSaidToBe) {
   for (const int size : {3, 64, 65, 200}) {
     Eigen::MatrixXcd q = Eigen::MatrixXcd::Identity(size, size);
     q(size - 1, size - 1) = -1.0;
-    const auto device = gpu().phase_device()->gram(q.data(), size);
+    const auto device = on_card(q);
     const Eigen::VectorXcd z = Eigen::VectorXcd::Ones(size);
     for (const bool in_double : {false, true}) {
       EXPECT_FALSE(device->factorise(z.data(), 0.5, in_double)) << size;
@@ -348,7 +332,7 @@ TEST_F(Phase, AFailureOfTheCardIsThrown) {
     const auto broken = open_gpu(0, limits);
     const auto solve = [&] {
       SkinProblem problem = random_problem(5, 4, 20, 0.3, 53);
-      move_to(*broken->phase_device(), problem);
+      move_to(*broken, problem);
       solve_surface(problem, random_start(20, 54), {});
     };
     EXPECT_THROW(solve(), GpuFailure) << calls;

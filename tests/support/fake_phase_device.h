@@ -161,9 +161,6 @@ class FakePhaseDevice final : public PhaseDevice {
                                    int rank, int channels) override {
     return std::make_unique<FakeSkinDevice>(target, faces, quiet, rank, channels);
   }
-  std::unique_ptr<GramDevice> gram(const std::complex<double>* q, int size) override {
-    return std::make_unique<FakeGramDevice>(q, size);
-  }
 };
 
 }  // namespace touchfield

@@ -32,7 +32,8 @@ class Context final : public Gpu {
   std::size_t allowed() const override { return allowed_; }
   std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) override;
   void hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) override;
-  std::unique_ptr<PhaseDevice> phase_device() override;
+  std::unique_ptr<SkinDevice> skin(const GpuComplex* target, int faces, const GpuComplex* quiet, int rank,
+                                   int channels) override;
 
   /// Makes the card the thread's: at the head of whatever is called from outside.
   void use() const;

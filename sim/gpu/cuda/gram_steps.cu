@@ -83,27 +83,6 @@ class CardGram final : public GramDevice {
   NormalFactor factor_{context_};
 };
 
-class CardPhase final : public PhaseDevice {
- public:
-  explicit CardPhase(Context& context) : context_(context) {}
-
-  std::unique_ptr<SkinDevice> skin(const Complex* target, int faces, const Complex* quiet, int rank,
-                                   int channels) override {
-    return make_skin_device(context_, reinterpret_cast<const double2*>(target), faces,
-                            reinterpret_cast<const double2*>(quiet), rank, channels);
-  }
-
-  std::unique_ptr<GramDevice> gram(const Complex* q, int size) override {
-    context_.use();
-    Array<double2> there(context_);
-    there.upload(reinterpret_cast<const double2*>(q), std::size_t{1} * size * size);
-    return make_gram_device(context_, std::move(there), size);
-  }
-
- private:
-  Context& context_;
-};
-
 }  // namespace
 
 std::unique_ptr<GramDevice> make_gram_device(Context& context, Array<cuDoubleComplex> q, int size) {
@@ -141,7 +120,5 @@ Array<cuDoubleComplex> paper_gram(Context& context, const PaperMatrices& matrice
   convert(context, q.data(), wide.data(), q.size());
   return wide;
 }
-
-std::unique_ptr<PhaseDevice> Context::phase_device() { return std::make_unique<CardPhase>(*this); }
 
 }  // namespace touchfield::cuda

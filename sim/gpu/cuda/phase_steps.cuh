@@ -7,14 +7,6 @@
 
 namespace touchfield::cuda {
 
-/// H_T (faces x channels) and R (rank x channels), column by column without gaps, of the host or of the card, which are
-/// copied.
-///
-/// memory   (faces + rank) x channels numbers of 16 bytes, 8 more where annealed starts are asked for, 12 for each entry of
-///          J and 12 for each of its normal matrix; twice that of the latter where steps in double are needed
-std::unique_ptr<SkinDevice> make_skin_device(Context& context, const cuDoubleComplex* target, int faces,
-                                             const cuDoubleComplex* quiet, int rank, int channels);
-
 /// Q (size x size, Hermitian).
 std::unique_ptr<GramDevice> make_gram_device(Context& context, Array<cuDoubleComplex> q, int size);
 

@@ -137,7 +137,7 @@ class CardSkin final : public SkinDevice {
   }
 
  private:
-  /// Rows from `first` on, of the host or of the card.
+  /// Rows from `first` on.
   void stack(const double2* from, int rows, int first) {
     if (rows > 0) {
       check(cudaMemcpy2DAsync(matrix_.data() + first, sizeof(double2) * rows_, from, sizeof(double2) * rows,
@@ -199,10 +199,11 @@ class CardSkin final : public SkinDevice {
 
 }  // namespace
 
-std::unique_ptr<SkinDevice> make_skin_device(Context& context, const cuDoubleComplex* target, int faces,
-                                             const cuDoubleComplex* quiet, int rank, int channels) {
-  context.use();
-  return std::make_unique<CardSkin>(context, target, faces, quiet, rank, channels);
+std::unique_ptr<SkinDevice> Context::skin(const Complex* target, int faces, const Complex* quiet, int rank,
+                                          int channels) {
+  use();
+  return std::make_unique<CardSkin>(*this, reinterpret_cast<const double2*>(target), faces,
+                                    reinterpret_cast<const double2*>(quiet), rank, channels);
 }
 
 }  // namespace touchfield::cuda
