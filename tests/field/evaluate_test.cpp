@@ -1,5 +1,8 @@
 #include "sim/field/evaluate.h"
 
+#include <algorithm>
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "sim/body/shapes.h"
@@ -18,23 +21,22 @@ TransducerArray array_below() {
 TEST(Evaluate, FarAndNearFacesAreTheWholeField) {
   const TransducerArray array = array_below();
   const Eigen::MatrixXcd drive = support::many_drives(array.size(), 3);
-  for (const double absorption : {0.0, 3.0}) {
+  for (const auto& [mesh, absorption] :
+       {std::pair(icosphere(8e-3, 6), 0.0), std::pair(box(Vector3(0.018, 0.012, 0.006), 1.5e-3).mesh, 3.0)}) {
     Medium medium = air(kRoomTemperature);
     medium.absorption = absorption;
     const Wave wave(medium, 40e3);
-    for (const TriangleMesh& mesh : {icosphere(8e-3, 6), box(Vector3(0.018, 0.012, 0.006), 1.5e-3).mesh}) {
-      const Eigen::MatrixXcd surface = support::skin_pressures(mesh, array, wave, drive);
-      const Points points = support::points_about(mesh, 7);
-      const FieldValues expected = evaluate_field(mesh, array, wave, points, surface, drive);
-      const FarField far = support::reference_far_field(mesh, array, wave, points, surface, drive);
-      const auto some_near = std::ranges::count_if(far.near, [](int near) { return near > 0; });
-      EXPECT_GT(some_near, 0);
-      EXPECT_LT(some_near, points.cols());
-      const FieldValues found = with_near_faces(mesh, wave, points, surface, far.pressure, far.winding, far.near);
-      EXPECT_EQ(found.inside, expected.inside);
-      EXPECT_LT((found.pressure - expected.pressure).cwiseAbs().maxCoeff(),
-                1e-11 * expected.pressure.cwiseAbs().maxCoeff());
-    }
+    const Eigen::MatrixXcd surface = support::skin_pressures(mesh, array, wave, drive);
+    const Points points = support::points_about(mesh, 7);
+    const FieldValues expected = evaluate_field(mesh, array, wave, points, surface, drive);
+    const FarField far = support::reference_far_field(mesh, array, wave, points, surface, drive);
+    const auto some_near = std::ranges::count_if(far.near, [](int near) { return near > 0; });
+    EXPECT_GT(some_near, 0);
+    EXPECT_LT(some_near, points.cols());
+    const FieldValues found = with_near_faces(mesh, wave, points, surface, far.pressure, far.winding, far.near);
+    EXPECT_EQ(found.inside, expected.inside);
+    EXPECT_LT((found.pressure - expected.pressure).cwiseAbs().maxCoeff(),
+              1e-11 * expected.pressure.cwiseAbs().maxCoeff());
   }
 }
 

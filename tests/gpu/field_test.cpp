@@ -1,3 +1,5 @@
+#include <tuple>
+
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
@@ -74,7 +76,7 @@ TEST_F(GpuFieldTest, LeavesOutTheSameFaces) {
 
 TEST_F(GpuFieldTest, GoesInPartsWhereMemoryIsShort) {
   const FarField whole = small().by(gpu());
-  const FarField parts = with_memory(std::size_t{8} << 20U);  // some 350 points of 2,169
+  const FarField parts = with_memory(std::size_t{8} << 20U);  // some 350 points of 1,209
   EXPECT_EQ(parts.near, whole.near);
   EXPECT_EQ(parts.winding, whole.winding);
   EXPECT_LT(largest_difference(parts.pressure, whole.pressure), 1e-12);

@@ -33,20 +33,21 @@ inline FarField reference_far_field(const TriangleMesh& mesh, const TransducerAr
   return far;
 }
 
-/// Points in and around a body, and just off its faces on both sides.
+/// Points in and around a body, and just off every third face on both sides.
 inline Points points_about(const TriangleMesh& mesh, int side) {
   const Vector3 low = mesh.vertices().rowwise().minCoeff();
   const Vector3 size = mesh.vertices().rowwise().maxCoeff() - low;
+  const auto thirds = Eigen::seq(0, Eigen::last, 3);
+  const Points centroids = mesh.centroids()(Eigen::all, thirds);
+  const Points off = 0.1 * mesh.mean_edge() * mesh.normals()(Eigen::all, thirds);
   const Eigen::Index cells = Eigen::Index{1} * side * side * side;
-  Points points(3, cells + 2 * mesh.face_count());
+  Points points(3, cells + 2 * centroids.cols());
   for (Eigen::Index i = 0; i < cells; ++i) {
     const Vector3 cell(static_cast<double>(i % side), static_cast<double>(i / side % side),
                        static_cast<double>(i / side / side));
     points.col(i) = low + (2.0 * cell / side - Vector3::Constant(0.49)).cwiseProduct(size);
   }
-  const double off = 0.1 * mesh.mean_edge();
-  points.rightCols(2 * mesh.face_count()) << mesh.centroids() + off * mesh.normals(),
-      mesh.centroids() - off * mesh.normals();
+  points.rightCols(2 * centroids.cols()) << centroids + off, centroids - off;
   return points;
 }
 
