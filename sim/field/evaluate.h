@@ -7,6 +7,10 @@
 
 namespace touchfield {
 
+/// Distance, in square roots of the area, from which one point stands for a face, as in the scheme itself: the static
+/// kernel's integral is then within about 1 %.
+inline constexpr double kFarDistance = 5.0;
+
 /// The field off the skin.
 struct FieldValues {
   Eigen::MatrixXcd pressure;          // J x S [Pa]
@@ -31,5 +35,14 @@ FieldValues boundary_integral(const TriangleMesh& mesh, const TransducerArray& a
 /// The same with 0 at the points inside the body.
 FieldValues evaluate_field(const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
                            const Points& points, const Eigen::MatrixXcd& surface, const Eigen::MatrixXcd& drive);
+
+/// The same of what is known but for the faces nearer to a point than kFarDistance, whose integrals are added.
+///
+/// far       J x S [Pa]: the incident field and the other faces
+/// winding   J: the other faces' solid angle over 4 pi, negative where they are seen from behind
+/// near      J: how many faces are so near
+FieldValues with_near_faces(const TriangleMesh& mesh, const Wave& wave, const Points& points,
+                            const Eigen::MatrixXcd& surface, Eigen::MatrixXcd far, const Eigen::VectorXd& winding,
+                            const std::vector<int>& near);
 
 }  // namespace touchfield

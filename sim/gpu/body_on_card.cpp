@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/gpu/card_input.h"
 
 namespace touchfield {
 
@@ -50,16 +51,8 @@ BodyOnCard::BodyOnCard(std::shared_ptr<Gpu> gpu, const ScatteringSystem& system,
   if (scheme.interior_points) {
     throw std::invalid_argument("BodyOnCard: a scheme with interior points");
   }
-  const TriangleMesh& mesh = system.mesh();
   const FaceRule& rule = system.options().rule;
-  const Eigen::Matrix3Xi triangles = mesh.triangles().cast<int>();
-  GpuBodySpec spec;
-  spec.vertices = mesh.vertices().data();
-  spec.vertex_count = static_cast<int>(mesh.vertex_count());
-  spec.triangles = triangles.data();
-  spec.faces = static_cast<int>(mesh.face_count());
-  spec.k = system.wave().k();
-  spec.alpha = system.wave().wavenumber().imag();
+  GpuBodySpec spec = card_surface(system.mesh(), system.wave());
   spec.coupling = system.options().coupling;
   spec.burton_miller = scheme.burton_miller;
   spec.corrected = scheme.corrected;
@@ -76,18 +69,7 @@ std::size_t BodyOnCard::near_pairs() const {
 
 void BodyOnCard::aim(const TransducerArray& array) {
   const Eigen::VectorXcd response = factors(array.response);
-  GpuSources sources;
-  sources.plane_wave = array.kind == TransducerArray::Kind::kPlaneWave;
-  sources.count = static_cast<int>(array.size());
-  sources.positions = array.positions.data();
-  sources.axes = array.axes.data();
-  sources.amplitudes = array.amplitudes.data();
-  sources.response = array.response.as_designed() ? nullptr : response.data();
-  sources.spline = array.directivity.spline();
-  sources.intervals = Directivity::kIntervals;
-  sources.interval = Directivity::kInterval;
-  sources.piston_ka = array.directivity.ka();
-  guarded([&] { body_->set_sources(sources); });
+  guarded([&] { body_->set_sources(card_sources(array, response)); });
 }
 
 SolveReport BodyOnCard::reported(const GpuSolveReport& report) {

@@ -135,6 +135,19 @@ class GpuBody {
                                        const GpuProgress& progress) = 0;
 };
 
+/// Points off the skin and where their field goes.
+struct GpuField {
+  const double* points = nullptr;       // 3 x J [m], none on a transducer
+  int count = 0;                        // J
+  const GpuComplex* surface = nullptr;  // M x S [Pa]: pressures on the faces
+  const GpuComplex* drives = nullptr;   // N x S
+  int columns = 0;                      // S > 0
+  double far_distance = 0;              // in square roots of a face's area: faces nearer to a point are left out there
+  GpuComplex* pressure = nullptr;       // J x S [Pa]: incident, and the double layer of the faces, one point each
+  double* winding = nullptr;            // J: of the same faces, -1 where they are all of a body around the point
+  int* near = nullptr;                  // J: how many are left out
+};
+
 /// A card, opened: its stream, its libraries' handles and the memory that may be taken. What it makes for the phase methods
 /// must not outlive it either.
 class Gpu : public PhaseDevice {
@@ -147,6 +160,12 @@ class Gpu : public PhaseDevice {
   virtual std::size_t allowed() const = 0;
 
   virtual std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) = 0;
+  /// The field at points by the sums over a surface's faces, of `body` the mesh and the wavenumber; points in as many parts
+  /// as there is room for.
+  ///
+  /// accuracy   3e-7 of each face's part, which add up like errors at random; which faces are near as the processor has it,
+  ///            to the last one
+  virtual void field(const GpuBodySpec& body, const GpuSources& sources, const GpuField& field) = 0;
   /// Eigenvalues, ascending, and eigenvectors of a Hermitian matrix, size x size.
   virtual void hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) = 0;
 };

@@ -1,15 +1,19 @@
 #include "sim/solve/run_field.h"
 
 #include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/core/phase_step.h"
+#include "sim/gpu/field_on_card.h"
 
 namespace touchfield {
 
 namespace {
+
+constexpr double kLeastPairsOnCard = 1e7;  // of points and faces: fewer take the processor milliseconds
 
 /// A column a method.
 template <class Column>
@@ -26,6 +30,16 @@ const Eigen::VectorXcd& judged_pressure(const MethodResult& method, const Triang
     throw InputError(fmt::format("method {}: the judge has no pressure of it, which its field needs", method.name));
   }
   return method.judge_pressure;
+}
+
+FieldValues field_by(Gpu* gpu, const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave,
+                     const Points& points, const Eigen::MatrixXcd& surface, const Eigen::MatrixXcd& drive) {
+  const double pairs = static_cast<double>(points.cols()) * static_cast<double>(mesh.face_count());
+  if (gpu == nullptr || pairs < kLeastPairsOnCard) {
+    return evaluate_field(mesh, array, wave, points, surface, drive);
+  }
+  FarField far = far_field_on_card(*gpu, kFarDistance, mesh, array, wave, points, surface, drive);
+  return with_near_faces(mesh, wave, points, surface, std::move(far.pressure), far.winding, far.near);
 }
 
 }  // namespace
@@ -57,17 +71,17 @@ const TriangleMesh& field_mesh(const Run& run) {
   return run.array_truth && run.judge_model ? run.judge_model->mesh : run.mesh;
 }
 
-FieldValues run_field(const Run& run, const Wave& wave, const Points& points) {
+FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu) {
   const TriangleMesh& mesh = field_mesh(run);
   if (!run.array_truth) {
-    return evaluate_field(mesh, run.array, wave, points, pressures_of(run), drives_of(run));
+    return field_by(gpu, mesh, run.array, wave, points, pressures_of(run), drives_of(run));
   }
   TransducerArray array = run.array;
   array.response = run.array_truth->response;
   const auto pressures = columns_of(run, mesh.face_count(), [&](const MethodResult& method) -> const Eigen::VectorXcd& {
     return judged_pressure(method, mesh);
   });
-  return evaluate_field(mesh, array, wave, points, pressures, sounding_drives(run));
+  return field_by(gpu, mesh, array, wave, points, pressures, sounding_drives(run));
 }
 
 }  // namespace touchfield

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "sim/field/evaluate.h"
+#include "sim/gpu/gpu.h"
 #include "sim/store/run_data.h"
 
 namespace touchfield {
@@ -21,7 +22,9 @@ const TriangleMesh& field_mesh(const Run& run);
 /// what sounds, and the judge's pressures on the judge's mesh.
 ///
 /// points   3 x J [m]
-/// throws   InputError if the array has a truth and a method no pressure of the judge
-FieldValues run_field(const Run& run, const Wave& wave, const Points& points);
+/// gpu      a card to sum over faces where that pays; null: the processor does
+/// throws   InputError if the array has a truth and a method no pressure of the judge; GpuMemoryFailure where the card has
+///          no room, DeviceError where it fails
+FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu = nullptr);
 
 }  // namespace touchfield

@@ -226,8 +226,14 @@ void raise_alarms(const SolveSpec& solve, Models& models, Run& run, Progress& pr
   }
 }
 
-FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& run) {
-  FieldValues values = run_field(run, model.wave, grid.points());
+FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& run, Gpu* gpu, Progress& progress) {
+  FieldValues values;
+  try {
+    values = run_field(run, model.wave, grid.points(), gpu);
+  } catch (const GpuMemoryFailure& failure) {
+    progress.warn(fmt::format("field {}: {}; the processor goes on", grid.name, failure.what()));
+    values = run_field(run, model.wave, grid.points());
+  }
   FieldResult field{grid, std::move(values.inside), {}};
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     field.pressure.emplace_back(run.methods[s].name, values.pressure.col(static_cast<Eigen::Index>(s)));
@@ -324,10 +330,11 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
     certify_methods(spec.scheme, models, run, progress);
   }
   say(result_remarks(run), run, progress);
+  Gpu* const gpu = models.of(first.scheme).scattering().gpu();
   for (const FieldGrid& grid : model.fields) {
     run.fields.push_back(timed(progress, run.seconds, "field_" + grid.name,
                                fmt::format("field {}: {} points", grid.name, grid.size()),
-                               [&] { return evaluate_grid(grid, model, run); }));
+                               [&] { return evaluate_grid(grid, model, run, gpu, progress); }));
   }
   run.complete = true;
   run.provenance.card = used_card(run.solves);

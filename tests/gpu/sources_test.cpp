@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/acoustics/incident_field.h"
+#include "sim/gpu/card_input.h"
 #include "tests/gpu/channel_support.h"
 #include "tests/gpu/surface_support.h"
 
@@ -19,11 +20,9 @@ TEST_F(GpuSources, PressuresAndSlopesAreTheCpus) {
   for (const GpuChannelCase& given : gpu_channel_cases()) {
     const TransducerArray& array = given.array;
     const Eigen::Index n = array.size();
-    const Eigen::VectorXcd response =
-        array.response.as_designed() ? Eigen::VectorXcd() : Eigen::VectorXcd(factors(array.response));
-    const cuda::Sources sources(context(), gpu_channel_wave(array, given.wave), static_cast<int>(n),
-                                array.positions.data(), array.axes.data(), array.amplitudes.data(),
-                                response.size() > 0 ? response.data() : nullptr);
+    const Eigen::VectorXcd response = factors(array.response);
+    const cuda::Sources sources(context(), given.wave.k(), given.wave.wavenumber().imag(),
+                                card_sources(array, response));
     const Eigen::MatrixXcd pressure = incident_matrix(array, given.wave, mesh.centroids());
     const Eigen::MatrixXcd slope = incident_derivative_matrix(array, given.wave, mesh.centroids(), mesh.normals());
     for (const double* directions : {static_cast<const double*>(nullptr), faces.normals()}) {

@@ -31,6 +31,7 @@ class Context final : public Gpu {
   std::size_t most_taken() const override { return most_taken_; }
   std::size_t allowed() const override { return allowed_; }
   std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) override;
+  void field(const GpuBodySpec& body, const GpuSources& sources, const GpuField& field) override;
   void hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) override;
   std::unique_ptr<SkinDevice> skin(const GpuComplex* target, int faces, const GpuComplex* quiet, int rank,
                                    int channels) override;

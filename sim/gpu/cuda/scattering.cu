@@ -48,26 +48,6 @@ __global__ void weigh_rows(const double* root, const cuComplex* from, int ld, in
   }
 }
 
-ChannelWave channel_wave(const GpuBodySpec& body, const GpuSources& given) {
-  ChannelWave wave;
-  wave.k = body.k;
-  wave.alpha = body.alpha;
-  wave.plane_wave = given.plane_wave;
-  if (given.spline != nullptr) {
-    if (given.intervals > ChannelWave::kMostIntervals) {
-      throw std::invalid_argument("a directivity with too many intervals");
-    }
-    wave.pattern = Pattern::kSpline;
-    wave.intervals = given.intervals;
-    wave.step = given.interval;
-    std::copy_n(given.spline, 4 * given.intervals, wave.spline);
-  } else if (given.piston_ka > 0) {
-    wave.pattern = Pattern::kPiston;
-    wave.ka = given.piston_ka;
-  }
-  return wave;
-}
-
 const cuComplex kOne = {1.0F, 0.0F};
 const cuComplex kZero = {0.0F, 0.0F};
 const cuComplex kMinusOne = {-1.0F, 0.0F};
@@ -108,8 +88,7 @@ void Scattering::move(const double* vertices) {
 
 void Scattering::set_sources(const GpuSources& given) {
   context_.use();
-  sources_ = std::make_unique<Sources>(context_, channel_wave(spec_, given), given.count, given.positions, given.axes,
-                                       given.amplitudes, given.response);
+  sources_ = std::make_unique<Sources>(context_, spec_.k, spec_.alpha, given);
   has_field_ = false;
 }
 

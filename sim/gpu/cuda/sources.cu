@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <stdexcept>
+
 #include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/sources.cuh"
 
@@ -21,18 +24,38 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
+ChannelWave channel_wave(double k, double alpha, const GpuSources& given) {
+  ChannelWave wave;
+  wave.k = k;
+  wave.alpha = alpha;
+  wave.plane_wave = given.plane_wave;
+  if (given.spline != nullptr) {
+    if (given.intervals > ChannelWave::kMostIntervals) {
+      throw std::invalid_argument("a directivity with too many intervals");
+    }
+    wave.pattern = Pattern::kSpline;
+    wave.intervals = given.intervals;
+    wave.step = given.interval;
+    std::copy_n(given.spline, 4 * given.intervals, wave.spline);
+  } else if (given.piston_ka > 0) {
+    wave.pattern = Pattern::kPiston;
+    wave.ka = given.piston_ka;
+  }
+  return wave;
+}
+
 }  // namespace
 
-Sources::Sources(Context& context, const ChannelWave& wave, int count, const double* positions, const double* axes,
-                 const double* amplitudes, const std::complex<double>* response)
-    : context_(context), wave_(wave) {
+Sources::Sources(Context& context, double k, double alpha, const GpuSources& given)
+    : context_(context), wave_(channel_wave(k, alpha, given)) {
   const auto vector = [](const double* values, int n) {
     return values != nullptr ? Vector{values[3 * n], values[3 * n + 1], values[3 * n + 2]} : Vector{};
   };
-  std::vector<Channel> channels(count);
-  for (int n = 0; n < count; ++n) {
-    const std::complex<double> factor = response != nullptr ? response[n] : 1.0;
-    channels[n] = {vector(positions, n), vector(axes, n), amplitudes[n], {factor.real(), factor.imag()}};
+  std::vector<Channel> channels(given.count);
+  for (int n = 0; n < given.count; ++n) {
+    const std::complex<double> factor = given.response != nullptr ? given.response[n] : 1.0;
+    channels[n] = {
+        vector(given.positions, n), vector(given.axes, n), given.amplitudes[n], {factor.real(), factor.imag()}};
   }
   channel_.upload(channels);
 }

@@ -8,10 +8,10 @@ namespace touchfield::cuda {
 /// The channels of a TransducerArray on the card.
 class Sources {
  public:
-  /// positions, axes   3 x N, unit vectors; of a plane wave positions are not read and may be null
-  /// response          N factors, null: 1
-  Sources(Context& context, const ChannelWave& wave, int count, const double* positions, const double* axes,
-          const double* amplitudes, const std::complex<double>* response);
+  /// In a medium with wavenumber k + i alpha [1/m]; of a plane wave positions are not read and may be null.
+  ///
+  /// throws   std::invalid_argument on a directivity with too many intervals
+  Sources(Context& context, double k, double alpha, const GpuSources& given);
 
   int size() const { return static_cast<int>(channel_.size()); }  // N
 

@@ -1,0 +1,84 @@
+#include "sim/solve/run_field.h"
+
+#include <algorithm>
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/solve/solve_model.h"
+#include "tests/support/far_field.h"
+#include "tests/support/solve_support.h"
+
+namespace touchfield {
+namespace {
+
+/// A card that computes no more than a field, by what a test gives it.
+class FieldCard : public Gpu {
+ public:
+  explicit FieldCard(std::function<void(const GpuField&)> work) : work_(std::move(work)) {}
+
+  const GpuInfo& info() const override { return info_; }
+  std::size_t taken() const override { return 0; }
+  std::size_t most_taken() const override { return 0; }
+  std::size_t allowed() const override { return 0; }
+  std::unique_ptr<GpuBody> body(const GpuBodySpec&) override { return nullptr; }
+  void field(const GpuBodySpec&, const GpuSources&, const GpuField& field) override { work_(field); }
+  void hermitian_eigen(int, const GpuComplex*, double*, GpuComplex*) override {}
+  std::unique_ptr<SkinDevice> skin(const GpuComplex*, int, const GpuComplex*, int, int) override { return nullptr; }
+
+ private:
+  GpuInfo info_;
+  std::function<void(const GpuField&)> work_;
+};
+
+/// A run with enough points about its body for the card to be asked.
+struct Case {
+  Model model = support::small_model({"body.edge_mm=1.2"});
+  Run run = solve_model(model);
+  Points points = support::points_about(run.mesh, 22);
+};
+
+const Case& solved() {
+  static const Case kCase;
+  return kCase;
+}
+
+TEST(RunField, TakesTheFarPartFromTheCard) {
+  const auto& [model, run, points] = solved();
+  int asked = 0;
+  FieldCard card([&](const GpuField& field) {
+    ++asked;
+    const Eigen::Map<const Eigen::MatrixXcd> surface(field.surface, run.mesh.face_count(), field.columns);
+    const Eigen::Map<const Eigen::MatrixXcd> drives(field.drives, run.array.size(), field.columns);
+    const Eigen::Map<const Points> at(field.points, 3, field.count);
+    const FarField far = support::reference_far_field(run.mesh, run.array, model.wave, at, surface, drives);
+    std::ranges::copy(far.pressure.reshaped(), field.pressure);
+    std::ranges::copy(far.winding, field.winding);
+    std::ranges::copy(far.near, field.near);
+  });
+  const FieldValues expected = run_field(run, model.wave, points);
+  const FieldValues found = run_field(run, model.wave, points, &card);
+  EXPECT_EQ(asked, 1);
+  EXPECT_EQ(found.inside, expected.inside);
+  EXPECT_LT((found.pressure - expected.pressure).cwiseAbs().maxCoeff(),
+            1e-11 * expected.pressure.cwiseAbs().maxCoeff());
+}
+
+TEST(RunField, LeavesSmallFieldsToTheProcessor) {
+  const auto& [model, run, points] = solved();
+  FieldCard card([](const GpuField&) { FAIL() << "the card was asked"; });
+  const Points few = points.leftCols(10);
+  EXPECT_EQ(run_field(run, model.wave, few, &card).pressure, run_field(run, model.wave, few).pressure);
+}
+
+TEST(RunField, TellsWantOfMemoryFromFailure) {
+  const auto& [model, run, points] = solved();
+  FieldCard full([](const GpuField&) { throw GpuMemoryFailure("full"); });
+  FieldCard broken([](const GpuField&) { throw GpuFailure("broken"); });
+  EXPECT_THROW(run_field(run, model.wave, points, &full), GpuMemoryFailure);
+  EXPECT_THROW(run_field(run, model.wave, points, &broken), DeviceError);
+}
+
+}  // namespace
+}  // namespace touchfield
