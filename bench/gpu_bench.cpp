@@ -1,5 +1,5 @@
 // The card against the processor: pressures of a block of drives on hands of more and more faces, and of frames in which the
-// index finger bends by a degree each, errors beside. Prints a table in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR [EDGE_MM:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME
+// index finger bends by a degree each, errors beside; with 0 FRAMES only the first pressures. Prints a table in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR [EDGE_MM:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME
 // ...]]
 #include <algorithm>
 #include <chrono>
@@ -68,7 +68,8 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   Solved first;
   const double set_up = seconds_of([&] { card = std::make_unique<BodyOnCard>(shared_gpu(0), system, solver, true); });
   const double cold = seconds_of([&] { first = card->pressure(array, q); });
-  const double again = seconds_of([&] { card->pressure(array, q); });
+  const bool more = c.frames > 0;
+  const double again = more ? seconds_of([&] { card->pressure(array, q); }) : std::nan("");
   // What a scene needs of all channels: drives that span them, their pressures on some faces, the Gram matrix of the rest.
   std::vector<Eigen::Index> faces(100);
   for (std::size_t i = 0; i < faces.size(); ++i) {
@@ -77,7 +78,7 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   const Eigen::VectorXd weights = mesh.areas();
   double transfer = std::nan("");
   Eigen::Index drives = 0;
-  for (int trial = 0; trial < 2 && c.columns > 8; ++trial) {
+  for (int trial = 0; trial < 2 && more && c.columns > 8; ++trial) {
     BodyOnCard fresh(shared_gpu(0), system, solver, true);
     const double took = seconds_of([&] { drives = fresh.spanned(array, 1e-4, faces, &weights).drives.cols(); });
     transfer = trial == 0 ? took : std::min(transfer, took);
@@ -92,7 +93,7 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   TriangleMesh moved = mesh;
   std::vector<double> frames;
   BodyOnCard::Spanned last;
-  for (int frame = 0; frame <= c.frames; ++frame) {
+  for (int frame = 0; more && frame <= c.frames; ++frame) {
     Points vertices = mesh.vertices();
     skin.pose(skeleton(frame), vertices);
     moved = TriangleMesh(vertices, mesh.triangles());
@@ -101,13 +102,17 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
       last = card->spanned(array, q, faces, &weights);
     }));
   }
-  const double slowest = *std::max_element(frames.begin() + 1, frames.end());
-  std::nth_element(frames.begin() + 1, frames.begin() + 1 + c.frames / 2, frames.end());
-  const double frame = frames[static_cast<std::size_t>(1 + c.frames / 2)];
+  double slowest = std::nan("");
+  double frame = std::nan("");
+  if (more) {
+    std::sort(frames.begin(), frames.end());
+    slowest = frames.back();  // it made the inverse
+    frame = frames[frames.size() / 2];
+  }
   double processor = std::nan("");
   double error = std::nan("");
   double frame_error = std::nan("");
-  if (mesh.face_count() <= most_on_processor) {
+  if (more && mesh.face_count() <= most_on_processor) {
     Eigen::MatrixXcd expected;
     processor = seconds_of([&] {
       const IncidentField field = system.incident(array, q);
@@ -141,8 +146,8 @@ int run(int count, char** values) {
     char scheme[64] = "";
     Case c{};
     if (std::sscanf(values[i], "%lf:%d:%d:%d:%d:%63s", &c.edge_mm, &c.x, &c.y, &c.columns, &c.frames, scheme) != 6 ||
-        c.frames < 1) {
-      std::fprintf(stderr, "gpu_bench: %s: must be EDGE_MM:X:Y:COLUMNS:FRAMES:SCHEME, FRAMES 1 at least\n", values[i]);
+        c.frames < 0) {
+      std::fprintf(stderr, "gpu_bench: %s: must be EDGE_MM:X:Y:COLUMNS:FRAMES:SCHEME, FRAMES 0 at least\n", values[i]);
       return 2;
     }
     c.scheme = scheme;
