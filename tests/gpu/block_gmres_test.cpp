@@ -74,7 +74,7 @@ TEST_F(GpuGmres, BeginsAnewAfterTheRestart) {
   EXPECT_THAT(residuals(a, b, solved.x), testing::Each(testing::Le(1.1e-5)));
 }
 
-TEST_F(GpuGmres, AHundredVectorsAreOrthogonalisedInTwoRounds) {
+TEST_F(GpuGmres, AHundredVectorsAreOrthogonalised) {
   // Roots of 1 as eigenvalues: nothing is gained before the last of 100 steps.
   MatrixXcf a = MatrixXcf::Zero(100, 100);
   for (Eigen::Index i = 0; i < 100; ++i) {

@@ -10,7 +10,9 @@ namespace touchfield::cuda {
 
 namespace {
 
-constexpr int kMostSteps = 512;  // what a block's shared memory holds of a column's problem
+using Complex = std::complex<double>;
+
+constexpr int kMostSteps = 512;  // of a cycle: more hardly fit a card
 
 // A vector left with this share of its norm after orthogonalisation is rounding, not a new direction.
 constexpr double kRounding = 16.0 * FLT_EPSILON;
@@ -19,246 +21,173 @@ constexpr double kCancelled = 0.1;  // of a vector that Gram-Schmidt leaves: les
 // A cycle that leaves more than this share of the residual has stagnated: the next one would start from the same.
 constexpr double kStagnation = 0.999;
 
-constexpr int kTile = 4;    // basis vectors that a thread multiplies by one value of w
-constexpr int kRound = 64;  // basis vectors whose sums over warps are held at once
-constexpr int kChunk = 16;  // products a thread adds in float, before it goes on in double
+constexpr int kTile = 4;  // vectors that a thread multiplies by one value of w
 
-/// The Krylov spaces of all columns, S of them; `most` is the greatest dimension.
-struct Spaces {
-  const BlockGmres::Step* steps;
-  int* places;                      // S a step: where the column lies in steps[k].basis
-  cuDoubleComplex* reduced;         // most + 1 a column
-  BlockGmres::Rotation* rotations;  // most a column
-  int n;
-  int columns;
-  int most;
-};
+constexpr cuComplex kOne = {1.0F, 0.0F};
 
-/// What one column's space needs of shared memory for its first `count` vectors, kSharedBytes each.
-struct SharedColumn {
-  cuDoubleComplex* values;
-  cuComplex* factors;
-  const cuComplex** vectors;
-
-  __device__ SharedColumn(double2* room, int count)
-      : values(room),
-        factors(reinterpret_cast<cuComplex*>(room + count)),
-        vectors(reinterpret_cast<const cuComplex**>(factors + count)) {}
-};
-constexpr std::size_t kSharedBytes = sizeof(cuDoubleComplex) + sizeof(cuComplex) + sizeof(const cuComplex*);
-
-/// What column a space's vector of a step lies in.
-__device__ std::size_t offset_of(const Spaces& spaces, int step, int column) {
-  const int place = spaces.places[static_cast<std::size_t>(step) * spaces.columns + column];
-  return static_cast<std::size_t>(place) * spaces.n;
-}
-
-/// factors = V^H w of the first `count` vectors, added to values too. Each warp sums its rows, `sums` takes what they found.
-/// All threads of the block see the factors when it returns.
-__device__ void project(const SharedColumn& shared, int count, int n, const cuComplex* w, double* sums) {
-  const int thread = static_cast<int>(threadIdx.x);
-  const int warp = thread / 32;
-  const int lane = thread % 32;
-  static_assert(kRound <= kColumnThreads && kRound % kTile == 0, "a thread a sum");
-  for (int first = 0; first < count; first += kRound) {
-    const int round = min(kRound, count - first);
-    for (int i = 0; i < round; i += kTile) {
-      const cuComplex* v[kTile];
-#pragma unroll
-      for (int t = 0; t < kTile; ++t) {
-        v[t] = shared.vectors[first + min(i + t, round - 1)];  // the last one again where the tile is not full
-      }
-      double total[2 * kTile] = {};
-      for (int start = thread; start < n; start += kColumnThreads * kChunk) {
-        const int end = n - start > kColumnThreads * kChunk ? start + kColumnThreads * kChunk : n;
-        float part[2 * kTile] = {};
-#pragma unroll 2
-        for (int row = start; row < end; row += kColumnThreads) {
-          const cuComplex value = w[row];
-#pragma unroll
-          for (int t = 0; t < kTile; ++t) {
-            const cuComplex other = v[t][row];
-            part[2 * t] += other.x * value.x + other.y * value.y;
-            part[2 * t + 1] += other.x * value.y - other.y * value.x;
-          }
-        }
-#pragma unroll
-        for (int t = 0; t < 2 * kTile; ++t) {
-          total[t] += part[t];
-        }
-      }
-      const double sum = warp_sums(total);
-      const int which = lane / (32 / (2 * kTile));
-      if (lane % (32 / (2 * kTile)) == 0 && i + which / 2 < round) {
-        sums[2 * (warp * kRound + i) + which] = sum;
-      }
-    }
-    __syncthreads();
-    if (thread < round) {
-      cuDoubleComplex sum = {0.0, 0.0};
-      for (int from = 0; from < kWarps; ++from) {
-        sum.x += sums[2 * (from * kRound + thread)];
-        sum.y += sums[2 * (from * kRound + thread) + 1];
-      }
-      const int i = first + thread;
-      shared.factors[i] = {static_cast<float>(sum.x), static_cast<float>(sum.y)};
-      shared.values[i] = cuCadd(shared.values[i], sum);
-    }
-    __syncthreads();
-  }
-}
-
-/// A row of V factors.
-__device__ cuComplex combination(const SharedColumn& shared, int count, int row) {
+/// A row of a sum.
+__device__ cuComplex combination(const BlockGmres::Term* terms, int count, int row) {
   cuComplex sum = {0.0F, 0.0F};
 #pragma unroll 4
   for (int i = 0; i < count; ++i) {
-    const cuComplex v = shared.vectors[i][row];
-    const cuComplex factor = shared.factors[i];
-    sum.x += v.x * factor.x - v.y * factor.y;
-    sum.y += v.x * factor.y + v.y * factor.x;
+    sum = cuCfmaf(terms[i].vector[row], terms[i].factor, sum);
   }
   return sum;
 }
 
-/// Makes column k of the least-squares problem, values with `rest` below, triangular by Givens rotations.
-__device__ ColumnStatus rotate(const Spaces& spaces, int k, const Slot& slot, double norm, double rest, bool exhausted,
-                               cuDoubleComplex* values) {
-  BlockGmres::Rotation* rotations = spaces.rotations + static_cast<std::size_t>(slot.column) * spaces.most;
-  cuDoubleComplex* reduced = spaces.reduced + static_cast<std::size_t>(slot.column) * (spaces.most + 1);
-  const cuDoubleComplex right = k == 0 ? cuDoubleComplex{slot.residual * slot.norm, 0.0} : reduced[k];
-  cuDoubleComplex last = values[0];
-  for (int i = 0; i < k; ++i) {
-    const double c = rotations[i].cosine;
-    const cuDoubleComplex s = rotations[i].sine;
-    const cuDoubleComplex next = values[i + 1];
-    values[i] = {c * last.x + s.x * next.x - s.y * next.y, c * last.y + s.x * next.y + s.y * next.x};
-    last = {c * next.x - s.x * last.x - s.y * last.y, c * next.y - s.x * last.y + s.y * last.x};
-  }
-  const double size = cuCabs(last);
-  if (exhausted && size <= kRounding * norm) {
-    return {cuCabs(right) / slot.norm, 0,
-            1};  // A is singular on the space: the new direction cannot lessen the residual
-  }
-  const double below = exhausted ? 0.0 : rest;
-  const double length = hypot(size, below);
-  const cuDoubleComplex phase = size > 0.0 ? cuDoubleComplex{last.x / size, last.y / size} : cuDoubleComplex{1.0, 0.0};
-  const double c = size / length;
-  const cuDoubleComplex s = {phase.x * below / length, phase.y * below / length};
-  rotations[k] = {c, s};
-  values[k] = {phase.x * length, phase.y * length};
-  reduced[k] = {c * right.x, c * right.y};
-  reduced[k + 1] = {-s.x * right.x - s.y * right.y, -s.x * right.y + s.y * right.x};
-  return {cuCabs(reduced[k + 1]) / slot.norm, 1, exhausted ? 1 : 0};
-}
-
-/// Takes w = A v_k, in the place of v_(k+1), into the space of each slot. A thread has the same rows of w throughout.
-__global__ void __launch_bounds__(kColumnThreads, 2)
-    extend_spaces(Spaces spaces, int k, const Slot* slots, ColumnStatus* status) {
-  extern __shared__ double2 room[];
-  __shared__ double sums[2 * kRound * kWarps];
-  const SharedColumn shared(room, k + 1);
-  const Slot slot = slots[blockIdx.x];
-  const int thread = static_cast<int>(threadIdx.x);
-  const int n = spaces.n;
-  const std::size_t offset = std::size_t{blockIdx.x} * n;
-  cuComplex* w = spaces.steps[k + 1].basis + offset;
-  for (int i = thread; i <= k; i += kColumnThreads) {
-    shared.vectors[i] = spaces.steps[i].basis + (i < k ? offset_of(spaces, i, slot.column) : offset);
-    shared.values[i] = {0.0, 0.0};
-  }
-  if (thread == 0) {
-    spaces.places[static_cast<std::size_t>(k) * spaces.columns + slot.column] = static_cast<int>(blockIdx.x);
-  }
+__device__ double column_norm(int n, const cuComplex* column) {
   double squares = 0.0;
-  for (int row = thread; row < n; row += kColumnThreads) {
-    squares += square(w[row]);
+  for (int row = static_cast<int>(threadIdx.x); row < n; row += kColumnThreads) {
+    squares += square(column[row]);
   }
-  const double norm = sqrt(block_sum(squares));
-  if (!isfinite(norm)) {
-    if (thread == 0) {
-      status[blockIdx.x] = {norm, 0, 0};
-    }
-    return;
-  }
-  double rest = 0.0;
-  for (int pass = 0; pass < 2; ++pass) {
-    project(shared, k + 1, n, w, sums);
-    squares = 0.0;
-    for (int row = thread; row < n; row += kColumnThreads) {
-      const cuComplex left = cuCsubf(w[row], combination(shared, k + 1, row));
-      w[row] = left;
-      squares += square(left);
-    }
-    rest = sqrt(block_sum(squares));
-    if (rest > kCancelled * norm) {  // few digits went: once is enough
-      break;
-    }
-  }
-  const bool exhausted = !(rest > kRounding * norm);
-  if (thread == 0) {
-    status[blockIdx.x] = rotate(spaces, k, slot, norm, rest, exhausted, shared.values);
-  }
-  __syncthreads();
-  cuDoubleComplex* triangle = spaces.steps[k].triangle + static_cast<std::size_t>(slot.column) * (k + 1);
-  for (int i = thread; i <= k; i += kColumnThreads) {
-    triangle[i] = shared.values[i];
-  }
-  if (!exhausted) {
-    const double factor = 1.0 / rest;
-    for (int row = thread; row < n; row += kColumnThreads) {
-      w[row] = scaled(w[row], factor);
-    }
-  }
+  return sqrt(block_sum(squares));
 }
 
-/// candidate = x + Z y with the minimising y and the directions Z, a column a slot.
+/// The scaled sum of `count` terms for each target, which may be one of its own terms, and its norm.
 __global__ void __launch_bounds__(kColumnThreads)
-    add_minimisers(Spaces spaces, const Slot* slots, const cuComplex* x, cuComplex* candidate) {
-  extern __shared__ double2 room[];
-  const Slot slot = slots[blockIdx.x];
-  const int dimension = slot.dimension;
-  const SharedColumn shared(room, dimension);
-  const int thread = static_cast<int>(threadIdx.x);
-  const cuDoubleComplex* reduced = spaces.reduced + static_cast<std::size_t>(slot.column) * (spaces.most + 1);
-  for (int i = thread; i < dimension; i += kColumnThreads) {
-    shared.vectors[i] = spaces.steps[i].direction + offset_of(spaces, i, slot.column);
-    shared.values[i] = reduced[i];
+    combine_columns(int n, int count, const BlockGmres::Term* terms, const BlockGmres::Target* targets,
+                    cuDoubleComplex* norms) {
+  const BlockGmres::Target target = targets[blockIdx.x];
+  for (int row = static_cast<int>(threadIdx.x); row < n; row += kColumnThreads) {
+    target.column[row] = scaled(combination(terms + std::size_t{blockIdx.x} * count, count, row), target.scale);
   }
-  __syncthreads();
-  for (int j = dimension - 1; j >= 0; --j) {
-    const cuDoubleComplex* triangle = spaces.steps[j].triangle + static_cast<std::size_t>(slot.column) * (j + 1);
-    if (thread == 0) {
-      const cuDoubleComplex y = cuCdiv(shared.values[j], triangle[j]);
-      shared.values[j] = y;
-      shared.factors[j] = {static_cast<float>(y.x), static_cast<float>(y.y)};
-    }
-    __syncthreads();
-    const cuDoubleComplex y = shared.values[j];
-    for (int i = thread; i < j; i += kColumnThreads) {
-      shared.values[i] = cuCsub(shared.values[i], cuCmul(triangle[i], y));
-    }
-    __syncthreads();
-  }
-  const cuComplex* old = x + static_cast<std::size_t>(slot.column) * spaces.n;
-  cuComplex* own = candidate + std::size_t{blockIdx.x} * spaces.n;
-  for (int row = thread; row < spaces.n; row += kColumnThreads) {
-    own[row] = cuCaddf(old[row], combination(shared, dimension, row));
+  const double norm = column_norm(n, target.column);
+  if (threadIdx.x == 0) {
+    norms[blockIdx.x] = {norm, 0.0};
   }
 }
 
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
+/// Takes from each column w of a block its parts along `count` vectors of its own, whose factors it uses. Found are count + 1
+/// numbers a column: these parts, then norms, of what is left and of w before. A thread has the same rows of w throughout; it
+/// adds its products in single precision, n / 512 of them, and threads are added in double.
+__global__ void __launch_bounds__(kColumnThreads, 2)
+    orthogonalise(int n, int count, BlockGmres::Term* vectors, cuComplex* block, cuDoubleComplex* found) {
+  __shared__ cuDoubleComplex sums[2][kWarps][kTile];
+  const int thread = static_cast<int>(threadIdx.x);
+  BlockGmres::Term* terms = vectors + std::size_t{blockIdx.x} * count;
+  cuComplex* w = block + std::size_t{blockIdx.x} * n;
+  cuDoubleComplex* parts = found + std::size_t{blockIdx.x} * (count + 1);
+  const double norm = column_norm(n, w);
+  double rest = 0.0;
+  for (int pass = 0; pass < 2 && !(rest > kCancelled * norm); ++pass) {
+    for (int first = 0; first < count; first += kTile) {
+      cuComplex products[kTile] = {};
+#pragma unroll 2
+      for (int row = thread; row < n; row += kColumnThreads) {
+        const cuComplex value = w[row];
+        for (int t = 0; t < kTile; ++t) {
+          const cuComplex* v = terms[min(first + t, count - 1)].vector;  // of an incomplete tile the last one again
+          products[t] = cuCfmaf(cuConjf(v[row]), value, products[t]);
+        }
+      }
+      auto& of_warps = sums[first / kTile % 2];  // the other ones may not have been read yet
+      for (int t = 0; t < kTile; ++t) {
+        const cuDoubleComplex of_warp = {lane_sum<kWarp>(products[t].x), lane_sum<kWarp>(products[t].y)};
+        if (thread % kWarp == 0) {
+          of_warps[thread / kWarp][t] = of_warp;
+        }
+      }
+      __syncthreads();
+      const int i = first + thread;
+      if (thread < kTile && i < count) {
+        cuDoubleComplex part = {0.0, 0.0};
+        for (const auto& of_warp : of_warps) {
+          part = cuCadd(part, of_warp[thread]);
+        }
+        terms[i].factor = {static_cast<float>(part.x), static_cast<float>(part.y)};
+        parts[i] = pass == 0 ? part : cuCadd(parts[i], part);
+      }
+    }
+    __syncthreads();
+    for (int row = thread; row < n; row += kColumnThreads) {
+      w[row] = cuCsubf(w[row], combination(terms, count, row));
+    }
+    rest = column_norm(n, w);
+  }
+  if (thread == 0) {
+    parts[count] = {rest, norm};
+  }
+}
 
 }  // namespace
 
-BlockGmres::BlockGmres(Context& context)
-    : context_(context),
-      block_(context),
-      steps_there_(context),
-      places_(context),
-      reduced_(context),
-      rotations_(context),
-      candidate_(context) {}
+struct BlockGmres::Problem {
+  const BlockProduct& apply;
+  const BlockProduct& step;
+  const BlockProduct* precondition;
+  const cuComplex* b;
+  cuComplex* x;
+  GmresLimits limits;
+  const std::function<void(int, double)>& report;
+  std::size_t most;  // dimension of a space
+};
+
+/// A column that is still solved for, its Krylov space and the least-squares problem in it, triangular by Givens rotations.
+struct BlockGmres::Column {
+  std::size_t index;      // of the caller's b and x
+  double norm;            // ||b||, > 0
+  double residual;        // least ||b - A x|| / ||b|| so far
+  int steps;              // in all cycles
+  double estimate;        // relative residual of the minimiser
+  const cuComplex* next;  // what will be the next vector of the basis, and its norm
+  double length;
+  std::vector<Complex> reduced;                       // right-hand side
+  std::vector<Complex> triangle;                      // columns of 1, 2, 3 ... numbers
+  std::vector<std::pair<double, Complex>> rotations;  // cosine and sine; as many as the space has dimensions
+  std::vector<Term> basis;
+  std::vector<Term> directions;  // what was multiplied: these, or these preconditioned
+  bool exhausted;                // the space holds its image
+
+  /// At the beginning of a cycle, from a residual of the given norm, > 0.
+  static Column begun(std::size_t index, double norm, double residual, int steps, const cuComplex* next,
+                      double length) {
+    return {index, norm, residual, steps, length / norm, next, length, {Complex(length)}, {}, {}, {}, {}, false};
+  }
+
+  /// Takes in what orthogonalise() has found in a product, and what it has left of it.
+  void extend(const Complex* found, const cuComplex* left) {
+    const std::size_t k = rotations.size();
+    const double size = found[k + 1].imag();
+    ++steps;
+    next = left;
+    length = found[k + 1].real();
+    exhausted = !(length > kRounding * size);
+    Complex last = found[0];
+    for (std::size_t i = 0; i < k; ++i) {
+      const auto& [c, s] = rotations[i];
+      triangle.push_back(c * last + s * found[i + 1]);
+      last = c * found[i + 1] - std::conj(s) * last;
+    }
+    const double above = std::abs(last);
+    if (exhausted && above <= kRounding * size) {
+      return;  // A is singular on the space: the new direction cannot lessen the residual
+    }
+    const double below = exhausted ? 0.0 : length;
+    const double both = std::hypot(above, below);
+    const Complex phase = above > 0.0 ? last / above : 1.0;
+    const Complex sine = phase * (below / both);
+    rotations.emplace_back(above / both, sine);
+    triangle.push_back(phase * both);
+    reduced.push_back(-std::conj(sine) * reduced[k]);
+    reduced[k] *= above / both;
+    estimate = std::abs(reduced[k + 1]) / norm;
+  }
+
+  /// What the best x in the space has of each direction.
+  std::vector<Term> minimiser() const {
+    std::vector<Term> terms(directions.begin(), directions.begin() + static_cast<std::ptrdiff_t>(rotations.size()));
+    std::vector<Complex> y = reduced;
+    for (std::size_t j = terms.size(); j-- > 0;) {
+      const Complex* column = triangle.data() + j * (j + 1) / 2;
+      y[j] /= column[j];
+      for (std::size_t i = 0; i < j; ++i) {
+        y[i] -= column[i] * y[j];
+      }
+      terms[j].factor = {static_cast<float>(y[j].real()), static_cast<float>(y[j].imag())};
+    }
+    return terms;
+  }
+};
 
 GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, const cuComplex* b, cuComplex* x,
                               const GmresLimits& limits, bool x_is_start,
@@ -268,169 +197,177 @@ GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, con
     throw std::invalid_argument("gmres: tolerance must be > 0, max_steps >= 0 and restart >= 1");
   }
   result_ = {};
-  result_.residuals.assign(index(columns), 0.0);
+  result_.residuals.assign(static_cast<std::size_t>(columns), 0.0);
   if (n > 0 && columns > 0) {
-    const int most = std::min({limits.restart, limits.max_steps, n, kMostSteps});
-    const Problem problem{apply, loose != nullptr ? *loose : apply, precondition, n, columns, b, x, limits, report,
-                          most};
-    places_.resize(index(most) * index(columns));
-    reduced_.resize(index(most + 1) * index(columns));
-    rotations_.resize(index(most) * index(columns));
-    column_steps_.assign(index(columns), 0);
-    dimensions_.assign(index(columns), 0);
-    estimates_.assign(index(columns), 0.0);
-    std::vector<Slot> running = block_.start("gmres", n, columns, b, x, x_is_start);
-    for (Slot& slot : running) {
-      slot.residual = x_is_start ? std::numeric_limits<double>::infinity() : 1.0;
-      result_.residuals[index(slot.column)] = 1.0;
+    rows_ = static_cast<std::size_t>(n);
+    const auto most = static_cast<std::size_t>(std::min({limits.restart, limits.max_steps, n, kMostSteps}));
+    const Problem problem{apply, loose != nullptr ? *loose : apply, precondition, b, x, limits, report, most};
+    std::vector<Column> running = start(problem, columns, x_is_start);
+    for (bool in_cycle = !x_is_start; !running.empty(); in_cycle = true) {
+      update(problem, running, in_cycle ? run_cycle(problem, running) : 0);
     }
-    if (x_is_start) {
-      if (!running.empty()) {
-        update(problem, running);
-      }
-    } else if (limits.max_steps == 0 || limits.tolerance >= 1.0) {
-      running.clear();
-    } else if (!running.empty()) {
-      prepare(problem, 0, static_cast<int>(running.size()));
-      drop(running, [](const Slot&) { return false; });
-      block_.upload(running);
-      block_.judge(n, b, nullptr, nullptr, x, bases_[0].data());
-    }
-    while (!running.empty()) {
-      run_cycle(problem, running);
-      update(problem, running);
-    }
-  }
-  for (const double residual : result_.residuals) {
-    result_.worst = std::max(result_.worst, residual);
+    result_.worst = *std::max_element(result_.residuals.begin(), result_.residuals.end());
   }
   result_.converged = result_.worst <= limits.tolerance;
   return std::move(result_);
 }
 
-void BlockGmres::release() {
-  bases_.clear();
-  directions_.clear();
-  triangles_.clear();
-  steps_.clear();
-  steps_there_.reset();
-  places_.reset();
-  reduced_.reset();
-  rotations_.reset();
-  candidate_.reset();
-}
-
-/// Room for the vectors that a step multiplies.
-void BlockGmres::prepare(const Problem& problem, int step, int columns) {
-  while (bases_.size() <= index(step)) {
-    bases_.emplace_back(context_);
-    directions_.emplace_back(context_);
-    triangles_.emplace_back(context_);
-    steps_.push_back({});
+/// The columns that are to be solved for; room for what all steps need; x zero, or only where b is if it is a start.
+std::vector<BlockGmres::Column> BlockGmres::start(const Problem& problem, int columns, bool x_is_start) {
+  const auto count = static_cast<std::size_t>(columns);
+  while (bases_.size() < problem.most) {
+    bases_.emplace_back(*context_);
+    directions_.emplace_back(*context_);
   }
-  Array<cuComplex>& basis = bases_[index(step)];
-  Array<cuComplex>& direction = problem.precondition != nullptr ? directions_[index(step)] : basis;
-  Array<cuDoubleComplex>& triangle = triangles_[index(step)];
-  basis.resize(index(problem.n) * index(columns));
-  direction.resize(basis.size());
-  triangle.resize(index(step + 1) * index(problem.columns));
-  Step& known = steps_[index(step)];
-  if (known.basis != basis.data() || known.direction != direction.data() || known.triangle != triangle.data() ||
-      steps_there_.size() < steps_.size()) {
-    known = {basis.data(), direction.data(), triangle.data()};
-    steps_there_.upload(steps_);
+  product_.resize(rows_ * count);
+  candidate_.resize(rows_ * count);
+  terms_.resize(count * (problem.most + 1));
+  found_.resize(count * (problem.most + 1));
+  if (!x_is_start) {
+    check(cudaMemsetAsync(problem.x, 0, rows_ * count * sizeof(cuComplex), context_->stream()), "set to zero");
   }
-}
-
-/// Enlarges the spaces, all of them a step at once, until each is done for this cycle.
-void BlockGmres::run_cycle(const Problem& problem, const std::vector<Slot>& running) {
-  std::vector<Slot> live = running;
-  for (const Slot& slot : running) {
-    dimensions_[index(slot.column)] = 0;
-    estimates_[index(slot.column)] = slot.residual;
+  std::vector<Term> b;
+  std::vector<Target> residuals;
+  for (std::size_t s = 0; s < count; ++s) {
+    b.push_back({problem.b + rows_ * s, kOne});
+    residuals.push_back({product_.data() + rows_ * s, 1.0});
   }
-  for (int k = 0; !live.empty(); ++k) {
-    const int columns = static_cast<int>(live.size());
-    prepare(problem, k + 1, columns);
-    const Step& step = steps_[index(k)];
-    if (problem.precondition != nullptr) {
-      (*problem.precondition)(step.basis, step.direction, columns);
+  combine(b, 1, residuals);
+  const Complex* norms = wait(count);
+  const bool begins = x_is_start || (problem.limits.max_steps > 0 && problem.limits.tolerance < 1.0);
+  std::vector<Column> running;
+  for (std::size_t s = 0; s < count; ++s) {
+    const double norm = norms[s].real();
+    if (!std::isfinite(norm)) {
+      throw std::domain_error("gmres: right-hand side " + std::to_string(s) + " holds a value that is not finite");
     }
-    multiply(problem.step, step.direction, bases_[index(k + 1)].data(), columns);
-    const Spaces spaces{steps_there_.data(), places_.data(),  reduced_.data(), rotations_.data(),
-                        problem.n,           problem.columns, problem.most};
-    extend_spaces<<<static_cast<unsigned>(columns), kColumnThreads, index(k + 1) * kSharedBytes, context_.stream()>>>(
-        spaces, k, block_.slots(), block_.status());
-    context_.launched("Krylov step");
-    const std::vector<ColumnStatus>& said = block_.wait();
-    ++result_.steps;
+    result_.residuals[s] = norm > 0.0 ? 1.0 : 0.0;
+    if (norm > 0.0 && begins) {
+      const double residual = x_is_start ? std::numeric_limits<double>::infinity() : 1.0;
+      running.push_back(Column::begun(s, norm, residual, 0, residuals[s].column, norm));
+    } else if (x_is_start) {
+      check(cudaMemsetAsync(problem.x + rows_ * s, 0, rows_ * sizeof(cuComplex), context_->stream()), "set to zero");
+    }
+  }
+  return running;
+}
+
+/// Enlarges the spaces, all of them a step at once, until each is done for this cycle; how many steps that took.
+std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& running) {
+  std::vector<Column*> live;
+  for (Column& column : running) {
+    live.push_back(&column);
+  }
+  std::size_t k = 0;
+  for (; !live.empty(); ++k) {
+    Array<cuComplex>& basis = bases_[k];
+    Array<cuComplex>& direction = problem.precondition != nullptr ? directions_[k] : basis;
+    basis.resize(rows_ * live.size());
+    direction.resize(basis.size());
+    std::vector<Term> terms(live.size());  // what is next in each column, then the bases
+    std::vector<Target> places;
     for (std::size_t i = 0; i < live.size(); ++i) {
-      const std::size_t s = index(live[i].column);
-      check_finite(said[i].value);
-      estimates_[s] = said[i].value;
-      dimensions_[s] += said[i].extended;
-      ++column_steps_[s];
+      Column& column = *live[i];
+      terms[i] = {column.next, kOne};
+      places.push_back({basis.data() + rows_ * i, 1.0 / column.length});
+      column.basis.push_back({places[i].column, {}});
+      column.directions.push_back({direction.data() + rows_ * i, {}});
+      terms.insert(terms.end(), column.basis.begin(), column.basis.end());
+    }
+    combine(terms, 1, places);
+    if (problem.precondition != nullptr) {
+      (*problem.precondition)(basis.data(), direction.data(), static_cast<int>(live.size()));
+    }
+    multiply(problem.step, direction.data(), live.size());
+    launch(*context_, "Krylov step", orthogonalise, static_cast<unsigned>(live.size()), kColumnThreads,
+           static_cast<int>(rows_), static_cast<int>(k + 1), terms_.data() + live.size(), product_.data(),
+           found_.data());
+    const Complex* found = wait(live.size() * (k + 2));
+    ++result_.steps;
+    for (std::size_t i = 0; i < live.size(); ++i, found += k + 2) {
+      check_finite(found[k + 1].imag());
+      live[i]->extend(found, product_.data() + rows_ * i);
     }
     if (problem.report) {
-      double worst = 0.0;
-      for (const Slot& slot : running) {
-        worst = std::max(worst, estimates_[index(slot.column)]);
-      }
-      problem.report(result_.steps, worst);
+      const auto less = [](const Column& a, const Column& b) { return a.estimate < b.estimate; };
+      problem.report(result_.steps, std::max_element(running.begin(), running.end(), less)->estimate);
     }
-    drop(live, [&](const Slot& slot) {
-      const std::size_t s = index(slot.column);
-      return estimates_[s] <= problem.limits.tolerance || said[index(slot.from)].exhausted != 0 ||
-             dimensions_[s] == problem.most || column_steps_[s] >= problem.limits.max_steps;
-    });
-    if (!live.empty() && index(columns) != live.size()) {
-      block_.upload(live);
-      block_.compact(problem.n, bases_[index(k + 1)].data());
-    }
+    const auto done = [&](const Column* column) {
+      return column->estimate <= problem.limits.tolerance || column->exhausted ||
+             column->rotations.size() == problem.most || column->steps >= problem.limits.max_steps;
+    };
+    live.erase(std::remove_if(live.begin(), live.end(), done), live.end());
   }
+  return k;
 }
 
-/// Moves to the minimisers, forms their true residuals, and begins a new cycle for those that go on.
-void BlockGmres::update(const Problem& problem, std::vector<Slot>& running) {
-  int dimension = 0;
-  for (Slot& slot : running) {
-    slot.dimension = dimensions_[index(slot.column)];
-    dimension = std::max(dimension, slot.dimension);
-  }
-  const int columns = static_cast<int>(running.size());
-  candidate_.resize(index(problem.n) * index(columns));
-  prepare(problem, 0, columns);
-  block_.upload(running);
-  const Spaces spaces{steps_there_.data(), places_.data(),  reduced_.data(), rotations_.data(),
-                      problem.n,           problem.columns, problem.most};
-  add_minimisers<<<static_cast<unsigned>(columns), kColumnThreads, index(dimension) * kSharedBytes,
-                   context_.stream()>>>(spaces, block_.slots(), problem.x, candidate_.data());
-  context_.launched("minimisers");
-  cuComplex* residuals = bases_[0].data();
-  multiply(problem.apply, candidate_.data(), residuals, columns);
-  block_.judge(problem.n, problem.b, residuals, candidate_.data(), problem.x, residuals);
-  const std::vector<ColumnStatus>& said = block_.wait();
+/// Moves to the minimisers in spaces of at most so many dimensions, forms their true residuals, and begins a new cycle for
+/// those that go on.
+void BlockGmres::update(const Problem& problem, std::vector<Column>& running, std::size_t most) {
+  std::vector<Term> minimisers;
+  std::vector<Term> residuals;
+  std::vector<Target> candidates;
+  std::vector<Target> products;
   for (std::size_t i = 0; i < running.size(); ++i) {
-    check_finite(said[i].value);
+    const Column& column = running[i];
+    const std::vector<Term> terms = column.minimiser();
+    minimisers.insert(minimisers.end(), terms.begin(), terms.end());
+    // x, and before it x times zero as often as the space has fewer dimensions.
+    minimisers.resize((i + 1) * (most + 1), {problem.x + rows_ * column.index, {}});
+    minimisers.back().factor = kOne;
+    candidates.push_back({candidate_.data() + rows_ * i, 1.0});
+    products.push_back({product_.data() + rows_ * i, 1.0});
+    residuals.push_back({problem.b + rows_ * column.index, kOne});
+    residuals.push_back({products[i].column, {-1.0F, 0.0F}});
   }
-  drop(running, [&](Slot& slot) {
-    const double reached = said[index(slot.from)].value;
-    const bool stagnated = reached > kStagnation * slot.residual;
-    slot.residual = std::min(slot.residual, reached);
-    result_.residuals[index(slot.column)] = slot.residual;
-    return slot.residual <= problem.limits.tolerance || column_steps_[index(slot.column)] >= problem.limits.max_steps ||
-           stagnated;
-  });
-  if (!running.empty()) {
-    block_.upload(running);
-    block_.compact(problem.n, residuals);
+  combine(minimisers, most + 1, candidates);
+  multiply(problem.apply, candidate_.data(), running.size());
+  combine(residuals, 2, products);
+  const Complex* norms = wait(running.size());
+  std::vector<Column> left;
+  std::vector<Term> better;
+  std::vector<Target> x;
+  for (std::size_t i = 0; i < running.size(); ++i) {
+    Column& column = running[i];
+    const double norm = norms[i].real();
+    check_finite(norm);
+    const double reached = norm / column.norm;
+    const bool stagnated = reached > kStagnation * column.residual;
+    if (reached < column.residual) {
+      column.residual = reached;
+      better.push_back({candidates[i].column, kOne});
+      x.push_back({problem.x + rows_ * column.index, 1.0});
+    }
+    result_.residuals[column.index] = column.residual;
+    if (!stagnated && column.residual > problem.limits.tolerance && column.steps < problem.limits.max_steps) {
+      left.push_back(Column::begun(column.index, column.norm, column.residual, column.steps, products[i].column, norm));
+    }
   }
+  if (!better.empty()) {
+    combine(better, 1, x);
+  }
+  running = std::move(left);
 }
 
-void BlockGmres::multiply(const BlockProduct& product, const cuComplex* x, cuComplex* y, int columns) {
-  product(x, y, columns);
+/// To each target the sum of `count` terms, in this order; more terms are uploaded only. The sums' norms are found.
+void BlockGmres::combine(const std::vector<Term>& terms, std::size_t count, const std::vector<Target>& targets) {
+  terms_.upload(terms);
+  targets_.upload(targets);
+  launch(*context_, "sums of columns", combine_columns, static_cast<unsigned>(targets.size()), kColumnThreads,
+         static_cast<int>(rows_), static_cast<int>(count), terms_.data(), targets_.data(), found_.data());
+}
+
+/// Waits for the card; the first numbers that were found, until something else comes to the host.
+const std::complex<double>* BlockGmres::wait(std::size_t count) {
+  auto* landed = static_cast<cuDoubleComplex*>(context_->staging(found_.size() * sizeof(cuDoubleComplex)));
+  found_.download(landed, count);
+  return reinterpret_cast<const Complex*>(landed);
+}
+
+void BlockGmres::multiply(const BlockProduct& product, const cuComplex* x, std::size_t columns) {
+  product(x, product_.data(), static_cast<int>(columns));
   ++result_.products;
-  result_.columns += columns;
+  result_.columns += static_cast<int>(columns);
 }
 
 void BlockGmres::check_finite(double value) const {

@@ -1,11 +1,16 @@
 #pragma once
 
+#include <complex>
 #include <functional>
 #include <vector>
 
-#include "sim/gpu/cuda/column_block.cuh"
+#include "sim/gpu/cuda/context.cuh"
 
 namespace touchfield::cuda {
+
+/// y = A x for a block of columns, both n x columns on the card, column by column without gaps, not overlapping; enqueued
+/// on the context's stream.
+using BlockProduct = std::function<void(const cuComplex* x, cuComplex* y, int columns)>;
 
 struct GmresLimits {
   double tolerance = 1e-5;  ///< relative residual ||b - A x|| / ||b|| a column is to reach, > 0
@@ -26,8 +31,9 @@ struct GmresReport {
 /// (solvers/linear/gmres.h): a space of its own for each column, one block product a step, columns that have reached the
 /// tolerance leave the block; true residuals after each cycle; given up are columns that have spent their steps or that a
 /// cycle has lessened by under 0.1 %. From a given x it begins with r = b - A x, and a column in tolerance takes no step.
-/// A step without its product is one kernel, and its estimates come to the host. What it takes of the card grows by a
-/// block a step, is kept for the next solve, and is given back by release().
+/// A step without its product is two kernels for all columns and one wait for what they have found, by which the host solves
+/// the least-squares problems. What it takes of the card grows by a block a step, is kept for the next solve, and is
+/// given back by release().
 ///
 /// apply      A X in single precision or TF32
 /// b, x       n x S on the card, column by column without gaps, not overlapping; x is read only if it is a start
@@ -44,58 +50,46 @@ struct GmresReport {
 ///            std::invalid_argument for limits out of range, GpuMemoryFailure; what was taken till then is kept too
 class BlockGmres {
  public:
-  explicit BlockGmres(Context& context);
+  explicit BlockGmres(Context& context) : context_(&context) {}
 
   GmresReport solve(const BlockProduct& apply, int n, int columns, const cuComplex* b, cuComplex* x,
                     const GmresLimits& limits, bool x_is_start, const std::function<void(int, double)>& report = {},
                     const BlockProduct* loose = nullptr, const BlockProduct* precondition = nullptr);
 
-  void release();
+  void release() { *this = BlockGmres(*context_); }
 
-  struct Step {
-    cuComplex* basis;           // the vectors that step k begins with, a column each
-    cuComplex* direction;       // what it multiplies: the same, or these preconditioned
-    cuDoubleComplex* triangle;  // k + 1 numbers a column: column k of the least-squares problem
+  /// A column of a sum of columns: a vector times a factor.
+  struct Term {
+    const cuComplex* vector;
+    cuComplex factor;
   };
-  struct Rotation {
-    double cosine;
-    cuDoubleComplex sine;
+  /// Where a sum goes, and what it is multiplied by.
+  struct Target {
+    cuComplex* column;
+    double scale;
   };
 
  private:
-  struct Problem {
-    const BlockProduct& apply;
-    const BlockProduct& step;
-    const BlockProduct* precondition;
-    int n;
-    int columns;
-    const cuComplex* b;
-    cuComplex* x;
-    GmresLimits limits;
-    const std::function<void(int, double)>& report;
-    int most;  // dimension of a space
-  };
+  struct Problem;
+  struct Column;
 
-  void prepare(const Problem& problem, int step, int columns);
-  void run_cycle(const Problem& problem, const std::vector<Slot>& running);
-  void update(const Problem& problem, std::vector<Slot>& running);
-  void multiply(const BlockProduct& product, const cuComplex* x, cuComplex* y, int columns);
+  std::vector<Column> start(const Problem& problem, int columns, bool x_is_start);
+  std::size_t run_cycle(const Problem& problem, std::vector<Column>& running);
+  void update(const Problem& problem, std::vector<Column>& running, std::size_t most);
+  void combine(const std::vector<Term>& terms, std::size_t count, const std::vector<Target>& targets);
+  void multiply(const BlockProduct& product, const cuComplex* x, std::size_t columns);
+  const std::complex<double>* wait(std::size_t count);
   void check_finite(double value) const;
 
-  Context& context_;
-  ColumnBlock block_;
-  std::vector<Array<cuComplex>> bases_;
-  std::vector<Array<cuComplex>> directions_;  // where they are preconditioned
-  std::vector<Array<cuDoubleComplex>> triangles_;
-  std::vector<Step> steps_;
-  Array<Step> steps_there_;
-  Array<int> places_;               // of a column's vectors in the bases
-  Array<cuDoubleComplex> reduced_;  // right-hand sides of the triangular systems
-  Array<Rotation> rotations_;
-  Array<cuComplex> candidate_;
-  std::vector<int> column_steps_;
-  std::vector<int> dimensions_;
-  std::vector<double> estimates_;
+  Context* context_;
+  std::vector<Array<cuComplex>> bases_;       // the vectors of each step
+  std::vector<Array<cuComplex>> directions_;  // what it multiplies, where these are preconditioned
+  Array<cuComplex> product_{*context_};       // of the last block, or what is left of it
+  Array<cuComplex> candidate_{*context_};
+  Array<Term> terms_{*context_};
+  Array<Target> targets_{*context_};
+  Array<cuDoubleComplex> found_{*context_};  // by kernels, for the host
+  std::size_t rows_ = 0;                     // of the columns that are solved for
   GmresReport result_;
 };
 
