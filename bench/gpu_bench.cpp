@@ -68,6 +68,7 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   Solved first;
   const double set_up = seconds_of([&] { card = std::make_unique<BodyOnCard>(shared_gpu(0), system, solver, true); });
   const double cold = seconds_of([&] { first = card->pressure(array, q); });
+  const SolverKind kind = card->kind();
   const bool more = c.frames > 0;
   const double again = more ? seconds_of([&] { card->pressure(array, q); }) : std::nan("");
   // What a scene needs of all channels: drives that span them, their pressures on some faces, the Gram matrix of the rest.
@@ -133,8 +134,8 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   }
   std::printf("%s,%ld,%ld,%d,\"%s\",%.4f,%.4f,%.4f,%d,%.1e,%.3f,%.1e,%.4f,%.4f,%d,%.1e,%.4f,%ld,%.0f\n",
               c.scheme.c_str(), static_cast<long>(mesh.face_count()), static_cast<long>(array.size()), c.columns,
-              to_string(card->kind()).c_str(), set_up, cold, again, first.report.steps, first.report.residual,
-              processor, error, frame, slowest, last.report.steps, frame_error, transfer, static_cast<long>(drives),
+              to_string(kind).c_str(), set_up, cold, again, first.report.steps, first.report.residual, processor, error,
+              frame, slowest, last.report.steps, frame_error, transfer, static_cast<long>(drives),
               static_cast<double>(card->gpu().most_taken()) / 1048576.0);
   std::fflush(stdout);
 }

@@ -182,7 +182,7 @@ TEST_F(BodyOnCardTest, FollowsABodyThatMoves) {
 TEST_F(BodyOnCardTest, FramesTakeFewSteps) {
   const TriangleMesh mesh = gap();
   const TransducerArray sources = array();
-  const Eigen::MatrixXcd q = drives(sources.size(), 40);
+  const Eigen::MatrixXcd q = drives(sources.size(), mesh.face_count() / 40);
   const ScatteringSystem before(mesh, wave(), Scheme::kBurtonMillerPolished);
   BodyOnCard card = body(before);
   card.spanned(sources, q, {}, nullptr);
@@ -209,7 +209,7 @@ TEST_F(BodyOnCardTest, FramesTakeFewSteps) {
 TEST_F(BodyOnCardTest, FramesGoOnWithoutRoomForAnInverse) {
   const TriangleMesh mesh = gap();
   const TransducerArray sources = array();
-  const Eigen::MatrixXcd q = drives(sources.size(), 40);
+  const Eigen::MatrixXcd q = drives(sources.size(), mesh.face_count() / 40);
   const ScatteringSystem system(mesh, wave(), Scheme::kBurtonMillerPolished);
   SolverOptions options;
   options.tolerance = kTolerance;

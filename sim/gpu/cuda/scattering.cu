@@ -17,7 +17,7 @@ constexpr int kPolishingSteps = 2;    // as ScatteringSystem's
 constexpr int kUsualSteps = 60;       // of GMRES, for which a block's Krylov space must have room
 constexpr double kTf32Error = 5e-4;   // of a product in TF32
 constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
-constexpr int kFacesAColumn = 32;     // at most, for LU to take less than the steps of GMRES
+constexpr int kFacesAColumn = 64;     // at most, for LU and its inverse to take less than the steps of GMRES
 constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
 
 /// rows(k, s) = from(faces_k, s)
@@ -215,16 +215,16 @@ void Scattering::invert() {
   drop_factors();
 }
 
-/// How so many columns are solved for best, and made ready for that. Plain schemes need LU, whose B has eigenvalues near 0;
-/// the others' does not, but for many columns LU takes less than the steps without it. A body that moves on goes by the
-/// inverse of the B that was factorised, until too much has changed. All that is only for speed: where memory does not
-/// bear it, B is stored or not even that.
+/// How so many columns are solved for best, and made ready for that. Plain schemes need LU, since their B has eigenvalues near
+/// 0; the others' has not, but for many columns LU takes less than the steps without it, and if the body then moves on, the
+/// inverse of that B serves until too much has changed. All that is only for speed: where memory does not bear it, B is
+/// stored or not even that.
 GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int columns) {
   using Kind = GpuSolveOptions::Kind;
   const bool wide = kFacesAColumn * columns >= spec_.faces;
   Kind kind = wanted;
   if (wanted == Kind::kAuto) {
-    if (has_factors_ && !factors_are_current_ && wide && fits(matrix_bytes())) {
+    if (spec_.burton_miller && has_factors_ && !factors_are_current_ && wide && fits(matrix_bytes())) {
       try {
         invert();
       } catch (const GpuMemoryFailure&) {
