@@ -126,7 +126,7 @@ Finding pictures() {
 Finding graphics_card() {
   const GpuLibrary& library = gpu_library();
   if (library.cards == 0) {
-    return {"graphics card", library.why_none, ""};
+    return {"card", library.why_none, ""};
   }
   std::string state;
   for (int card = 0; card < library.cards; ++card) {
@@ -134,7 +134,7 @@ Finding graphics_card() {
     state += fmt::format("{}cuda:{} {}, {:.0f} GiB, driver for CUDA {}", card == 0 ? "" : "; ", card, info.name,
                          static_cast<double>(info.memory) / kGibibyte, info.driver);
   }
-  return {"graphics card", state, ""};
+  return {"card", state, ""};
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ class Device(CommandTest):
         super().setUp()
         self.write("scene.yaml", SCENE)
         found = json.loads(self.run_ok("doctor", "--json").stdout)
-        self.card = found["graphics card"]["state"]
+        self.card = found["card"]["state"]
         self.has_card = self.card.startswith("cuda:0")
 
     def solve(self, device):

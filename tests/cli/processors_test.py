@@ -114,7 +114,7 @@ class Processors(CommandTest):
 
     def test_doctor_has_a_line_for_each(self):
         found = self.doctor({})
-        self.assertEqual(list(found), ["program", "processor", "BLAS", "threads", "speed", "memory", "disk", "graphics card",
+        self.assertEqual(list(found), ["program", "processor", "BLAS", "threads", "speed", "memory", "disk", "card",
                                        "libraries", "pictures"])
         for subject, finding in found.items():
             self.assertEqual(set(finding), {"state", "advice"}, subject)
