@@ -16,8 +16,7 @@ struct SweepOptions {
   std::vector<std::string> worker;  // program and arguments of a process that computes cases: see serve_cases
   int threads = 1;                  // of all jobs together
   int jobs = 0;                     // cases at a time; 0: chosen
-  std::vector<std::string>
-      cards;  // graphics cards as CUDA_VISIBLE_DEVICES names them, one a worker in turn; empty: as it is
+  std::vector<std::string> cards;   // as CUDA_VISIBLE_DEVICES names them, one a worker in turn; empty: as it is
   bool retry_failed = false;
   double case_seconds = 0.0;  // a case that takes longer is given up as failed [s]; 0: case_limit
   std::string command_line;

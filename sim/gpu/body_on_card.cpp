@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/gpu/card_errors.h"
 #include "sim/gpu/card_input.h"
 
 namespace touchfield {
@@ -33,11 +33,7 @@ GpuSolveOptions card_options(const SolverOptions& options, bool leaves_open) {
 template <typename Work>
 auto BodyOnCard::guarded(const Work& work) const {
   try {
-    return work();
-  } catch (const GpuMemoryFailure&) {
-    throw;
-  } catch (const GpuFailure& failure) {
-    throw DeviceError(failure.what());
+    return on_card(work);
   } catch (const std::domain_error& error) {
     throw NumericalError(fmt::format("scattering by {} faces, scheme {}, on {}: {}", system_.faces(),
                                      to_string(system_.scheme()), gpu_->info().name, error.what()));
@@ -61,10 +57,6 @@ BodyOnCard::BodyOnCard(std::shared_ptr<Gpu> gpu, const ScatteringSystem& system,
   spec.seven_below = rule.seven_below;
   spec.three_below = rule.three_below;
   body_ = guarded([&] { return gpu_->body(spec); });
-}
-
-std::size_t BodyOnCard::near_pairs() const {
-  return guarded([&] { return body_->near_pairs(); });
 }
 
 void BodyOnCard::aim(const TransducerArray& array) {
@@ -98,8 +90,8 @@ void BodyOnCard::take(const std::vector<Eigen::Index>& faces, const Eigen::Vecto
   spanned.target.resize(static_cast<Eigen::Index>(faces.size()), rank);
   body_->rows(numbers(faces).data(), static_cast<int>(faces.size()), spanned.target.data());
   if (weights != nullptr) {
-    spanned.quiet.resize(rank, rank);
-    body_->gram(weights->data(), spanned.quiet.data());
+    HermitianEigen& quiet = spanned.quiet.emplace(HermitianEigen{Eigen::VectorXd(rank), Eigen::MatrixXcd(rank, rank)});
+    body_->gram_eigen(weights->data(), quiet.values.data(), quiet.vectors.data());
   }
 }
 
@@ -167,16 +159,6 @@ Solved BodyOnCard::transfer_rows(const TransducerArray& array, const std::vector
 
 void BodyOnCard::move(const TriangleMesh& mesh) {
   guarded([&] { body_->move(mesh.vertices().data()); });
-}
-
-HermitianEigen hermitian_eigen(Gpu& gpu, const Eigen::MatrixXcd& matrix) {
-  HermitianEigen eigen{Eigen::VectorXd(matrix.rows()), Eigen::MatrixXcd(matrix.rows(), matrix.rows())};
-  try {
-    gpu.hermitian_eigen(static_cast<int>(matrix.rows()), matrix.data(), eigen.values.data(), eigen.vectors.data());
-  } catch (const GpuFailure& failure) {
-    throw DeviceError(failure.what());
-  }
-  return eigen;
 }
 
 }  // namespace touchfield

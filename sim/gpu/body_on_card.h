@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,7 +29,6 @@ class BodyOnCard {
   BodyOnCard(std::shared_ptr<Gpu>, const ScatteringSystem&&, const SolverOptions&, bool) = delete;
 
   Gpu& gpu() const { return *gpu_; }
-  std::size_t near_pairs() const;
 
   /// How it was solved last.
   SolverKind kind() const { return kind_; }
@@ -42,11 +42,11 @@ class BodyOnCard {
     Eigen::MatrixXcd drives;  // V, N x r
     double left_out = 0;
     SolveReport report;
-    Eigen::MatrixXcd target;  // P of the faces asked for, K x r
-    Eigen::MatrixXcd quiet;   // P^H diag(weights) P, r x r; of no size without weights
+    Eigen::MatrixXcd target;              // P of the faces asked for, K x r
+    std::optional<HermitianEigen> quiet;  // of P^H diag(weights) P, r x r, if there are weights
   };
   /// faces     whose rows of P are wanted
-  /// weights   M; null: no Gram matrix
+  /// weights   M; null: no eigenvectors
   Spanned spanned(const TransducerArray& array, double tolerance, const std::vector<Eigen::Index>& faces,
                   const Eigen::VectorXd* weights, const ScatteringSolver::Report& report = {});
   /// The same of drives that are given. With as many as the last time its pressures are the start: for a body that moves.
@@ -83,8 +83,5 @@ class BodyOnCard {
   int spanned_columns_ = 0;
   std::unique_ptr<GpuBody> body_;
 };
-
-/// Eigenvalues and eigenvectors of a Hermitian matrix by the card.
-HermitianEigen hermitian_eigen(Gpu& gpu, const Eigen::MatrixXcd& matrix);
 
 }  // namespace touchfield

@@ -1,6 +1,6 @@
 #include "sim/gpu/field_on_card.h"
 
-#include "sim/core/errors.h"
+#include "sim/gpu/card_errors.h"
 #include "sim/gpu/card_input.h"
 
 namespace touchfield {
@@ -21,13 +21,7 @@ FarField far_field_on_card(Gpu& gpu, double far_distance, const TriangleMesh& me
   field.pressure = far.pressure.data();
   field.winding = far.winding.data();
   field.near = far.near.data();
-  try {
-    gpu.field(card_surface(mesh, wave), card_sources(array, response), field);
-  } catch (const GpuMemoryFailure&) {
-    throw;
-  } catch (const GpuFailure& failure) {
-    throw DeviceError(failure.what());
-  }
+  on_card([&] { gpu.field(card_surface(mesh, wave), card_sources(array, response), field); });
   return far;
 }
 

@@ -80,7 +80,6 @@ struct GpuSolveReport {
   int steps = 0;                                              // most GMRES steps of a column; LU takes one or two
   double residual = 0;
   bool converged = false;
-  int blocks = 1;  // in how many parts the columns were solved, for want of memory
 };
 
 /// step, worst residual of the columns so far
@@ -103,8 +102,6 @@ class GpuBody {
   /// In the frame of the vertices.
   virtual void set_sources(const GpuSources& sources) = 0;
 
-  virtual std::size_t near_pairs() = 0;
-
   /// Makes P of drives N x S.
   ///
   /// warm   start from P as it is, if that has S columns
@@ -122,8 +119,8 @@ class GpuBody {
   /// P, or some rows of it, S columns.
   virtual void pressures(GpuComplex* all) = 0;
   virtual void rows(const int* faces, int count, GpuComplex* rows) = 0;
-  /// P^H diag(weights) P, S x S.
-  virtual void gram(const double* weights, GpuComplex* gram) = 0;
+  /// Eigenvalues, S ascending, and eigenvectors, S x S, of P^H diag(weights) P.
+  virtual void gram_eigen(const double* weights, double* values, GpuComplex* vectors) = 0;
 
   /// Q of IncidentProblem (solvers/phase/incident_problem.h) in single precision, C = diag(sqrt w) [B_T diag(p'), -b]:
   /// B_T the columns of B of `count` faces or, not scattered, of the identity; p' their amplitudes, w a weight a face.
@@ -166,8 +163,6 @@ class Gpu : public PhaseDevice {
   /// accuracy   3e-7 of each face's part, which add up like errors at random; which faces are near as the processor has it,
   ///            to the last one
   virtual void field(const GpuBodySpec& body, const GpuSources& sources, const GpuField& field) = 0;
-  /// Eigenvalues, ascending, and eigenvectors of a Hermitian matrix, size x size.
-  virtual void hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) = 0;
 };
 
 struct GpuLimits {

@@ -87,12 +87,8 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering, const 
   transfer.quiet_weight = quiet_weight;
   transfer.solves = spanned->drives.cols();
   transfer.channels_left_out = spanned->left_out;
-  std::optional<HermitianEigen> eigen;
-  if (quiet_weight > 0) {
-    eigen = hermitian_eigen(*scattering.gpu(), spanned->quiet);
-  }
-  transfer.reduction = reduced_skin_problem(spanned->target, eigen ? &*eigen : nullptr, spanned->drives,
-                                            areas(target.faces), target.amplitudes, kQuietTolerance);
+  transfer.reduction = reduced_skin_problem(spanned->target, spanned->quiet ? &*spanned->quiet : nullptr,
+                                            spanned->drives, areas(target.faces), target.amplitudes, kQuietTolerance);
   silence_dead(scattering.array().response, transfer.reduction.problem);
   return transfer;
 }

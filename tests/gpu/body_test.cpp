@@ -142,7 +142,10 @@ TEST_F(BodyOnCardTest, SpansAllChannels) {
   const Eigen::MatrixXcd p = reference.pressure(sources, spanned.drives);
   EXPECT_LT(largest_difference(card.spanned_pressure(), p), 1e-4);
   EXPECT_LT(largest_difference(spanned.target, p(faces, Eigen::all)), 1e-4);
-  EXPECT_LT(largest_difference(spanned.quiet, p.adjoint() * weights.asDiagonal() * p), 2e-4);
+  const HermitianEigen& quiet = spanned.quiet.value();
+  EXPECT_LT(largest_difference(quiet.vectors * quiet.values.asDiagonal() * quiet.vectors.adjoint(),
+                               p.adjoint() * weights.asDiagonal() * p),
+            2e-4);
   // From these pressures on: nothing is left to do.
   const BodyOnCard::Spanned again = card.spanned(sources, spanned.drives, faces, &weights);
   EXPECT_EQ(again.report.steps, 0);

@@ -24,7 +24,6 @@ class FieldCard : public Gpu {
   std::size_t allowed() const override { return 0; }
   std::unique_ptr<GpuBody> body(const GpuBodySpec&) override { return nullptr; }
   void field(const GpuBodySpec&, const GpuSources&, const GpuField& field) override { work_(field); }
-  void hermitian_eigen(int, const GpuComplex*, double*, GpuComplex*) override {}
   std::unique_ptr<SkinDevice> skin(const GpuComplex*, int, const GpuComplex*, int, int) override { return nullptr; }
 
  private:

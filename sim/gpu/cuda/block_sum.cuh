@@ -1,6 +1,6 @@
 #pragma once
 
-// For .cu files only: kernels that give a column of a block to a block of threads.
+// For .cu files only: kernels that give a column to a block of threads.
 #include "sim/gpu/cuda/launch.cuh"
 
 namespace touchfield::cuda {
@@ -33,5 +33,9 @@ __device__ inline double square(cuComplex value) {
 __device__ inline cuComplex scaled(cuComplex value, double factor) {
   return {static_cast<float>(value.x * factor), static_cast<float>(value.y * factor)};
 }
+
+__device__ inline double magnitude(double value) { return fabs(value); }
+__device__ inline double magnitude(cuComplex value) { return hypotf(value.x, value.y); }
+__device__ inline double magnitude(cuDoubleComplex value) { return hypot(value.x, value.y); }
 
 }  // namespace touchfield::cuda

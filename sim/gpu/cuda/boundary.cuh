@@ -32,10 +32,7 @@ class Boundary {
   void update();
 
   int size() const { return faces_.size(); }
-  const Faces& faces() const { return faces_; }
   int near_pairs() const { return near_ ? near_->pairs() : 0; }
-  /// M values on the card.
-  const cuDoubleComplex* diagonal() const { return diagonal_.data(); }
 
   /// Rows first .. first + rows - 1 of B: rows x M on the card, ld >= rows.
   void fill_rows(int first, int rows, cuComplex* panel, int ld) const;

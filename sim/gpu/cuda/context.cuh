@@ -32,7 +32,6 @@ class Context final : public Gpu {
   std::size_t allowed() const override { return allowed_; }
   std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) override;
   void field(const GpuBodySpec& body, const GpuSources& sources, const GpuField& field) override;
-  void hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) override;
   std::unique_ptr<SkinDevice> skin(const GpuComplex* target, int faces, const GpuComplex* quiet, int rank,
                                    int channels) override;
 
@@ -128,6 +127,12 @@ class Array {
   void download(T* host, std::size_t count) const {
     check(cudaMemcpyAsync(host, data_, count * sizeof(T), cudaMemcpyDeviceToHost, context_->stream()), "download");
     context_->synchronize();
+  }
+  T value(std::size_t i) const {
+    auto* landed = static_cast<T*>(context_->staging(sizeof(T)));
+    check(cudaMemcpyAsync(landed, data_ + i, sizeof(T), cudaMemcpyDeviceToHost, context_->stream()), "download");
+    context_->synchronize();
+    return *landed;
   }
   void set_zero() { check(cudaMemsetAsync(data_, 0, size_ * sizeof(T), context_->stream()), "set to zero"); }
 

@@ -1,7 +1,6 @@
-#include <algorithm>
 #include <cmath>
 
-#include "sim/gpu/cuda/column_sums.cuh"
+#include "sim/gpu/cuda/block_sum.cuh"
 #include "sim/gpu/cuda/matrix_vector.cuh"
 #include "sim/gpu/cuda/normal_factor.cuh"
 #include "sim/gpu/cuda/phase_steps.cuh"
@@ -31,15 +30,11 @@ __global__ void fill_normal(const double2* q, int size, const double2* z, double
 class CardGram final : public GramDevice {
  public:
   CardGram(Context& context, Array<double2> q, int size) : context_(context), size_(size), q_(std::move(q)) {
-    Array<double> sums(context_);
-    finite_ = std::isfinite(greatest_column_sum(context_, size_, q_.data(), false, sums));
-    std::vector<double2> diagonal(static_cast<std::size_t>(size_));
-    check(cudaMemcpy2DAsync(diagonal.data(), sizeof(double2), q_.data(), sizeof(double2) * (size_ + std::size_t{1}),
-                            sizeof(double2), diagonal.size(), cudaMemcpyDeviceToHost, context_.stream()),
-          "download");
-    context_.synchronize();
-    const auto less = [](const double2& a, const double2& b) { return a.x < b.x; };
-    largest_diagonal_ = std::max_element(diagonal.begin(), diagonal.end(), less)->x;
+    finite_ = all_finite(context_, q_.data(), q_.size());
+    int largest = 1;  // counted from 1
+    const int apart = 2 * (size_ + 1);
+    check(cublasIdamax(context_.blas(), size_, &q_.data()->x, apart, &largest), "largest of a diagonal");
+    largest_diagonal_ = q_.value((size_ + std::size_t{1}) * (largest - 1)).x;
   }
 
   int size() const override { return size_; }
@@ -60,10 +55,8 @@ class CardGram final : public GramDevice {
     std::memcpy(host, z, bytes);
     z_.upload(host, size_);
     factor_.resize(size_, 0, in_double);
-    const dim3 blocks(static_cast<unsigned>(size_), blocks_for(static_cast<std::size_t>(size_), kBlock));
-    fill_normal<<<blocks, kBlock, 0, context_.stream()>>>(q_.data(), size_, z_.data(), factor_.exact(),
-                                                          factor_.rounded());
-    context_.launched("normal matrix");
+    launch(context_, "normal matrix", fill_normal, dim3(size_, blocks_for(size_, kBlock)), kBlock, q_.data(), size_,
+           z_.data(), factor_.exact(), factor_.rounded());
     return factor_.factorise(mu);
   }
 
@@ -78,8 +71,7 @@ class CardGram final : public GramDevice {
   bool finite_ = true;
   double largest_diagonal_ = 0;
   Array<double2> q_;
-  Array<double2> z_{context_};
-  Array<double2> product_{context_};
+  Array<double2> z_{context_}, product_{context_};
   NormalFactor factor_{context_};
 };
 

@@ -12,7 +12,7 @@ constexpr unsigned kAllLanes = 0xffffffffU;
 
 /// A kernel on the context's stream; none where there are no blocks.
 template <typename... Parameters>
-void launch(Context& context, const char* what, void (*kernel)(Parameters...), dim3 blocks, unsigned threads,
+void launch(Context& context, const char* what, void (*kernel)(Parameters...), dim3 blocks, dim3 threads,
             std::common_type_t<Parameters>... arguments) {
   if (blocks.x > 0 && blocks.y > 0) {
     kernel<<<blocks, threads, 0, context.stream()>>>(arguments...);

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <type_traits>
 
-#include "sim/gpu/cuda/context.cuh"
+#include "sim/gpu/cuda/launch.cuh"
 
 namespace touchfield::cuda {
 
@@ -48,9 +48,8 @@ __global__ void __launch_bounds__(kProductThreads)
 template <typename Value>
 void multiply(Context& context, const Value* a, int ld, int rows, int columns, const Value* x, Value* product,
               int width = 1) {
-  const dim3 blocks(blocks_for(static_cast<std::size_t>(rows), kProductRows), static_cast<unsigned>(width));
-  multiply_rows<<<blocks, kProductThreads, 0, context.stream()>>>(a, ld, rows, columns, x, product);
-  context.launched("product");
+  launch(context, "product", multiply_rows<Value>, dim3(blocks_for(rows, kProductRows), width), kProductThreads, a, ld,
+         rows, columns, x, product);
 }
 
 constexpr auto gemv(float /*value*/) { return cublasSgemv; }

@@ -212,13 +212,6 @@ NearCorrections::NearCorrections(const Faces& faces, const NearRule& rule)
   update();
 }
 
-int NearCorrections::value_at(const int* there) const {
-  int value = 0;
-  check(cudaMemcpyAsync(&value, there, sizeof(int), cudaMemcpyDeviceToHost, context_.stream()), "near faces");
-  context_.synchronize();
-  return value;
-}
-
 void NearCorrections::update() {
   const int size = faces_.size();
   const unsigned blocks = warp_blocks((size + kRows - 1) / kRows);
@@ -232,7 +225,7 @@ void NearCorrections::update() {
   with_room(context_, [&](void* room, std::size_t& bytes) {
     return cub::DeviceScan::ExclusiveSum(room, bytes, count_.data(), start_.data(), size + 1, context_.stream());
   });
-  const int pairs = value_at(start_.data() + size);
+  const int pairs = start_.value(size);
   for (Array<int>* values : {&row_, &column_, &order_}) {
     values->resize(pairs);
   }
@@ -252,7 +245,7 @@ void NearCorrections::integrate() {
     return cub::DeviceSelect::If(room, bytes, thrust::counting_iterator<int>(0), order_.data(), count_.data(), pairs(),
                                  IsSplit{faces, rule_, row_.data(), column_.data()}, context_.stream());
   });
-  const int splits = value_at(count_.data());
+  const int splits = count_.value(0);
   launch(context_, "near integrals", damped ? integrate_whole<true> : integrate_whole<false>,
          blocks_for(pairs(), kThreads), kThreads, faces, wave, rule_, pairs(), row_.data(), column_.data(),
          value_.data());

@@ -31,7 +31,6 @@ class NearCorrections {
   void subtract_rows(int first, int rows, cuComplex* panel, int ld) const;
 
  private:
-  int value_at(const int* there) const;
   void integrate();
   void sort_by_columns();
 

@@ -138,9 +138,7 @@ bool NormalFactor::factorise(double mu, const Real* given) {
     check(cudaMemcpyAsync(factor, given, sizeof(Real) * rows_ * rows_, cudaMemcpyDeviceToDevice, context_.stream()),
           what);
   }
-  const unsigned blocks = blocks_for(static_cast<std::size_t>(rows_), kBlock);
-  add_to_diagonal<<<blocks, kBlock, 0, context_.stream()>>>(rows_, mu, factor);
-  context_.launched(what);
+  launch(context_, what, add_to_diagonal<Real>, blocks_for(rows_, kBlock), kBlock, rows_, mu, factor);
   int count = 0;
   check(potrf_space(Real{})(context_.solver(), CUBLAS_FILL_MODE_LOWER, rows_, factor, rows_, &count), what);
   work_.resize(static_cast<std::size_t>(count));
@@ -148,9 +146,7 @@ bool NormalFactor::factorise(double mu, const Real* given) {
                       info_.data()),
         what);
   invert<Real>();
-  int* info = static_cast<int*>(context_.staging(sizeof(int)));
-  info_.download(info, 1);
-  return *info == 0;
+  return info_.value(0) == 0;
 }
 
 /// L^-1 by tiles twice as large each time: that of [L1 0; L21 L2] is [W1 0; -W2 L21 W1, W2].
@@ -161,9 +157,7 @@ void NormalFactor::invert() {
   auto* inverse = as<Real>(inverse_);
   auto* between = as<Real>(between_);
   inverse_.set_zero();
-  const unsigned tiles = blocks_for(static_cast<std::size_t>(rows_), kTile);
-  invert_tiles<<<tiles, kTile, 0, context_.stream()>>>(rows_, factor, inverse, info_.data());
-  context_.launched(what);
+  launch(context_, what, invert_tiles<Real>, blocks_for(rows_, kTile), kTile, rows_, factor, inverse, info_.data());
   const auto at = [&](int row, int column) { return row + std::size_t{1} * column * rows_; };
   // L21 (height x width) of `pairs` pairs of tiles from `from` on.
   const auto join = [&](int from, int height, int width, int pairs) {
@@ -193,17 +187,16 @@ void NormalFactor::invert() {
 
 template <typename Real>
 void NormalFactor::add_solution(double unit, bool first) {
-  const unsigned blocks = blocks_for(static_cast<std::size_t>(rows_), kBlock);
+  const unsigned blocks = blocks_for(rows_, kBlock);
   const auto* inverse = as<Real>(inverse_);
   auto* scaled = as<Real>(scaled_);
   auto* half = as<Real>(half_);
   const double* remainder = first ? right_.data() : remainder_.data();
-  begin_correction<<<blocks, kBlock, 0, context_.stream()>>>(rows_, remainder, unit, first, scaled, y_.data());
-  context_.launched("correction");
+  launch(context_, "correction", begin_correction<Real>, blocks, kBlock, rows_, remainder, unit, first, scaled,
+         y_.data());
   multiply(context_, inverse, rows_, rows_, rows_, scaled, half);
   multiply_adjoint(context_, inverse, rows_, rows_, rows_, half, scaled);
-  add_scaled<<<blocks, kBlock, 0, context_.stream()>>>(rows_, scaled, unit, y_.data());
-  context_.launched("correction");
+  launch(context_, "correction", add_scaled<Real>, blocks, kBlock, rows_, scaled, unit, y_.data());
 }
 
 double NormalFactor::correct(const double* right, double unit, double* found) {
@@ -229,9 +222,8 @@ double NormalFactor::correct(const double* right, double unit, double* found) {
     multiply_adjoint(context_, exact(), rows_, rows_, columns_, y_.data(), inner_.data());
   }
   multiply(context_, exact(), rows_, rows_, static_cast<int>(count), answer.data(), product_.data());
-  end_correction<<<1, kColumnThreads, 0, context_.stream()>>>(rows_, right_.data(), mu_, y_.data(), product_.data(),
-                                                              remainder_.data(), answer.data() + count);
-  context_.launched("correction");
+  launch(context_, "correction", end_correction, 1, kColumnThreads, rows_, right_.data(), mu_, y_.data(),
+         product_.data(), remainder_.data(), answer.data() + count);
   answer.download(host, count + 1);
   std::memcpy(found, host, sizeof(double) * count);
   return host[count];

@@ -45,13 +45,9 @@ class NormalFactor {
   // Of float or double, as the factor is.
   Array<double> factor_{context_};   // F, then L, in the lower triangle
   Array<double> inverse_{context_};  // L^-1, zeros above
-  Array<double> between_{context_};
-  Array<double> work_{context_};
-  Array<double> scaled_{context_};
-  Array<double> half_{context_};
+  Array<double> between_{context_}, work_{context_}, scaled_{context_}, half_{context_};
   Array<int> info_{context_, 1};
-  Array<double> right_{context_};
-  Array<double> remainder_{context_};
+  Array<double> right_{context_}, remainder_{context_};
   Array<double> product_{context_};  // P y
   Array<double> y_{context_};        // with room for the norm behind it, as in the next
   Array<double> inner_{context_};    // J^T y

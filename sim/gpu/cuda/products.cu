@@ -1,3 +1,6 @@
+#include <cmath>
+
+#include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/products.cuh"
 
 namespace touchfield::cuda {
@@ -11,14 +14,6 @@ __global__ void convert_values(const From* from, To* to, std::size_t count) {
   const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
   if (i < count) {
     to[i] = {static_cast<decltype(to->x)>(from[i].x), static_cast<decltype(to->x)>(from[i].y)};
-  }
-}
-
-template <typename From, typename To>
-void convert_all(Context& context, const From* from, To* to, std::size_t count) {
-  if (count > 0) {
-    convert_values<<<blocks_for(count, kThreads), kThreads, 0, context.stream()>>>(from, to, count);
-    context.launched("convert");
   }
 }
 
@@ -54,10 +49,8 @@ void gram(Context& context, int rows, int columns, const cuComplex* a, int lda, 
   check(cublasCherk(context.blas(), CUBLAS_FILL_MODE_LOWER, CUBLAS_OP_C, columns, rows, &one, a, lda, &zero, c, ldc),
         "Gram matrix");
   const dim3 threads(32, 8);
-  const dim3 blocks(blocks_for(static_cast<std::size_t>(columns), threads.x),
-                    blocks_for(static_cast<std::size_t>(columns), threads.y));
-  mirror_lower<<<blocks, threads, 0, context.stream()>>>(columns, c, ldc);
-  context.launched("Gram matrix");
+  const dim3 blocks(blocks_for(columns, threads.x), blocks_for(columns, threads.y));
+  launch(context, "Gram matrix", mirror_lower, blocks, threads, columns, c, ldc);
 }
 
 void add(Context& context, cuComplex factor, const cuComplex* x, cuComplex* y, std::size_t count) {
@@ -68,12 +61,23 @@ void add(Context& context, cuDoubleComplex factor, const cuDoubleComplex* x, cuD
   check(cublasZaxpy_64(context.blas(), static_cast<std::int64_t>(count), &factor, x, 1, y, 1), "sum");
 }
 
-void convert(Context& context, const cuDoubleComplex* from, cuComplex* to, std::size_t count) {
-  convert_all(context, from, to, count);
+bool all_finite(Context& context, const cuComplex* a, std::size_t count) {
+  float sum = 0.0F;
+  check(cublasScasum_64(context.blas(), static_cast<std::int64_t>(count), a, 1, &sum), "sum of magnitudes");
+  return std::isfinite(sum);
 }
 
-void convert(Context& context, const cuComplex* from, cuDoubleComplex* to, std::size_t count) {
-  convert_all(context, from, to, count);
+bool all_finite(Context& context, const cuDoubleComplex* a, std::size_t count) {
+  double sum = 0.0;
+  check(cublasDzasum_64(context.blas(), static_cast<std::int64_t>(count), a, 1, &sum), "sum of magnitudes");
+  return std::isfinite(sum);
 }
+
+template <typename From, typename To>
+void convert(Context& context, const From* from, To* to, std::size_t count) {
+  launch(context, "convert", convert_values<From, To>, blocks_for(count, kThreads), kThreads, from, to, count);
+}
+template void convert(Context&, const cuDoubleComplex*, cuComplex*, std::size_t);
+template void convert(Context&, const cuComplex*, cuDoubleComplex*, std::size_t);
 
 }  // namespace touchfield::cuda

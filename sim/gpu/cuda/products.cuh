@@ -23,8 +23,12 @@ void gram(Context& context, int rows, int columns, const cuComplex* a, int lda, 
 void add(Context& context, cuComplex factor, const cuComplex* x, cuComplex* y, std::size_t count);
 void add(Context& context, cuDoubleComplex factor, const cuDoubleComplex* x, cuDoubleComplex* y, std::size_t count);
 
-/// Between precisions.
-void convert(Context& context, const cuDoubleComplex* from, cuComplex* to, std::size_t count);
-void convert(Context& context, const cuComplex* from, cuDoubleComplex* to, std::size_t count);
+/// Whether every value is finite: their sum of magnitudes is.
+bool all_finite(Context& context, const cuComplex* a, std::size_t count);
+bool all_finite(Context& context, const cuDoubleComplex* a, std::size_t count);
+
+/// Between precisions: cuComplex and cuDoubleComplex.
+template <typename From, typename To>
+void convert(Context& context, const From* from, To* to, std::size_t count);
 
 }  // namespace touchfield::cuda

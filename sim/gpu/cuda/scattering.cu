@@ -3,6 +3,7 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "sim/gpu/cuda/launch.cuh"
 #include "sim/gpu/cuda/phase_steps.cuh"
 #include "sim/gpu/cuda/scattering.cuh"
 
@@ -104,31 +105,18 @@ std::size_t Scattering::panel_bytes() const {
   return std::min(kMostPanelBytes, (context_.allowed() - context_.taken()) / 8);
 }
 
+Boundary& Scattering::made(std::unique_ptr<Boundary>& boundary, Equation equation) {
+  if (!boundary) {
+    const NearRule rule{spec_.split_ratio, spec_.seven_below, spec_.three_below};
+    boundary = std::make_unique<Boundary>(faces_, equation, BoundaryOptions{rule, panel_bytes()});
+  }
+  return *boundary;
+}
+
 Boundary& Scattering::boundary() {
-  if (!boundary_) {
-    BoundaryOptions options;
-    options.panel_bytes = panel_bytes();
-    options.rule = {spec_.split_ratio, spec_.seven_below, spec_.three_below};
-    const Equation equation = spec_.burton_miller ? Equation::kBurtonMiller
-                              : spec_.corrected   ? Equation::kPaperCorrected
-                                                  : Equation::kPaper;
-    boundary_ = std::make_unique<Boundary>(faces_, equation, options);
-  }
-  return *boundary_;
-}
-
-Boundary& Scattering::plain() {
-  if (!plain_) {
-    BoundaryOptions options;
-    options.panel_bytes = panel_bytes();
-    plain_ = std::make_unique<Boundary>(faces_, Equation::kPaperCorrected, options);
-  }
-  return *plain_;
-}
-
-std::size_t Scattering::near_pairs() {
-  context_.use();
-  return static_cast<std::size_t>(boundary().near_pairs());
+  return made(boundary_, spec_.burton_miller ? Equation::kBurtonMiller
+                         : spec_.corrected   ? Equation::kPaperCorrected
+                                             : Equation::kPaper);
 }
 
 /// Right-hand sides of every channel at some faces, rows x N, in double.
@@ -302,7 +290,6 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
   const double column = 8.0 * spec_.faces * (std::min(kUsualSteps, options.restart) + 8);
   const double room = kShareOfFree * static_cast<double>(context_.allowed() - context_.taken());
   int width = std::max(1, static_cast<int>(std::min<double>(all.columns, room / column)));
-  report.blocks = 0;
   for (int first = 0; first < all.columns;) {
     Block block = all;
     block.columns = std::min(width, all.columns - first);
@@ -330,7 +317,6 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
       continue;
     }
     first += block.columns;
-    ++report.blocks;
   }
   if (report.kind == Kind::kGmres && report.steps > kMostSteps) {
     inverse_.reset();  // the next block makes another
@@ -384,15 +370,20 @@ GpuSolveReport Scattering::solve(const GpuComplex* drives, int columns, bool war
   return pressures_of(drives_.data(), columns, warm, options, progress);
 }
 
+/// Of a Hermitian matrix, which its eigenvectors replace; eigenvalues to the host.
+void Scattering::eigen(int size, Array<cuDoubleComplex>& matrix, double* values) {
+  Array<double> there(context_, static_cast<std::size_t>(size));
+  hermitian_.solve(size, matrix.data(), there.data());
+  there.download(values, there.size());
+}
+
 GpuBody::Span Scattering::span(double tolerance, const GpuSolveOptions& options, const GpuProgress& progress) {
   context_.use();
   const int channels = sources().size();
   Array<cuDoubleComplex> vectors(context_);
-  Array<double> values_there(context_, static_cast<std::size_t>(channels));
-  channels_gram(vectors);
-  hermitian_.solve(channels, vectors.data(), values_there.data());
   std::vector<double> values(static_cast<std::size_t>(channels));
-  values_there.download(values.data(), values.size());
+  channels_gram(vectors);
+  eigen(channels, vectors, values.data());
   double total = 0;
   for (double& value : values) {
     value = std::max(0.0, value);
@@ -437,13 +428,12 @@ void Scattering::rows(const int* faces, int count, GpuComplex* rows) {
     return;
   }
   host_.resize(size);
-  gather_rows<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(list.data(), count, pressure().data(),
-                                                                              spec_.faces, columns_, host_.data());
-  context_.launched("rows");
+  launch(context_, "rows", gather_rows, blocks_for(size, kThreads), kThreads, list.data(), count, pressure().data(),
+         spec_.faces, columns_, host_.data());
   host_.download(reinterpret_cast<cuDoubleComplex*>(rows), size);
 }
 
-void Scattering::gram(const double* weights, GpuComplex* gram) {
+void Scattering::gram_eigen(const double* weights, double* values, GpuComplex* vectors) {
   context_.use();
   std::vector<double> roots(weights, weights + spec_.faces);
   std::transform(roots.begin(), roots.end(), roots.begin(), [](double w) { return std::sqrt(w); });
@@ -455,13 +445,13 @@ void Scattering::gram(const double* weights, GpuComplex* gram) {
     const int rows = std::min(kPanelRows, spec_.faces - first);
     const std::size_t size = std::size_t{1} * rows * columns_;
     panel.resize(size);
-    weigh_rows<<<blocks_for(size, kThreads), kThreads, 0, context_.stream()>>>(
-        root.data(), pressure().data(), spec_.faces, first, rows, columns_, panel.data());
-    context_.launched("Gram matrix");
+    launch(context_, "Gram matrix", weigh_rows, blocks_for(size, kThreads), kThreads, root.data(), pressure().data(),
+           spec_.faces, first, rows, columns_, panel.data());
     multiply(context_, CUBLAS_OP_C, CUBLAS_OP_N, columns_, columns_, rows, {1.0, 0.0}, panel.data(), rows, panel.data(),
              rows, {first == 0 ? 0.0 : 1.0, 0.0}, host_.data(), columns_);
   }
-  host_.download(reinterpret_cast<cuDoubleComplex*>(gram), host_.size());
+  eigen(columns_, host_, values);
+  host_.download(reinterpret_cast<cuDoubleComplex*>(vectors), host_.size());
 }
 
 std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int count, const double* amplitudes,
@@ -498,9 +488,8 @@ void Scattering::set_units(const int* faces, int count, Array<cuComplex>& units)
   list.upload(faces, static_cast<std::size_t>(count));
   units.resize(std::size_t{1} * spec_.faces * count);
   units.set_zero();
-  set_ones<<<blocks_for(list.size(), kThreads), kThreads, 0, context_.stream()>>>(list.data(), count, units.data(),
-                                                                                  spec_.faces);
-  context_.launched("unit columns");
+  launch(context_, "unit columns", set_ones, blocks_for(list.size(), kThreads), kThreads, list.data(), count,
+         units.data(), spec_.faces);
 }
 
 GpuSolveReport Scattering::transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
@@ -542,18 +531,6 @@ GpuSolveReport Scattering::transfer_rows(const int* faces, int count, GpuComplex
 std::unique_ptr<GpuBody> Context::body(const GpuBodySpec& spec) {
   use();
   return std::make_unique<Scattering>(*this, spec);
-}
-
-void Context::hermitian_eigen(int size, const GpuComplex* matrix, double* values, GpuComplex* vectors) {
-  use();
-  HermitianSolver solver(*this);
-  Array<cuDoubleComplex> there(*this);
-  Array<double> values_there(*this, static_cast<std::size_t>(size));
-  const std::size_t count = std::size_t{1} * size * size;
-  there.upload(reinterpret_cast<const cuDoubleComplex*>(matrix), count);
-  solver.solve(size, there.data(), values_there.data());
-  values_there.download(values, static_cast<std::size_t>(size));
-  there.download(reinterpret_cast<cuDoubleComplex*>(vectors), count);
 }
 
 }  // namespace touchfield::cuda

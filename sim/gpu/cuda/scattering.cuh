@@ -5,8 +5,7 @@
 
 #include "sim/gpu/cuda/block_gmres.cuh"
 #include "sim/gpu/cuda/boundary.cuh"
-#include "sim/gpu/cuda/hermitian.cuh"
-#include "sim/gpu/cuda/lu.cuh"
+#include "sim/gpu/cuda/dense.cuh"
 #include "sim/gpu/cuda/sources.cuh"
 
 namespace touchfield::cuda {
@@ -18,13 +17,12 @@ class Scattering final : public GpuBody {
 
   void move(const double* vertices) override;
   void set_sources(const GpuSources& sources) override;
-  std::size_t near_pairs() override;
   GpuSolveReport solve(const GpuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
                        const GpuProgress& progress) override;
   Span span(double tolerance, const GpuSolveOptions& options, const GpuProgress& progress) override;
   void pressures(GpuComplex* all) override;
   void rows(const int* faces, int count, GpuComplex* rows) override;
-  void gram(const double* weights, GpuComplex* gram) override;
+  void gram_eigen(const double* weights, double* values, GpuComplex* vectors) override;
   std::unique_ptr<GramDevice> incident_gram(const int* faces, int count, const double* amplitudes,
                                             const double* weights, bool scattered) override;
   GpuSolveReport transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
@@ -42,12 +40,14 @@ class Scattering final : public GpuBody {
 
   std::size_t panel_bytes() const;
   Boundary& boundary();
-  Boundary& plain();
+  Boundary& plain() { return made(plain_, Equation::kPaperCorrected); }
+  Boundary& made(std::unique_ptr<Boundary>& boundary, Equation equation);
   const Sources& sources() const;
   double gamma() const { return spec_.coupling / spec_.k; }
   void make_field();
   const cuComplex* right_sides() const { return spec_.burton_miller ? b_.data() : g_.data(); }
   void field_panel(int first, int rows, Array<cuDoubleComplex>& b, Array<cuDoubleComplex>& slope) const;
+  void eigen(int size, Array<cuDoubleComplex>& matrix, double* values);
   void channels_gram(Array<cuDoubleComplex>& gram);
   const Array<cuComplex>& pressure() const { return spec_.polished ? p_ : x_; }
   void polish(const cuComplex* drives, int columns);

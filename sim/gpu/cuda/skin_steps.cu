@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "sim/gpu/cuda/column_sums.cuh"
+#include "sim/gpu/cuda/block_sum.cuh"
 #include "sim/gpu/cuda/matrix_vector.cuh"
 #include "sim/gpu/cuda/normal_factor.cuh"
 #include "sim/gpu/cuda/phase_steps.cuh"
@@ -116,9 +116,8 @@ class CardSkin final : public SkinDevice {
     Array<double> there(context_);
     there.upload(scale, static_cast<std::size_t>(rows_));
     single_.resize(matrix_.size());
-    scale_rows<<<blocks_for(matrix_.size(), kBlock), kBlock, 0, context_.stream()>>>(matrix_.data(), rows_, channels_,
-                                                                                     there.data(), single_.data());
-    context_.launched("rows in single precision");
+    launch(context_, "rows in single precision", scale_rows, blocks_for(matrix_.size(), kBlock), kBlock, matrix_.data(),
+           rows_, channels_, there.data(), single_.data());
   }
 
   void send_single(int width, const std::complex<float>* y, std::complex<float>* sent) override {
@@ -149,8 +148,7 @@ class CardSkin final : public SkinDevice {
   template <typename Value>
   std::vector<double> sums_of_rows(const Value* a, int rows, int columns) {
     Array<double> there(context_, std::size_t{2} * rows);
-    sum_rows<<<static_cast<unsigned>(rows), kColumnThreads, 0, context_.stream()>>>(a, rows, columns, there.data());
-    context_.launched("sums of rows");
+    launch(context_, "sums of rows", sum_rows<Value>, rows, kColumnThreads, a, rows, columns, there.data());
     std::vector<double> sums(there.size());
     there.download(sums.data(), sums.size());
     return sums;
@@ -175,24 +173,18 @@ class CardSkin final : public SkinDevice {
     const auto* there = reinterpret_cast<const double2*>(moves_.data());
     const int kept = moves.quiet_rows;
     factor_.resize(faces_ + 2 * kept, columns, in_double);
-    const dim3 blocks(static_cast<unsigned>(columns), blocks_for(static_cast<std::size_t>(faces_ + kept), kBlock));
-    fill_jacobian<<<blocks, kBlock, 0, context_.stream()>>>(matrix_.data(), rows_, faces_, kept, there, there + faces_,
-                                                            reinterpret_cast<const int*>(there + numbers),
-                                                            factor_.exact(), factor_.rounded());
-    context_.launched("Jacobian");
+    const dim3 blocks(columns, blocks_for(faces_ + kept, kBlock));
+    launch(context_, "Jacobian", fill_jacobian, blocks, kBlock, matrix_.data(), rows_, faces_, kept, there,
+           there + faces_, reinterpret_cast<const int*>(there + numbers), factor_.exact(), factor_.rounded());
   }
 
   Context& context_;
-  int faces_;
-  int rows_;
-  int channels_;
+  int faces_, rows_, channels_;
   Array<double2> matrix_;     // [H_T; R]
   std::vector<double> sums_;  // of the magnitudes in its rows, then of their squares
-  Array<double2> input_{context_};
-  Array<double2> output_{context_};
+  Array<double2> input_{context_}, output_{context_};
   Array<float2> single_{context_};  // the matrix with its rows scaled
-  Array<float2> single_input_{context_};
-  Array<float2> single_output_{context_};
+  Array<float2> single_input_{context_}, single_output_{context_};
   Array<char> moves_{context_};  // the directions before them, the channels behind
   NormalFactor factor_{context_};
 };
