@@ -32,6 +32,8 @@ class Boundary {
   void update();
 
   int size() const { return faces_.size(); }
+  /// M values on the card.
+  const cuDoubleComplex* diagonal() const { return diagonal_.data(); }
   int near_pairs() const { return near_ ? near_->pairs() : 0; }
 
   /// Rows first .. first + rows - 1 of B: rows x M on the card, ld >= rows.
