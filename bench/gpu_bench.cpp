@@ -71,17 +71,18 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   const SolverKind kind = card->kind();
   const bool more = c.frames > 0;
   const double again = more ? seconds_of([&] { card->pressure(array, q); }) : std::nan("");
-  // What a scene needs of all channels: drives that span them, their pressures on some faces, the Gram matrix of the rest.
+  // What a scene needs of all channels: drives that span them, their pressures on some faces, the few rows that stand for the rest.
   std::vector<Eigen::Index> faces(100);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     faces[i] = static_cast<Eigen::Index>(i) * mesh.face_count() / static_cast<Eigen::Index>(faces.size());
   }
   const Eigen::VectorXd weights = mesh.areas();
+  const BodyOnCard::Wanted wanted{faces, &weights, 1e-4};
   double transfer = std::nan("");
   Eigen::Index drives = 0;
   for (int trial = 0; trial < 2 && more && c.columns > 8; ++trial) {
     BodyOnCard fresh(shared_gpu(0), system, solver, true);
-    const double took = seconds_of([&] { drives = fresh.spanned(array, 1e-4, faces, &weights).drives.cols(); });
+    const double took = seconds_of([&] { drives = fresh.spanned(array, 1e-4, wanted).drives; });
     transfer = trial == 0 ? took : std::min(transfer, took);
   }
   // Frames: from the pressures before, of which but for few faces nothing comes back.
@@ -94,13 +95,14 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   TriangleMesh moved = mesh;
   std::vector<double> frames;
   BodyOnCard::Spanned last;
+  const auto given = std::make_shared<const Eigen::MatrixXcd>(q);
   for (int frame = 0; more && frame <= c.frames; ++frame) {
     Points vertices = mesh.vertices();
     skin.pose(skeleton(frame), vertices);
     moved = TriangleMesh(vertices, mesh.triangles());
     frames.push_back(seconds_of([&] {
       card->move(moved);
-      last = card->spanned(array, q, faces, &weights);
+      last = card->spanned(array, given, wanted);
     }));
   }
   double slowest = std::nan("");
@@ -131,7 +133,7 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
         traits(scheme).burton_miller ? SolverKind::kMatrixFree : SolverKind::kLu;  // a plain one may not converge
     exact.tolerance = 1e-6;
     expected = bent.pressure(make_solver(bent, exact)->solve(bent.right_hand_side(field)).x, field)(faces, Eigen::all);
-    frame_error = (last.target.leftCols(some.cols()) - expected).norm() / expected.norm();
+    frame_error = (card->spanned_pressure()(faces, Eigen::seqN(0, some.cols())) - expected).norm() / expected.norm();
   }
   std::printf("%s,%ld,%ld,%d,\"%s\",%.4f,%.4f,%.4f,%d,%.1e,%.3f,%.1e,%.4f,%.4f,%d,%.1e,%.4f,%ld,%.0f\n",
               c.scheme.c_str(), static_cast<long>(mesh.face_count()), static_cast<long>(array.size()), c.columns,

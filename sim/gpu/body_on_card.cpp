@@ -27,6 +27,12 @@ GpuSolveOptions card_options(const SolverOptions& options, bool leaves_open) {
   return card;
 }
 
+/// For columns that are a basis.
+GpuSolveOptions together(GpuSolveOptions options) {
+  options.together = true;
+  return options;
+}
+
 }  // namespace
 
 /// Errors of the card as the program knows them.
@@ -76,6 +82,7 @@ Solved BodyOnCard::pressure(const TransducerArray& array, const Eigen::MatrixXcd
                             const ScatteringSolver::Report& report) {
   aim(array);
   spanned_columns_ = 0;
+  drives_.reset();
   Solved solved;
   solved.x.resize(system_.faces(), drives.cols());
   guarded([&] {
@@ -85,44 +92,49 @@ Solved BodyOnCard::pressure(const TransducerArray& array, const Eigen::MatrixXcd
   return solved;
 }
 
-void BodyOnCard::take(const std::vector<Eigen::Index>& faces, const Eigen::VectorXd* weights, Spanned& spanned) {
-  const Eigen::Index rank = spanned.drives.cols();
-  spanned.target.resize(static_cast<Eigen::Index>(faces.size()), rank);
-  body_->rows(numbers(faces).data(), static_cast<int>(faces.size()), spanned.target.data());
-  if (weights != nullptr) {
-    HermitianEigen& quiet = spanned.quiet.emplace(HermitianEigen{Eigen::VectorXd(rank), Eigen::MatrixXcd(rank, rank)});
-    body_->gram_eigen(weights->data(), quiet.values.data(), quiet.vectors.data());
+void BodyOnCard::take(Eigen::Index channels, const Wanted& wanted, Spanned& spanned) {
+  spanned_columns_ = static_cast<int>(spanned.drives);
+  const auto count = static_cast<int>(wanted.faces.size());
+  spanned.target.resize(count, channels);
+  body_->rows(numbers(wanted.faces).data(), count, spanned.target.data());
+  spanned.quiet.resize(0, channels);
+  if (wanted.weights != nullptr) {
+    const GpuBody::Reduction reduction = body_->reduce(wanted.weights->data(), wanted.tolerance);
+    spanned.quiet.resize(reduction.rank, channels);
+    spanned.quiet_left_out = reduction.left_out;
+    body_->reduced(spanned.quiet.data());
   }
 }
 
-BodyOnCard::Spanned BodyOnCard::spanned(const TransducerArray& array, double tolerance,
-                                        const std::vector<Eigen::Index>& faces, const Eigen::VectorXd* weights,
+BodyOnCard::Spanned BodyOnCard::spanned(const TransducerArray& array, double tolerance, const Wanted& wanted,
                                         const ScatteringSolver::Report& report) {
   aim(array);
+  drives_.reset();
   Spanned spanned;
   guarded([&] {
-    GpuBody::Span span = body_->span(tolerance, options_, report);
-    spanned.drives = Eigen::Map<const Eigen::MatrixXcd>(span.drives.data(), array.size(), span.rank);
+    const GpuBody::Span span = body_->span(tolerance, together(options_), report);
+    spanned.drives = span.rank;
     spanned.left_out = span.left_out;
     spanned.report = reported(span.report);
-    take(faces, weights, spanned);
+    take(array.size(), wanted, spanned);
   });
-  spanned_columns_ = static_cast<int>(spanned.drives.cols());
   return spanned;
 }
 
-BodyOnCard::Spanned BodyOnCard::spanned(const TransducerArray& array, const Eigen::MatrixXcd& drives,
-                                        const std::vector<Eigen::Index>& faces, const Eigen::VectorXd* weights,
+BodyOnCard::Spanned BodyOnCard::spanned(const TransducerArray& array,
+                                        const std::shared_ptr<const Eigen::MatrixXcd>& drives, const Wanted& wanted,
                                         const ScatteringSolver::Report& report) {
   aim(array);
+  const bool is_there = std::exchange(drives_, nullptr) == drives;
   Spanned spanned;
-  spanned.drives = drives;
-  const auto columns = static_cast<int>(drives.cols());
+  spanned.drives = drives->cols();
+  const auto columns = static_cast<int>(drives->cols());
   guarded([&] {
-    spanned.report = reported(body_->solve(drives.data(), columns, columns == spanned_columns_, options_, report));
-    take(faces, weights, spanned);
+    spanned.report = reported(body_->solve(is_there ? nullptr : drives->data(), columns, columns == spanned_columns_,
+                                           together(options_), report));
+    take(array.size(), wanted, spanned);
   });
-  spanned_columns_ = columns;
+  drives_ = drives;
   return spanned;
 }
 

@@ -1,13 +1,11 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/bem/scattering_solver.h"
 #include "sim/gpu/gpu.h"
-#include "solvers/linear/hermitian_eigen.h"
 #include "solvers/phase/incident_problem.h"
 
 namespace touchfield {
@@ -37,21 +35,27 @@ class BodyOnCard {
   Solved pressure(const TransducerArray& array, const Eigen::MatrixXcd& drives,
                   const ScatteringSolver::Report& report = {});
 
-  /// What drives that span the channels make of the body; see make_transfer.
-  struct Spanned {
-    Eigen::MatrixXcd drives;  // V, N x r
-    double left_out = 0;
-    SolveReport report;
-    Eigen::MatrixXcd target;              // P of the faces asked for, K x r
-    std::optional<HermitianEigen> quiet;  // of P^H diag(weights) P, r x r, if there are weights
+  /// Rows of H = P V^H that are wanted: of some faces, and the few that stand for the rest (GpuBody::reduce).
+  struct Wanted {
+    std::vector<Eigen::Index> faces;
+    const Eigen::VectorXd* weights = nullptr;  // M; null: none for the rest
+    double tolerance = 0;                      // of eigenvalues' roots
   };
-  /// faces     whose rows of P are wanted
-  /// weights   M; null: no eigenvectors
-  Spanned spanned(const TransducerArray& array, double tolerance, const std::vector<Eigen::Index>& faces,
-                  const Eigen::VectorXd* weights, const ScatteringSolver::Report& report = {});
+  /// What drives V that span the channels make of the body; see make_transfer.
+  struct Spanned {
+    Eigen::Index drives = 0;  // r
+    double left_out = 0;      // by V, of b
+    SolveReport report;
+    Eigen::MatrixXcd target;    // rows of the faces asked for, K x N [Pa]
+    Eigen::MatrixXcd quiet;     // R
+    double quiet_left_out = 0;  // by R
+  };
+  Spanned spanned(const TransducerArray& array, double tolerance, const Wanted& wanted,
+                  const ScatteringSolver::Report& report = {});
   /// The same of drives that are given. With as many as the last time its pressures are the start: for a body that moves.
-  Spanned spanned(const TransducerArray& array, const Eigen::MatrixXcd& drives, const std::vector<Eigen::Index>& faces,
-                  const Eigen::VectorXd* weights, const ScatteringSolver::Report& report = {});
+  /// The same object as the last time is not sent again.
+  Spanned spanned(const TransducerArray& array, const std::shared_ptr<const Eigen::MatrixXcd>& drives,
+                  const Wanted& wanted, const ScatteringSolver::Report& report = {});
   /// P of the last spanned(), M x r.
   Eigen::MatrixXcd spanned_pressure() const;
 
@@ -73,7 +77,7 @@ class BodyOnCard {
   auto guarded(const Work& work) const;
   void aim(const TransducerArray& array);
   SolveReport reported(const GpuSolveReport& report);
-  void take(const std::vector<Eigen::Index>& faces, const Eigen::VectorXd* weights, Spanned& spanned);
+  void take(Eigen::Index channels, const Wanted& wanted, Spanned& spanned);
 
   std::shared_ptr<Gpu> gpu_;
   const ScatteringSystem& system_;
@@ -81,6 +85,7 @@ class BodyOnCard {
 
   SolverKind kind_ = SolverKind::kMatrixFree;
   int spanned_columns_ = 0;
+  std::shared_ptr<const Eigen::MatrixXcd> drives_;  // given last, which the card still has
   std::unique_ptr<GpuBody> body_;
 };
 

@@ -73,6 +73,8 @@ struct GpuSolveOptions {
   double tolerance = 1e-4;  // relative residual of every column, by products in single precision
   int max_steps = 400;
   int restart = 100;
+  bool together =
+      false;  // columns are a basis: residuals count relative to the root mean square of all, where b is less
 };
 
 struct GpuSolveReport {
@@ -102,25 +104,32 @@ class GpuBody {
   /// In the frame of the vertices.
   virtual void set_sources(const GpuSources& sources) = 0;
 
-  /// Makes P of drives N x S.
+  /// Makes P of drives N x S; null: those of the call before.
   ///
   /// warm   start from P as it is, if that has S columns
   virtual GpuSolveReport solve(const GpuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
                                const GpuProgress& progress) = 0;
-  /// Drives V, N x r with orthonormal columns, that span what all channels do to the body but for the share `tolerance` of
-  /// b, by norm; P of these.
+  /// Makes P of drives V, N x r with orthonormal columns, that span what all channels do to the body but for the share
+  /// `tolerance` of b, by norm.
   struct Span {
-    std::vector<GpuComplex> drives;  // N x r
     int rank = 0;
     double left_out = 0;
     GpuSolveReport report;
   };
   virtual Span span(double tolerance, const GpuSolveOptions& options, const GpuProgress& progress) = 0;
-  /// P, or some rows of it, S columns.
+  /// P, M x S.
   virtual void pressures(GpuComplex* all) = 0;
+  /// With H = P V^H, V the drives of P, rows of H, count x N.
   virtual void rows(const int* faces, int count, GpuComplex* rows) = 0;
-  /// Eigenvalues, S ascending, and eigenvectors, S x S, of P^H diag(weights) P.
-  virtual void gram_eigen(const double* weights, double* values, GpuComplex* vectors) = 0;
+  /// The few rows R, with R^H R = H^H diag(weights) H but for eigenvalues of at most tolerance^2 of the largest, as
+  /// reduced_skin_problem has them (sim/target/skin_reduction.h): how many they are and what they leave out; then these,
+  /// rank x N.
+  struct Reduction {
+    int rank = 0;
+    double left_out = 0;
+  };
+  virtual Reduction reduce(const double* weights, double tolerance) = 0;
+  virtual void reduced(GpuComplex* rows) = 0;
 
   /// Q of IncidentProblem (solvers/phase/incident_problem.h) in single precision, C = diag(sqrt w) [B_T diag(p'), -b]:
   /// B_T the columns of B of `count` faces or, not scattered, of the identity; p' their amplitudes, w a weight a face.

@@ -87,7 +87,7 @@ FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Ei
     : moving_(moving),
       method_(method),
       solver_(frame_solver_spec(moving.first().scene.solve.solver)),
-      drives_(std::move(drives)) {
+      drives_(drives.size() > 0 ? std::make_shared<const Eigen::MatrixXcd>(std::move(drives)) : nullptr) {
   method_.iterations = moving.first().scene.motion->iterations;
   method_.start = StartSpec{};
   method_.start.kind = StartSpec::Kind::kZero;
@@ -110,7 +110,7 @@ void FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   scattering_.reset();
   own_frame_ = model.own_frame;
   vertices_ = model.body.mesh.vertices();
-  const Eigen::Index block = drives_.size() > 0 ? drives_.cols() : model.array.size();
+  const Eigen::Index block = drives_ ? drives_->cols() : model.array.size();
   scattering_ = timed(silent_, frame.seconds, "set_up", "", [&] {
     return make_scattering("frame", model.body.mesh, method_.scheme, solver_, block, model, model.array.response,
                            &kept_, records_, silent_);
@@ -118,7 +118,7 @@ void FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   SolveSpec spec = model.scene.solve;
   spec.methods = {method_};
   methods_ = std::make_unique<MethodSolver>(*scattering_, model.array.size(), target, std::move(spec));
-  if (drives_.size() > 0) {
+  if (drives_) {
     methods_->span(drives_);
   }
 }

@@ -63,7 +63,7 @@ class FrameSolver {
   const MovingModel& moving_;
   MethodSpec method_;
   SolverSpec solver_;
-  Eigen::MatrixXcd drives_;
+  std::shared_ptr<const Eigen::MatrixXcd> drives_;  // none: found anew in each frame
   KeptModels kept_;
   std::vector<SolveRecord> records_;
   Progress silent_;

@@ -249,11 +249,11 @@ const SkinProblem& MethodSolver::skin_problem(const Eigen::VectorXd& amplitudes,
 const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress) {
   if (!transfer_ || transfer_->quiet_weight < quiet_weight) {
     transfer_.reset();
-    if (drives_.size() > 0 && !spanned_) {
+    if (drives_ && !spanned_) {
       transfer_ = make_transfer_on_card(scattering_, drives_, *target_, quiet_weight);
     }
-    if (!transfer_ && drives_.size() > 0 && !spanned_) {
-      spanned_ = spanned_pressure(scattering_, drives_);
+    if (!transfer_ && drives_ && !spanned_) {
+      spanned_ = spanned_pressure(scattering_, *drives_);
     }
     if (!transfer_) {
       transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_weight)

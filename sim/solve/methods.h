@@ -29,7 +29,7 @@ class MethodSolver {
 
   /// Reduces what the channels do to the body by these drives, N x r, which span it well enough, and keeps the pressures of
   /// theirs for every target that follows.
-  void span(Eigen::MatrixXcd drives) { drives_ = std::move(drives); }
+  void span(std::shared_ptr<const Eigen::MatrixXcd> drives) { drives_ = std::move(drives); }
 
   /// Another target on the same body.
   void aim(Target target);
@@ -76,8 +76,8 @@ class MethodSolver {
   Eigen::Index channels_;
   std::optional<Target> target_;
   SolveSpec spec_;
-  Eigen::MatrixXcd drives_;  // given to span(), or empty
-  bool leave_card_ = false;  // for want of memory there
+  std::shared_ptr<const Eigen::MatrixXcd> drives_;  // given to span(), or none
+  bool leave_card_ = false;                         // for want of memory there
   // Empty until needed:
   std::optional<SpannedPressure> spanned_;  // of drives_
   std::optional<Transfer> transfer_;

@@ -199,18 +199,17 @@ Eigen::MatrixXcd SkinScattering::pressure(const Eigen::MatrixXcd& drives, const 
   return solved(system().right_hand_side(field), field, stage);
 }
 
-std::optional<BodyOnCard::Spanned> SkinScattering::spanned_on_card(const Eigen::MatrixXcd& drives, double tolerance,
-                                                                   const std::vector<Eigen::Index>& faces,
-                                                                   const Eigen::VectorXd* weights,
-                                                                   const std::string& stage) {
+std::optional<BodyOnCard::Spanned> SkinScattering::spanned_on_card(
+    const std::shared_ptr<const Eigen::MatrixXcd>& drives, double tolerance, const BodyOnCard::Wanted& wanted,
+    const std::string& stage) {
   std::optional<BodyOnCard::Spanned> spanned;
   const auto work = [&](BodyOnCard& card) {
-    spanned = drives.size() > 0 ? card.spanned(array_, drives, faces, weights, reporter())
-                                : card.spanned(array_, tolerance, faces, weights, reporter());
+    spanned =
+        drives ? card.spanned(array_, drives, wanted, reporter()) : card.spanned(array_, tolerance, wanted, reporter());
     return spanned->report;
   };
-  if (on_card(stage, drives.cols(), work) && drives.size() == 0) {
-    records_.back().right_hand_sides = static_cast<int>(spanned->drives.cols());
+  if (on_card(stage, drives ? drives->cols() : 0, work)) {
+    records_.back().right_hand_sides = static_cast<int>(spanned->drives);
   }
   return spanned;
 }

@@ -87,10 +87,9 @@ class SkinScattering {
   /// What drives that span all channels make of the faces and of the rest, by the card; nothing on the processor.
   ///
   /// drives      of spanning_drives, or none: found here, to `tolerance` of b
-  /// weights     of the Gram matrix; null: none
-  std::optional<BodyOnCard::Spanned> spanned_on_card(const Eigen::MatrixXcd& drives, double tolerance,
-                                                     const std::vector<Eigen::Index>& faces,
-                                                     const Eigen::VectorXd* weights, const std::string& stage);
+  std::optional<BodyOnCard::Spanned> spanned_on_card(const std::shared_ptr<const Eigen::MatrixXcd>& drives,
+                                                     double tolerance, const BodyOnCard::Wanted& wanted,
+                                                     const std::string& stage);
 
   /// The paper's problem, see BodyOnCard::incident_problem; nothing on the processor.
   ///

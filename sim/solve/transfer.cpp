@@ -71,25 +71,30 @@ double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, d
   return std::clamp(25.0 * std::sqrt(modes) + 0.65 * modes, 1.0, channels);
 }
 
-std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering, const Eigen::MatrixXcd& drives,
+std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
+                                              const std::shared_ptr<const Eigen::MatrixXcd>& drives,
                                               const Target& target, double quiet_weight) {
   if (scattering.gpu() == nullptr) {
     return std::nullopt;
   }
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
   const Eigen::VectorXd weights = quiet_weights(areas, target, quiet_weight);
-  const auto spanned = scattering.spanned_on_card(drives, kDriveTolerance, target.faces,
-                                                  quiet_weight > 0 ? &weights : nullptr, "transfer");
+  auto spanned = scattering.spanned_on_card(
+      drives, kDriveTolerance, {target.faces, quiet_weight > 0 ? &weights : nullptr, kQuietTolerance}, "transfer");
   if (!spanned) {
     return std::nullopt;
   }
   Transfer transfer;
   transfer.quiet_weight = quiet_weight;
-  transfer.solves = spanned->drives.cols();
+  transfer.solves = spanned->drives;
   transfer.channels_left_out = spanned->left_out;
-  transfer.reduction = reduced_skin_problem(spanned->target, spanned->quiet ? &*spanned->quiet : nullptr,
-                                            spanned->drives, areas(target.faces), target.amplitudes, kQuietTolerance);
-  silence_dead(scattering.array().response, transfer.reduction.problem);
+  transfer.reduction.left_out = spanned->quiet_left_out;
+  SkinProblem& problem = transfer.reduction.problem;
+  problem.target = std::move(spanned->target);
+  problem.quiet = std::move(spanned->quiet);
+  problem.amplitudes = target.amplitudes;
+  problem.weights = areas(target.faces);
+  silence_dead(scattering.array().response, problem);
   return transfer;
 }
 
@@ -108,12 +113,12 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
     return transfer;
   };
   if (scattering.gpu() != nullptr) {
-    const double drives =
-        expected_drives(scattering.system().mesh(), scattering.array(), scattering.system().wave().wavelength());
-    if (!(quiet_weight > 0) && static_cast<double>(target.size()) < drives) {
+    const ScatteringSystem& system = scattering.system();
+    if (!(quiet_weight > 0) && static_cast<double>(target.size()) <
+                                   expected_drives(system.mesh(), scattering.array(), system.wave().wavelength())) {
       return by_reciprocity();
     }
-    if (auto transfer = make_transfer_on_card(scattering, {}, target, quiet_weight)) {
+    if (auto transfer = make_transfer_on_card(scattering, nullptr, target, quiet_weight)) {
       return *transfer;
     }
   }

@@ -50,7 +50,8 @@ Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScatterin
 
 /// The same on a graphics card, of drives that are found there, or given: P stays there but for what H needs. Nothing on
 /// the processor.
-std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering, const Eigen::MatrixXcd& drives,
+std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
+                                              const std::shared_ptr<const Eigen::MatrixXcd>& drives,
                                               const Target& target, double quiet_weight);
 
 /// Solves for H in the cheaper way:

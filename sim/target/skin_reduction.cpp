@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "solvers/linear/blas_product.h"
+#include "solvers/linear/hermitian_eigen.h"
 
 namespace touchfield {
 
@@ -16,46 +17,36 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
       target.amplitudes.size() != target.size()) {
     throw std::invalid_argument("reduced_skin_problem: the sizes do not fit");
   }
-  const Eigen::VectorXd face_areas = areas(target.faces);
   const Eigen::MatrixXcd rows = pressures(target.faces, Eigen::all);
+  SkinReduction reduction;
+  SkinProblem& problem = reduction.problem;
+  problem.target = adjoint_product(rows.adjoint(), drives.adjoint());
+  problem.amplitudes = target.amplitudes;
+  problem.weights = areas(target.faces);
+  problem.quiet.resize(0, drives.rows());
   if (!(quiet_weight > 0)) {
-    return reduced_skin_problem(rows, nullptr, drives, face_areas, target.amplitudes, tolerance);
+    return reduction;
   }
   const Eigen::MatrixXcd weighted = quiet_weights(areas, target, quiet_weight).cwiseSqrt().asDiagonal() * pressures;
   const HermitianEigen eigen = hermitian_eigen(hermitian_product(weighted));
-  return reduced_skin_problem(rows, &eigen, drives, face_areas, target.amplitudes, tolerance);
+  const Eigen::VectorXd values = eigen.values.cwiseMax(0.0);
+  const double total = values.sum();
+  const double least = tolerance * tolerance * values.tail(1).sum();
+  const auto dropped = static_cast<Eigen::Index>(
+      std::count_if(values.begin(), values.end(), [&](double value) { return value <= least; }));
+  const Eigen::Index rank = values.size() - dropped;
+  const Eigen::MatrixXcd scaled = (eigen.vectors.rightCols(rank) * values.tail(rank).cwiseSqrt().asDiagonal())
+                                      .rowwise()
+                                      .reverse();  // strongest first
+  problem.quiet = adjoint_product(scaled, drives.adjoint());
+  reduction.left_out = total > 0 ? std::sqrt(values.head(dropped).sum() / total) : 0.0;
+  return reduction;
 }
 
 Eigen::VectorXd quiet_weights(const Eigen::VectorXd& areas, const Target& target, double quiet_weight) {
   Eigen::VectorXd weights = quiet_weight * areas;
   weights(target.faces).setZero();
   return weights;
-}
-
-SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& rows, const HermitianEigen* quiet,
-                                   const Eigen::MatrixXcd& drives, const Eigen::VectorXd& areas,
-                                   const Eigen::VectorXd& amplitudes, double tolerance) {
-  SkinReduction reduction;
-  SkinProblem& problem = reduction.problem;
-  problem.target = adjoint_product(rows.adjoint(), drives.adjoint());
-  problem.amplitudes = amplitudes;
-  problem.weights = areas;
-  problem.quiet.resize(0, drives.rows());
-  if (quiet == nullptr) {
-    return reduction;
-  }
-  const Eigen::VectorXd values = quiet->values.cwiseMax(0.0);
-  const double total = values.sum();
-  const double least = tolerance * tolerance * values.tail(1).sum();
-  const auto dropped = static_cast<Eigen::Index>(
-      std::count_if(values.begin(), values.end(), [&](double value) { return value <= least; }));
-  const Eigen::Index rank = values.size() - dropped;
-  const Eigen::MatrixXcd scaled = (quiet->vectors.rightCols(rank) * values.tail(rank).cwiseSqrt().asDiagonal())
-                                      .rowwise()
-                                      .reverse();  // strongest first
-  problem.quiet = adjoint_product(scaled, drives.adjoint());
-  reduction.left_out = total > 0 ? std::sqrt(values.head(dropped).sum() / total) : 0.0;
-  return reduction;
 }
 
 }  // namespace touchfield

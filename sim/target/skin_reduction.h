@@ -1,7 +1,6 @@
 #pragma once
 
 #include "sim/target/target.h"
-#include "solvers/linear/hermitian_eigen.h"
 #include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
@@ -28,15 +27,6 @@ struct SkinReduction {
 SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,
                                    const Eigen::VectorXd& areas, const Target& target, double quiet_weight,
                                    double tolerance);
-
-/// The same from what it needs of P.
-///
-/// rows    P_T, K x S [Pa]
-/// quiet   of w_Z P_Z^H diag(A) P_Z; null: R has no rows
-/// areas   A of the target's faces, K [m2]
-SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& rows, const HermitianEigen* quiet,
-                                   const Eigen::MatrixXcd& drives, const Eigen::VectorXd& areas,
-                                   const Eigen::VectorXd& amplitudes, double tolerance);
 
 /// w_Z A of the quiet faces, 0 of the target's, M.
 Eigen::VectorXd quiet_weights(const Eigen::VectorXd& areas, const Target& target, double quiet_weight);

@@ -80,7 +80,7 @@ class LinearCardTest : public CardTest {
   }
 
   cuda::BlockProduct product_there(const Matrix& a, int n, cuda::Arithmetic arithmetic = cuda::Arithmetic::kSingle) {
-    return [this, &a, n, arithmetic](const cuComplex* x, cuComplex* y, int columns) {
+    return [this, &a, n, arithmetic](const cuComplex* x, cuComplex* y, int columns, double) {
       widths_.push_back(columns);
       cuda::multiply(context(), CUBLAS_OP_N, CUBLAS_OP_N, n, columns, n, {1.0F, 0.0F}, a.data(), n, x, n, {0.0F, 0.0F},
                      y, n, arithmetic);
@@ -103,11 +103,6 @@ class LinearCardTest : public CardTest {
     const cuda::GmresReport report = solver.solve(product_there(a_there, n), n, static_cast<int>(b.cols()),
                                                   b_there.data(), x.data(), limits, started);
     EXPECT_EQ(report.products, static_cast<int>(widths_.size()));
-    int columns = 0;
-    for (const int width : widths_) {
-      columns += width;
-    }
-    EXPECT_EQ(report.columns, columns);
     return {get(x, n), report};
   }
 

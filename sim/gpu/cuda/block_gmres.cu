@@ -21,6 +21,9 @@ constexpr double kCancelled = 0.1;  // of a vector that Gram-Schmidt leaves: les
 // A cycle that leaves more than this share of the residual has stagnated: the next one would start from the same.
 constexpr double kStagnation = 0.999;
 
+constexpr double kMended =
+    1e-3;  // of a residual that a cycle with products in TF32 leaves at least: the next one mends it
+
 constexpr int kTile = 4;  // vectors that a thread multiplies by one value of w
 
 constexpr cuComplex kOne = {1.0F, 0.0F};
@@ -113,8 +116,7 @@ __global__ void __launch_bounds__(kColumnThreads, 2)
 
 struct BlockGmres::Problem {
   const BlockProduct& apply;
-  const BlockProduct& step;
-  const BlockProduct* precondition;
+  const BlockPreconditioner* precondition;
   const cuComplex* b;
   cuComplex* x;
   GmresLimits limits;
@@ -128,6 +130,7 @@ struct BlockGmres::Column {
   double norm;            // ||b||, > 0
   double residual;        // least ||b - A x|| / ||b|| so far
   int steps;              // in all cycles
+  double before;          // norm of b - A x at the beginning of the cycle
   double estimate;        // relative residual of the minimiser
   const cuComplex* next;  // what will be the next vector of the basis, and its norm
   double length;
@@ -141,7 +144,8 @@ struct BlockGmres::Column {
   /// At the beginning of a cycle, from a residual of the given norm, > 0.
   static Column begun(std::size_t index, double norm, double residual, int steps, const cuComplex* next,
                       double length) {
-    return {index, norm, residual, steps, length / norm, next, length, {Complex(length)}, {}, {}, {}, {}, false};
+    return {index, norm, residual, steps, length, length / norm, next, length, {Complex(length)},
+            {},    {},   {},       {},    false};
   }
 
   /// Takes in what orthogonalise() has found in a product, and what it has left of it.
@@ -191,8 +195,7 @@ struct BlockGmres::Column {
 
 GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, const cuComplex* b, cuComplex* x,
                               const GmresLimits& limits, bool x_is_start,
-                              const std::function<void(int, double)>& report, const BlockProduct* loose,
-                              const BlockProduct* precondition) {
+                              const std::function<void(int, double)>& report, const BlockPreconditioner* precondition) {
   if (!(limits.tolerance > 0.0) || limits.max_steps < 0 || limits.restart < 1) {
     throw std::invalid_argument("gmres: tolerance must be > 0, max_steps >= 0 and restart >= 1");
   }
@@ -201,7 +204,7 @@ GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, con
   if (n > 0 && columns > 0) {
     rows_ = static_cast<std::size_t>(n);
     const auto most = static_cast<std::size_t>(std::min({limits.restart, limits.max_steps, n, kMostSteps}));
-    const Problem problem{apply, loose != nullptr ? *loose : apply, precondition, b, x, limits, report, most};
+    const Problem problem{apply, precondition, b, x, limits, report, most};
     std::vector<Column> running = start(problem, columns, x_is_start);
     for (bool in_cycle = !x_is_start; !running.empty(); in_cycle = true) {
       update(problem, running, in_cycle ? run_cycle(problem, running) : 0);
@@ -210,6 +213,12 @@ GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, con
   }
   result_.converged = result_.worst <= limits.tolerance;
   return std::move(result_);
+}
+
+/// The largest estimate of a residual.
+double BlockGmres::worst(const std::vector<Column>& running) {
+  const auto less = [](const Column& a, const Column& b) { return a.estimate < b.estimate; };
+  return std::max_element(running.begin(), running.end(), less)->estimate;
 }
 
 /// The columns that are to be solved for; room for what all steps need; x zero, or only where b is if it is a start.
@@ -234,6 +243,11 @@ std::vector<BlockGmres::Column> BlockGmres::start(const Problem& problem, int co
   }
   combine(b, 1, residuals);
   const Complex* norms = wait(count);
+  double squares = 0.0;
+  for (std::size_t s = 0; s < count; ++s) {
+    squares += std::norm(norms[s]);
+  }
+  const double least = problem.limits.together ? std::sqrt(squares / static_cast<double>(count)) : 0.0;
   const bool begins = x_is_start || (problem.limits.max_steps > 0 && problem.limits.tolerance < 1.0);
   std::vector<Column> running;
   for (std::size_t s = 0; s < count; ++s) {
@@ -241,10 +255,11 @@ std::vector<BlockGmres::Column> BlockGmres::start(const Problem& problem, int co
     if (!std::isfinite(norm)) {
       throw std::domain_error("gmres: right-hand side " + std::to_string(s) + " holds a value that is not finite");
     }
-    result_.residuals[s] = norm > 0.0 ? 1.0 : 0.0;
+    const double whole = std::max(norm, least);
+    result_.residuals[s] = norm > 0.0 ? norm / whole : 0.0;
     if (norm > 0.0 && begins) {
-      const double residual = x_is_start ? std::numeric_limits<double>::infinity() : 1.0;
-      running.push_back(Column::begun(s, norm, residual, 0, residuals[s].column, norm));
+      const double residual = x_is_start ? std::numeric_limits<double>::infinity() : result_.residuals[s];
+      running.push_back(Column::begun(s, whole, residual, 0, residuals[s].column, norm));
     } else if (x_is_start) {
       check(cudaMemsetAsync(problem.x + rows_ * s, 0, rows_ * sizeof(cuComplex), context_->stream()), "set to zero");
     }
@@ -278,7 +293,7 @@ std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& r
     if (problem.precondition != nullptr) {
       (*problem.precondition)(basis.data(), direction.data(), static_cast<int>(live.size()));
     }
-    multiply(problem.step, direction.data(), live.size());
+    multiply(problem, direction.data(), live.size(), problem.precondition != nullptr ? 0.0 : worst(running));
     launch(*context_, "Krylov step", orthogonalise, static_cast<unsigned>(live.size()), kColumnThreads,
            static_cast<int>(rows_), static_cast<int>(k + 1), terms_.data() + live.size(), product_.data(),
            found_.data());
@@ -289,62 +304,71 @@ std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& r
       live[i]->extend(found, product_.data() + rows_ * i);
     }
     if (problem.report) {
-      const auto less = [](const Column& a, const Column& b) { return a.estimate < b.estimate; };
-      problem.report(result_.steps, std::max_element(running.begin(), running.end(), less)->estimate);
+      problem.report(result_.steps, worst(running));
     }
+    const double mended = problem.precondition != nullptr ? kMended : 0.0;
     const auto done = [&](const Column* column) {
-      return column->estimate <= problem.limits.tolerance || column->exhausted ||
-             column->rotations.size() == problem.most || column->steps >= problem.limits.max_steps;
+      const double target = std::max(problem.limits.tolerance, mended * column->before / column->norm);
+      return column->estimate <= target || column->exhausted || column->rotations.size() == problem.most ||
+             column->steps >= problem.limits.max_steps;
     };
     live.erase(std::remove_if(live.begin(), live.end(), done), live.end());
   }
   return k;
 }
 
-/// Moves to the minimisers in spaces of at most so many dimensions, forms their true residuals, and begins a new cycle for
-/// those that go on.
+/// Moves to the minimisers in spaces of at most so many dimensions, forms the residuals that this leaves, and begins a new
+/// cycle for those that go on. At first, without a space, the residuals of a start.
 void BlockGmres::update(const Problem& problem, std::vector<Column>& running, std::size_t most) {
-  std::vector<Term> minimisers;
+  std::vector<Term> added;
   std::vector<Term> residuals;
   std::vector<Target> candidates;
   std::vector<Target> products;
+  double share = most > 0 ? 0.0 : 1.0;
   for (std::size_t i = 0; i < running.size(); ++i) {
     const Column& column = running[i];
-    const std::vector<Term> terms = column.minimiser();
-    minimisers.insert(minimisers.end(), terms.begin(), terms.end());
-    // x, and before it x times zero as often as the space has fewer dimensions.
-    minimisers.resize((i + 1) * (most + 1), {problem.x + rows_ * column.index, {}});
-    minimisers.back().factor = kOne;
+    cuComplex* const x = problem.x + rows_ * column.index;
     candidates.push_back({candidate_.data() + rows_ * i, 1.0});
     products.push_back({product_.data() + rows_ * i, 1.0});
-    residuals.push_back({problem.b + rows_ * column.index, kOne});
+    if (most > 0) {
+      const std::vector<Term> terms = column.minimiser();
+      added.insert(added.end(), terms.begin(), terms.end());
+      added.resize((i + 1) * most, {x, {}});  // where the space has fewer dimensions
+      residuals.push_back({column.basis[0].vector, {static_cast<float>(column.before), 0.0F}});
+      share = std::max(share, column.before / column.norm);
+    } else {
+      added.push_back({x, kOne});
+      residuals.push_back({problem.b + rows_ * column.index, kOne});
+    }
     residuals.push_back({products[i].column, {-1.0F, 0.0F}});
   }
-  combine(minimisers, most + 1, candidates);
-  multiply(problem.apply, candidate_.data(), running.size());
+  combine(added, std::max<std::size_t>(most, 1), candidates);
+  multiply(problem, candidate_.data(), running.size(), share);
   combine(residuals, 2, products);
   const Complex* norms = wait(running.size());
   std::vector<Column> left;
   std::vector<Term> better;
-  std::vector<Target> x;
+  std::vector<Target> improved;
   for (std::size_t i = 0; i < running.size(); ++i) {
     Column& column = running[i];
+    cuComplex* const x = problem.x + rows_ * column.index;
     const double norm = norms[i].real();
     check_finite(norm);
     const double reached = norm / column.norm;
     const bool stagnated = reached > kStagnation * column.residual;
     if (reached < column.residual) {
       column.residual = reached;
+      better.push_back({x, kOne});
       better.push_back({candidates[i].column, kOne});
-      x.push_back({problem.x + rows_ * column.index, 1.0});
+      improved.push_back({x, 1.0});
     }
     result_.residuals[column.index] = column.residual;
     if (!stagnated && column.residual > problem.limits.tolerance && column.steps < problem.limits.max_steps) {
       left.push_back(Column::begun(column.index, column.norm, column.residual, column.steps, products[i].column, norm));
     }
   }
-  if (!better.empty()) {
-    combine(better, 1, x);
+  if (most > 0 && !improved.empty()) {
+    combine(better, 2, improved);
   }
   running = std::move(left);
 }
@@ -364,10 +388,9 @@ const std::complex<double>* BlockGmres::wait(std::size_t count) {
   return reinterpret_cast<const Complex*>(landed);
 }
 
-void BlockGmres::multiply(const BlockProduct& product, const cuComplex* x, std::size_t columns) {
-  product(x, product_.data(), static_cast<int>(columns));
+void BlockGmres::multiply(const Problem& problem, const cuComplex* x, std::size_t columns, double share) {
+  problem.apply(x, product_.data(), static_cast<int>(columns), share);
   ++result_.products;
-  result_.columns += static_cast<int>(columns);
 }
 
 void BlockGmres::check_finite(double value) const {

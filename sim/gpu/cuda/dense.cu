@@ -22,9 +22,6 @@ int carry_out(DenseWork& work, const char* what, const Query& query, const Routi
 void Lu::factorise(int n, cuComplex* a) {
   n_ = n;
   factors_ = a;
-  if (n == 0) {
-    return;
-  }
   Context& on = work_.context;
   if (!all_finite(on, a, std::size_t{1} * n * n)) {
     throw std::domain_error("the matrix holds a value that is not finite");
@@ -51,9 +48,6 @@ void Lu::solve(cublasOperation_t op, int columns, cuComplex* b) {
 }
 
 void HermitianSolver::solve(int n, cuDoubleComplex* a, double* values) {
-  if (n == 0) {
-    return;
-  }
   Context& on = work_.context;
   if (!all_finite(on, a, std::size_t{1} * n * n)) {
     throw std::domain_error("hermitian_eigen: the matrix holds a value that is not finite");

@@ -9,11 +9,9 @@ namespace touchfield::cuda {
 
 /// What cuSOLVER works with, kept from one dense matrix to the next.
 struct DenseWork {
-  explicit DenseWork(Context& given) : context(given), info(given, 1), on_card(given) {}
-
   Context& context;
-  Array<int> info;
-  Array<char> on_card;
+  Array<int> info{context, 1};
+  Array<char> on_card{context};
   std::vector<char> on_host;
 };
 
@@ -21,9 +19,9 @@ struct DenseWork {
 /// touchfield::DenseLuSingle (solvers/linear/dense_lu.h).
 class Lu {
  public:
-  explicit Lu(Context& context) : work_(context), pivots_(context) {}
+  explicit Lu(Context& context) : work_{context}, pivots_(context) {}
 
-  /// a        n x n on the card, column by column; overwritten by its factors, and used by what follows
+  /// a        n x n on the card, n > 0, column by column; overwritten by its factors, and used by what follows
   /// throws   std::domain_error if the matrix is exactly singular or holds a value that is not finite
   void factorise(int n, cuComplex* a);
 
@@ -41,11 +39,11 @@ class Lu {
 /// touchfield::hermitian_eigen (solvers/linear/hermitian_eigen.h).
 class HermitianSolver {
  public:
-  explicit HermitianSolver(Context& context) : work_(context) {}
+  explicit HermitianSolver(Context& context) : work_{context} {}
 
   /// A = V diag(values) V^H.
   ///
-  /// a        n x n on the card, column by column; V overwrites it
+  /// a        n x n on the card, n > 0, column by column; V overwrites it
   /// values   n on the card, ascending
   /// throws   std::domain_error if it holds a value that is not finite or the iteration fails
   void solve(int n, cuDoubleComplex* a, double* values);

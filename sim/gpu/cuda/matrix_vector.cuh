@@ -4,7 +4,6 @@
 // after another. Values are float, double, cuComplex or cuDoubleComplex; sums are always in the same order.
 #include <algorithm>
 #include <cstring>
-#include <type_traits>
 
 #include "sim/gpu/cuda/launch.cuh"
 
@@ -62,12 +61,7 @@ template <typename Value>
 void multiply_adjoint(Context& context, const Value* a, int ld, int rows, int columns, const Value* x, Value* product,
                       int width = 1) {
   const Value zero{};
-  Value one{};
-  if constexpr (std::is_floating_point_v<Value>) {
-    one = 1;
-  } else {
-    one.x = 1;
-  }
+  const Value one{1};
   for (std::size_t i = 0; i < static_cast<std::size_t>(width); ++i) {
     check(gemv(Value{})(context.blas(), CUBLAS_OP_C, rows, columns, &one, a, ld, x + i * rows, 1, &zero,
                         product + i * columns, 1),

@@ -2,6 +2,7 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 #include <cub/device/device_select.cuh>
+#include <numeric>
 #include <thrust/iterator/counting_iterator.h>
 
 #include "sim/gpu/cuda/launch.cuh"
@@ -135,13 +136,6 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-__global__ void set_numbers(int count, int* number) {
-  const int p = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (p < count) {
-    number[p] = p;
-  }
-}
-
 /// Where each column begins among those of all pairs, ascending.
 __global__ void find_starts(int size, int pairs, const int* column, int* start) {
   const int p = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
@@ -258,9 +252,11 @@ void NearCorrections::sort_by_columns() {
   if (is_sorted_) {
     return;
   }
-  Array<int> number(context_, pairs());
+  std::vector<int> numbers(row_.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  Array<int> number(context_);
+  number.upload(numbers);
   Array<int> column(context_, pairs());
-  launch(context_, "near columns", set_numbers, blocks_for(pairs(), kThreads), kThreads, pairs(), number.data());
   with_room(context_, [&](void* room, std::size_t& bytes) {
     return cub::DeviceRadixSort::SortPairs(room, bytes, column_.data(), column.data(), number.data(), order_.data(),
                                            pairs(), 0, 8 * sizeof(int), context_.stream());

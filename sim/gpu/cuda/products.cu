@@ -44,8 +44,7 @@ void multiply(Context& context, cublasOperation_t op_a, cublasOperation_t op_b, 
 }
 
 void gram(Context& context, int rows, int columns, const cuComplex* a, int lda, cuComplex* c, int ldc) {
-  const float one = 1.0F;
-  const float zero = 0.0F;
+  const float one = 1.0F, zero = 0.0F;
   check(cublasCherk(context.blas(), CUBLAS_FILL_MODE_LOWER, CUBLAS_OP_C, columns, rows, &one, a, lda, &zero, c, ldc),
         "Gram matrix");
   const dim3 threads(32, 8);

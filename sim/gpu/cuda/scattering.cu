@@ -16,7 +16,7 @@ constexpr std::size_t kMostPanelBytes = std::size_t{4} << 30U;
 constexpr int kPanelRows = 8192;      // points whose fields lie in double at a time
 constexpr int kPolishingSteps = 2;    // as ScatteringSystem's
 constexpr int kUsualSteps = 60;       // of GMRES, for which a block's Krylov space must have room
-constexpr double kTf32Error = 5e-4;   // of a product in TF32
+constexpr double kTf32Error = 3e-4;   // of a product in TF32
 constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
 constexpr int kFacesAColumn = 64;     // at most, for LU and its inverse to take less than the steps of GMRES
 constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
@@ -28,6 +28,18 @@ __global__ void gather_rows(const int* faces, int count, const cuComplex* from, 
   if (i < std::size_t{1} * count * columns) {
     const cuComplex value = from[faces[i % count] + (i / count) * ld];
     rows[i] = make_cuDoubleComplex(value.x, value.y);
+  }
+}
+
+/// rows(i, s) = sqrt(value_l) conj(vector(s, l)), l = size - 1 - i: the strongest first
+__global__ void turn_vectors(const double* values, const cuDoubleComplex* vectors, int size, int count,
+                             cuDoubleComplex* rows) {
+  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i < count * size) {
+    const int from = size - 1 - i % count;
+    const double root = sqrt(values[from]);
+    const cuDoubleComplex value = vectors[i / count + std::size_t{1} * from * size];
+    rows[i] = {root * value.x, -root * value.y};
   }
 }
 
@@ -59,20 +71,7 @@ Scattering::Scattering(Context& context, const GpuBodySpec& spec)
     : context_(context),
       spec_(spec),
       faces_(context, spec.triangles, spec.faces, spec.vertices, spec.vertex_count,
-             SurfaceWave{spec.k, spec.alpha, spec.burton_miller ? spec.coupling / spec.k : 0.0}),
-      g_(context),
-      b_(context),
-      gmres_(context),
-      lu_(context),
-      factors_(context),
-      inverse_(context),
-      hermitian_(context),
-      x_(context),
-      p_(context),
-      right_(context),
-      polished_(context),
-      drives_(context),
-      host_(context) {}
+             SurfaceWave{spec.k, spec.alpha, spec.burton_miller ? spec.coupling / spec.k : 0.0}) {}
 
 void Scattering::move(const double* vertices) {
   context_.use();
@@ -238,8 +237,8 @@ GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int colu
   return kind;
 }
 
-/// GMRES, by the factors of B or the inverse of an earlier one where there is such. It multiplies in single precision, and in
-/// TF32 as soon as that can no longer be seen in the residual asked for.
+/// GMRES, by the factors of B or the inverse of an earlier one where there is such. With these it starts from zero: its first
+/// step is then nearer than the pressures before, if the array moved, and saves their product.
 void Scattering::solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
                              GpuSolveReport& report) {
   const bool by_factors = report.kind == GpuSolveOptions::Kind::kLu;
@@ -248,15 +247,11 @@ void Scattering::solve_block(const Block& block, const GpuSolveOptions& options,
   }
   const cublasOperation_t op = block.transposed ? CUBLAS_OP_T : CUBLAS_OP_N;
   const int m = spec_.faces;
-  double worst = 1.0;
-  const BlockProduct exact = [&](const cuComplex* x, cuComplex* y, int columns) {
-    boundary().apply(block.transposed, x, y, columns, Arithmetic::kSingle);
-  };
-  const BlockProduct steps = [&](const cuComplex* x, cuComplex* y, int columns) {
-    const bool seen = worst * kTf32Error > options.tolerance;
+  const BlockProduct apply = [&](const cuComplex* x, cuComplex* y, int columns, double share) {
+    const bool seen = share * kTf32Error > options.tolerance;
     boundary().apply(block.transposed, x, y, columns, seen ? Arithmetic::kSingle : Arithmetic::kTf32);
   };
-  const BlockProduct precondition = [&](const cuComplex* v, cuComplex* z, int columns) {
+  const BlockPreconditioner precondition = [&](const cuComplex* v, cuComplex* z, int columns) {
     if (by_factors) {
       copy(v, z, std::size_t{1} * m * columns);
       lu_.solve(op, columns, z);
@@ -265,16 +260,10 @@ void Scattering::solve_block(const Block& block, const GpuSolveOptions& options,
                Arithmetic::kTf32);
     }
   };
-  const auto say = [&](int step, double residual) {
-    worst = residual;
-    if (progress) {
-      progress(step, residual);
-    }
-  };
   const bool has_inverse = by_factors || inverse_.size() > 0;
-  const GmresLimits limits{options.tolerance, options.max_steps, options.restart};
-  const GmresReport done = gmres_.solve(exact, m, block.columns, block.b, block.x, limits, block.warm, say, &steps,
-                                        has_inverse ? &precondition : nullptr);
+  const GmresLimits limits{options.tolerance, options.max_steps, options.restart, options.together};
+  const GmresReport done = gmres_.solve(apply, m, block.columns, block.b, block.x, limits, block.warm && !has_inverse,
+                                        progress, has_inverse ? &precondition : nullptr);
   report.steps = std::max(report.steps, done.steps);
   report.residual = std::max(report.residual, done.worst);
   report.converged = report.converged && done.converged;
@@ -324,20 +313,21 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
   return report;
 }
 
-/// p_ = x_, then twice p_ += e - B_c p_, e of the drives.
+/// p_ = x_, then twice p_ += e - B_c p_, e of the drives: d = e - B_c x, p = x + 2 d - B_c d, where what multiplies d need
+/// not have all digits, which is small beside p.
 void Scattering::polish(const cuComplex* drives, int columns) {
   const std::size_t size = std::size_t{1} * spec_.faces * columns;
   p_.resize(size);
-  copy(x_.data(), p_.data(), size);
+  polished_.resize(size);
   const int channels = sources().size();
   multiply(context_, CUBLAS_OP_N, CUBLAS_OP_N, spec_.faces, columns, channels, kOne, g_.data(), spec_.faces, drives,
            channels, kZero, right_.data(), spec_.faces, Arithmetic::kSingle);
-  polished_.resize(size);
-  for (int step = 0; step < kPolishingSteps; ++step) {
-    plain().apply(false, p_.data(), polished_.data(), columns, Arithmetic::kSingle);
-    add(context_, kOne, right_.data(), p_.data(), size);
-    add(context_, kMinusOne, polished_.data(), p_.data(), size);
-  }
+  plain().apply(false, x_.data(), p_.data(), columns, Arithmetic::kSingle);
+  add(context_, kMinusOne, p_.data(), right_.data(), size);
+  plain().apply(false, right_.data(), polished_.data(), columns, Arithmetic::kTf32);
+  copy(x_.data(), p_.data(), size);
+  add(context_, {2.0F, 0.0F}, right_.data(), p_.data(), size);
+  add(context_, kMinusOne, polished_.data(), p_.data(), size);
 }
 
 GpuSolveReport Scattering::pressures_of(const cuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
@@ -363,32 +353,31 @@ GpuSolveReport Scattering::pressures_of(const cuComplex* drives, int columns, bo
 GpuSolveReport Scattering::solve(const GpuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
                                  const GpuProgress& progress) {
   context_.use();
-  const std::size_t size = std::size_t{1} * sources().size() * columns;
-  host_.upload(reinterpret_cast<const cuDoubleComplex*>(drives), size);
-  drives_.resize(size);
-  convert(context_, host_.data(), drives_.data(), size);
+  if (drives != nullptr) {
+    host_.upload(reinterpret_cast<const cuDoubleComplex*>(drives), std::size_t{1} * sources().size() * columns);
+    drives_.resize(host_.size());
+    convert(context_, host_.data(), drives_.data(), host_.size());
+  }
   return pressures_of(drives_.data(), columns, warm, options, progress);
 }
 
-/// Of a Hermitian matrix, which its eigenvectors replace; eigenvalues to the host.
-void Scattering::eigen(int size, Array<cuDoubleComplex>& matrix, double* values) {
+/// Of a Hermitian matrix, which its eigenvectors replace; eigenvalues, ascending, none below 0.
+std::vector<double> Scattering::eigen(int size, Array<cuDoubleComplex>& matrix) {
   Array<double> there(context_, static_cast<std::size_t>(size));
   hermitian_.solve(size, matrix.data(), there.data());
-  there.download(values, there.size());
+  std::vector<double> values(there.size());
+  there.download(values.data(), values.size());
+  std::transform(values.begin(), values.end(), values.begin(), [](double value) { return std::max(0.0, value); });
+  return values;
 }
 
 GpuBody::Span Scattering::span(double tolerance, const GpuSolveOptions& options, const GpuProgress& progress) {
   context_.use();
   const int channels = sources().size();
   Array<cuDoubleComplex> vectors(context_);
-  std::vector<double> values(static_cast<std::size_t>(channels));
   channels_gram(vectors);
-  eigen(channels, vectors, values.data());
-  double total = 0;
-  for (double& value : values) {
-    value = std::max(0.0, value);
-    total += value;
-  }
+  const std::vector<double> values = eigen(channels, vectors);
+  const double total = std::accumulate(values.begin(), values.end(), 0.0);
   Span span;
   int dropped = 0;
   double left = 0;
@@ -397,15 +386,8 @@ GpuBody::Span Scattering::span(double tolerance, const GpuSolveOptions& options,
   }
   span.rank = channels - dropped;
   span.left_out = total > 0 ? std::sqrt(left / total) : 0.0;
-  const std::size_t size = std::size_t{1} * channels * span.rank;
-  const cuDoubleComplex* kept = vectors.data() + std::size_t{1} * channels * dropped;
-  span.drives.resize(size);
-  check(cudaMemcpyAsync(span.drives.data(), kept, size * sizeof(cuDoubleComplex), cudaMemcpyDeviceToHost,
-                        context_.stream()),
-        "download");
-  context_.synchronize();
-  drives_.resize(size);
-  convert(context_, kept, drives_.data(), size);
+  drives_.resize(std::size_t{1} * channels * span.rank);
+  convert(context_, vectors.data() + std::size_t{1} * channels * dropped, drives_.data(), drives_.size());
   vectors.reset();
   span.report = pressures_of(drives_.data(), span.rank, false, options, progress);
   return span;
@@ -419,28 +401,38 @@ void Scattering::pressures(GpuComplex* all) {
   host_.download(reinterpret_cast<cuDoubleComplex*>(all), size);
 }
 
+/// rows V^H
+void Scattering::to_channels(const cuDoubleComplex* rows, int count, GpuComplex* out) {
+  if (count == 0) {
+    return;
+  }
+  const int channels = sources().size();
+  Array<cuDoubleComplex> drives(context_, drives_.size());
+  convert(context_, drives_.data(), drives.data(), drives_.size());
+  host_.resize(std::size_t{1} * count * channels);
+  multiply(context_, CUBLAS_OP_N, CUBLAS_OP_C, count, channels, columns_, {1.0, 0.0}, rows, count, drives.data(),
+           channels, {0.0, 0.0}, host_.data(), count);
+  host_.download(reinterpret_cast<cuDoubleComplex*>(out), host_.size());
+}
+
 void Scattering::rows(const int* faces, int count, GpuComplex* rows) {
   context_.use();
   Array<int> list(context_);
   list.upload(faces, static_cast<std::size_t>(count));
-  const std::size_t size = std::size_t{1} * count * columns_;
-  if (size == 0) {
-    return;
-  }
-  host_.resize(size);
-  launch(context_, "rows", gather_rows, blocks_for(size, kThreads), kThreads, list.data(), count, pressure().data(),
-         spec_.faces, columns_, host_.data());
-  host_.download(reinterpret_cast<cuDoubleComplex*>(rows), size);
+  Array<cuDoubleComplex> gathered(context_, std::size_t{1} * count * columns_);
+  launch(context_, "rows", gather_rows, blocks_for(gathered.size(), kThreads), kThreads, list.data(), count,
+         pressure().data(), spec_.faces, columns_, gathered.data());
+  to_channels(gathered.data(), count, rows);
 }
 
-void Scattering::gram_eigen(const double* weights, double* values, GpuComplex* vectors) {
+GpuBody::Reduction Scattering::reduce(const double* weights, double tolerance) {
   context_.use();
   std::vector<double> roots(weights, weights + spec_.faces);
   std::transform(roots.begin(), roots.end(), roots.begin(), [](double w) { return std::sqrt(w); });
   Array<double> root(context_);
   root.upload(roots);
   Array<cuDoubleComplex> panel(context_);
-  host_.resize(std::size_t{1} * columns_ * columns_);
+  Array<cuDoubleComplex> gram(context_, std::size_t{1} * columns_ * columns_);
   for (int first = 0; first < spec_.faces; first += kPanelRows) {
     const int rows = std::min(kPanelRows, spec_.faces - first);
     const std::size_t size = std::size_t{1} * rows * columns_;
@@ -448,10 +440,25 @@ void Scattering::gram_eigen(const double* weights, double* values, GpuComplex* v
     launch(context_, "Gram matrix", weigh_rows, blocks_for(size, kThreads), kThreads, root.data(), pressure().data(),
            spec_.faces, first, rows, columns_, panel.data());
     multiply(context_, CUBLAS_OP_C, CUBLAS_OP_N, columns_, columns_, rows, {1.0, 0.0}, panel.data(), rows, panel.data(),
-             rows, {first == 0 ? 0.0 : 1.0, 0.0}, host_.data(), columns_);
+             rows, {first == 0 ? 0.0 : 1.0, 0.0}, gram.data(), columns_);
   }
-  eigen(columns_, host_, values);
-  host_.download(reinterpret_cast<cuDoubleComplex*>(vectors), host_.size());
+  const std::vector<double> values = eigen(columns_, gram);
+  const double total = std::accumulate(values.begin(), values.end(), 0.0);
+  const auto kept = std::upper_bound(values.begin(), values.end(), tolerance * tolerance * values.back());
+  Reduction reduction;
+  reduction.rank = static_cast<int>(values.end() - kept);
+  reduction.left_out = total > 0 ? std::sqrt(std::accumulate(values.begin(), kept, 0.0) / total) : 0.0;
+  Array<double> there(context_);
+  there.upload(values);
+  reduced_.resize(std::size_t{1} * reduction.rank * columns_);
+  launch(context_, "quiet rows", turn_vectors, blocks_for(reduced_.size(), kThreads), kThreads, there.data(),
+         gram.data(), columns_, reduction.rank, reduced_.data());
+  return reduction;
+}
+
+void Scattering::reduced(GpuComplex* rows) {
+  context_.use();
+  to_channels(reduced_.data(), static_cast<int>(reduced_.size()) / columns_, rows);
 }
 
 std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int count, const double* amplitudes,

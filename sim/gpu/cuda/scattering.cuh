@@ -22,7 +22,8 @@ class Scattering final : public GpuBody {
   Span span(double tolerance, const GpuSolveOptions& options, const GpuProgress& progress) override;
   void pressures(GpuComplex* all) override;
   void rows(const int* faces, int count, GpuComplex* rows) override;
-  void gram_eigen(const double* weights, double* values, GpuComplex* vectors) override;
+  Reduction reduce(const double* weights, double tolerance) override;
+  void reduced(GpuComplex* rows) override;
   std::unique_ptr<GramDevice> incident_gram(const int* faces, int count, const double* amplitudes,
                                             const double* weights, bool scattered) override;
   GpuSolveReport transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
@@ -47,7 +48,8 @@ class Scattering final : public GpuBody {
   void make_field();
   const cuComplex* right_sides() const { return spec_.burton_miller ? b_.data() : g_.data(); }
   void field_panel(int first, int rows, Array<cuDoubleComplex>& b, Array<cuDoubleComplex>& slope) const;
-  void eigen(int size, Array<cuDoubleComplex>& matrix, double* values);
+  std::vector<double> eigen(int size, Array<cuDoubleComplex>& matrix);
+  void to_channels(const cuDoubleComplex* rows, int count, GpuComplex* out);
   void channels_gram(Array<cuDoubleComplex>& gram);
   const Array<cuComplex>& pressure() const { return spec_.polished ? p_ : x_; }
   void polish(const cuComplex* drives, int columns);
@@ -72,20 +74,21 @@ class Scattering final : public GpuBody {
   std::unique_ptr<Boundary> boundary_, plain_;  // made when needed
   std::unique_ptr<Sources> sources_;
   bool has_field_ = false;
-  Array<cuComplex> g_;  // incident pressure of every channel, M x N
-  Array<cuComplex> b_;  // its right-hand sides where they are others
-  BlockGmres gmres_;
-  Lu lu_;
+  Array<cuComplex> g_{context_};  // incident pressure of every channel, M x N
+  Array<cuComplex> b_{context_};  // its right-hand sides where they are others
+  BlockGmres gmres_{context_};
+  Lu lu_{context_};
   bool has_factors_ = false;
   bool factors_are_current_ = false;  // else of B where the body was
-  Array<cuComplex> factors_;
-  Array<cuComplex> inverse_;  // of B where the body was; of no size if there is none
-  HermitianSolver hermitian_;
-  int columns_ = 0;     // of P
-  Array<cuComplex> x_;  // solution of B x = b, M x S: P itself where nothing is polished
-  Array<cuComplex> p_;  // P where it is
-  Array<cuComplex> right_, polished_, drives_;
-  Array<cuDoubleComplex> host_;  // on the way to and from the host
+  Array<cuComplex> factors_{context_};
+  Array<cuComplex> inverse_{context_};  // of B where the body was; of no size if there is none
+  HermitianSolver hermitian_{context_};
+  int columns_ = 0;               // of P
+  Array<cuComplex> x_{context_};  // solution of B x = b, M x S: P itself where nothing is polished
+  Array<cuComplex> p_{context_};  // P where it is
+  Array<cuComplex> right_{context_}, polished_{context_}, drives_{context_};
+  Array<cuDoubleComplex> reduced_{context_};  // rows whose products with V^H are R
+  Array<cuDoubleComplex> host_{context_};     // on the way to and from the host
 };
 
 }  // namespace touchfield::cuda

@@ -13,21 +13,13 @@ struct Vector {
 };
 
 /// Rounded one by one, never fused: what the CPU, without fused products, decides by a comparison is decided alike.
-__host__ __device__ inline double rounded_product(double a, double b) {
 #ifdef __CUDA_ARCH__
-  return __dmul_rn(a, b);
+__device__ inline double rounded_product(double a, double b) { return __dmul_rn(a, b); }
+__device__ inline double rounded_sum(double a, double b) { return __dadd_rn(a, b); }
 #else
-  return a * b;
+__host__ __device__ inline double rounded_product(double a, double b) { return a * b; }
+__host__ __device__ inline double rounded_sum(double a, double b) { return a + b; }
 #endif
-}
-
-__host__ __device__ inline double rounded_sum(double a, double b) {
-#ifdef __CUDA_ARCH__
-  return __dadd_rn(a, b);
-#else
-  return a + b;
-#endif
-}
 
 __host__ __device__ inline Vector operator+(const Vector& a, const Vector& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
