@@ -12,7 +12,7 @@ struct DenseWork {
   Context& context;
   Array<int> info{context, 1};
   Array<char> on_card{context};
-  std::vector<char> on_host;
+  std::vector<char> on_host{};
 };
 
 /// LU factorisation with partial pivoting of a dense matrix in single precision (cuSOLVER getrf), as

@@ -4,6 +4,7 @@
 // after another. Values are float, double, cuComplex or cuDoubleComplex; sums are always in the same order.
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 #include "sim/gpu/cuda/launch.cuh"
 
@@ -61,10 +62,11 @@ template <typename Value>
 void multiply_adjoint(Context& context, const Value* a, int ld, int rows, int columns, const Value* x, Value* product,
                       int width = 1) {
   const Value zero{};
-  const Value one{1};
+  using Real = std::conditional_t<std::is_same_v<Value, float> || std::is_same_v<Value, cuComplex>, float, double>;
+  const Real one[2] = {1, 0};  // real or complex
   for (std::size_t i = 0; i < static_cast<std::size_t>(width); ++i) {
-    check(gemv(Value{})(context.blas(), CUBLAS_OP_C, rows, columns, &one, a, ld, x + i * rows, 1, &zero,
-                        product + i * columns, 1),
+    check(gemv(Value{})(context.blas(), CUBLAS_OP_C, rows, columns, reinterpret_cast<const Value*>(one), a, ld,
+                        x + i * rows, 1, &zero, product + i * columns, 1),
           "product");
   }
 }

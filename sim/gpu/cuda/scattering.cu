@@ -238,7 +238,8 @@ GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int colu
 }
 
 /// GMRES, by the factors of B or the inverse of an earlier one where there is such. With these it starts from zero: its first
-/// step is then nearer than the pressures before, if the array moved, and saves their product.
+/// step is then nearer than the pressures before, if the array moved, and saves their product. Plain schemes, whose solutions
+/// magnify residuals, are not multiplied in TF32.
 void Scattering::solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
                              GpuSolveReport& report) {
   const bool by_factors = report.kind == GpuSolveOptions::Kind::kLu;
@@ -248,7 +249,7 @@ void Scattering::solve_block(const Block& block, const GpuSolveOptions& options,
   const cublasOperation_t op = block.transposed ? CUBLAS_OP_T : CUBLAS_OP_N;
   const int m = spec_.faces;
   const BlockProduct apply = [&](const cuComplex* x, cuComplex* y, int columns, double share) {
-    const bool seen = share * kTf32Error > options.tolerance;
+    const bool seen = !spec_.burton_miller || share * kTf32Error > options.tolerance;
     boundary().apply(block.transposed, x, y, columns, seen ? Arithmetic::kSingle : Arithmetic::kTf32);
   };
   const BlockPreconditioner precondition = [&](const cuComplex* v, cuComplex* z, int columns) {
