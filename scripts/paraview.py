@@ -47,7 +47,7 @@ def parse_arguments(words):
     parser.add_argument("--motion", metavar="FILM", type=ending(FILMS),
                         help="play the motion into .avi, .ogv, or .png: a numbered frame an instant")
     parser.add_argument("--method", action="append", default=[], help="a method to show; may be repeated (default: all)")
-    parser.add_argument("--near-mm", type=above_zero, help="as much about the target's middle, up and down, is shown alone")
+    parser.add_argument("--around-mm", type=above_zero, help="show the target and as much of the skin around it")
     parser.add_argument("--fps", type=above_zero, help="frames of the film a second (default: as fast as the motion was)")
     parser.add_argument("--png", type=ending([".png"]), help="write a picture of skin, array and fields seen from the side")
     parser.add_argument("--state", metavar="PVSM", type=ending([".pvsm"]), help="write the same as a state of ParaView")
@@ -59,8 +59,8 @@ def parse_arguments(words):
         parser.error("-o, --motion and --png or --state are calls of their own")
     if arguments.fps and not (arguments.motion and not arguments.motion.endswith(".png")):
         parser.error("--fps is of --motion with .avi or .ogv")
-    if arguments.near_mm and not (arguments.output or arguments.motion):
-        parser.error("--near-mm is of -o and --motion")
+    if arguments.around_mm and not (arguments.output or arguments.motion):
+        parser.error("--around-mm is of -o and --motion")
     if len(arguments.method) > 1 and not (arguments.output or arguments.motion):
         parser.error("several of --method are of -o and --motion")
     return arguments
@@ -70,10 +70,10 @@ def main():
     arguments = parse_arguments(sys.argv[1:])
     try:
         if arguments.output:
-            paraview_figure.draw(arguments.results, arguments.output, arguments.method, arguments.near_mm)
+            paraview_figure.draw(arguments.results, arguments.output, arguments.method, arguments.around_mm)
             return
         if arguments.motion:
-            paraview_figure.play(arguments.results, arguments.motion, arguments.method, arguments.near_mm, arguments.fps)
+            paraview_figure.play(arguments.results, arguments.motion, arguments.method, arguments.around_mm, arguments.fps)
             return
         view = paraview_scene.load(arguments.results, *arguments.method)
     except paraview_scene.RunError as error:

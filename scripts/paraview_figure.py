@@ -8,10 +8,11 @@ import paraview_scene as scene
 from paraview_scene import INK, SUFFIX, RunError
 
 PANEL = (420, 600)  # [pixels], of a view
+TITLE_HEIGHT = 40
 BAR_WIDTH = 180  # as PANEL a multiple of four, which films want
 MOST_COLUMNS = 4
 OUTLINE_LIFT = 4e-4  # [m], towards the array, so that no face that it borders on covers half of it
-MARGIN = 0.86  # how much of a view the skin fills
+MARGIN = 0.92  # how much of a view the skin fills
 
 
 def series_of(path):
@@ -71,7 +72,7 @@ def cross(a, b):
 class Sight:
     """What the views of a figure share: a parallel projection that holds the skin, or what is near the target."""
 
-    def __init__(self, array, skins, near_mm):
+    def __init__(self, array, skins, around_mm):
         self.along, self.up = looking_from(array)
         self.axes = (cross(self.along, self.up), self.up, self.along)
         ends = []
@@ -89,20 +90,20 @@ class Sight:
                 wanted = max(wanted, float(amplitudes.max()))
                 faces = scene.vtk_to_numpy(skin.GetPolys().GetConnectivityArray()).reshape(-1, 3)
                 pressed = points[faces[amplitudes > 0].ravel()]
-            if near_mm is not None and len(pressed) == 0:
+            if around_mm is not None and len(pressed) == 0:
                 continue
-            seen = pressed if near_mm is not None else points
+            seen = pressed if around_mm is not None else points
             across = [seen @ axis for axis in self.axes]
             ends.append([(float(a.min()), float(a.max())) for a in across])
         if not ends:
-            raise RunError("--near-mm: there is no target")
+            raise RunError("--around-mm: there is no target")
         least = [min(end[i][0] for end in ends) for i in range(3)]
         most = [max(end[i][1] for end in ends) for i in range(3)]
         middle = [(low + high) / 2 for low, high in zip(least, most)]
         self.centre = [sum(m * axis[i] for m, axis in zip(middle, self.axes)) for i in range(3)]
         self.extent = [high - low for low, high in zip(least, most)]
-        if near_mm is not None:
-            self.extent = [0.0, near_mm * 1e-3, self.extent[2]]
+        if around_mm is not None:
+            self.extent = [e + 2e-3 * around_mm for e in self.extent]
         self.top = round_above(2 * wanted if wanted > 0 else self.top)
 
     def place(self, view):
@@ -114,60 +115,64 @@ class Sight:
         view.CameraViewUp = self.up
 
 
-def white_view():
+def white_view(layout, cell, text=None):
     view = scene.simple.CreateView("RenderView")
     view.UseColorPaletteForBackground = 0
     view.Background = [1.0, 1.0, 1.0]
     view.OrientationAxesVisibility = 0
+    scene.simple.AssignViewToLayout(view, layout, cell)
+    if text is not None:
+        display = scene.simple.Show(text, view)
+        display.Color, display.FontSize, display.WindowLocation = INK, 17, "Upper Center"
     return view
 
 
-def say(view, text, place):
-    source = scene.simple.Text(Text=text)
-    display = scene.simple.Show(source, view)
-    display.Color, display.FontSize, display.WindowLocation = INK, 16, place
+def panels_of(layout, cell, columns, rows):
+    """The cells of a layout's cell cut into as many, row by row."""
+    panels = []
+    for left in range(rows, 0, -1):
+        row = cell
+        if left > 1:
+            row = layout.SplitVertical(cell, 1 / left)
+            cell = row + 1
+        for column in range(columns, 1, -1):
+            first = layout.SplitHorizontal(row, 1 / column)
+            panels.append(first)
+            row = first + 1
+        panels.append(row)
+    return panels
 
 
-def figure(skin, array, skins, methods, near_mm):
-    """A layout with a view a method, all alike, and one colour bar."""
-    sight = Sight(array, skins, near_mm)
+def figure(skin, array, skins, methods, around_mm, clock=None):
+    """A layout with a view a method, all alike, its name above it, and one colour bar; and its size."""
+    sight = Sight(array, skins, around_mm)
     columns, rows = grid(len(methods))
-    size = [columns * PANEL[0] + BAR_WIDTH, rows * PANEL[1]]
+    size = [columns * PANEL[0] + BAR_WIDTH, rows * (PANEL[1] + TITLE_HEIGHT)]
     layout = scene.simple.CreateLayout("figure")
     layout.SetSize(*size)
     layout.SplitHorizontal(0, 1 - BAR_WIDTH / size[0])
-    free, panels = [(1, rows)], []
-    while free:  # cells of the layout, and how many rows they are to be
-        cell, left = free.pop()
-        if left > 1:
-            upper = layout.SplitVertical(cell, 1 / left)
-            free.append((upper + 1, left - 1))
-            cell = upper
-        for column in range(columns, 1, -1):
-            first = layout.SplitHorizontal(cell, 1 / column)
-            panels.append(first)
-            cell = first + 1
-        panels.append(cell)
+    panels = panels_of(layout, 1, columns, rows)
     for method, panel in zip(methods, panels):
-        view = white_view()
-        scene.simple.AssignViewToLayout(view, layout, panel)
+        title = layout.SplitVertical(panel, TITLE_HEIGHT / (PANEL[1] + TITLE_HEIGHT))
+        white_view(layout, title, scene.simple.Text(Text=method))
+        view = white_view(layout, title + 1)
         scene.show_skin(skin, method, view)
         outline = scene.show_outline(skin, view)
         if outline is not None:
             outline.Position = [-OUTLINE_LIFT * a for a in sight.along]
-        say(view, method, "Upper Center")
         scene.set_colours(method, sight.top, view)
         scene.simple.GetDisplayProperties(skin, view).SetScalarBarVisibility(view, False)
         sight.place(view)
-    side = white_view()
-    scene.simple.AssignViewToLayout(side, layout, 2)
+    for panel in panels[len(methods):]:
+        white_view(layout, panel)
+    side = white_view(layout, 2, clock)
     bar = scene.simple.GetScalarBar(scene.simple.GetColorTransferFunction(methods[0] + SUFFIX), side)
-    scene.name_bar(bar, "|p| [Pa]")
+    scene.name_bar(bar, "abs(p) [Pa]")
     bar.Visibility, bar.WindowLocation = 1, "Any Location"
     bar.Position, bar.ScalarBarLength, bar.ScalarBarThickness = [0.12, 0.12], 0.7, 22
-    bar.HorizontalTitle, bar.TitleFontSize, bar.LabelFontSize = 1, 15, 13
+    bar.HorizontalTitle, bar.TitleFontSize, bar.LabelFontSize = 1, 14, 14
     bar.RangeLabelFormat = bar.LabelFormat = "%.5g"
-    return layout, size, side
+    return layout, size
 
 
 def chosen(methods, asked, results):
@@ -179,18 +184,18 @@ def chosen(methods, asked, results):
     return asked or methods
 
 
-def draw(results, picture, asked, near_mm):
+def draw(results, picture, asked, around_mm):
     """The figure of a run as one picture."""
     surface, array = scene.skin_and_array(results)
     scene.need_paraview()
     skin = scene.simple.XMLPolyDataReader(FileName=[surface])
     source = scene.simple.XMLPolyDataReader(FileName=[array])
     methods = chosen(scene.methods_of(skin, "CELLS"), asked, results)
-    layout, size, _ = figure(skin, source, [scene.servermanager.Fetch(skin)], methods, near_mm)
+    layout, size = figure(skin, source, [scene.servermanager.Fetch(skin)], methods, around_mm)
     scene.simple.SaveScreenshot(picture, layout, ImageResolution=size, SeparatorWidth=0)
 
 
-def play(results, film, asked, near_mm, rate):
+def play(results, film, asked, around_mm, rate):
     """The figure over the time of a motion, as frames or a film."""
     path = os.path.join(results, "judge.pvd")
     series = series_of(path)
@@ -204,10 +209,8 @@ def play(results, film, asked, near_mm, rate):
         skins.append(scene.servermanager.Fetch(step))
         scene.simple.Delete(step)
     methods = chosen(scene.methods_of(skin, "CELLS"), asked, results)
-    layout, size, side = figure(skin, source, skins, methods, near_mm)
     clock = scene.simple.AnnotateTimeFilter(Input=skin, Format="{time:.3f} s")
-    display = scene.simple.Show(clock, side)
-    display.Color, display.FontSize, display.WindowLocation = INK, 16, "Upper Center"
+    layout, size = figure(skin, source, skins, methods, around_mm, clock)
     animation = scene.simple.GetAnimationScene()
     animation.UpdateAnimationUsingDataTimeSteps()
     animation.PlayMode = "Snap To TimeSteps"

@@ -234,7 +234,11 @@ std::string zsh_value(const CLI::Option& option) {
   } else if (type == kFolder) {
     action = "_files -/";
   } else if (kind != file_kinds().end()) {
-    action = kind->endings.empty() ? "_files" : fmt::format("_files -g \"*.({})\"", fmt::join(kind->endings, "|"));
+    // One ending in parentheses would be what zsh calls a qualifier.
+    const std::string endings = fmt::format("{}", fmt::join(kind->endings, "|"));
+    action = endings.empty()             ? "_files"
+             : kind->endings.size() == 1 ? "_files -g \"*." + endings + "\""
+                                         : "_files -g \"*.(" + endings + ")\"";
   }
   const std::string what = option.get_positional() ? option.get_name() : names_of(option).back();
   return fmt::format(":{}:{}", escaped(what.substr(what.find_first_not_of('-')), ":"), action);
