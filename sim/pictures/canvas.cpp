@@ -5,6 +5,7 @@
 #include <cairo-svg.h>
 #include <cairo.h>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <numbers>
 #include <stdexcept>
@@ -12,7 +13,6 @@
 #include <fmt/format.h>
 
 #include "sim/core/version.h"
-#include "sim/pictures/own_font.h"
 #include "sim/pictures/png.h"
 
 namespace touchfield {
@@ -118,8 +118,27 @@ std::string with_texts(const std::string& svg, const Texts& texts) {
   return fmt::format("{}\n<title>{}</title>\n<desc>{}</desc>{}", svg.substr(0, place), title, rest, svg.substr(place));
 }
 
+/// Of this program's own installation; null where it has none. Kept until the program ends.
+cairo_font_face_t* font_beside_program(const char* name) {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto file = program.parent_path().parent_path() / "share/touchfield/fonts" / name;
+  if (!std::filesystem::exists(file, error)) {
+    return nullptr;
+  }
+  FT_Library library = nullptr;
+  FT_Face face = nullptr;
+  if (FT_Init_FreeType(&library) != 0 || FT_New_Face(library, file.c_str(), 0, &face) != 0) {
+    return nullptr;
+  }
+  return cairo_ft_font_face_create_for_ft_face(face, 0);
+}
+
+/// DejaVu Sans, without asking fontconfig where the program brings it: machines without fontconfig's files are such.
 void select_font(cairo_t* draw, bool bold) {
-  if (cairo_font_face_t* const own = own_font(bold)) {
+  static cairo_font_face_t* const plain = font_beside_program("DejaVuSans.ttf");
+  static cairo_font_face_t* const heavy = font_beside_program("DejaVuSans-Bold.ttf");
+  if (cairo_font_face_t* const own = bold ? heavy : plain) {
     cairo_set_font_face(draw, own);
   } else {
     cairo_select_font_face(draw, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
