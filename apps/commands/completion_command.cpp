@@ -109,10 +109,9 @@ void add_to(BashTables& tables, const CLI::App& app, const std::string& parent) 
     if (option->get_items_expected_max() == 0) {
       continue;
     }
-    std::vector<std::string> keys;
-    for (const std::string& name : names) {
-      keys.push_back(fmt::format("'{} {}'", path, name));
-    }
+    std::vector<std::string> keys(names.size());
+    std::ranges::transform(names, keys.begin(),
+                           [&](const std::string& name) { return fmt::format("'{} {}'", path, name); });
     tables.values += fmt::format("    {}) left={} want={} ;;\n", fmt::join(keys, " | "),
                                  option->get_items_expected_max(), bash_want(*option));
   }

@@ -13,6 +13,18 @@ import unittest
 SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 FILES = ["CMakeLists.txt", "CITATION.cff", "CHANGELOG.md", ".gitattributes", "cmake/revision.txt", "cmake/write_version.cmake",
          "scripts/release"]
+# In place of the build: a program that says what cmake/write_version.cmake has found, and a run of nothing.
+RUN = r"""#!/usr/bin/env bash
+set -e
+root=$(dirname "$0")/..
+mkdir -p "$root/build/release/apps" "$3"
+cmake -DSOURCE="$root" -DOUT="$root/data.h" -P "$root/cmake/write_version.cmake"
+revision=$(sed -nE 's/#define TOUCHFIELD_REVISION "(.*)"/\1/p' "$root/data.h")
+version=$(sed -nE 's/^project\(touchfield VERSION ([0-9.]+).*/\1/p' "$root/CMakeLists.txt")
+printf '#!/bin/sh\necho "touchfield %s (%s)"\n' "$version" "$revision" >"$root/build/release/apps/touchfield"
+chmod +x "$root/build/release/apps/touchfield"
+echo results >"$3/run.h5"
+"""
 PACKAGE = '#!/usr/bin/env bash\nmkdir -p "$1"\necho packed >"$1/touchfield-linux.tar.xz"\n'
 
 
@@ -28,6 +40,8 @@ class Release(unittest.TestCase):
             shutil.copy(SOURCE / name, self.clone / name)
         (self.clone / "scripts/package").write_text(PACKAGE)
         (self.clone / "scripts/package").chmod(0o755)
+        (self.clone / "scripts/run").write_text(RUN)
+        (self.clone / "scripts/run").chmod(0o755)
         self.git("init", "-q")
         self.commit()
         self.version = re.search(r"project\(touchfield VERSION ([\d.]+)", (self.clone / "CMakeLists.txt").read_text())[1]
@@ -72,6 +86,30 @@ class Release(unittest.TestCase):
         self.assertEqual(self.revision_in(unpacked), commit[:12])
         shutil.rmtree(self.clone / ".git")  # as a copy without either
         self.assertEqual(self.revision_in(self.clone), "unknown")
+
+    def test_the_archive_is_built_and_run(self):
+        done = self.release("out")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("release: the archive builds and runs\n", done.stdout)
+        # Sources whose program would not know its revision.
+        (self.clone / ".gitattributes").unlink()
+        self.commit()
+        done = self.release("out")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(f"says 'touchfield {self.version} (unknown)' and not", done.stderr)
+
+    def test_a_commit_meanwhile_is_left_out(self):
+        with (self.clone / "scripts/package").open("a") as script:
+            script.write('date +%N >>"$(dirname "$0")/../later.txt"\ngit add -A\n'
+                         "git -c user.name=t -c user.email=t@example.org commit -q -m later\n")
+        self.commit()
+        commit = self.git("rev-parse", "HEAD")
+        done = self.release("out")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertNotEqual(self.git("rev-parse", "HEAD"), commit)
+        with tarfile.open(self.folder / "out" / f"touchfield-{self.version}.tar.gz") as archive:
+            name = f"touchfield-{self.version}/cmake/revision.txt"
+            self.assertEqual(archive.extractfile(name).read().decode().strip(), commit)
 
     def test_a_dirty_tree_is_refused_unless_told(self):
         (self.clone / "CMakeLists.txt").write_text((self.clone / "CMakeLists.txt").read_text() + "# more\n")
