@@ -7,6 +7,13 @@ if(GIT AND EXISTS ${SOURCE}/.git)
     set(revision "unknown")
   endif()
 endif()
+# An archive of the sources has no .git; git has written the commit into this file, whose line reads otherwise in a clone.
+if(NOT EXISTS ${SOURCE}/.git)
+  file(STRINGS ${SOURCE}/cmake/revision.txt archived REGEX "^[0-9a-f]+$")
+  if(archived)
+    string(SUBSTRING "${archived}" 0 12 revision)
+  endif()
+endif()
 string(STRIP "${FLAGS}" FLAGS)
 file(WRITE ${OUT}.new "#pragma once
 #define TOUCHFIELD_VERSION \"${VERSION}\"

@@ -1,209 +1,84 @@
-"""Loads a whole run into ParaView: skin, target, array and fields, with one set of colours.
+"""Shows a run's or a motion's results in ParaView, with one scale of colours.
 
-    pvpython scripts/paraview.py RUN_DIR [--method NAME] [--png FILE] [--state FILE]
+    pvpython scripts/paraview.py RESULTS -o picture.png          the skin seen from the array, a view a method
+    pvpython scripts/paraview.py MOTION --motion film.ogv        the same over a motion's time; .avi, or .png: frames
+    pvpython scripts/paraview.py RESULTS                         everything in a window: skin, target, array and fields
 
-shows the run in a window; --png writes a picture instead, --state a state file that ParaView opens. On a machine
-without a display: xvfb-run -a pvpython scripts/paraview.py ...
-
-From the Python shell inside ParaView:
-
-    exec(open("scripts/paraview.py").read())
-    load("results/runs/width_5mm-0001", method="surface")
+--png FILE and --state FILE write a picture of that window, and a state file that ParaView opens. On a machine without
+a display: xvfb-run -a pvpython scripts/paraview.py ...
 """
 
 import argparse
-import glob
 import math
 import os
 import sys
 
-# This file has the name of the package it needs: its own folder must not be searched first.
-sys.path = [p for p in sys.path if not os.path.isfile(os.path.join(p or ".", "paraview.py"))]
+import paraview_figure
+import paraview_scene
 
-from paraview import servermanager, simple  # noqa: E402
-from vtkmodules.util.numpy_support import vtk_to_numpy  # noqa: E402
-
-TOP_SHARE = 0.999  # colours end here, so that one hot face does not darken all the others
-PRESSURE_COLOURS = "Viridis (matplotlib)"
-PHASE_COLOURS = "hsv"  # cyclic, as phases are
-SUFFIX = "_abs_pa"
-INK = [0.1, 0.1, 0.1]
+FILMS = (".png", ".avi", ".ogv")
 
 
-class RunError(Exception):
-    """What the caller can put right."""
+def ending(allowed):
+    def check(name):
+        if os.path.splitext(name)[1] not in allowed:
+            raise argparse.ArgumentTypeError(f"{name} must end in {', '.join(allowed)}")
+        if not os.path.isdir(os.path.dirname(name) or "."):
+            raise argparse.ArgumentTypeError(f"there is no folder {os.path.dirname(name)}")
+        return name
+    return check
 
 
-def quantile(values, share):
-    values = sorted(v for v in values if math.isfinite(v))
-    return values[min(len(values) - 1, math.ceil(share * (len(values) - 1)))] if values else 0.0
+def above_zero(text):
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{text} must be a number > 0")
+    return value
 
 
-def array_names(source, association):
-    """Names in the order of the file, which is that of the scene's methods."""
-    data = servermanager.Fetch(source)
-    arrays = data.GetCellData() if association == "CELLS" else data.GetPointData()
-    return [arrays.GetArrayName(i) for i in range(arrays.GetNumberOfArrays())]
-
-
-def methods_of(source, association):
-    return [name[: -len(SUFFIX)] for name in array_names(source, association) if name.endswith(SUFFIX)]
-
-
-def magnitudes(source, association, method):
-    data = servermanager.Fetch(source)
-    arrays = data.GetCellData() if association == "CELLS" else data.GetPointData()
-    array = arrays.GetArray(method + SUFFIX)
-    return [] if array is None else vtk_to_numpy(array).tolist()
-
-
-def name_bar(bar, title):
-    bar.Title, bar.ComponentTitle = title, ""
-    bar.TitleColor = bar.LabelColor = INK
-    bar.RangeLabelFormat = "%.4g"
-
-
-def colour_pressure(display, association, method, view, bar):
-    simple.ColorBy(display, (association, method + SUFFIX))
-    display.SetScalarBarVisibility(view, bar)
-
-
-def show_skin(surface, method, view):
-    display = simple.Show(surface, view)
-    display.Interpolation = "Flat"
-    display.Ambient, display.Diffuse, display.Specular = 0.7, 0.3, 0.0
-    if method in methods_of(surface, "CELLS"):
-        colour_pressure(display, "CELLS", method, view, True)
-    elif "target_pa" in array_names(surface, "CELLS"):
-        simple.ColorBy(display, ("CELLS", "target_pa"))
-
-
-def show_outline(surface, view):
-    """The border of the target as a red line."""
-    if "target_pa" not in array_names(surface, "CELLS"):
-        return
-    inside = simple.Threshold(registrationName="target", Input=surface, Scalars=["CELLS", "target_pa"])
-    inside.ThresholdMethod, inside.UpperThreshold = "Above Upper Threshold", sys.float_info.min
-    edges = simple.FeatureEdges(registrationName="target outline", Input=simple.ExtractSurface(Input=inside))
-    edges.BoundaryEdges, edges.FeatureEdges, edges.NonManifoldEdges, edges.ManifoldEdges = True, False, False, False
-    display = simple.Show(edges, view)
-    display.ColorArrayName = ["POINTS", ""]  # one colour
-    display.AmbientColor = display.DiffuseColor = [0.92, 0.12, 0.24]
-    display.LineWidth = 2.5
-    display.Ambient, display.Diffuse = 1.0, 0.0
-
-
-def show_array(array, method, view):
-    display = simple.Show(array, view)
-    display.PointSize = 6.0
-    display.RenderPointsAsSpheres = True
-    name = f"{method}_phase_rad"
-    if name in array_names(array, "POINTS"):
-        simple.ColorBy(display, ("POINTS", name))
-        colours = simple.GetColorTransferFunction(name)
-        colours.ApplyPreset(PHASE_COLOURS, True)
-        colours.RescaleTransferFunction(0.0, 2.0 * math.pi)
-        name_bar(simple.GetScalarBar(colours, view), "phase of the drive [rad]")
-        display.SetScalarBarVisibility(view, True)
-
-
-def show_field(field, method, view):
-    """A plane without the inside of the body; of a cube only the outline."""
-    size = servermanager.Fetch(field).GetDimensions()
-    if list(size).count(1) != 1:
-        display = simple.Show(field, view)
-        display.SetRepresentationType("Outline")
-        display.AmbientColor = display.DiffuseColor = INK
-        return
-    air = simple.Threshold(registrationName="air", Input=field, Scalars=["POINTS", "inside"])
-    air.ThresholdMethod, air.LowerThreshold, air.UpperThreshold = "Between", 0, 0
-    display = simple.Show(air, view)
-    display.Ambient, display.Diffuse, display.Specular = 1.0, 0.0, 0.0
-    if method in methods_of(field, "POINTS"):
-        colour_pressure(display, "POINTS", method, view, True)
-
-
-def set_colours(method, top, view):
-    colours = simple.GetColorTransferFunction(method + SUFFIX)
-    colours.ApplyPreset(PRESSURE_COLOURS, True)
-    colours.RescaleTransferFunction(0.0, top or 1.0)
-    name_bar(simple.GetScalarBar(colours, view), "sound pressure amplitude [Pa]")
-
-
-def mean_axis(array):
-    axes = vtk_to_numpy(servermanager.Fetch(array).GetPointData().GetArray("axis"))
-    axis = axes.mean(axis=0)
-    length = math.sqrt(float(axis @ axis))
-    return [float(a) / length for a in axis] if length > 1e-3 else [0.0, 0.0, 1.0]
-
-
-def place_camera(view, array):
-    """From the side and a little below, the array's axis up: the pressed side of the skin and the array are both seen."""
-    up = mean_axis(array)
-    side = [0.75, 0.65, 0.0] if abs(up[2]) > 0.5 else [0.0, 0.0, 1.0]
-    along = sum(s * u for s, u in zip(side, up))
-    side = [s - along * u for s, u in zip(side, up)]
-    sight = [0.85 * s + 0.5 * u for s, u in zip(side, up)]
-    view.CameraParallelProjection = 1
-    view.CameraFocalPoint = [0.0, 0.0, 0.0]
-    view.CameraPosition = [-s for s in sight]
-    view.CameraViewUp = up
-    simple.ResetCamera(view)
-
-
-def load(run_dir, method=None):
-    """Loads every file of a run and returns the view. method: whose pressure is shown; the first one by default."""
-    path = lambda name: os.path.join(run_dir, name)  # noqa: E731
-    for needed in ("surface.vtp", "array.vtp"):
-        if not os.path.isfile(path(needed)):
-            raise RunError(f"{path(needed)} is missing: write must hold vtp in the scene")
-    surface = simple.XMLPolyDataReader(registrationName="surface", FileName=[path("surface.vtp")])
-    array = simple.XMLPolyDataReader(registrationName="array", FileName=[path("array.vtp")])
-    fields = [
-        simple.XMLImageDataReader(registrationName=os.path.basename(name), FileName=[name])
-        for name in sorted(glob.glob(glob.escape(path("")) + "*.vti"))
-    ]
-    for source in (surface, array, *fields):
-        source.UpdatePipeline()
-    methods = methods_of(surface, "CELLS")
-    if method is None and methods:
-        method = methods[0]
-    if method is not None and method not in methods:
-        raise RunError(f"no method {method} in {run_dir}; there are {', '.join(methods) or 'none'}")
-
-    view = simple.GetActiveViewOrCreate("RenderView")
-    view.UseColorPaletteForBackground = 0
-    view.Background = [1.0, 1.0, 1.0]
-    view.OrientationAxesLabelColor = INK
-    show_skin(surface, method, view)
-    show_outline(surface, view)
-    show_array(array, method, view)
-    for field in fields:
-        show_field(field, method, view)
-    if os.path.isfile(path("judge.vtp")):
-        simple.Hide(simple.XMLPolyDataReader(registrationName="judge", FileName=[path("judge.vtp")]), view)
-    if method is not None:
-        tops = [quantile(magnitudes(surface, "CELLS", method), TOP_SHARE)]
-        tops += [quantile(magnitudes(field, "POINTS", method), TOP_SHARE) for field in fields]
-        set_colours(method, max(tops), view)
-    title = simple.Text(registrationName="title", Text=f"{os.path.basename(os.path.abspath(run_dir))}: {method or 'skin'}")
-    simple.Show(title, view).Color = INK
-    place_camera(view, array)
-    simple.Render(view)
-    return view
+def parse_arguments(words):
+    parser = argparse.ArgumentParser(prog="paraview.py", description="Shows a run or a motion in ParaView.", allow_abbrev=False)
+    parser.add_argument("results", help="directory of a run or a motion")
+    parser.add_argument("-o", "--output", metavar="PNG", type=ending([".png"]),
+                        help="write the skin as the array sees it, a view a method, to this picture")
+    parser.add_argument("--motion", metavar="FILM", type=ending(FILMS),
+                        help="play the motion into .avi, .ogv, or .png: a numbered frame an instant")
+    parser.add_argument("--method", action="append", default=[], help="a method to show; may be repeated (default: all)")
+    parser.add_argument("--around-mm", type=above_zero, help="show the target and as much of the skin around it")
+    parser.add_argument("--fps", type=above_zero, help="frames of the film a second (default: as fast as the motion was)")
+    parser.add_argument("--png", type=ending([".png"]), help="write a picture of skin, array and fields seen from the side")
+    parser.add_argument("--state", metavar="PVSM", type=ending([".pvsm"]), help="write the same as a state of ParaView")
+    arguments = parser.parse_args(words)
+    if not os.path.isdir(arguments.results):
+        parser.error(f"{arguments.results} is no directory")
+    ways = [way for way in (arguments.output, arguments.motion, arguments.png or arguments.state) if way]
+    if len(ways) > 1:
+        parser.error("-o, --motion and --png or --state are calls of their own")
+    if arguments.fps and not (arguments.motion and not arguments.motion.endswith(".png")):
+        parser.error("--fps is of --motion with .avi or .ogv")
+    if arguments.around_mm and not (arguments.output or arguments.motion):
+        parser.error("--around-mm is of -o and --motion")
+    if len(arguments.method) > 1 and not (arguments.output or arguments.motion):
+        parser.error("several of --method are of -o and --motion")
+    return arguments
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Loads a whole run into ParaView.")
-    parser.add_argument("run_dir", help="directory of a run")
-    parser.add_argument("--method", help="whose pressure is shown (default: the first)")
-    parser.add_argument("--png", help="write a picture to this file instead of opening a window")
-    parser.add_argument("--state", help="write a state file (.pvsm) instead of opening a window")
-    arguments = parser.parse_args()
+    arguments = parse_arguments(sys.argv[1:])
     try:
-        view = load(arguments.run_dir, arguments.method)
-    except RunError as error:
+        if arguments.output:
+            paraview_figure.draw(arguments.results, arguments.output, arguments.method, arguments.around_mm)
+            return
+        if arguments.motion:
+            paraview_figure.play(arguments.results, arguments.motion, arguments.method, arguments.around_mm, arguments.fps)
+            return
+        view = paraview_scene.load(arguments.results, *arguments.method)
+    except paraview_scene.RunError as error:
         sys.exit(f"paraview.py: {error}")
+    simple = paraview_scene.simple
     view.ViewSize = [1200, 900]
     simple.ResetCamera(view)
     if arguments.png:
@@ -214,6 +89,5 @@ def main():
         simple.Interact(view)
 
 
-# In ParaView's own shell __name__ is the same, but the program that runs is not this file.
-if __name__ == "__main__" and os.path.basename(sys.argv[0]) == "paraview.py":
+if __name__ == "__main__":
     main()

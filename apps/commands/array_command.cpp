@@ -201,7 +201,8 @@ void add_array_command(CLI::App& app, Invocation& invocation) {
   const auto add_action = [&](const char* name, const char* what, Action action) {
     CLI::App* added = command->add_subcommand(name, what);
     add_device(added, array->options);
-    added->add_option("--run", array->run, "A run of this array: where its units sit, or what a dry run stands for");
+    added->add_option("--run", array->run, "A run of this array: where its units sit, or what a dry run stands for")
+        ->type_name(kH5File);
     finish_command(added, invocation,
                    [array, action](const Invocation& invoked) { return action(*array, invoked.flags); });
     return added;

@@ -37,13 +37,15 @@ void add_overrides(CLI::App* command, std::vector<std::string>& overrides) {
 }
 
 void add_compute_device(CLI::App* command, std::vector<std::string>& overrides) {
-  command->add_option_function<std::string>(
-      "--device", [&overrides](const std::string& device) { overrides.push_back("solve.device=" + device); },
-      "What computes: auto, cpu, cuda or cuda:N, in place of the scene's solve.device");
+  command
+      ->add_option_function<std::string>(
+          "--device", [&overrides](const std::string& device) { overrides.push_back("solve.device=" + device); },
+          "What computes, in place of the scene's solve.device")
+      ->type_name("auto|cpu|cuda|cuda:N");
 }
 
 void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& overrides) {
-  command->add_option("SCENE", scene, "Scene file (YAML)")->required();
+  command->add_option("SCENE", scene, "Scene file (YAML)")->required()->type_name(kYamlFile);
   add_overrides(command, overrides);
 }
 

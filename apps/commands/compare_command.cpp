@@ -239,19 +239,21 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
 void add_compare_command(CLI::App& app, Invocation& invocation) {
   const auto compare = std::make_shared<CompareCommand>();
   CLI::App* command = app.add_subcommand("compare", "Say how two runs differ, or a run and a measured field");
-  command->add_option("A", compare->a, "run.h5, or the directory that holds it")->required();
-  CLI::Option* other = command->add_option("B", compare->b, "The other one");
+  command->add_option("A", compare->a, "run.h5, or the directory that holds it")->required()->type_name(kH5File);
+  CLI::Option* other = command->add_option("B", compare->b, "The other one")->type_name(kH5File);
   PointsComparison& points = compare->points;
   CLI::Option* file =
       command
           ->add_option("--points", points.points,
                        "Compare the field with measured points instead: a table x_mm,y_mm,z_mm and p_pa, "
                        "or p_re,p_im")
-          ->excludes(other);
+          ->excludes(other)
+          ->type_name(kAnyFile);
   command->add_option("--method", points.method, "Whose field; default: the run's first")->needs(file);
-  command->add_option("--out", points.rows, "Write a CSV file with a row a point")->needs(file);
+  command->add_option("--out", points.rows, "Write a CSV file with a row a point")->needs(file)->type_name(kAnyFile);
   command->add_option("--picture", points.picture, "Draw measured against computed: a .png, .pdf or .svg file")
-      ->needs(file);
+      ->needs(file)
+      ->type_name(kAnyFile);
   command->add_flag("--force", points.force, "Replace these files")->needs(file);
   command
       ->add_option("--tolerance", compare->tolerance,

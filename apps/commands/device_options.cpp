@@ -38,10 +38,12 @@ std::vector<std::uint8_t> read_samples(const std::string& path) {
 void add_device(CLI::App* command, DeviceOptions& options) {
   command
       ->add_option("--to", options.device.link,
-                   "dry-run[:FILE][?levels=N], sonicsurface:PORT[?firmware=primary|secondary|tactile], autd3:audit, "
-                   "autd3:nop, autd3:remote:HOST:PORT, autd3:twincat")
+                   "The link to the array; a dry run takes ?levels=N behind it, a SonicSurface "
+                   "?firmware=primary|secondary|tactile")
+      ->type_name("dry-run|dry-run:FILE|sonicsurface:PORT|autd3:audit|autd3:nop|autd3:remote:HOST:PORT|autd3:twincat")
       ->capture_default_str();
-  command->add_option("--library", options.device.library, "The AUTD3 vendor's library, or the folder that holds it");
+  command->add_option("--library", options.device.library, "The AUTD3 vendor's library, or the folder that holds it")
+      ->type_name(kAnyFile);
 }
 
 void add_emission(CLI::App* command, DeviceOptions& options) {
@@ -59,7 +61,8 @@ void add_emission(CLI::App* command, DeviceOptions& options) {
   command
       ->add_option("--modulation-samples", options.samples,
                    "File of modulation samples 0..255, played round and round at the device's own rate")
-      ->excludes(modulation);
+      ->excludes(modulation)
+      ->type_name(kAnyFile);
   command->add_flag("--force", options.device.replace, "Replace the files of a dry run that are there");
 }
 

@@ -125,10 +125,14 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
 void add_fit_command(CLI::App& app, Invocation& invocation) {
   const auto fit = std::make_shared<FitCommand>();
   CLI::App* command = app.add_subcommand("fit", "Fit the built-in hand to recorded depth images: meshes over time");
-  command->add_option("FOLDER", fit->folder, "Folder of depth images (docs/cameras.md)")->required();
-  command->add_option("-o,--output", fit->output,
-                      "Output directory, as body: {meshes: {folder, times, unit: m}} takes it; default: "
-                      "results/runs/fit-NNNN, the next free number");
+  command->add_option("FOLDER", fit->folder, "Folder of depth images (docs/cameras.md)")
+      ->required()
+      ->type_name(kFolder);
+  command
+      ->add_option("-o,--output", fit->output,
+                   "Output directory, as body: {meshes: {folder, times, unit: m}} takes it; default: "
+                   "results/runs/fit-NNNN, the next free number")
+      ->type_name(kFolder);
   command->add_flag("--force", fit->force, "Replace what the output directory holds of a run");
   command->add_option("--pose", fit->pose, "How the fingers are held")
       ->check(CLI::IsMember(hand_poses()))

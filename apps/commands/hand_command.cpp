@@ -58,7 +58,9 @@ int hand_command(const HandCommand& command, const CommonFlags& flags) {
 void add_hand_command(CLI::App& app, Invocation& invocation) {
   const auto hand = std::make_shared<HandCommand>();
   CLI::App* command = app.add_subcommand("hand", "Write the built-in hand as a mesh file (STL, OBJ or PLY)");
-  command->add_option("-o,--output", hand->output, "Mesh file; its ending names the format")->required();
+  command->add_option("-o,--output", hand->output, "Mesh file; its ending names the format")
+      ->required()
+      ->type_name(kMeshFile);
   command->add_flag("--force", hand->force, "Replace the mesh file if it exists");
   command->add_option("--pose", hand->options.pose, "Pose")->check(CLI::IsMember(hand_poses()))->capture_default_str();
   add_millimetres(command, "--breadth-mm", hand->options.breadth, "Hand breadth [mm]");

@@ -77,7 +77,9 @@ int info_command(const std::string& path, const CommonFlags& flags) {
 void add_info_command(CLI::App& app, Invocation& invocation) {
   const auto path = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand("info", "Describe a run.h5 or a motion.h5");
-  command->add_option("RUN", *path, "run.h5 or motion.h5, or the directory that holds it")->required();
+  command->add_option("RUN", *path, "run.h5 or motion.h5, or the directory that holds it")
+      ->required()
+      ->type_name(kH5File);
   finish_command(command, invocation, [path](const Invocation& invoked) { return info_command(*path, invoked.flags); });
 }
 

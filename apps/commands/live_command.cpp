@@ -250,7 +250,8 @@ void add_live_command(CLI::App& app, Invocation& invocation) {
   add_device(command, live->options);
   add_emission(command, live->options);
   command->add_option("--seconds", live->options.request.seconds, "Time of the loop; default: the whole motion");
-  command->add_option("-o,--output", live->output, "Directory for live.csv, a line a frame; default: no file");
+  command->add_option("-o,--output", live->output, "Directory for live.csv, a line a frame; default: no file")
+      ->type_name(kFolder);
   finish_command(command, invocation, [live](const Invocation& invoked) { return Live(*live, invoked.flags).run(); });
 }
 

@@ -186,8 +186,8 @@ void add_mesh_command(CLI::App& app, Invocation& invocation) {
   const auto mesh = std::make_shared<MeshCommand>();
   CLI::App* command =
       app.add_subcommand("mesh", "Inspect, repair, resurface, cut or remesh a mesh file (STL, OBJ, PLY, OFF, VTP)");
-  command->add_option("FILE", mesh->file, "Mesh file; its ending names the format")->required();
-  command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only");
+  command->add_option("FILE", mesh->file, "Mesh file; its ending names the format")->required()->type_name(kMeshFile);
+  command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only")->type_name(kMeshFile);
   command->add_flag("--force", mesh->force, "Replace the mesh file to write if it exists");
   command->add_option("--unit", mesh->unit, "Unit of FILE: mm, cm or m; default: guessed from its size")
       ->check(CLI::IsMember({"mm", "cm", "m"}));

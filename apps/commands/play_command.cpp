@@ -84,11 +84,13 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
 void add_play_command(CLI::App& app, Invocation& invocation) {
   const auto play = std::make_shared<PlayCommand>();
   CLI::App* command = app.add_subcommand("play", "Play a scene's motion on the clock of its sensor, solver and array");
-  command->add_option("SCENE", play->scene, "Scene file (YAML) with a motion")->required();
+  command->add_option("SCENE", play->scene, "Scene file (YAML) with a motion")->required()->type_name(kYamlFile);
   add_overrides(command, play->overrides);
   add_compute_device(command, play->overrides);
-  command->add_option("-o,--output", play->output,
-                      "Output directory; default: results/runs/NAME-NNNN, the next free number");
+  command
+      ->add_option("-o,--output", play->output,
+                   "Output directory; default: results/runs/NAME-NNNN, the next free number")
+      ->type_name(kFolder);
   command->add_flag("--force", play->force, "Replace the run that the output directory holds");
   add_pictures(command, play->pictures, "Draw pictures of this format; default: PNG if the scene's write has png");
   finish_command(command, invocation, [play](const Invocation& invoked) { return play_command(*play, invoked); });

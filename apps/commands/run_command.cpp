@@ -95,12 +95,16 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
 void add_run_command(CLI::App& app, Invocation& invocation) {
   const auto run = std::make_shared<RunCommand>();
   CLI::App* command = app.add_subcommand("run", "Compute a scene and write its results");
-  auto* scene = command->add_option("SCENE", run->scene, "Scene file (YAML)");
-  command->add_option("--from", run->from, "Repeat a run: its run.h5, or the directory that holds it")->excludes(scene);
+  auto* scene = command->add_option("SCENE", run->scene, "Scene file (YAML)")->type_name(kYamlFile);
+  command->add_option("--from", run->from, "Repeat a run: its run.h5, or the directory that holds it")
+      ->excludes(scene)
+      ->type_name(kH5File);
   add_overrides(command, run->overrides);
   add_compute_device(command, run->overrides);
-  command->add_option("-o,--output", run->output,
-                      "Output directory; default: results/runs/NAME-NNNN, the next free number");
+  command
+      ->add_option("-o,--output", run->output,
+                   "Output directory; default: results/runs/NAME-NNNN, the next free number")
+      ->type_name(kFolder);
   command->add_flag("--force", run->force, "Replace the run that the output directory holds");
   add_pictures(command, run->pictures, "Draw pictures of this format; default: PNG if the scene's write has png");
   finish_command(command, invocation, [run](const Invocation& invoked) { return run_command(*run, invoked); });

@@ -80,12 +80,15 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
 void add_see_command(CLI::App& app, Invocation& invocation) {
   const auto see = std::make_shared<SeeCommand>();
   CLI::App* command = app.add_subcommand("see", "Write the depth images that a scene's simulated cameras take");
-  command->add_option("SCENE", see->scene, "Scene file (YAML) with motion.sensor.cameras")->required();
+  command->add_option("SCENE", see->scene, "Scene file (YAML) with motion.sensor.cameras")
+      ->required()
+      ->type_name(kYamlFile);
   add_overrides(command, see->overrides);
-  command->add_option(
-      "-o,--output", see->output,
-      "Output directory, as sensor: {recorded: {folder}} takes it; default: results/runs/NAME-NNNN, the "
-      "next free number");
+  command
+      ->add_option("-o,--output", see->output,
+                   "Output directory, as sensor: {recorded: {folder}} takes it; default: results/runs/NAME-NNNN, the "
+                   "next free number")
+      ->type_name(kFolder);
   command->add_flag("--force", see->force, "Replace what the output directory holds of a run");
   add_pictures(command, see->pictures, "Format of the picture of what each camera sees; default: PNG");
   finish_command(command, invocation, [see](const Invocation& invoked) { return see_command(*see, invoked); });

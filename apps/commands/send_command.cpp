@@ -61,7 +61,9 @@ void add_send_command(CLI::App& app, Invocation& invocation) {
   EmissionRequest& request = send->options.request;
   request.rate = 10;
   CLI::App* command = app.add_subcommand("send", "Send the phases of runs to an array");
-  command->add_option("RUN", send->runs, "run.h5, or the directory that holds it; several are a sequence")->required();
+  command->add_option("RUN", send->runs, "run.h5, or the directory that holds it; several are a sequence")
+      ->required()
+      ->type_name(kH5File);
   command->add_option("--method", send->method, "Which method's phases; default: the only one there is");
   add_device(command, send->options);
   add_emission(command, send->options);

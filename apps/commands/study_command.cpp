@@ -134,8 +134,10 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
   CLI::App* command = app.add_subcommand("study", "Solve a scene in every way there is: speed against error");
   add_scene(command, study->scene, study->overrides);
   add_compute_device(command, study->overrides);
-  command->add_option("-o,--output", study->output,
-                      "Output directory; default: results/runs/NAME_study-NNNN, the next free number");
+  command
+      ->add_option("-o,--output", study->output,
+                   "Output directory; default: results/runs/NAME_study-NNNN, the next free number")
+      ->type_name(kFolder);
   command->add_flag("--force", study->force, "Replace what the output directory holds");
   add_pictures(command, study->pictures, "Format of the plot; default: png");
   auto* budget = command->add_option("--budget", study->budget, "Pick the most accurate way within so many seconds")

@@ -283,9 +283,11 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
 void add_sweep_command(CLI::App& app, Invocation& invocation) {
   const auto sweep = std::make_shared<SweepCommand>();
   CLI::App* command = app.add_subcommand("sweep", "Compute many scenes: a base with changes");
-  auto* file = command->add_option("SWEEP", sweep->sweep, "Sweep file (YAML)");
-  command->add_option("-o,--output", sweep->output,
-                      "Output directory; default: results/runs/NAME_sweep-NNNN, the next free number");
+  auto* file = command->add_option("SWEEP", sweep->sweep, "Sweep file (YAML)")->type_name(kYamlFile);
+  command
+      ->add_option("-o,--output", sweep->output,
+                   "Output directory; default: results/runs/NAME_sweep-NNNN, the next free number")
+      ->type_name(kFolder);
   add_overrides(command, sweep->overrides);
   add_compute_device(command, sweep->overrides);
   command
@@ -304,7 +306,8 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
   add_pictures(command, sweep->pictures, "Format of the plot; default: png");
   command->add_option("--collect", sweep->collect, "Write the tables of a directory, its shards merged, instead")
-      ->excludes(file);
+      ->excludes(file)
+      ->type_name(kFolder);
   finish_command(command, invocation, [sweep](const Invocation& invoked) { return sweep_command(*sweep, invoked); });
   add_hidden_command(app, invocation, kWorkerName, [] { return serve_cases(); });
 }

@@ -55,7 +55,7 @@ std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<
     files.emplace_back("motion.h5");
   }
   if (scene.write.vtp && is_judged(sensed)) {
-    files.emplace_back("judge.pvd");
+    files.insert(files.end(), {"array.vtp", "judge.pvd"});
     for (int i = 0; i * series_step(*scene.motion) < scores_of(*scene.motion); ++i) {
       files.push_back(fmt::format("judge_{:04d}.vtp", i + 1));
     }
@@ -90,6 +90,9 @@ Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirector
     }
     write_motion_csv(directory.file("motion.csv"), motion);
     write_frames_csv(directory.file("frames.csv"), motion);
+    if (!waiting.empty() && series.empty()) {
+      write_array_vtp(directory.file("array.vtp"), motion);
+    }
     for (const MotionInstant& instant : waiting) {
       add_to_series(directory.path(), motion, instant, series);
     }

@@ -16,6 +16,7 @@
 #include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
+#include "sim/core/version.h"
 #include "sim/core/whole_file.h"
 #include "sim/store/checksum.h"
 #include "sim/store/run_file.h"
@@ -28,6 +29,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
+constexpr int kPlanVersion = 1;
 constexpr const char* kRecordName = "case.json";
 constexpr std::size_t kMostRecordBytes = std::size_t{1} << 28U;  // of a plan or a record
 
@@ -57,7 +59,7 @@ void write_identity(const std::string& directory, const SweepIdentity& identity)
     cases.push_back(changes_json(item.changes));
   }
   const Json json = {{"format", kPlanFormat},
-                     {"format_version", 1},
+                     {"format_version", kPlanVersion},
                      {"name", identity.name},
                      {"hash", identity.hash},
                      {"shard", {identity.shard.index, identity.shard.count}},
@@ -305,8 +307,11 @@ SweepIdentity read_identity(const std::string& directory) {
   }
   try {
     const Json json = Json::parse(read_whole_file(path, kMostRecordBytes));
-    if (json.at("format") != kPlanFormat || json.at("format_version") != 1) {
-      throw InputError(fmt::format("{}: of a format that this version does not know", path));
+    if (json.at("format") != kPlanFormat) {
+      throw InputError(fmt::format("{}: is no plan of a sweep (its format must be {})", path, kPlanFormat));
+    }
+    if (const int version = json.at("format_version").get<int>(); version > kPlanVersion) {
+      throw InputError(newer_format(path, version, kPlanVersion));
     }
     SweepIdentity identity;
     identity.name = json.at("name").get<std::string>();

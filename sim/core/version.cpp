@@ -17,6 +17,12 @@ BuildInfo build_info() {
   return {TOUCHFIELD_VERSION, TOUCHFIELD_REVISION, TOUCHFIELD_COMPILER, TOUCHFIELD_FLAGS, TOUCHFIELD_BUILD_TYPE};
 }
 
+std::string newer_format(const std::string& path, int version, int newest) {
+  return fmt::format(
+      "{}: format version {} is newer than {}, the newest that touchfield {} reads: a newer touchfield reads it", path,
+      version, newest, build_info().version);
+}
+
 std::string machine_description() {
   std::array<char, 256> name{};
   const std::string host = gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown host";

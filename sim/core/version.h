@@ -6,7 +6,7 @@ namespace touchfield {
 
 /// What this binary is; written into every result file.
 struct BuildInfo {
-  std::string version;     // of the project, e.g. 0.1.0
+  std::string version;     // of the project, e.g. 0.2.0
   std::string revision;    // git revision of the sources, "-dirty" if they differed from it
   std::string compiler;    // name and version
   std::string flags;       // of the build type
@@ -14,6 +14,10 @@ struct BuildInfo {
 };
 
 BuildInfo build_info();
+
+/// What is said of a file whose format version this program does not read yet.
+/// newest   that it reads
+std::string newer_format(const std::string& path, int version, int newest);
 
 /// Host name, processor and core count of the machine this runs on, in one line.
 std::string machine_description();

@@ -5,6 +5,7 @@
 #include <cairo-svg.h>
 #include <cairo.h>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <numbers>
 #include <stdexcept>
@@ -22,7 +23,6 @@ using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy
 using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 using Texts = std::map<std::string, std::string>;
 
-constexpr const char* kFont = "DejaVu Sans";
 constexpr double kPoints = 0.5;  // of a PDF, a pixel
 
 Surface surface_of(cairo_surface_t* surface) { return {surface, cairo_surface_destroy}; }
@@ -118,6 +118,34 @@ std::string with_texts(const std::string& svg, const Texts& texts) {
   return fmt::format("{}\n<title>{}</title>\n<desc>{}</desc>{}", svg.substr(0, place), title, rest, svg.substr(place));
 }
 
+/// Of this program's own installation; null where it has none. Kept until the program ends.
+cairo_font_face_t* font_beside_program(const char* name) {
+  std::error_code error;
+  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto file = program.parent_path().parent_path() / "share/touchfield/fonts" / name;
+  if (!std::filesystem::exists(file, error)) {
+    return nullptr;
+  }
+  FT_Library library = nullptr;
+  FT_Face face = nullptr;
+  if (FT_Init_FreeType(&library) != 0 || FT_New_Face(library, file.c_str(), 0, &face) != 0) {
+    return nullptr;
+  }
+  return cairo_ft_font_face_create_for_ft_face(face, 0);
+}
+
+/// DejaVu Sans, without asking fontconfig where the program brings it: machines without fontconfig's files are such.
+void select_font(cairo_t* draw, bool bold) {
+  static cairo_font_face_t* const plain = font_beside_program("DejaVuSans.ttf");
+  static cairo_font_face_t* const heavy = font_beside_program("DejaVuSans-Bold.ttf");
+  if (cairo_font_face_t* const own = bold ? heavy : plain) {
+    cairo_set_font_face(draw, own);
+  } else {
+    cairo_select_font_face(draw, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
+                           bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+  }
+}
+
 /// Lines of the grid's directions lie on whole pixels, so that they are sharp.
 double sharp(double at, double width) { return std::lround(width) % 2 == 1 ? std::floor(at) + 0.5 : std::round(at); }
 
@@ -137,8 +165,7 @@ struct Canvas::Sheet {
     cairo_set_source_rgb(draw(), colour[0] / 255.0, colour[1] / 255.0, colour[2] / 255.0);
   }
   void set_font(const TextStyle& style) const {
-    cairo_select_font_face(draw(), kFont, CAIRO_FONT_SLANT_NORMAL,
-                           style.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+    select_font(draw(), style.bold);
     cairo_set_font_size(draw(), style.size);
   }
   void trace(const std::vector<Eigen::Vector2d>& points) const {
@@ -177,7 +204,7 @@ struct Canvas::Sheet {
 std::string picture_font() {
   const Surface surface = surface_of(cairo_image_surface_create(CAIRO_FORMAT_A8, 1, 1));
   const Context context(cairo_create(surface.get()), cairo_destroy);
-  cairo_select_font_face(context.get(), kFont, CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  select_font(context.get(), false);
   cairo_scaled_font_t* font = cairo_get_scaled_font(context.get());
   if (cairo_scaled_font_get_type(font) != CAIRO_FONT_TYPE_FT) {
     return "";

@@ -11,6 +11,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/version.h"
 #include "sim/store/checksum.h"
 
 namespace touchfield {
@@ -75,8 +76,7 @@ hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format)
   }
   const int version = root.integer_attribute("format_version");
   if (version > format.version) {
-    throw InputError(fmt::format("{}: format version {} is newer than the {} that this program reads", path, version,
-                                 format.version));
+    throw InputError(newer_format(path, version, format.version));
   }
   if (version < 1) {
     throw InputError(fmt::format("{}: format_version = {} must be >= 1", root.place(), version));

@@ -106,6 +106,31 @@ void set_faces(vtkPolyData* surface, const TriangleMesh& mesh) {
   surface->SetPolys(faces);
 }
 
+/// A vertex a channel, with where it looks and what it is wired to.
+vtkNew<vtkPolyData> channels_of(const TransducerArray& array) {
+  vtkNew<vtkPolyData> channels;
+  vtkNew<vtkPoints> points;
+  set_points(points, array.positions);
+  channels->SetPoints(points);
+  vtkNew<vtkCellArray> vertices;
+  for (vtkIdType n = 0; n < array.size(); ++n) {
+    vertices->InsertNextCell({n});
+  }
+  channels->SetVerts(vertices);
+  vtkPointData* data = channels->GetPointData();
+  vtkNew<vtkDoubleArray> axes;
+  axes->SetName("axis");
+  axes->SetNumberOfComponents(3);
+  axes->SetNumberOfTuples(array.size());
+  for (Eigen::Index n = 0; n < array.size(); ++n) {
+    axes->SetTuple(n, array.axes.col(n).data());
+  }
+  data->AddArray(axes);
+  add_array<vtkIntArray>(data, "device", array.size(), [&](Eigen::Index n) { return array.device(n); });
+  add_array<vtkIntArray>(data, "channel", array.size(), [&](Eigen::Index n) { return array.channel(n); });
+  return channels;
+}
+
 using NamedPressures = std::vector<std::pair<std::string, Eigen::VectorXcd>>;
 
 /// Of the methods that have one.
@@ -168,34 +193,19 @@ void write_judge_vtp(const std::string& path, const Run& run) {
 
 void write_array_vtp(const std::string& path, const Run& run) {
   check_run(run);
-  const TransducerArray& array = run.array;
-  vtkNew<vtkPolyData> channels;
-  vtkNew<vtkPoints> points;
-  set_points(points, array.positions);
-  channels->SetPoints(points);
-  vtkNew<vtkCellArray> vertices;
-  for (vtkIdType n = 0; n < array.size(); ++n) {
-    vertices->InsertNextCell({n});
-  }
-  channels->SetVerts(vertices);
+  const auto channels = channels_of(run.array);
   vtkPointData* data = channels->GetPointData();
-  vtkNew<vtkDoubleArray> axes;
-  axes->SetName("axis");
-  axes->SetNumberOfComponents(3);
-  axes->SetNumberOfTuples(array.size());
-  for (Eigen::Index n = 0; n < array.size(); ++n) {
-    axes->SetTuple(n, array.axes.col(n).data());
-  }
-  data->AddArray(axes);
-  add_array<vtkIntArray>(data, "device", array.size(), [&](Eigen::Index n) { return array.device(n); });
-  add_array<vtkIntArray>(data, "channel", array.size(), [&](Eigen::Index n) { return array.channel(n); });
   for (const MethodResult& result : run.methods) {
-    add_array<vtkDoubleArray>(data, result.name + "_phase_rad", array.size(),
+    add_array<vtkDoubleArray>(data, result.name + "_phase_rad", run.array.size(),
                               [&](Eigen::Index n) { return result.solution.phases(n); });
-    add_array<vtkDoubleArray>(data, result.name + "_amplitude", array.size(),
+    add_array<vtkDoubleArray>(data, result.name + "_amplitude", run.array.size(),
                               [&](Eigen::Index n) { return result.solution.amplitudes(n); });
   }
   write_vtk<vtkXMLPolyDataWriter>(path, run, channels.GetPointer());
+}
+
+void write_array_vtp(const std::string& path, const Motion& motion) {
+  write_vtk<vtkXMLPolyDataWriter>(path, motion, channels_of(motion.array).GetPointer());
 }
 
 void write_field_vti(const std::string& path, const Run& run, const FieldResult& field) {

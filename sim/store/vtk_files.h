@@ -22,6 +22,8 @@ void write_judge_vtp(const std::string& path, const Run& run);
 /// array.vtp: a vertex a channel with `axis`, `device`, `channel` and, for every method NAME, `NAME_phase_rad` and
 /// `NAME_amplitude`.
 void write_array_vtp(const std::string& path, const Run& run);
+/// The same of a motion, whose methods have phases in frames: without them.
+void write_array_vtp(const std::string& path, const Motion& motion);
 
 /// A .vti of one field of a run: `inside` and, for every method NAME, `NAME_abs_pa`, `NAME_re_pa`, `NAME_im_pa` as
 /// point data.

@@ -113,6 +113,10 @@ class Docs(CommandTest):
             self.check_touchfield(rest)
         elif re.match(r"(\./)?scripts/", program):
             self.check_script(words)
+        elif program == "pvpython":
+            self.check_script(rest)
+        elif program == "source":
+            self.check_command(re.fullmatch(r"<\((.*)\)", " ".join(rest))[1].split())
         elif program == "sbatch":
             self.check_script(rest[next(i for i, word in enumerate(rest) if not word.startswith("-")):])
         elif program == "cmake" and "--preset" not in rest:  # as library_test.py calls it

@@ -1,10 +1,13 @@
-"""A run.h5 and a sweep that an earlier version wrote (tests/data/kept): read, compared, sent, repeated, resumed."""
+"""Files that earlier versions wrote (tests/data/kept): read, compared, sent, repeated, resumed; newer ones are refused."""
 
 import csv
 import json
 import re
 import shutil
 import unittest
+import zlib
+
+import h5py
 
 from support import SOURCE, CommandTest
 
@@ -14,6 +17,88 @@ KEPT = SOURCE / "tests/data/kept"
 def table(folder):
     with open(folder / "sweep.csv", newline="") as file:
         return list(csv.DictReader(file))
+
+
+def listed():
+    """docs/formats.md: file -> its format, the version that is written, those that are read."""
+    rows = re.findall(r"^\| `([\w.]+)` \| `(touchfield-[\w-]+)` \| (\d+) \| (.+) \|$",
+                      (SOURCE / "docs/formats.md").read_text(), re.MULTILINE)
+    return {name: (kind, int(writes), [int(version) for version in re.findall(r"\d+", reads)])
+            for name, kind, writes, reads in rows}
+
+
+def says_of_itself(path):
+    if path.suffix == ".json":
+        known = json.loads(path.read_text())
+    else:
+        with h5py.File(path) as file:
+            known = dict(file.attrs)
+    return known["format"], int(known["format_version"])
+
+
+def renumber(path, version):
+    """The same file as of another version, whole."""
+    if path.suffix == ".json":
+        path.write_text(json.dumps({**json.loads(path.read_text()), "format_version": version}))
+        return
+    with h5py.File(path, "r+") as file:
+        file.attrs["format_version"] = version
+    data = path.read_bytes()
+    at = data.rfind(b"touchfield-crc32 ")  # what h5py appends comes behind the old line
+    data = data[:at] if at == len(data) - 26 else data
+    path.write_bytes(data + b"touchfield-crc32 %08x\n" % zlib.crc32(data))
+
+
+class Versions(CommandTest):
+    def setUp(self):
+        super().setUp()
+        shutil.copytree(KEPT, self.folder / "kept")
+
+    def reading(self, path):
+        """A command that reads the file."""
+        return ["sweep", "--collect", path.parent] if path.suffix == ".json" else ["info", path]
+
+    def test_every_version_that_is_listed_is_read(self):
+        table = listed()
+        self.assertEqual(list(table), ["run.h5", "motion.h5", "sweep.h5", "sweep.json"])
+        for name, (kind, writes, reads) in table.items():
+            paths = sorted(path for path in (self.folder / "kept").rglob(name) if "cases" not in path.parts)
+            self.assertEqual(sorted(says_of_itself(path) for path in paths), [(kind, version) for version in reads], name)
+            if reads:
+                self.assertEqual(max(reads), writes)
+            for path in paths:
+                with self.subTest(path=path):
+                    self.run_ok(*self.reading(path))
+
+    def test_what_is_written_is_of_the_version_that_is_listed(self):
+        self.run_ok("run", "kept/tiny.yaml", "-o", "new/run", "--quiet")
+        self.run_ok("play", "kept/moving.yaml", "-o", "new/motion", "--quiet")
+        self.run_ok("sweep", "kept/sweep.yaml", "-o", "new/sweep", "--quiet")
+        for name, (kind, writes, _) in listed().items():
+            folder = name.removesuffix(".h5").removesuffix(".json")
+            self.assertEqual(says_of_itself(self.folder / "new" / folder / name), (kind, writes))
+
+    def test_a_newer_version_is_refused_in_one_line(self):
+        version = self.run_ok("--version").stdout.split()[1]
+        for path in ["kept/run/run.h5", "kept/motion/motion.h5", "kept/sweep/sweep.json"]:
+            path = self.folder / path
+            newest = listed()[path.name][1]
+            renumber(path, newest)
+            self.run_ok(*self.reading(path))
+            renumber(path, newest + 1)
+            commands = [self.reading(path)]
+            if path.name == "run.h5":
+                commands += [["compare", path, path], ["run", "--from", path, "-o", "again"],
+                             ["send", path, "--to", "dry-run:frames.bin"]]
+            for command in commands:
+                with self.subTest(command=command):
+                    done = self.touchfield(*command)
+                    self.assertEqual(done.returncode, 2, done.stderr)
+                    self.assertEqual(done.stderr, f"touchfield: error: {path}: format version {newest + 1} is newer than {newest}, "
+                                     f"the newest that touchfield {version} reads: a newer touchfield reads it\n")
+            if path.name == "run.h5":
+                said = done.stderr.replace(str(path), "run.h5")
+                self.assertIn(f"```text\n{said}```", (SOURCE / "docs/formats.md").read_text())
 
 
 class KeptFiles(CommandTest):
@@ -27,6 +112,15 @@ class KeptFiles(CommandTest):
         self.assertTrue(known["complete"])
         self.assertEqual([method["name"] for method in known["methods"]], ["focus", "paper"])
         self.assertEqual(known["faces"], 180)
+
+    def test_a_run_of_version_1_is_described_repeated_and_sent(self):
+        known = json.loads(self.run_ok("info", "kept/run_v1", "--json").stdout)
+        self.assertEqual((known["name"], known["complete"]), ("tiny", True))
+        self.assertEqual([method["name"] for method in known["methods"]], ["focus", "paper"])
+        self.run_ok("send", "kept/run_v1", "--method", "paper", "--to", "dry-run:frame.txt")
+        self.run_ok("run", "--from", "kept/run_v1", "-o", "again", "--quiet")
+        done = self.touchfield("compare", "kept/run_v1", "again").stdout
+        self.assertIn("scene     the same\n", done)
 
     def test_the_run_is_repeated_with_the_defaults_it_was_made_with(self):
         self.run_ok("run", "--from", "kept/run", "-o", "again", "--quiet")

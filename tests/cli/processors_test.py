@@ -2,6 +2,7 @@
 
 import json
 import os
+import pathlib
 import shutil
 import subprocess
 import unittest
@@ -127,6 +128,28 @@ class Processors(CommandTest):
         self.assertIn("fonts-dejavu-core", self.doctor({"FONTCONFIG_FILE": str(bare)})["pictures"]["advice"])
         lines = self.under({}, "doctor").stdout.splitlines()
         self.assertEqual([line.split()[0] for line in lines], list(found))
+
+    def test_the_font_beside_the_program_needs_no_fontconfig(self):
+        fonts = pathlib.Path("/usr/share/fonts/truetype/dejavu")
+        if not fonts.is_dir():
+            self.skipTest("fonts-dejavu-core is not installed")
+        (self.folder / "bin").mkdir()
+        shutil.copy(PROGRAM, self.folder / "bin/touchfield")
+        own = self.folder / "share/touchfield/fonts"
+        own.mkdir(parents=True)
+        for name in ["DejaVuSans.ttf", "DejaVuSans-Bold.ttf"]:
+            shutil.copy(fonts / name, own)
+        scene = self.write("scene.yaml", HELD)
+        pictures = []
+        for program, environment in [(PROGRAM, {}), (self.folder / "bin/touchfield", {"FONTCONFIG_FILE": "/nowhere/fonts.conf"})]:
+            done = subprocess.run([program, "run", scene, "-o", "out", "--quiet", "--force", "--pictures", "svg"],
+                                  cwd=self.folder, env={**os.environ, **environment}, capture_output=True, text=True,
+                                  timeout=300, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertNotIn("ontconfig", done.stderr)
+            pictures.append((self.folder / "out/setup.svg").read_text())
+        self.assertEqual(*pictures)
+
 
 
 if __name__ == "__main__":

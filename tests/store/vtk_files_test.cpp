@@ -264,6 +264,17 @@ TEST(VtkFiles, PartsThatDoNotFitAreRefused) {
   EXPECT_EQ(directory.entries(), 0U);
 }
 
+TEST(ArrayVtp, OfAMotionHasNoPhases) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("array.vtp");
+  const Motion motion = support::full_motion();
+  write_array_vtp(path, motion);
+  const auto reader = read_vtk<vtkXMLPolyDataReader>(path);
+  expect_points(reader->GetOutput(), motion.array.positions);
+  EXPECT_EQ(reader->GetOutput()->GetPointData()->GetNumberOfArrays(), 3);
+  EXPECT_NE(reader->GetOutput()->GetPointData()->GetArray("axis"), nullptr);
+}
+
 TEST(MotionSeries, ListsItsStepsAndTheirTimes) {
   const TemporaryDirectory directory;
   const Motion motion = support::full_motion();

@@ -1,0 +1,171 @@
+"""scripts/paraview.py: its arguments and the reading of series without ParaView; with pvpython its pictures."""
+
+import os
+import shutil
+import subprocess
+import sys
+import unittest
+
+from support import FINGER, SOURCE, CommandTest
+
+sys.path.insert(0, str(SOURCE / "scripts"))
+import paraview_figure  # noqa: E402
+from paraview_scene import RunError  # noqa: E402
+
+SCRIPT = SOURCE / "scripts/paraview.py"
+PVD = ('<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n <Collection>\n{}'
+       " </Collection>\n</VTKFile>\n")
+STEP = '  <DataSet timestep="{}" group="" part="0" file="{}"/>\n'
+MOTION = FINGER.replace(
+    "write: [h5, vtp, vti]", "write: [vtp]") + """\
+motion:
+  seconds: 0.2
+  change: [{path: "body.place.at_mm[0]", sine: {amplitude: 5, hz: 1}}]
+  solve_ms: 20
+"""
+
+
+class Arguments(CommandTest):
+    def refused(self, code, *words, says):
+        done = subprocess.run([sys.executable, "-S", SCRIPT, *map(str, words)], cwd=self.folder, capture_output=True,
+                              text=True, timeout=60, check=False)  # -S: without Debian's ParaView
+        self.assertEqual(done.returncode, code, done.stderr)
+        self.assertNotIn("Traceback", done.stderr)
+        self.assertIn(says, done.stderr.splitlines()[-1])
+
+    def test_what_does_not_fit_is_refused(self):
+        run = self.folder
+        self.refused(2, says="results")
+        self.refused(2, "missing", says="missing is no directory")
+        self.refused(2, run, "-o", "a.tif", says="a.tif must end in .png")
+        self.refused(2, run, "-o", "none/a.png", says="there is no folder none")
+        self.refused(2, run, "--motion", "a.mp4", says="a.mp4 must end in .png, .avi, .ogv")
+        self.refused(2, run, "-o", "a.png", "--motion", "a.ogv", says="calls of their own")
+        self.refused(2, run, "--motion", "a.png", "--fps", 3, says="--fps is of --motion")
+        self.refused(2, run, "-o", "a.png", "--around-mm", "-1", says="-1 must be a number > 0")
+        self.refused(2, run, "--around-mm", "1", says="--around-mm is of -o and --motion")
+        self.refused(2, run, "--method", "a", "--method", "b", says="several of --method")
+
+    def test_folders_that_lack_a_file_are_named(self):
+        run = self.folder
+        self.refused(1, run, "-o", "a.png", says="surface.vtp is missing: write must hold vtp")
+        self.refused(1, run, "--motion", "a.png", says="judge.pvd is missing: write must hold vtp")
+        self.write("judge.pvd", "")
+        self.refused(1, run, "-o", "a.png", says="of a motion, --motion makes a film")
+
+    def test_python_without_paraview_is_told_of_pvpython(self):
+        for name in ["surface.vtp", "array.vtp"]:
+            self.write(name, "")
+        self.refused(1, self.folder, "-o", "a.png", says="start it by pvpython")
+
+
+class Series(CommandTest):
+    def series(self, text):
+        return paraview_figure.series_of(str(self.write("judge.pvd", text)))
+
+    def test_times_and_files(self):
+        for number in (1, 2, 3):
+            self.write(f"judge_{number}.vtp", "")
+        steps = [(0.0, "judge_1.vtp"), (0.065574, "judge_2.vtp"), (0.131148, "judge_3.vtp")]
+        series = self.series(PVD.format("".join(STEP.format(*step) for step in steps)))
+        self.assertEqual(series, [(time, str(self.folder / name)) for time, name in steps])
+        self.assertEqual(paraview_figure.frames_a_second(series), 15)
+        self.assertEqual(paraview_figure.frames_a_second(series[:1]), 1)
+
+    def test_faults_are_said(self):
+        self.write("a.vtp", "")
+        for text, says in [("no XML", "no series"), (PVD.format(""), "names no file"),
+                           (PVD.format('<DataSet file="a.vtp"/>'), "no series"),
+                           (PVD.format(STEP.format("soon", "a.vtp")), "no series"),
+                           (PVD.format(STEP.format(0, "b.vtp")), "b.vtp is missing"),
+                           (PVD.format(STEP.format(1, "a.vtp") + STEP.format(1, "a.vtp")), "does not come after 1")]:
+            with self.subTest(text=text), self.assertRaisesRegex(RunError, says):
+                self.series(text)
+
+    def test_views_and_colours(self):
+        self.assertEqual([paraview_figure.grid(count) for count in (1, 4, 5, 9)], [(1, 1), (4, 1), (3, 2), (3, 3)])
+        self.assertEqual([paraview_figure.round_above(v) for v in (0, 7, 30000, 10.5, 8.1e-3)], [1, 8, 30000, 12, 1e-2])
+
+
+class Pictures(CommandTest):
+    """On a display of its own, as a server without one would have it."""
+
+    @classmethod
+    def setUpClass(cls):
+        if not shutil.which("pvpython") or not shutil.which("Xvfb"):
+            raise unittest.SkipTest("pvpython or Xvfb is not installed")
+        asked = subprocess.run(["pvpython", "-c", "import paraview.simple"], capture_output=True, timeout=120, check=False)
+        if asked.returncode != 0:
+            raise unittest.SkipTest("pvpython has no paraview.simple")
+        read, write = os.pipe()
+        display = subprocess.Popen(["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x1024x24"], pass_fds=[write],
+                                   stderr=subprocess.DEVNULL)
+        cls.addClassCleanup(display.wait)
+        cls.addClassCleanup(display.terminate)
+        os.close(write)
+        with os.fdopen(read) as number:
+            cls.environment = {**os.environ, "DISPLAY": f":{number.readline().strip()}"}
+
+    def pvpython(self, *words, **environment):
+        return subprocess.run(["pvpython", SCRIPT, *map(str, words)], cwd=self.folder, capture_output=True, text=True,
+                              timeout=300, check=False, env={**self.environment, **environment})
+
+    def picture(self, name, size, most_white=0.9):
+        """Of that size, and neither blank nor of one colour."""
+        from PIL import Image
+        with Image.open(self.folder / name) as image:
+            self.assertEqual(image.size, size)
+            image = image.convert("RGB")
+            counts = sorted(((count, colour) for count, colour in image.getcolors(1 << 24)), reverse=True)
+            self.assertEqual(counts[0][1], (255, 255, 255))
+            self.assertGreater(len(counts), 100)
+            pixels = image.width * image.height
+            self.assertLess(counts[0][0], most_white * pixels)
+            red = sum(count for count, (r, g, b) in counts if r > 200 and g < 80 and b < 100)
+            self.assertGreater(red, 100, "the target's outline")
+            return image
+
+    def test_a_run(self):
+        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "run", "--quiet")
+        done = self.pvpython("run", "-o", "all.png")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        whole = self.picture("all.png", (4 * 420 + 180, 640))
+        # The four views hold the same skin at the same place: what is white in one is white in all.
+        first = whole.crop((0, 40, 420, 640))
+        for view in range(1, 4):
+            other = whole.crop((420 * view, 40, 420 * (view + 1), 640))
+            differ = sum((a == (255, 255, 255)) != (b == (255, 255, 255)) for a, b in zip(first.getdata(), other.getdata()))
+            self.assertLess(differ, 200)
+        done = self.pvpython("run", "-o", "near.png", "--method", "paper", "--around-mm", 3)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.picture("near.png", (420 + 180, 640))
+        done = self.pvpython("run", "-o", "none.png", "--method", "nobody")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no method nobody in run; there are paper, unscattered, focus", done.stderr)
+        self.assertEqual(self.pvpython("run", "--png", "scene.png", "--state", "scene.pvsm").returncode, 0)
+        self.picture("scene.png", (1200, 900), most_white=0.98)
+        self.assertGreater((self.folder / "scene.pvsm").stat().st_size, 10000)
+        done = self.pvpython("run", "-o", "none.png", DISPLAY="")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("there is no display", done.stderr)
+
+    def test_a_motion(self):
+        self.run_ok("play", self.write("moving.yaml", MOTION), "-o", "motion", "--quiet")
+        count = len(list((self.folder / "motion").glob("judge_*.vtp")))
+        self.assertGreater(count, 1)
+        done = self.pvpython("motion", "--motion", "frame.png", "--method", "focus")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        frames = sorted(path.name for path in self.folder.glob("frame.*.png"))
+        self.assertEqual(len(frames), count)
+        self.picture(frames[-1], (600, 640))
+        self.assertNotEqual(*((self.folder / frames[i]).read_bytes() for i in (0, -1)))
+        for film, magic in [("film.ogv", b"OggS"), ("film.avi", b"RIFF")]:
+            done = self.pvpython("motion", "--motion", film)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            data = (self.folder / film).read_bytes()
+            self.assertTrue(data.startswith(magic))
+            self.assertGreater(len(data), 5000)
+
+
+if __name__ == "__main__":
+    unittest.main()
