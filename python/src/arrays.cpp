@@ -58,8 +58,9 @@ Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> matrix_of(nb::handle value
   const auto sizes = nb::cast<std::vector<std::size_t>>(nb::object(nb::list(array.attr("shape"))));
   const bool empty = nb::cast<std::size_t>(array.attr("size")) == 0;  // which NumPy takes for reals
   if (!empty && Kind<Scalar>::kTaken.find(kind) == std::string_view::npos) {
+    const nb::object type = array.attr("dtype");
     throw nb::type_error(fmt::format("{} must hold {}, not {}", what, Kind<Scalar>::kWanted,
-                                     nb::cast<std::string>(nb::str(array.attr("dtype"))))
+                                     nb::cast<std::string>(nb::str(nb::handle(type))))
                              .c_str());
   }
   const std::size_t dimensions = columns == 0 ? 1 : 2;

@@ -26,7 +26,8 @@ Names names;
 PyObject* made(nb::module_& module, const char* name, const char* doc, PyObject* base, PyObject* also = nullptr) {
   const nb::tuple bases =
       also != nullptr ? nb::make_tuple(nb::handle(base), nb::handle(also)) : nb::make_tuple(nb::handle(base));
-  PyObject* type = PyErr_NewExceptionWithDoc(fmt::format("touchfield.{}", name).c_str(), doc, bases.ptr(), nullptr);
+  PyObject* type = PyErr_NewExceptionWithDoc(
+      fmt::format("{}.{}", nb::cast<std::string>(module.attr("__name__")), name).c_str(), doc, bases.ptr(), nullptr);
   if (type == nullptr) {
     throw nb::python_error();
   }

@@ -93,8 +93,15 @@ SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle we
   return shared(std::move(problem));
 }
 
+void require_steps(const char* who, int iterations) {
+  if (iterations < 1) {
+    throw InputError(fmt::format("{}: iterations = {} must be >= 1", who, iterations));
+  }
+}
+
 SharedSolution solve_by_surface(const SharedProblem& problem, int iterations, nb::object start, bool free_amplitudes,
                                 bool free_level, std::optional<int> threads) {
+  require_steps("solve_surface", iterations);
   MethodSettings settings;
   settings.iterations = iterations;
   settings.free_amplitudes = free_amplitudes;
@@ -114,6 +121,7 @@ SharedSolution solve_by_surface(const SharedProblem& problem, int iterations, nb
 
 SharedSolution solve_by_paper(const SharedModel& model, int iterations, const std::string& faces, bool scattered,
                               std::optional<int> threads) {
+  require_steps("solve_paper", iterations);
   if (faces != "equal" && faces != "area") {
     throw InputError(fmt::format("solve_paper: faces = '{}' must be equal or area", faces));
   }

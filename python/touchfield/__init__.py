@@ -18,3 +18,6 @@ from ._core import *  # noqa: F401,F403
 
 __version__ = _core.__version__
 __all__ = [name for name in dir(_core) if not name.startswith("_") and name != "revision"]
+for _name in __all__:
+    if isinstance(getattr(_core, _name), type):  # as what they are imported from, in messages and help
+        getattr(_core, _name).__module__ = __name__
