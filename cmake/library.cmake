@@ -31,7 +31,6 @@ install(DIRECTORY sim solvers hardware DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/t
 install(EXPORT touchfield NAMESPACE touchfield:: FILE touchfieldTargets.cmake DESTINATION ${package})
 configure_package_config_file(cmake/touchfieldConfig.cmake.in ${PROJECT_BINARY_DIR}/generated/touchfieldConfig.cmake
   INSTALL_DESTINATION ${package} NO_SET_AND_CHECK_MACRO)
-export(EXPORT touchfield NAMESPACE touchfield:: FILE ${PROJECT_BINARY_DIR}/generated/touchfieldTargets.cmake)  # for python
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/generated/touchfieldConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/generated/touchfieldConfig.cmake

@@ -107,7 +107,7 @@ void do_work(int threads, Work work) {
       } else {
         thread.detach();
       }
-      throw interrupt;
+      throw interrupt;  // NOLINT(misc-throw-by-value-catch-by-reference): taken from Python before it was let go of
     }
   }
   thread.join();

@@ -50,12 +50,21 @@ std::string path_of(nb::handle path) {
   return nb::cast<std::string>(nb::module_::import_("os").attr("fsdecode")(path));
 }
 
+nb::dict dict_of(nb::handle value, const char* argument) {
+  if (!nb::isinstance<nb::dict>(value)) {
+    throw nb::type_error(
+        fmt::format("{} must be a dict, not {}", argument, nb::cast<std::string>(value.type().attr("__name__")))
+            .c_str());
+  }
+  return nb::borrow<nb::dict>(value);
+}
+
 std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::string>& device) {
   std::vector<std::string> overrides;
   if (!set.is_none()) {
     const nb::object dumps = nb::module_::import_("json").attr("dumps");
     const nb::object plain = nb::module_::import_("touchfield._plain").attr("plain");
-    for (const auto& [key, value] : nb::cast<nb::dict>(set)) {  // JSON is YAML
+    for (const auto& [key, value] : dict_of(set, "set")) {  // JSON is YAML
       overrides.push_back(fmt::format("{}={}", nb::cast<std::string>(nb::str(key)),
                                       nb::cast<std::string>(dumps(value, nb::arg("default") = plain))));
     }
@@ -99,7 +108,7 @@ void add_models(nb::module_& module) {
   nb::class_<SharedModel>(module, "Model", "A scene made concrete: what a run computes with, in the world's frame.")
       .def(
           "__init__",
-          [](SharedModel* self, nb::object scene, nb::object set, const std::optional<std::string>& device) {
+          [](SharedModel* self, nb::handle scene, nb::handle set, const std::optional<std::string>& device) {
             new (self) SharedModel(model_of(path_of(scene), overrides_of(set, device)));
           },
           nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),

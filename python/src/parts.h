@@ -65,6 +65,9 @@ nb::dict metrics_dict(const Metrics& metrics);
 /// A path, of whatever Python takes for one.
 std::string path_of(nb::handle path);
 
+/// throws   nanobind's type_error that names the argument unless the value is a dict
+nb::dict dict_of(nb::handle value, const char* argument);
+
 /// "key.path=value" of the argument `set`, a dict of values that JSON can spell, and of `device`.
 /// throws   nanobind's type_error on a value that it cannot
 std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::string>& device);

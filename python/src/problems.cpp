@@ -31,7 +31,7 @@ Scheme scheme_of_name(const std::string& name) {
   throw InputError(fmt::format("transfer: scheme = '{}' must be one of {}", name, names));
 }
 
-nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::optional<Wave>& wave, nb::object faces,
+nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::optional<Wave>& wave, nb::handle faces,
                     const std::string& scheme, const std::optional<std::string>& device, std::optional<int> threads) {
   SolverSpec spec;
   if (device) {
@@ -99,7 +99,7 @@ void require_steps(const char* who, int iterations) {
   }
 }
 
-SharedSolution solve_by_surface(const SharedProblem& problem, int iterations, nb::object start, bool free_amplitudes,
+SharedSolution solve_by_surface(const SharedProblem& problem, int iterations, nb::handle start, bool free_amplitudes,
                                 bool free_level, std::optional<int> threads) {
   require_steps("solve_surface", iterations);
   MethodSettings settings;
@@ -190,7 +190,7 @@ void add_classes(nb::module_& module) {
                             "`surface` lowers.")
       .def(
           "__init__",
-          [](SharedProblem* self, nb::object target, nb::object amplitudes, nb::object weights, nb::object quiet) {
+          [](SharedProblem* self, nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle quiet) {
             new (self) SharedProblem(problem_of(target, amplitudes, weights, quiet));
           },
           nb::arg("target"), nb::arg("amplitudes"), nb::arg("weights"), nb::arg("quiet") = nb::none(),

@@ -39,7 +39,7 @@ SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>
               nb::handle own) {
   OwnMethods methods;
   if (!own.is_none()) {
-    for (const auto& [name, phases] : nb::cast<nb::dict>(own)) {
+    for (const auto& [name, phases] : dict_of(own, "own")) {
       const auto text = nb::cast<std::string>(nb::str(name));
       methods.emplace_back(text, real_list(phases, fmt::format("run: own['{}']", text)));
     }
@@ -85,7 +85,8 @@ void save(const SharedRun& run, nb::handle path, bool force) {
 }
 
 Picture plot(const SharedRun& run, const std::optional<std::string>& picture) {
-  return computed(0, [run, name = picture.value_or("pressure_" + run->methods.front().name)](Progress&) {
+  const std::string first = run->methods.empty() ? "setup" : "pressure_" + run->methods.front().name;
+  return computed(0, [run, name = picture.value_or(first)](Progress&) {
     return Picture{draw_figure(name, *run, PictureFormat::kPng)};
   });
 }
@@ -162,7 +163,7 @@ void add_picture(nb::module_& module) {
       .def("_repr_png_", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
       .def("__bytes__", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
       .def(
-          "save", [](const Picture& self, nb::object path) { write_atomically(path_of(path), {self.bytes}); },
+          "save", [](const Picture& self, nb::handle path) { write_atomically(path_of(path), {self.bytes}); },
           nb::arg("path"), nb::sig("def save(self, path: str | os.PathLike) -> None"), "Writes it as PNG.");
 }
 
@@ -272,7 +273,7 @@ void add_runs(nb::module_& module) {
       "nothing.");
   module.def(
       "read_run",
-      [](nb::object path) {
+      [](nb::handle path) {
         return computed(0, [file = path_of(path)](Progress&) { return shared(read_run_file(run_file_at(file))); });
       },
       nb::arg("path"), nb::sig("def read_run(path: str | os.PathLike) -> Run"),

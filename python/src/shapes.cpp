@@ -39,7 +39,7 @@ void add_mesh_class(nb::module_& module) {
   nb::class_<SkinMesh>(module, "Mesh", "A triangulated surface; normals outwards, lengths in m. Never changed.")
       .def(
           "__init__",
-          [](SkinMesh* self, nb::object vertices, nb::object triangles) {
+          [](SkinMesh* self, nb::handle vertices, nb::handle triangles) {
             new (self) SkinMesh{shared(
                 TriangleMesh(point_rows(vertices, "Mesh: vertices"), triangle_rows(triangles, "Mesh: triangles")))};
           },
@@ -67,7 +67,7 @@ void add_mesh_class(nb::module_& module) {
                    "Named points on the skin [m], of the shapes that have some.")
       .def(
           "save",
-          [](const SkinMesh& self, nb::object path, double unit) {
+          [](const SkinMesh& self, nb::handle path, double unit) {
             computed(0, [mesh = self.mesh, file = path_of(path), unit](Progress&) {
               write_mesh(file, *mesh, unit);
               return true;
@@ -97,7 +97,7 @@ void add_shapes(nb::module_& module) {
   add_mesh_class(module);
   module.def(
       "read_mesh",
-      [](nb::object path, double unit) {
+      [](nb::handle path, double unit) {
         return computed(0, [file = path_of(path), unit](Progress&) { return SkinMesh{shared(read_mesh(file, unit))}; });
       },
       nb::arg("path"), nb::arg("unit") = 1e-3,

@@ -70,7 +70,7 @@ void add_arrays(nb::module_& module) {
   nb::class_<SharedArray>(module, "Array", "Transducers; lengths in m. Never changed.")
       .def(
           "__init__",
-          [](SharedArray* self, nb::object positions, nb::object normals, const std::string& directivity, double level,
+          [](SharedArray* self, nb::handle positions, nb::handle normals, const std::string& directivity, double level,
              double source_strength, double piston_radius, std::optional<Wave> wave) {
             new (self) SharedArray(array_of(positions, normals, directivity, level, source_strength, piston_radius,
                                             wave ? *wave : wave_of(40e3, kRoomTemperature - kCelsius, false)));
@@ -86,7 +86,7 @@ void add_arrays(nb::module_& module) {
           "wave is of use for pistons alone, whose directivity depends on it.")
       .def_static(
           "of_scene",
-          [](nb::object scene, nb::object set) { return array_of_scene(path_of(scene), overrides_of(set, {})); },
+          [](nb::handle scene, nb::handle set) { return array_of_scene(path_of(scene), overrides_of(set, {})); },
           nb::arg("scene"), nb::arg("set") = nb::none(),
           nb::sig("def of_scene(scene: str | os.PathLike, set: dict[str, typing.Any] | None = None) -> Array"),
           "The array that a scene file describes.")

@@ -8,12 +8,14 @@ import textwrap
 
 import pytest
 
+# Before OpenMP is loaded, for what has no argument `threads`; passive: others use the machine too.
+os.environ.setdefault("OMP_NUM_THREADS", "2")
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
 import touchfield as tf
 
 SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
 PROGRAM = os.environ.get("TOUCHFIELD_PROGRAM", str(SOURCE / "build/release/apps/touchfield"))
-
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # of the processes that are started: others use the machine too
 
 # A finger-like capsule: a run of a second, every part of a result in it.
 FINGER = """\

@@ -67,6 +67,10 @@ def test_files_and_scenes(tmp_path, finger):
         tf.hand("wave")
     with pytest.raises(tf.InputError, match="side = 'both' must be right or left"):
         tf.hand(side="both")
+    with pytest.raises(TypeError, match="set must be a dict, not list"):
+        tf.run(finger, set=["solve.iterations=3"])
+    with pytest.raises(TypeError, match="own must be a dict, not int"):
+        tf.run(finger, own=3)
     with pytest.raises(TypeError):
         tf.run(3)
 
@@ -107,6 +111,7 @@ def test_arrays_and_transfers(ball, pair):
 def test_problems(ball, pair):
     h = tf.transfer(ball, pair, faces=[0, 1, 2])
     problem = tf.Problem(h, [1, 1, 1], [1, 1, 1])
+    assert problem.quiet.shape == (0, 2) and np.array_equal(problem.target, h)
     for amplitudes, weights in (([1, 1], [1, 1, 1]), ([1, 1, 1], [1, 1]), ([1, 1, -1], [1, 1, 1]), ([1, 1, 1], [1, 0, 1])):
         with pytest.raises(tf.InputError, match="Problem"):
             tf.Problem(h, amplitudes, weights)

@@ -1,7 +1,6 @@
 """The Python package's own tests, in the environment that scripts/setup_python has made; built anew there if the library has
 changed since."""
 
-import filecmp
 import os
 import pathlib
 import subprocess
@@ -19,12 +18,10 @@ def installed():
 
 
 def is_current(package):
-    library = next(package.glob("libtouchfield.so*"))
-    module = next(package.glob("_core*.so"))
-    if not filecmp.cmp(library, ROOT / "build/release/libtouchfield.so", shallow=False):
-        return False
-    sources = [path for folder in ("src", "touchfield") for path in (ROOT / "python" / folder).iterdir() if path.is_file()]
-    return all(path.stat().st_mtime <= module.stat().st_mtime for path in sources)
+    made = next(package.glob("_core*.so")).stat().st_mtime
+    sources = [ROOT / "build/release/libtouchfield.so", ROOT / "python/CMakeLists.txt", ROOT / "python/pyproject.toml"]
+    sources += [path for folder in ("src", "touchfield") for path in (ROOT / "python" / folder).iterdir() if path.is_file()]
+    return all(path.stat().st_mtime <= made for path in sources)
 
 
 def main():
