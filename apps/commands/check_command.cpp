@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <memory>
-#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -8,17 +8,14 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/accuracy.h"
 #include "sim/assess/check.h"
+#include "sim/batch/check_scene.h"
 #include "sim/batch/sweep_case.h"
-#include "sim/motion/play.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/sweep_reader.h"
-#include "sim/solve/meshed_body.h"
 #include "sim/solve/named_files.h"
-#include "sim/solve/warnings.h"
 
 namespace touchfield {
 
@@ -87,55 +84,11 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
     put(resolved_yaml(scene));
     return 0;
   }
-  const std::vector<std::string> guesses = guess_units(scene);
-  Model model = build_model(scene);
-  model.plan.warnings.insert(model.plan.warnings.begin(), guesses.begin(), guesses.end());
-  const CheckReport report = check_model(model);
-  std::optional<AccuracyReport> accuracy;
-  if (command.accuracy) {
-    require_memory(report);
-    ConsoleProgress progress(flags.quiet || flags.json);
-    accuracy = measure_accuracy(model, progress);
-  }
-  std::optional<MotionCost> motion;
-  if (scene.motion && !scene.sensing) {  // which is of the still alone: `play` refuses it
-    require_memory(report);
-    motion = expected_cost(sensed_motion(scene));
-  }
+  ConsoleProgress progress(flags.quiet || flags.json);
+  const SceneCheck checked = check_scene(std::move(scene), command.accuracy, progress);
+  const auto& [model, report, accuracy, motion] = checked;
   if (flags.json) {
-    const Remarks remarks = model_remarks(model);
-    nlohmann::ordered_json json = {{"name", scene.name},
-                                   {"faces", report.faces},
-                                   {"channels", report.channels},
-                                   {"target_faces", report.target_faces},
-                                   {"epw_mean", report.epw_mean},
-                                   {"epw_min", report.epw_min},
-                                   {"scheme", to_string(scene.solve.scheme)},
-                                   {"solver", to_string(report.decision.options.kind)},
-                                   {"precision", precision_name(report.decision.options)},
-                                   {"memory_mib", report.memory_mib},
-                                   {"available_mib", report.available_mib},
-                                   {"seconds", report.seconds},
-                                   {"note", report.note},
-                                   {"mesh_notes", model.plan.notes},
-                                   {"warnings", remarks.warnings},
-                                   {"notes", remarks.notes},
-                                   {"faults", model.report.faults}};
-    if (accuracy) {
-      json["accuracy_l2"] = number_or_null(accuracy->body.rms);
-      json["accuracy_max"] = number_or_null(accuracy->body.worst);
-      json["accuracy_target_l2"] = number_or_null(accuracy->target.rms);
-      json["accuracy_target_max"] = number_or_null(accuracy->target.worst);
-      json["accuracy_split"] = number_or_null(accuracy->split_body);
-      json["accuracy_split_target"] = number_or_null(accuracy->split_target);
-      json["accuracy_seconds"] = accuracy->seconds;
-    }
-    if (motion) {
-      json["motion"] = {{"frames", motion->frames},         {"scores", motion->scores},
-                        {"seconds", motion->seconds},       {"sensor", sensor_text(scene.motion->sensor)},
-                        {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
-    }
-    put(fmt::format("{}\n", json.dump(2)));
+    put(fmt::format("{}\n", to_json(checked)));
   } else if (!flags.quiet) {
     put(describe_check(model, report));
     if (motion) {
@@ -143,7 +96,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
           "motion: {} frames a method and {} scores, about {:.0f} s to play, {:.0f} MiB beside the still's\n",
           motion->frames, motion->scores, motion->seconds, motion->memory_mib));
       put(fmt::format("sensor: the solver knows {}; a sample takes about {:.1f} ms here\n",
-                      sensor_text(scene.motion->sensor), 1e3 * motion->sample));
+                      sensor_text(model.scene.motion->sensor), 1e3 * motion->sample));
     }
     if (accuracy) {
       put(describe_accuracy(*accuracy, model.body.mesh.mean_edge()));

@@ -75,10 +75,6 @@ std::string first_log_line(const std::string& scene, int threads) {
                      scene, threads, blas_core(), to_string(instruction_level()));
 }
 
-std::string run_file_at(const std::string& path) {
-  return std::filesystem::is_directory(path) ? (std::filesystem::path(path) / "run.h5").string() : path;
-}
-
 void require_free_output(const std::string& path, bool force) {
   std::error_code error;
   if (!force && std::filesystem::exists(std::filesystem::symlink_status(path, error))) {

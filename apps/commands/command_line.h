@@ -88,9 +88,6 @@ int apply_threads(const CommonFlags& flags);
 /// The first line of a log: which program computes the scene, and by what on this machine.
 std::string first_log_line(const std::string& scene, int threads);
 
-/// The run.h5 that a path on the command line names: the file itself, or the directory that holds it.
-std::string run_file_at(const std::string& path);
-
 /// throws   InputError if there is a file of the name that the command is to write and --force does not replace it
 void require_free_output(const std::string& path, bool force);
 

@@ -67,7 +67,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
   require_memory(report);
 
   RunDirectory& directory =
-      claimed.claim(command.output, command.force, scene.name, run_files(model, command.pictures));
+      claimed.claim(command.output, command.force, scene.name, run_files(scene, command.pictures));
   claimed.fill(progress, [&] {
     progress.log_to(directory.file("run.log"));
     progress.note(first_log_line(scene.name, threads));

@@ -18,12 +18,10 @@
 #include "sim/batch/run_directory.h"
 #include "sim/batch/sweep.h"
 #include "sim/batch/sweep_case.h"
+#include "sim/batch/sweep_input.h"
 #include "sim/core/errors.h"
 #include "sim/core/text_number.h"
-#include "sim/gpu/gpu_library.h"
 #include "sim/pictures/sweep_picture.h"
-#include "sim/scene/scene_reader.h"
-#include "sim/solve/named_files.h"
 
 namespace touchfield {
 
@@ -183,16 +181,6 @@ std::string output_directory(const SweepCommand& command, const SweepPlan& plan,
   return shard_directory(command.output, shard);
 }
 
-/// What a case is expected to take, from the first one; a scene that cannot be built fails as a case.
-std::optional<CheckReport> first_case(const std::vector<Scene>& scenes) {
-  try {
-    const std::vector<int> groups = body_groups(scenes);
-    return check_model(build_model(scenes.front()), static_cast<int>(std::ranges::count(groups, groups.front())));
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
 int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   if (command.sweep.empty() && command.collect.empty()) {
     throw InputError("sweep: SWEEP is missing: a sweep file, or --collect DIR");
@@ -224,12 +212,9 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   const int threads = apply_threads(flags);
   const Reporter reporter(flags);
   const Shard shard = shard_of(command.shard);
-  const SweepPlan plan = read_sweep(command.sweep, command.overrides);
-  const std::vector<Scene> scenes = read_cases(plan);
-  require_named_files(scenes);
-  const SweepIdentity identity{plan, plan_hash(plan, scenes), shard, names_files(scenes)};
+  const SweepInput input = read_sweep_input(command.sweep, command.overrides, shard);
   SweepDirectory directory =
-      SweepDirectory::open(output_directory(command, plan, shard), identity,
+      SweepDirectory::open(output_directory(command, input.plan, shard), input.identity,
                            command.resume || command.options.retry_failed || command.output.empty());
   if (directory.of_other_defaults()) {
     Reporter::warn("a version with other defaults began this sweep; cases that are computed now have this version's");
@@ -238,30 +223,18 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   options.worker = {"/proc/self/exe", kWorkerName};
   options.threads = threads;
   options.command_line = invoked.command_line;
-  const auto device_of = [](const Scene& scene) { return scene.solve.solver.device; };
-  const bool on_first_card = std::ranges::all_of(scenes, [&](const Scene& scene) {
-    return device_of(scene).kind == ComputeDevice::Kind::kCuda && device_of(scene).card == 0;
-  });
-  const bool leaves_open = std::ranges::all_of(
-      scenes, [&](const Scene& scene) { return device_of(scene).kind == ComputeDevice::Kind::kAuto; });
-  if (on_first_card || leaves_open) {
-    options.cards = separate_cards();
-  }
-  if (on_first_card && options.jobs == 0) {  // several processes on one card wait for one another
-    options.jobs = std::max(1, static_cast<int>(options.cards.size()));
-  }
-  SweepRunner runner(plan, scenes, identity, directory, options);
+  share_cards(input.scenes, options);
+  SweepRunner runner(input.plan, input.scenes, input.identity, directory, options);
   for (const auto& [number, damage] : runner.damaged()) {
     Reporter::warn(fmt::format("case {} is damaged and computed anew: {}", number, damage));
   }
-  if (const auto expected = runner.left() > 0 ? first_case(scenes) : std::nullopt) {
-    runner.limit_jobs(expected->memory_mib, expected->available_mib);
+  if (const auto expected = limit_to_memory(runner, input.scenes)) {
     reporter.note(fmt::format("a case: {} faces, {} channels, about {:.0f} MiB and, on its own, {:.0f} s",
                               expected->faces, expected->channels, expected->memory_mib, expected->seconds));
   }
-  reporter.note(fmt::format("{}: {} cases to compute, {} {}; {} at a time with {} thread{} each, in {}", plan.name,
-                            runner.left(), runner.groups(), runner.groups() == 1 ? "body" : "bodies", runner.jobs(),
-                            std::max(1, threads / runner.jobs()), threads / runner.jobs() > 1 ? "s" : "",
+  reporter.note(fmt::format("{}: {} cases to compute, {} {}; {} at a time with {} thread{} each, in {}",
+                            input.plan.name, runner.left(), runner.groups(), runner.groups() == 1 ? "body" : "bodies",
+                            runner.jobs(), std::max(1, threads / runner.jobs()), threads / runner.jobs() > 1 ? "s" : "",
                             directory.path()));
   {
     const std::lock_guard lock(open->mutex);

@@ -40,12 +40,11 @@ void write_tables(const WriteSpec& write, const Run& run, const RunDirectory& di
 
 }  // namespace
 
-std::optional<PictureFormat> picture_format(const Model& model, std::optional<PictureFormat> asked) {
-  return asked || !model.scene.write.png ? asked : PictureFormat::kPng;
+std::optional<PictureFormat> picture_format(const Scene& scene, std::optional<PictureFormat> asked) {
+  return asked || !scene.write.png ? asked : PictureFormat::kPng;
 }
 
-std::vector<std::string> run_files(const Model& model, std::optional<PictureFormat> asked) {
-  const Scene& scene = model.scene;
+std::vector<std::string> run_files(const Scene& scene, std::optional<PictureFormat> asked) {
   std::vector<std::string> files = {"run.log", "failed.json", "metrics.csv"};
   if (scene.write.h5) {
     files.emplace_back("run.h5");
@@ -54,16 +53,16 @@ std::vector<std::string> run_files(const Model& model, std::optional<PictureForm
     files.insert(files.end(), {"surface.vtp", "array.vtp", "judge.vtp"});
   }
   if (scene.write.vti) {
-    for (const FieldGrid& field : model.fields) {
+    for (const FieldSpec& field : scene.fields) {
       files.push_back(field.name + ".vti");
     }
   }
-  if (const auto format = picture_format(model, asked)) {
+  if (const auto format = picture_format(scene, asked)) {
     const std::string ending = to_string(*format);
     files.insert(files.end(), {"setup." + ending, "target." + ending});
     for (const MethodSpec& method : scene.solve.methods) {
       files.push_back(fmt::format("pressure_{}.{}", method.name, ending));
-      for (const FieldGrid& field : model.fields) {
+      for (const FieldSpec& field : scene.fields) {
         files.push_back(fmt::format("field_{}_{}.{}", field.name, method.name, ending));
       }
     }
@@ -88,14 +87,19 @@ Run run_model(const Model& model, const SolveOptions& options, RunDirectory& dir
     directory.finished(so_far.methods.back().name);
   };
   Run run = solve_model(model, options, keep, progress);
+  write_results(run, write, directory, progress, picture_format(model.scene, pictures));
+  return run;
+}
+
+void write_results(Run& run, const WriteSpec& write, const RunDirectory& directory, Progress& progress,
+                   std::optional<PictureFormat> pictures) {
   timed(progress, run.seconds, "write", "write results", [&] {
     write_vtk(write, run, directory);
     write_tables(write, run, directory);
   });
-  if (const auto format = picture_format(model, pictures)) {
-    draw(run, *format, directory, progress);
+  if (pictures) {
+    draw(run, *pictures, directory, progress);
   }
-  return run;
 }
 
 }  // namespace touchfield

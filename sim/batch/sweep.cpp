@@ -328,6 +328,9 @@ SweepResult SweepRunner::run(const OnCase& on_case) {
   try {
     while (dispatch_all()) {
       wait_and_receive(on_case);
+      if (options_.tick) {
+        options_.tick();
+      }
     }
     const std::lock_guard lock(mutex_);
     return result();

@@ -18,7 +18,8 @@ struct SweepOptions {
   int jobs = 0;                     // cases at a time; 0: chosen
   std::vector<std::string> cards;   // as CUDA_VISIBLE_DEVICES names them, one a worker in turn; empty: as it is
   bool retry_failed = false;
-  double case_seconds = 0.0;  // a case that takes longer is given up as failed [s]; 0: case_limit
+  std::function<void()> tick{};  // called twice a second or more often; what it throws ends the sweep as an error does
+  double case_seconds = 0.0;     // a case that takes longer is given up as failed [s]; 0: case_limit
   std::string command_line;
 };
 
@@ -84,6 +85,9 @@ class SweepRunner {
   /// process; run() does not return.
   SweepResult interrupt();
 
+  /// Writes the table of what has landed: after run() has thrown.
+  SweepResult result();
+
  private:
   struct Group;
   struct Worker;
@@ -99,7 +103,6 @@ class SweepRunner {
   void stop_workers();
   void land(SweepRecord& record, const std::string& scratch);
   SweepProgress progress() const;
-  SweepResult result();
   void write_table_now_and_then();
 
   const SweepPlan& plan_;

@@ -106,7 +106,7 @@ void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::
   const CheckReport report = check_model(model);
   require_memory(report);
   expect(report.seconds);
-  in_directory(job.scratch, run_files(model), [&](RunDirectory& directory) {
+  in_directory(job.scratch, run_files(model.scene), [&](RunDirectory& directory) {
     SolveOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
     take_results(run_model(model, options, directory, progress), record);
   });

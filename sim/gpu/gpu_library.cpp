@@ -29,6 +29,13 @@ std::filesystem::path library_path() {
     return given;
   }
   std::error_code error;
+  Dl_info about{};  // of this very code: of the program, or of libtouchfield.so in a program of another's
+  if (dladdr(reinterpret_cast<const void*>(&gpu_library), &about) != 0) {
+    const auto path = std::filesystem::path(about.dli_fname).parent_path() / "libtouchfield_gpu.so";
+    if (std::filesystem::exists(path, error)) {
+      return path;
+    }
+  }
   const auto own = std::filesystem::read_symlink("/proc/self/exe", error).parent_path().parent_path();
   for (const char* folder : {"lib", "lib/touchfield", "lib/x86_64-linux-gnu/touchfield", "lib64/touchfield"}) {
     const auto path = own / folder / "libtouchfield_gpu.so";

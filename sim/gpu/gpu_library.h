@@ -9,8 +9,8 @@
 
 namespace touchfield {
 
-/// libtouchfield_gpu.so as this program finds it: beside its own folder (../lib), where an installation puts it
-/// (../lib/touchfield, or of the architecture), or in TOUCHFIELD_GPU_LIBRARY. Loaded at the first call, which takes a second.
+/// libtouchfield_gpu.so as this program finds it: beside libtouchfield.so, beside its own folder (../lib), where an
+/// installation puts it (../lib/touchfield, or of the architecture), or in TOUCHFIELD_GPU_LIBRARY. Loaded at the first call, which takes a second.
 struct GpuLibrary {
   int cards = 0;
   std::string why_none;  // where there is no card: one line that says what is missing

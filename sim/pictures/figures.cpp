@@ -5,12 +5,14 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
 #include "sim/pictures/field_picture.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/setup_picture.h"
@@ -110,6 +112,20 @@ bool has_skin(const Run& run) {
          std::ranges::any_of(run.methods, [](const MethodResult& result) { return result.pressure.size() != 0; });
 }
 
+/// skin   is made where there is one to draw; outlives the pictures
+std::vector<Picture> pictures_of(const Run& run, PictureFormat format, std::optional<SkinPictures>& skin) {
+  std::vector<Picture> pictures;
+  if (has_skin(run)) {
+    if (run.array.kind == TransducerArray::Kind::kTransducers) {
+      pictures.push_back({"setup", [&run, format] { return setup_picture(run, format); }});
+    }
+    skin.emplace(run, format);
+    add_skin(run, *skin, pictures);
+  }
+  add_planes(run, format, pictures);
+  return pictures;
+}
+
 std::vector<std::string> drawn_at_once(const std::vector<Picture>& pictures) {
   std::vector<std::string> files(pictures.size());
   std::exception_ptr failure;
@@ -130,18 +146,24 @@ std::vector<std::string> drawn_at_once(const std::vector<Picture>& pictures) {
 
 }  // namespace
 
+std::string draw_figure(const std::string& name, const Run& run, PictureFormat format) {
+  check_run(run);
+  std::optional<SkinPictures> skin;
+  const std::vector<Picture> pictures = pictures_of(run, format, skin);
+  const auto picture = std::ranges::find(pictures, name, &Picture::name);
+  if (picture == pictures.end()) {
+    std::vector<std::string> names;
+    std::ranges::transform(pictures, std::back_inserter(names), &Picture::name);
+    throw InputError(fmt::format("run {}: no picture is called '{}'; there are {}", run.name, name,
+                                 names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
+  }
+  return picture->draw();
+}
+
 std::vector<std::string> draw_figures(const std::string& directory, const Run& run, PictureFormat format) {
   check_run(run);
   std::optional<SkinPictures> skin;
-  std::vector<Picture> pictures;
-  if (has_skin(run)) {
-    if (run.array.kind == TransducerArray::Kind::kTransducers) {
-      pictures.push_back({"setup", [&run, format] { return setup_picture(run, format); }});
-    }
-    skin.emplace(run, format);
-    add_skin(run, *skin, pictures);
-  }
-  add_planes(run, format, pictures);
+  const std::vector<Picture> pictures = pictures_of(run, format, skin);
   const std::vector<std::string> drawn = drawn_at_once(pictures);
   std::vector<std::string> files;
   for (std::size_t i = 0; i < pictures.size(); ++i) {

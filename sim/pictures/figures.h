@@ -18,4 +18,8 @@ namespace touchfield {
 /// throws      IoError if a picture cannot be written
 std::vector<std::string> draw_figures(const std::string& directory, const Run& run, PictureFormat format);
 
+/// One of them by its name without the ending, e.g. "pressure_surface": the bytes of its file.
+/// throws      InputError that lists the names there are
+std::string draw_figure(const std::string& name, const Run& run, PictureFormat format);
+
 }  // namespace touchfield

@@ -59,14 +59,6 @@ Directivity build_directivity(const ArraySpec& spec, const Wave& wave) {
   throw std::logic_error("unknown directivity");
 }
 
-TransducerArray build_array(const ArraySpec& spec, const Wave& wave) {
-  if (const auto* plane = std::get_if<PlaneWaveArray>(&spec.layout)) {
-    return plane_wave(extrinsic_rotation(spec.angles) * plane->direction, spec.level * plane->amplitude);
-  }
-  const ArrayLayout layout = placed_layout(std::visit(LayoutBuilder{}, spec.layout), spec.at, spec.angles);
-  return make_array(layout, build_directivity(spec, wave), spec.level, spec.source_strength);
-}
-
 /// Whether a box about the mesh and one about the transducers are apart: no question then of distances.
 bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh) {
   const Vector3 gap = (mesh.vertices().rowwise().minCoeff() - array.positions.rowwise().maxCoeff())
@@ -191,6 +183,14 @@ void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
   if (method.kind->iterates && method.start.kind == StartSpec::Kind::kPrevious) {
     previous_phases(method, channels);
   }
+}
+
+TransducerArray build_array(const ArraySpec& spec, const Wave& wave) {
+  if (const auto* plane = std::get_if<PlaneWaveArray>(&spec.layout)) {
+    return plane_wave(extrinsic_rotation(spec.angles) * plane->direction, spec.level * plane->amplitude);
+  }
+  const ArrayLayout layout = placed_layout(std::visit(LayoutBuilder{}, spec.layout), spec.at, spec.angles);
+  return make_array(layout, build_directivity(spec, wave), spec.level, spec.source_strength);
 }
 
 Medium build_medium(const MediumSpec& spec, double frequency) {

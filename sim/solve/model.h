@@ -72,6 +72,9 @@ bool judged_elsewhere(const Scene& scene);
 /// The medium of a scene at its frequency.
 Medium build_medium(const MediumSpec& spec, double frequency);
 
+/// The array of a scene as it was designed, in the world's frame.
+TransducerArray build_array(const ArraySpec& spec, const Wave& wave);
+
 /// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses the
 ///          board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
 void require_clear(const Model& model);

@@ -175,10 +175,15 @@ Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& sca
 
 Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
                                  Scheme scheme, const SolverSpec& spec) {
-  std::vector<SolveRecord> records;
   Progress silent;
+  return transfer_matrix(mesh, wave, array, scheme, spec, silent);
+}
+
+Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
+                                 Scheme scheme, const SolverSpec& spec, Progress& progress) {
+  std::vector<SolveRecord> records;
   const auto block = static_cast<Eigen::Index>(std::ceil(expected_drives(mesh, array, wave.wavelength())));
-  SkinScattering scattering(mesh, wave, scheme, spec, array, records, silent, block);
+  SkinScattering scattering(mesh, wave, scheme, spec, array, records, progress, block);
   const LowRank drives = spanning_drives(scattering);
   Eigen::MatrixXcd h;
   multiply_by_adjoint(scattering.spanned_pressure(drives, "transfer"), drives.basis, h);

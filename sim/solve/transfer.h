@@ -76,6 +76,8 @@ Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& sca
 /// throws     NumericalError if a solve misses its tolerance or a pressure is not finite
 Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
                                  Scheme scheme = kDefaultScheme, const SolverSpec& spec = {});
+Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, const TransducerArray& array,
+                                 Scheme scheme, const SolverSpec& spec, Progress& progress);
 
 /// One line: the way, solves, ranks and what was left out.
 std::string describe_transfer(const Transfer& transfer, Eigen::Index channels);

@@ -1,6 +1,7 @@
 #include "sim/store/run_file.h"
 
 #include <cstring>
+#include <filesystem>
 
 #include <fmt/format.h>
 
@@ -252,6 +253,10 @@ void write_run_file(const std::string& path, const Run& run) {
   const hdf5::MemoryFile file(path);
   write_run(GroupWriter(file.root()), run);
   write_archive(path, file);
+}
+
+std::string run_file_at(const std::string& path) {
+  return std::filesystem::is_directory(path) ? (std::filesystem::path(path) / "run.h5").string() : path;
 }
 
 Run read_run_file(const std::string& path) {

@@ -22,6 +22,9 @@ void write_run_file(const std::string& path, const Run& run);
 ///          forged, or cannot be read; IoError if no process can be started to read it in
 Run read_run_file(const std::string& path);
 
+/// The run.h5 that a user's path names: the file itself, or the directory that holds it.
+std::string run_file_at(const std::string& path);
+
 /// The methods side by side, one a line; the gap to the certificate where it was computed; the best pressure and whose it
 /// is where the scene asked for it.
 std::string methods_table(const Run& run);

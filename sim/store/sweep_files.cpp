@@ -137,28 +137,31 @@ std::string csv_cell(const Column& column, const SweepRow& row) {
       column.value);
 }
 
-/// A parameter whose values are all numbers is written as numbers.
-void write_column(const hdf5::Group& group, const Column& column, const std::vector<SweepRow>& rows) {
-  const auto numbers = column.group == kInputs ? parameter_numbers(column.name, rows) : std::nullopt;
-  if (numbers) {
-    group.write(column.name, numbers->data(), {numbers->size()}, "as in the scene");
-    return;
+/// A parameter whose values are all numbers is one of numbers.
+SweepColumn filled(const Column& column, const std::vector<SweepRow>& rows) {
+  if (auto numbers = column.group == kInputs ? parameter_numbers(column.name, rows) : std::nullopt) {
+    return {column.name, "as in the scene", std::move(*numbers)};
   }
-  std::visit(
+  return std::visit(
       [&](const auto& value) {
-        using Value = decltype(value(rows.front()));
-        std::vector<Value> values;
+        std::vector<decltype(value(rows.front()))> values;
         values.reserve(rows.size());
-        for (const SweepRow& row : rows) {
-          values.push_back(value(row));
-        }
-        if constexpr (std::is_same_v<Value, std::string>) {
+        std::ranges::transform(rows, std::back_inserter(values), value);
+        return SweepColumn{column.name, column.unit, std::move(values)};
+      },
+      column.value);
+}
+
+void write_column(const hdf5::Group& group, const SweepColumn& column) {
+  std::visit(
+      [&](const auto& values) {
+        if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::vector<std::string>>) {
           group.write_texts(column.name, values);
         } else {
           group.write(column.name, values.data(), {values.size()}, column.unit);
         }
       },
-      column.value);
+      column.values);
 }
 
 }  // namespace
@@ -284,6 +287,15 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
   }
 }
 
+std::vector<SweepColumn> sweep_columns(const SweepSummary& summary) {
+  const std::vector<SweepRow> rows = sweep_rows(summary);
+  std::vector<SweepColumn> columns;
+  for (const Column& column : columns_of(summary)) {
+    columns.push_back(filled(column, rows));
+  }
+  return columns;
+}
+
 void write_sweep_csv(const std::string& path, const SweepSummary& summary) {
   const std::vector<Column> columns = columns_of(summary);
   std::vector<std::string> line;
@@ -322,7 +334,7 @@ void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
                      : column.group == kInputs ? inputs
                      : column.group == kMotion ? *motion
                                                : metrics,
-                     column, rows);
+                     filled(column, rows));
       }
     }
   }

@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "sim/store/run_data.h"
@@ -75,6 +76,14 @@ std::optional<std::string> input_of(const SweepRecord& record, const std::string
 
 /// A parameter in every row as numbers, NaN where a case leaves it alone; nothing if a value is no number.
 std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows);
+
+/// A column of the table: its values, one a line. A parameter whose values are all numbers is one of numbers.
+struct SweepColumn {
+  std::string name;
+  std::string unit;  // "text" of texts
+  std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>> values;
+};
+std::vector<SweepColumn> sweep_columns(const SweepSummary& summary);
 
 /// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, every metric,
 /// of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason. A case without a

@@ -10,6 +10,12 @@
 
 #include "solvers/linear/instruction_level.h"
 
+// What OpenBLAS chooses its kernels by when it is loaded; not there where it has those of one processor only.
+extern "C" {
+void gotoblas_dynamic_init() __attribute__((weak));  // NOLINT(readability-identifier-naming): OpenBLAS' own name
+void gotoblas_dynamic_quit() __attribute__((weak));
+}
+
 namespace touchfield {
 
 namespace {
@@ -82,6 +88,18 @@ void restart_with_better_blas_core(char** argv) {
   ::execv(self.data(), argv);
   unsetenv(kChosen);  // it cannot be started again: what its children inherit is what the user has set
   unsetenv(kGuard);
+}
+
+void take_better_blas_core() {
+  const std::string better = better_blas_core();
+  if (better.empty() || !variable(kChosen).empty() || gotoblas_dynamic_init == nullptr ||
+      gotoblas_dynamic_quit == nullptr) {
+    return;
+  }
+  setenv(kChosen, better.c_str(), 1);
+  gotoblas_dynamic_quit();
+  gotoblas_dynamic_init();
+  unsetenv(kChosen);  // processes that are started from here choose for themselves
 }
 
 std::string blas_threading() {

@@ -27,6 +27,10 @@ std::string blas_warning();
 /// (then blas_warning() says so). To be called first thing in main, before threads and files.
 void restart_with_better_blas_core(char** argv);
 
+/// The same for a program that cannot be started again, such as an interpreter that has loaded the library: OpenBLAS chooses
+/// anew in this process. To be called before the first product, and while no other thread computes.
+void take_better_blas_core();
+
 /// Who chose the core: "OpenBLAS", "touchfield" or "OPENBLAS_CORETYPE".
 std::string blas_core_chosen_by();
 

@@ -1,0 +1,130 @@
+#include "python/src/arrays.h"
+
+#include <cmath>
+#include <limits>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/core/errors.h"
+
+namespace touchfield::python {
+
+namespace {
+
+template <typename Scalar>
+struct Kind;
+template <>
+struct Kind<Complex> {
+  static constexpr const char* kType = "complex128";
+  static constexpr std::string_view kTaken = "iufc";
+  static constexpr const char* kWanted = "real or complex numbers";
+};
+template <>
+struct Kind<double> {
+  static constexpr const char* kType = "float64";
+  static constexpr std::string_view kTaken = "iuf";
+  static constexpr const char* kWanted = "real numbers";
+};
+template <>
+struct Kind<std::int64_t> {
+  static constexpr const char* kType = "int64";
+  static constexpr std::string_view kTaken = "iu";
+  static constexpr const char* kWanted = "whole numbers";
+};
+
+bool finite(double value) { return std::isfinite(value); }
+bool finite(Complex value) { return std::isfinite(value.real()) && std::isfinite(value.imag()); }
+bool finite(std::int64_t /*value*/) { return true; }
+
+std::string text_of(double value) { return fmt::format("{}", value); }
+std::string text_of(Complex value) { return fmt::format("{}{:+}j", value.real(), value.imag()); }
+std::string text_of(std::int64_t value) { return fmt::format("{}", value); }
+
+/// columns   0: a list; else of a table, -1: any number
+/// shape     in messages, e.g. "(n, 3)"
+template <typename Scalar>
+Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> matrix_of(nb::handle value, const std::string& what,
+                                                                Eigen::Index columns, const char* shape) {
+  const nb::module_ numpy = nb::module_::import_("numpy");
+  nb::object array;
+  try {
+    array = numpy.attr("asarray")(value);
+  } catch (const nb::python_error& error) {  // rows of different lengths, an object that refuses
+    throw InputError(fmt::format("{} is no array: {}", what, error.what()));
+  }
+  const auto kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
+  const auto sizes = nb::cast<std::vector<std::size_t>>(nb::object(nb::list(array.attr("shape"))));
+  const bool empty = nb::cast<std::size_t>(array.attr("size")) == 0;  // which NumPy takes for reals
+  if (!empty && Kind<Scalar>::kTaken.find(kind) == std::string_view::npos) {
+    const nb::object type = array.attr("dtype");
+    throw nb::type_error(fmt::format("{} must hold {}, not {}", what, Kind<Scalar>::kWanted,
+                                     nb::cast<std::string>(nb::str(nb::handle(type))))
+                             .c_str());
+  }
+  const std::size_t dimensions = columns == 0 ? 1 : 2;
+  if (sizes.size() != dimensions || (columns > 0 && sizes[1] != static_cast<std::size_t>(columns))) {
+    throw InputError(fmt::format("{} must have shape {}, not ({}{})", what, shape, fmt::join(sizes, ", "),
+                                 sizes.size() == 1 ? "," : ""));
+  }
+  array = numpy.attr("asarray")(array, nb::arg("dtype") = Kind<Scalar>::kType, nb::arg("order") = "F");
+  const auto data = nb::cast<nb::ndarray<const Scalar, nb::f_contig, nb::device::cpu>>(array);
+  const Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>> values(
+      data.data(), static_cast<Eigen::Index>(sizes[0]), columns == 0 ? 1 : static_cast<Eigen::Index>(sizes[1]));
+  for (Eigen::Index j = 0; j < values.cols(); ++j) {
+    for (Eigen::Index i = 0; i < values.rows(); ++i) {
+      if (!finite(values(i, j))) {
+        throw InputError(fmt::format("{}[{}] = {} must be finite", what,
+                                     columns == 0 ? fmt::format("{}", i) : fmt::format("{}, {}", i, j),
+                                     text_of(values(i, j))));
+      }
+    }
+  }
+  return values;
+}
+
+}  // namespace
+
+Eigen::MatrixXcd complex_table(nb::handle value, const std::string& what) {
+  return matrix_of<Complex>(value, what, -1, "(rows, columns)");
+}
+
+Eigen::VectorXcd complex_list(nb::handle value, const std::string& what) {
+  return matrix_of<Complex>(value, what, 0, "(n,)");
+}
+
+Eigen::VectorXd real_list(nb::handle value, const std::string& what) {
+  return matrix_of<double>(value, what, 0, "(n,)");
+}
+
+Points point_rows(nb::handle value, const std::string& what) {
+  return matrix_of<double>(value, what, 3, "(n, 3)").transpose();
+}
+
+Eigen::Matrix3Xi triangle_rows(nb::handle value, const std::string& what) {
+  const auto rows = matrix_of<std::int64_t>(value, what, 3, "(n, 3)");
+  if (rows.size() > 0 && (rows.minCoeff() < 0 || rows.maxCoeff() > std::numeric_limits<int>::max())) {
+    throw InputError(fmt::format("{} must hold numbers of vertices, not {}", what,
+                                 rows.minCoeff() < 0 ? rows.minCoeff() : rows.maxCoeff()));
+  }
+  return rows.transpose().cast<int>();
+}
+
+std::vector<Eigen::Index> index_list(nb::handle value, const std::string& what, Eigen::Index count) {
+  const auto list = matrix_of<std::int64_t>(value, what, 0, "(n,)");
+  for (Eigen::Index i = 0; i < list.size(); ++i) {
+    if (list(i) < 0 || list(i) >= count) {
+      throw InputError(fmt::format("{}[{}] = {} must be 0 to {}", what, i, list(i), count - 1));
+    }
+  }
+  return {list.data(), list.data() + list.size()};
+}
+
+void require_count(const std::string& what, Eigen::Index size, Eigen::Index wanted, const std::string& of) {
+  if (size != wanted) {
+    throw InputError(fmt::format("{} has {} values and must have {}, one {}", what, size, wanted, of));
+  }
+}
+
+}  // namespace touchfield::python

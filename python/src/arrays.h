@@ -1,0 +1,97 @@
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+// Everywhere the same, or one file would convert what another takes for a class.
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/core/types.h"
+
+/// Matrices of the library as arrays of NumPy's and back. What is n points as columns here, 3 x n, is n x 3 there: the same
+/// bytes.
+namespace touchfield::python {
+
+namespace nb = nanobind;
+
+/// Shapes as NumPy sees them: one row a point or a face, a list, a matrix by columns.
+template <typename Scalar>
+using Rows3 = nb::ndarray<nb::numpy, Scalar, nb::shape<-1, 3>, nb::c_contig>;
+template <typename Scalar>
+using List = nb::ndarray<nb::numpy, Scalar, nb::shape<-1>>;
+template <typename Scalar>
+using Table = nb::ndarray<nb::numpy, Scalar, nb::shape<-1, -1>, nb::f_contig>;
+
+/// Arrays that look at memory which `owner` keeps: read-only of constant elements.
+template <typename Element>
+Rows3<Element> rows(Element* data, Eigen::Index count, nb::handle owner) {
+  return {data, {static_cast<std::size_t>(count), 3}, owner};
+}
+template <typename Element>
+List<Element> list(Element* data, Eigen::Index count, nb::handle owner) {
+  return {data, {static_cast<std::size_t>(count)}, owner};
+}
+template <typename Element>
+Table<Element> table(Element* data, Eigen::Index height, Eigen::Index width, nb::handle owner) {
+  return {data, {static_cast<std::size_t>(height), static_cast<std::size_t>(width)}, owner, {1, height}};
+}
+
+template <typename Scalar>
+Rows3<const Scalar> view(const Eigen::Matrix<Scalar, 3, Eigen::Dynamic>& values, nb::handle owner) {
+  return rows(values.data(), values.cols(), owner);
+}
+template <typename Scalar>
+List<const Scalar> view(const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>& values, nb::handle owner) {
+  return list(values.data(), values.size(), owner);
+}
+template <typename Scalar>
+Table<const Scalar> view(const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic>& values, nb::handle owner) {
+  return table(values.data(), values.rows(), values.cols(), owner);
+}
+template <typename Scalar>
+List<const Scalar> view(const std::vector<Scalar>& values, nb::handle owner) {
+  return list(values.data(), static_cast<Eigen::Index>(values.size()), owner);
+}
+
+/// An array that keeps its values itself, for the caller to change as he likes.
+template <typename Values>
+nb::object owned(Values values) {
+  auto* kept = new Values(std::move(values));
+  const nb::capsule owner(kept, [](void* pointer) noexcept { delete static_cast<Values*>(pointer); });
+  if constexpr (requires { kept->cols(); }) {
+    if constexpr (Values::ColsAtCompileTime == 1) {
+      return nb::cast(list(kept->data(), kept->size(), owner));
+    } else if constexpr (Values::RowsAtCompileTime == 3) {
+      return nb::cast(rows(kept->data(), kept->cols(), owner));
+    } else {
+      return nb::cast(table(kept->data(), kept->rows(), kept->cols(), owner));
+    }
+  } else {
+    return nb::cast(list(kept->data(), static_cast<Eigen::Index>(kept->size()), owner));
+  }
+}
+
+/// Matrices of what Python hands over: any array or nesting of lists that NumPy takes for one of these numbers, of any
+/// order in memory. Whole numbers and single precision become double, reals complex; anything else is refused.
+///
+/// what     the argument in messages, e.g. "transfer: faces"
+/// throws   nanobind's type_error on other than numbers; InputError on another shape or a value that is not finite
+Eigen::MatrixXcd complex_table(nb::handle value, const std::string& what);
+Eigen::VectorXcd complex_list(nb::handle value, const std::string& what);
+Eigen::VectorXd real_list(nb::handle value, const std::string& what);
+Points point_rows(nb::handle value, const std::string& what);
+Eigen::Matrix3Xi triangle_rows(nb::handle value, const std::string& what);
+
+/// Numbers of things of which there are `count`.
+/// throws   also InputError on a number that is not 0 to count - 1
+std::vector<Eigen::Index> index_list(nb::handle value, const std::string& what, Eigen::Index count);
+
+/// throws   InputError that names the argument unless it has as many values
+void require_count(const std::string& what, Eigen::Index size, Eigen::Index wanted, const std::string& of);
+
+}  // namespace touchfield::python

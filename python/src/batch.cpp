@@ -1,0 +1,113 @@
+#include <variant>
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include "python/src/arrays.h"
+#include "python/src/job.h"
+#include "python/src/parts.h"
+#include "sim/batch/check_scene.h"
+#include "sim/batch/sweep_input.h"
+#include "sim/core/errors.h"
+#include "sim/scene/scene_reader.h"
+
+namespace touchfield::python {
+
+namespace {
+
+nb::object check(nb::handle scene, nb::handle set, bool accuracy, std::optional<int> threads) {
+  const std::string text = computed(
+      thread_count(threads), [path = path_of(scene), overrides = overrides_of(set, {}), accuracy](Progress& progress) {
+        return to_json(check_scene(read_scene(path, overrides), accuracy, progress));
+      });
+  return nb::module_::import_("json").attr("loads")(text);
+}
+
+nb::dict columns_of(const SweepSummary& summary) {
+  const nb::object array = nb::module_::import_("numpy").attr("array");
+  nb::dict columns;
+  for (SweepColumn& column : sweep_columns(summary)) {
+    columns[column.name.c_str()] = std::visit(
+        [&](auto& values) -> nb::object {
+          if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::vector<std::string>>) {
+            return array(nb::cast(values), nb::arg("dtype") = "str");
+          } else {
+            return owned(std::move(values));
+          }
+        },
+        column.values);
+  }
+  return columns;
+}
+
+/// A process that computes cases: this interpreter, with the package from where it is now.
+std::vector<std::string> worker() {
+  const auto program = nb::cast<std::optional<std::string>>(nb::module_::import_("sys").attr("executable"));
+  if (!program || program->empty()) {
+    throw InputError("sweep: sys.executable names no Python, which computes the cases");
+  }
+  const nb::module_ os_path = nb::module_::import_("os.path");
+  const nb::object own = os_path.attr("dirname")(nb::module_::import_("touchfield").attr("__file__"));
+  const auto folder = nb::cast<std::string>(nb::repr(os_path.attr("dirname")(own)));
+  return {
+      *program, "-c",
+      fmt::format("import sys; sys.path.insert(0, {}); import touchfield; sys.exit(touchfield._core._serve_cases())",
+                  folder)};
+}
+
+nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optional<std::string>& device, int jobs,
+               bool resume, std::optional<int> threads) {
+  SweepOptions asked;
+  asked.worker = worker();
+  asked.jobs = jobs;
+  asked.command_line = "touchfield.sweep() of Python";
+  if (jobs < 0) {
+    throw InputError(fmt::format("sweep: jobs = {} must be >= 0", jobs));
+  }
+  return columns_of(
+      computed(thread_count(threads), [path = path_of(file), place = path_of(out),
+                                       overrides = overrides_of(set, device), resume, asked](Progress& progress) {
+        SweepOptions options = asked;
+        options.threads = omp_get_max_threads();
+        options.tick = [&progress] { progress.advance(0); };
+        const SweepInput input = read_sweep_input(path, overrides);
+        SweepDirectory directory = SweepDirectory::open(place, input.identity, resume);
+        share_cards(input.scenes, options);
+        SweepRunner runner(input.plan, input.scenes, input.identity, directory, options);
+        limit_to_memory(runner, input.scenes);
+        try {
+          return runner.run({}).summary;
+        } catch (const Stopped&) {
+          runner.result();
+          throw;
+        }
+      }));
+}
+
+nb::dict read_sweep_columns(nb::handle folder) {
+  return columns_of(computed(0, [path = path_of(folder)](Progress&) { return collect_sweep(path).summary; }));
+}
+
+}  // namespace
+
+void add_batch(nb::module_& module) {
+  module.def("check", &check, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("accuracy") = false,
+             nb::arg("threads") = nb::none(),
+             nb::sig("def check(scene: str | os.PathLike, set: dict[str, typing.Any] | None = None, accuracy: bool = "
+                     "False, threads: int | None = None) -> dict[str, typing.Any]"),
+             "What a scene would build and cost, as `touchfield check --json` says it; accuracy: the discretisation "
+             "error too.");
+  module.def("sweep", &sweep, nb::arg("file"), nb::arg("out"), nb::arg("set") = nb::none(),
+             nb::arg("device") = nb::none(), nb::arg("jobs") = 0, nb::arg("resume") = false,
+             nb::arg("threads") = nb::none(),
+             nb::sig("def sweep(file: str | os.PathLike, out: str | os.PathLike, set: dict[str, typing.Any] | None = "
+                     "None, device: str | None = None, jobs: int = 0, resume: bool = False, threads: int | None = "
+                     "None) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
+             "Computes the cases of a sweep into a folder, as `touchfield sweep`, in processes of their own: the "
+             "columns of its table.");
+  module.def("read_sweep", &read_sweep_columns, nb::arg("folder"),
+             nb::sig("def read_sweep(folder: str | os.PathLike) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
+             "The columns of a sweep's table by what is done of it.");
+}
+
+}  // namespace touchfield::python

@@ -1,0 +1,77 @@
+#include "sim/core/errors.h"
+
+#include <exception>
+#include <stdexcept>
+
+#include <fmt/format.h>
+
+#include "python/src/job.h"
+#include "python/src/parts.h"
+
+namespace touchfield::python {
+
+namespace {
+
+/// Python's names of the errors, which live as long as the process.
+struct Names {
+  PyObject* error = nullptr;
+  PyObject* input = nullptr;
+  PyObject* numerical = nullptr;
+  PyObject* io = nullptr;
+  PyObject* device = nullptr;
+  PyObject* not_built = nullptr;
+};
+Names names;
+
+PyObject* made(nb::module_& module, const char* name, const char* doc, PyObject* base, PyObject* also = nullptr) {
+  const nb::tuple bases =
+      also != nullptr ? nb::make_tuple(nb::handle(base), nb::handle(also)) : nb::make_tuple(nb::handle(base));
+  PyObject* type = PyErr_NewExceptionWithDoc(
+      fmt::format("{}.{}", nb::cast<std::string>(module.attr("__name__")), name).c_str(), doc, bases.ptr(), nullptr);
+  if (type == nullptr) {
+    throw nb::python_error();
+  }
+  module.attr(name) = nb::borrow(type);
+  return type;
+}
+
+void translate(const std::exception_ptr& error, void* /*payload*/) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const InputError& caught) {
+    PyErr_SetString(names.input, caught.what());
+  } catch (const NumericalError& caught) {
+    PyErr_SetString(names.numerical, caught.what());
+  } catch (const IoError& caught) {
+    PyErr_SetString(names.io, caught.what());
+  } catch (const DeviceError& caught) {
+    PyErr_SetString(names.device, caught.what());
+  } catch (const NotBuiltError& caught) {
+    PyErr_SetString(names.not_built, caught.what());
+  } catch (const std::invalid_argument& caught) {  // of functions on plain matrices
+    PyErr_SetString(names.input, caught.what());
+  } catch (const std::domain_error& caught) {
+    PyErr_SetString(names.numerical, caught.what());
+  } catch (const Stopped&) {
+    PyErr_SetNone(PyExc_KeyboardInterrupt);
+  }
+}
+
+}  // namespace
+
+void add_errors(nb::module_& module) {
+  names.error = made(module, "Error", "Base of every error of touchfield's.", PyExc_Exception);
+  names.input = made(module, "InputError", "What the caller can mend: a scene, a file, an argument.", names.error,
+                     PyExc_ValueError);
+  names.numerical = made(module, "NumericalError", "A computation that has no trustworthy result.", names.error,
+                         PyExc_ArithmeticError);
+  names.io = made(module, "IoError", "A file that could not be read or written although the input was right.",
+                  names.error, PyExc_OSError);
+  names.device =
+      made(module, "DeviceError", "A device that is missing, silent or lost.", names.error, PyExc_RuntimeError);
+  names.not_built =
+      made(module, "NotBuiltError", "Something this build was made without.", names.error, PyExc_RuntimeError);
+  nb::register_exception_translator(translate, nullptr);
+}
+
+}  // namespace touchfield::python

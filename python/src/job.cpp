@@ -1,0 +1,138 @@
+#include "python/src/job.h"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <mutex>
+#include <nanobind/nanobind.h>
+#include <thread>
+#include <unistd.h>
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include "sim/core/errors.h"
+
+namespace nb = nanobind;
+
+namespace touchfield::python {
+
+namespace {
+
+using Milliseconds = std::chrono::milliseconds;
+
+constexpr Milliseconds kLook{50};       // between looks for signals
+constexpr Milliseconds kPatience{300};  // for work that was told to stop
+
+std::mutex& turn() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+std::atomic<int>& working() {
+  static std::atomic<int> count{0};
+  return count;
+}
+
+/// Shared by the thread that works and the one that waits, whichever ends first.
+struct Job {
+  std::mutex mutex;
+  std::condition_variable changed;
+  bool done = false;
+  std::exception_ptr error;
+  std::atomic<bool> stopped{false};
+};
+
+class StoppingProgress : public Progress {
+ public:
+  explicit StoppingProgress(const std::atomic<bool>& stopped) : stopped_(stopped) {}
+  void begin(std::string_view /*what*/) override { look(); }
+  void advance(double /*fraction*/) override { look(); }
+  void end(double /*seconds*/) override { look(); }
+
+ private:
+  void look() const {
+    if (stopped_) {
+      throw Stopped{};
+    }
+  }
+
+  const std::atomic<bool>& stopped_;
+};
+
+void work_on(const std::shared_ptr<Job>& job, int threads, Work work) {
+  std::exception_ptr error;
+  {
+    const std::lock_guard lock(turn());
+    try {
+      if (threads > 0) {
+        omp_set_num_threads(threads);  // of this thread alone
+      }
+      StoppingProgress progress(job->stopped);
+      progress.advance(0);
+      work(progress);
+    } catch (...) {
+      error = std::current_exception();
+    }
+    work = nullptr;  // what it owns goes before anybody hears that it is done
+  }
+  const std::lock_guard lock(job->mutex);
+  job->error = error;
+  job->done = true;
+  --working();
+  job->changed.notify_all();
+}
+
+bool ended_within(Job& job, Milliseconds time) {
+  const nb::gil_scoped_release released;
+  std::unique_lock lock(job.mutex);
+  return job.changed.wait_for(lock, time, [&] { return job.done; });
+}
+
+}  // namespace
+
+void do_work(int threads, Work work) {
+  const auto job = std::make_shared<Job>();
+  ++working();
+  std::thread thread(work_on, job, threads, std::move(work));
+  while (!ended_within(*job, kLook)) {
+    if (PyErr_CheckSignals() != 0) {
+      nb::python_error interrupt;
+      job->stopped = true;
+      if (ended_within(*job, kPatience)) {
+        thread.join();
+      } else {
+        thread.detach();
+      }
+      throw interrupt;  // NOLINT(misc-throw-by-value-catch-by-reference): taken from Python before it was let go of
+    }
+  }
+  thread.join();
+  if (job->error) {
+    std::rethrow_exception(job->error);
+  }
+}
+
+int thread_count(std::optional<int> threads) {
+  constexpr int kMost = 4096;
+  if (threads && (*threads < 1 || *threads > kMost)) {
+    throw InputError(fmt::format("threads = {} must be 1 to {}", *threads, kMost));
+  }
+  return threads.value_or(0);
+}
+
+void end_with_work_left() {
+  on_exit(
+      [](int status, void*) {
+        if (working() > 0) {  // it would read what the end of the process takes apart
+          std::fflush(nullptr);
+          _exit(status);
+        }
+      },
+      nullptr);
+}
+
+}  // namespace touchfield::python

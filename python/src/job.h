@@ -1,0 +1,42 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "sim/core/progress.h"
+
+namespace touchfield::python {
+
+/// What a computation ends by when Python was interrupted. No std::exception, so that nothing on the way takes it for an
+/// error to go on from.
+struct Stopped {};
+
+using Work = std::function<void(Progress&)>;
+
+/// Does work on a thread of its own while this one lets go of the interpreter and looks for signals. On Ctrl-C the work is
+/// told so by its Progress, which throws Stopped; work that does not hear of it within a moment is left to end by itself.
+/// One piece of work is done at a time: the next one waits.
+///
+/// threads   of OpenMP and OpenBLAS; 0: as many as OMP_NUM_THREADS or the processor says
+/// work      must own what it reads, and touch nothing of Python's
+/// throws    what the work throws; nanobind's python_error on a signal whose handler raises
+void do_work(int threads, Work work);
+
+/// The same for work that returns something.
+template <typename Make>
+auto computed(int threads, Make make) {
+  auto result = std::make_shared<std::optional<decltype(make(std::declval<Progress&>()))>>();
+  do_work(threads, [result, make = std::move(make)](Progress& progress) { result->emplace(make(progress)); });
+  return std::move(**result);
+}
+
+/// The argument `threads` of a function of Python's: none is 0.
+/// throws   InputError unless it is 1 to 4096
+int thread_count(std::optional<int> threads);
+
+/// Has the process end without waiting for work that was left, once it ends.
+void end_with_work_left();
+
+}  // namespace touchfield::python

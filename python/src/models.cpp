@@ -1,0 +1,139 @@
+#include "python/src/models.h"
+
+#include <fmt/format.h>
+
+#include "python/src/arrays.h"
+#include "python/src/job.h"
+#include "python/src/parts.h"
+#include "sim/field/pressure_metrics.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/store/run_layout.h"
+
+namespace touchfield::python {
+
+namespace {
+
+SharedModel model_of(const std::string& path, const std::vector<std::string>& overrides) {
+  return computed(0, [path, overrides](Progress&) { return shared(build_model(read_scene(path, overrides))); });
+}
+
+/// None of a scene without a target.
+std::optional<SharedTarget> target_of(const SharedModel& model) {
+  if (!model->scene.target) {
+    return std::nullopt;
+  }
+  return shared(build_target(*model));
+}
+
+nb::dict score(const SharedModel& model, nb::handle pressure) {
+  const std::string what = "score: pressure";
+  const Eigen::VectorXcd p = complex_list(pressure, what);
+  const TriangleMesh& mesh = model->body.mesh;
+  require_count(what, p.size(), mesh.face_count(), "a face");
+  if (!model->scene.target) {
+    return metrics_dict(metrics_of(mesh, SurfaceGradient(mesh, model->wave.k()), model->wave, p));
+  }
+  return metrics_dict(metrics_of(mesh, model->wave, model->boxes, build_target(*model), p));
+}
+
+}  // namespace
+
+nb::dict metrics_dict(const Metrics& metrics) {
+  nb::dict values;
+  for (const MetricField& field : metric_fields()) {
+    values[field.name] = metrics.*field.value;
+  }
+  return values;
+}
+
+std::string path_of(nb::handle path) {
+  return nb::cast<std::string>(nb::module_::import_("os").attr("fsdecode")(path));
+}
+
+nb::dict dict_of(nb::handle value, const char* argument) {
+  if (!nb::isinstance<nb::dict>(value)) {
+    throw nb::type_error(
+        fmt::format("{} must be a dict, not {}", argument, nb::cast<std::string>(value.type().attr("__name__")))
+            .c_str());
+  }
+  return nb::borrow<nb::dict>(value);
+}
+
+std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::string>& device) {
+  std::vector<std::string> overrides;
+  if (!set.is_none()) {
+    const nb::object dumps = nb::module_::import_("json").attr("dumps");
+    const nb::object plain = nb::module_::import_("touchfield._plain").attr("plain");
+    for (const auto& [key, value] : dict_of(set, "set")) {  // JSON is YAML
+      overrides.push_back(fmt::format("{}={}", nb::cast<std::string>(nb::str(key)),
+                                      nb::cast<std::string>(dumps(value, nb::arg("default") = plain))));
+    }
+  }
+  if (device) {
+    overrides.push_back("solve.device=" + *device);
+  }
+  return overrides;
+}
+
+Model with_own(const Model& model, const OwnMethods& own) {
+  Model with = model;
+  std::set<std::string> taken;
+  for (const MethodSpec& method : model.scene.solve.methods) {
+    taken.insert(method.name);
+  }
+  for (const auto& [name, phases] : own) {
+    require_name("own method", name, taken);
+    MethodSpec method;
+    method.kind = &phase_method("fixed");
+    method.name = name;
+    method.phases.assign(phases.begin(), phases.end());
+    require_fitting_phases(method, model.array.size());
+    with.scene.solve.methods.push_back(std::move(method));
+  }
+  return with;
+}
+
+void add_models(nb::module_& module) {
+  nb::class_<SharedTarget>(module, "Target", "The faces to press on.")
+      .def_prop_ro(
+          "faces",
+          [](nb::handle_t<SharedTarget> self) { return view(nb::cast<const SharedTarget&>(self)->faces, self); })
+      .def_prop_ro(
+          "amplitudes",
+          [](nb::handle_t<SharedTarget> self) { return view(nb::cast<const SharedTarget&>(self)->amplitudes, self); },
+          "The wanted pressure on each [Pa].")
+      .def("__len__", [](const SharedTarget& self) { return self->size(); })
+      .def("__repr__",
+           [](const SharedTarget& self) { return fmt::format("<touchfield.Target: {} faces>", self->size()); });
+  nb::class_<SharedModel>(module, "Model", "A scene made concrete: what a run computes with, in the world's frame.")
+      .def(
+          "__init__",
+          [](SharedModel* self, nb::handle scene, nb::handle set, const std::optional<std::string>& device) {
+            new (self) SharedModel(model_of(path_of(scene), overrides_of(set, device)));
+          },
+          nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
+          nb::sig("def __init__(self, scene: str | os.PathLike, set: dict[str, typing.Any] | None = None, device: str "
+                  "| None = None) -> None"))
+      .def_prop_ro("name", [](const SharedModel& self) { return self->scene.name; })
+      .def_prop_ro(
+          "scene", [](const SharedModel& self) { return resolved_yaml(self->scene); },
+          "The scene as YAML with every default written out.")
+      .def_prop_ro("mesh",
+                   [](const SharedModel& self) {
+                     SkinMesh skin{part_of(self, self->body.mesh)};
+                     skin.landmarks = skin_mesh(self->body).landmarks;
+                     return skin;
+                   })
+      .def_prop_ro("array", [](const SharedModel& self) { return part_of(self, self->array); })
+      .def_prop_ro("wave", [](const SharedModel& self) { return self->wave; })
+      .def_prop_ro("target", &target_of)
+      .def("score", &score, nb::arg("pressure"),
+           nb::sig("def score(self, pressure: numpy.typing.ArrayLike) -> dict[str, float]"),
+           "The metrics of a pressure on every face of the mesh [Pa].")
+      .def("__repr__", [](const SharedModel& self) {
+        return fmt::format("<touchfield.Model {}: {} faces, {} channels>", self->scene.name,
+                           self->body.mesh.face_count(), self->array.size());
+      });
+}
+
+}  // namespace touchfield::python

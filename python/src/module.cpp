@@ -1,0 +1,26 @@
+#include <nanobind/nanobind.h>
+
+#include "python/src/job.h"
+#include "python/src/parts.h"
+#include "sim/batch/sweep_case.h"
+#include "sim/core/version.h"
+#include "solvers/linear/blas_core.h"
+
+NB_MODULE(_core, module) {
+  using namespace touchfield;
+  using namespace touchfield::python;
+  take_better_blas_core();
+  end_with_work_left();
+  module.doc() = "The C++ library of touchfield.";
+  module.attr("__version__") = build_info().version;
+  module.attr("revision") = build_info().revision;
+  add_errors(module);
+  add_shapes(module);
+  add_arrays(module);
+  add_models(module);
+  add_problems(module);
+  add_runs(module);
+  add_batch(module);
+  module.def("_serve_cases", &serve_cases, nb::call_guard<nb::gil_scoped_release>(),
+             nb::sig("def _serve_cases() -> int"));
+}

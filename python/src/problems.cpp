@@ -1,0 +1,281 @@
+
+#include <fmt/format.h>
+
+#include "python/src/arrays.h"
+#include "python/src/job.h"
+#include "python/src/models.h"
+#include "python/src/parts.h"
+#include "sim/core/errors.h"
+#include "sim/field/evaluate.h"
+#include "sim/solve/kept_models.h"
+#include "sim/solve/methods.h"
+#include "sim/solve/solve_model.h"
+#include "solvers/phase/certificate.h"
+
+namespace touchfield::python {
+
+namespace {
+
+Wave wave_or_default(const std::optional<Wave>& wave) {
+  return wave ? *wave : Wave(build_medium({}, Scene{}.frequency), Scene{}.frequency);
+}
+
+Scheme scheme_of_name(const std::string& name) {
+  std::string names;
+  for (const Scheme scheme : all_schemes()) {
+    if (to_string(scheme) == name) {
+      return scheme;
+    }
+    names += (names.empty() ? "" : ", ") + to_string(scheme);
+  }
+  throw InputError(fmt::format("transfer: scheme = '{}' must be one of {}", name, names));
+}
+
+nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::optional<Wave>& wave, nb::handle faces,
+                    const std::string& scheme, const std::optional<std::string>& device, std::optional<int> threads) {
+  SolverSpec spec;
+  if (device) {
+    const std::optional<ComputeDevice> chosen = compute_device(*device);
+    if (!chosen) {
+      throw InputError(fmt::format("transfer: device = '{}' must be auto, cpu, cuda or cuda:N", *device));
+    }
+    spec.device = *chosen;
+  }
+  const int count = thread_count(threads);
+  const auto mesh = skin.mesh;
+  const Wave sound = wave_or_default(wave);
+  const Scheme chosen = scheme_of_name(scheme);
+  if (faces.is_none()) {
+    return owned(computed(
+        count, [=](Progress& progress) { return transfer_matrix(*mesh, sound, *array, chosen, spec, progress); }));
+  }
+  const auto rows = index_list(faces, "transfer: faces", mesh->face_count());
+  return owned(computed(count, [=](Progress& progress) {
+    std::vector<SolveRecord> records;
+    SkinScattering scattering(*mesh, sound, chosen, spec, *array, records, progress,
+                              static_cast<Eigen::Index>(rows.size()));
+    return scattering.transfer_rows(rows, "transfer");
+  }));
+}
+
+/// Asks the solver of a model's methods by a scheme.
+template <typename Ask>
+auto asked(const Model& model, Scheme scheme, Progress& progress, Ask ask) {
+  if (!model.scene.target) {
+    throw InputError(fmt::format("scene {}: has no target, which the phase methods need", model.scene.name));
+  }
+  std::vector<SolveRecord> records;
+  const auto scattering = make_scattering("python", model.body.mesh, scheme, model.scene.solve.solver,
+                                          largest_block(model.scene, scheme, model.array.size(), false), model,
+                                          model.array.response, nullptr, records, progress);
+  const Target target = build_target(model);
+  MethodSolver solver(*scattering, model.array.size(), target, model.scene.solve);
+  return ask(solver, target.amplitudes);
+}
+
+SharedProblem problem_of_model(const SharedModel& model, std::optional<int> threads) {
+  return computed(thread_count(threads), [model](Progress& progress) {
+    return asked(*model, model->scene.solve.scheme, progress, [&](MethodSolver& solver, const Eigen::VectorXd& wanted) {
+      RunTransfer transfer = solver.run_transfer(wanted, progress);
+      transfer.problem.device.reset();  // of a card, which is let go of
+      return shared(std::move(transfer.problem));
+    });
+  });
+}
+
+SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle quiet) {
+  SkinProblem problem;
+  problem.target = complex_table(target, "Problem: target");
+  problem.amplitudes = real_list(amplitudes, "Problem: amplitudes");
+  problem.weights = real_list(weights, "Problem: weights");
+  problem.quiet = quiet.is_none() ? Eigen::MatrixXcd(0, problem.target.cols()) : complex_table(quiet, "Problem: quiet");
+  require_valid(problem, "Problem");
+  return shared(std::move(problem));
+}
+
+void require_steps(const char* who, int iterations) {
+  if (iterations < 1) {
+    throw InputError(fmt::format("{}: iterations = {} must be >= 1", who, iterations));
+  }
+}
+
+SharedSolution solve_by_surface(const SharedProblem& problem, int iterations, nb::handle start, bool free_amplitudes,
+                                bool free_level, std::optional<int> threads) {
+  require_steps("solve_surface", iterations);
+  MethodSettings settings;
+  settings.iterations = iterations;
+  settings.free_amplitudes = free_amplitudes;
+  settings.free_level = free_level;
+  settings.search = start.is_none();
+  Eigen::MatrixXcd starts(problem->channel_count(), 0);
+  if (!start.is_none()) {
+    starts = complex_list(start, "solve_surface: start");
+    require_count("solve_surface: start", starts.rows(), problem->channel_count(), "a channel");
+  }
+  return computed(thread_count(threads), [=](Progress& progress) {
+    return shared(phase_method("surface").solve(*problem, starts, settings, [&](int done, double) {
+      progress.advance(static_cast<double>(done) / iterations);
+    }));
+  });
+}
+
+SharedSolution solve_by_paper(const SharedModel& model, int iterations, const std::string& faces, bool scattered,
+                              std::optional<int> threads) {
+  require_steps("solve_paper", iterations);
+  if (faces != "equal" && faces != "area") {
+    throw InputError(fmt::format("solve_paper: faces = '{}' must be equal or area", faces));
+  }
+  MethodSpec method;
+  method.kind = &phase_method(scattered ? "paper" : "unscattered");
+  method.name = method.kind->name;
+  method.scheme = model->scene.solve.scheme;
+  method.iterations = iterations;
+  method.faces = faces == "area" ? FaceWeights::kArea : FaceWeights::kEqual;
+  return computed(thread_count(threads), [=](Progress& progress) {
+    return asked(*model, method.scheme, progress, [&](MethodSolver& solver, const Eigen::VectorXd& wanted) {
+      return shared(solver.solve(method, wanted, progress));
+    });
+  });
+}
+
+nb::dict certified(const SharedProblem& problem, std::optional<int> threads) {
+  const Certificate certificate = computed(thread_count(threads), [problem](Progress&) { return certify(*problem); });
+  nb::dict values;
+  values["bound"] = certificate.bound;
+  values["relaxed"] = certificate.relaxed;
+  values["iterations"] = certificate.iterations;
+  values["converged"] = certificate.converged;
+  return values;
+}
+
+nb::dict judge(const SharedModel& model, nb::handle phases, std::optional<int> threads) {
+  const Eigen::VectorXd given = real_list(phases, "judge: phases");
+  const Metrics metrics = computed(thread_count(threads), [model, given](Progress& progress) {
+    Model alone = *model;
+    alone.scene.solve.methods.clear();
+    alone.scene.solve.certificate = false;
+    alone.scene.write.transfer = false;
+    alone.fields.clear();
+    return solve_model(
+               with_own(alone, {{"given", given}}), {}, [](const Run&) {}, progress)
+        .methods.front()
+        .metrics;
+  });
+  return metrics_dict(metrics);
+}
+
+nb::object field(const SkinMesh& skin, const SharedArray& array, nb::handle pressure, nb::handle drives,
+                 nb::handle points, const std::optional<Wave>& wave, std::optional<int> threads) {
+  const Eigen::VectorXcd p = complex_list(pressure, "field: pressure");
+  const Eigen::VectorXcd q = complex_list(drives, "field: drives");
+  const Points at = point_rows(points, "field: points");
+  const auto mesh = skin.mesh;
+  require_count("field: pressure", p.size(), mesh->face_count(), "a face");
+  require_count("field: drives", q.size(), array->size(), "a channel");
+  const Wave sound = wave_or_default(wave);
+  return owned(computed(thread_count(threads), [=](Progress&) {
+    return Eigen::VectorXcd(evaluate_field(*mesh, *array, sound, at, p, q).pressure.col(0));
+  }));
+}
+
+double cost(const SharedProblem& problem, nb::handle drives) {
+  const Eigen::VectorXcd q = complex_list(drives, "cost: drives");
+  require_count("cost: drives", q.size(), problem->channel_count(), "a channel");
+  return skin_cost(*problem, q);
+}
+
+void add_classes(nb::module_& module) {
+  nb::class_<SharedProblem>(module, "Problem",
+                            "sum_j w_j (|h_j q| - p'_j)^2 + |R q|^2, the misfit of drives q on the skin: what method "
+                            "`surface` lowers.")
+      .def(
+          "__init__",
+          [](SharedProblem* self, nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle quiet) {
+            new (self) SharedProblem(problem_of(target, amplitudes, weights, quiet));
+          },
+          nb::arg("target"), nb::arg("amplitudes"), nb::arg("weights"), nb::arg("quiet") = nb::none(),
+          nb::sig("def __init__(self, target: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike, weights: "
+                  "numpy.typing.ArrayLike, quiet: numpy.typing.ArrayLike | None = None) -> None"),
+          "target: the K x N rows of H; amplitudes: p', K [Pa]; weights: w, K, areas [m2]; quiet: R, r x N.")
+      .def_static("of_model", &problem_of_model, nb::arg("model"), nb::arg("threads") = nb::none(),
+                  "What the methods of a scene work on, its quiet skin reduced to a few rows.")
+      .def_prop_ro(
+          "target",
+          [](nb::handle_t<SharedProblem> self) { return view(nb::cast<const SharedProblem&>(self)->target, self); })
+      .def_prop_ro(
+          "amplitudes",
+          [](nb::handle_t<SharedProblem> self) { return view(nb::cast<const SharedProblem&>(self)->amplitudes, self); })
+      .def_prop_ro(
+          "weights",
+          [](nb::handle_t<SharedProblem> self) { return view(nb::cast<const SharedProblem&>(self)->weights, self); })
+      .def_prop_ro(
+          "quiet",
+          [](nb::handle_t<SharedProblem> self) { return view(nb::cast<const SharedProblem&>(self)->quiet, self); })
+      .def("cost", &cost, nb::arg("drives"), nb::sig("def cost(self, drives: numpy.typing.ArrayLike) -> float"))
+      .def("__repr__", [](const SharedProblem& self) {
+        return fmt::format("<touchfield.Problem: {} faces, {} channels, {} quiet rows>", self->target_count(),
+                           self->channel_count(), self->quiet.rows());
+      });
+  nb::class_<SharedSolution>(module, "Solution", "Drives that a phase method found.")
+      .def_prop_ro(
+          "phases",
+          [](nb::handle_t<SharedSolution> self) { return view(nb::cast<const SharedSolution&>(self)->phases, self); })
+      .def_prop_ro("amplitudes",
+                   [](nb::handle_t<SharedSolution> self) {
+                     return view(nb::cast<const SharedSolution&>(self)->amplitudes, self);
+                   })
+      .def_prop_ro(
+          "drives", [](const SharedSolution& self) { return owned(drive(*self)); },
+          nb::sig("def drives(self) -> numpy.typing.NDArray[numpy.complex128]"))
+      .def_prop_ro("cost_history",
+                   [](nb::handle_t<SharedSolution> self) {
+                     return view(nb::cast<const SharedSolution&>(self)->cost_history, self);
+                   })
+      .def_prop_ro("iterations", [](const SharedSolution& self) { return self->iterations; })
+      .def_prop_ro("status", [](const SharedSolution& self) { return to_string(self->status); })
+      .def("__repr__", [](const SharedSolution& self) {
+        return fmt::format("<touchfield.Solution: {} channels, {} after {} iterations>", self->phases.size(),
+                           to_string(self->status), self->iterations);
+      });
+}
+
+}  // namespace
+
+void add_problems(nb::module_& module) {
+  add_classes(module);
+  module.def(
+      "transfer", &transfer, nb::arg("mesh"), nb::arg("array"), nb::arg("wave") = nb::none(), nb::kw_only(),
+      nb::arg("faces") = nb::none(), nb::arg("scheme") = to_string(kDefaultScheme), nb::arg("device") = nb::none(),
+      nb::arg("threads") = nb::none(),
+      nb::sig("def transfer(mesh: Mesh, array: Array, wave: Wave | None = None, *, faces: numpy.typing.ArrayLike | "
+              "None = None, scheme: str = ..., device: str | None = None, threads: int | None = None) -> "
+              "numpy.typing.NDArray[numpy.complex128]"),
+      "H: the pressure of every channel at full drive on every face, or on those given [Pa].");
+  module.def(
+      "solve_surface", &solve_by_surface, nb::arg("problem"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
+      nb::arg("start") = nb::none(), nb::arg("free_amplitudes") = MethodSettings{}.free_amplitudes,
+      nb::arg("free_level") = MethodSettings{}.free_level, nb::arg("threads") = nb::none(),
+      nb::sig("def solve_surface(problem: Problem, *, iterations: int = ..., start: numpy.typing.ArrayLike | None = "
+              "None, free_amplitudes: bool = ..., free_level: bool = ..., threads: int | None = None) -> Solution"),
+      "Method `surface`; without start drives it tries several of its own, as a scene's `start: auto`.");
+  module.def("solve_paper", &solve_by_paper, nb::arg("model"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
+             nb::arg("faces") = "equal", nb::arg("scattered") = true, nb::arg("threads") = nb::none(),
+             "Method `paper`, or `unscattered`, on a scene's model.");
+  module.def("certify", &certified, nb::arg("problem"), nb::arg("threads") = nb::none(),
+             nb::sig("def certify(problem: Problem, threads: int | None = None) -> dict[str, typing.Any]"),
+             "A proved lower bound of the problem's cost over all drives [Pa2 m2].");
+  module.def(
+      "judge", &judge, nb::arg("model"), nb::arg("phases"), nb::arg("threads") = nb::none(),
+      nb::sig(
+          "def judge(model: Model, phases: numpy.typing.ArrayLike, threads: int | None = None) -> dict[str, float]"),
+      "The metrics of phases at full drive by the scene's own judge, as of a built-in method.");
+  module.def(
+      "field", &field, nb::arg("mesh"), nb::arg("array"), nb::arg("pressure"), nb::arg("drives"), nb::arg("points"),
+      nb::arg("wave") = nb::none(), nb::arg("threads") = nb::none(),
+      nb::sig("def field(mesh: Mesh, array: Array, pressure: numpy.typing.ArrayLike, drives: numpy.typing.ArrayLike, "
+              "points: numpy.typing.ArrayLike, wave: Wave | None = None, threads: int | None = None) -> "
+              "numpy.typing.NDArray[numpy.complex128]"),
+      "The pressure at points off the skin [Pa], 0 inside the body.");
+}
+
+}  // namespace touchfield::python

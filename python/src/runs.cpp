@@ -1,0 +1,283 @@
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <omp.h>
+
+#include "python/src/arrays.h"
+#include "python/src/job.h"
+#include "python/src/models.h"
+#include "python/src/parts.h"
+#include "sim/assess/check.h"
+#include "sim/batch/run_model.h"
+#include "sim/core/atomic_file.h"
+#include "sim/core/errors.h"
+#include "sim/pictures/figures.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/solve/run_field.h"
+#include "sim/store/run_file.h"
+#include "sim/store/run_layout.h"
+
+namespace touchfield::python {
+
+namespace {
+
+/// A picture as the bytes of its file.
+struct Picture {
+  std::string bytes;
+};
+
+SharedRun solved(const Model& model, Progress& progress) {
+  require_memory(check_model(model));
+  SolveOptions options;
+  options.command_line = "touchfield.run() of Python";
+  options.threads = omp_get_max_threads();
+  return shared(solve_model(
+      model, options, [](const Run&) {}, progress));
+}
+
+SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>& device, std::optional<int> threads,
+              nb::handle own) {
+  OwnMethods methods;
+  if (!own.is_none()) {
+    for (const auto& [name, phases] : dict_of(own, "own")) {
+      const auto text = nb::cast<std::string>(nb::str(name));
+      methods.emplace_back(text, real_list(phases, fmt::format("run: own['{}']", text)));
+    }
+  }
+  const int count = thread_count(threads);
+  if (nb::isinstance<SharedModel>(scene)) {
+    if (!set.is_none() || device) {
+      throw InputError("run: set and device go with a scene file; a Model has taken them already");
+    }
+    return computed(count, [model = nb::cast<SharedModel>(scene), methods](Progress& progress) {
+      return solved(with_own(*model, methods), progress);
+    });
+  }
+  return computed(count, [path = path_of(scene), overrides = overrides_of(set, device), methods](Progress& progress) {
+    return solved(with_own(build_model(read_scene(path, overrides)), methods), progress);
+  });
+}
+
+Scene scene_of(const Run& run) { return read_resolved_scene(run.scene, "run " + run.name, {}); }
+
+void save_folder(Run run, const std::string& path, bool force, Progress& progress) {
+  const Scene scene = scene_of(run);
+  RunDirectory directory = RunDirectory::at(path, run_files(scene), force);
+  try {
+    write_results(run, scene.write, directory, progress, picture_format(scene, std::nullopt));
+    directory.settle();
+  } catch (const std::exception& error) {
+    directory.fail(error.what());
+    throw;
+  }
+}
+
+void save(const SharedRun& run, nb::handle path, bool force) {
+  do_work(0, [run, place = path_of(path), force](Progress& progress) {
+    if (!place.ends_with(".h5")) {
+      save_folder(*run, place, force, progress);
+    } else if (!force && std::filesystem::exists(place)) {
+      throw InputError(fmt::format("{}: there is a file of that name; force=True replaces it", place));
+    } else {
+      write_run_file(place, *run);
+    }
+  });
+}
+
+Picture plot(const SharedRun& run, const std::optional<std::string>& picture) {
+  const std::string first = run->methods.empty() ? "setup" : "pressure_" + run->methods.front().name;
+  return computed(0, [run, name = picture.value_or(first)](Progress&) {
+    return Picture{draw_figure(name, *run, PictureFormat::kPng)};
+  });
+}
+
+/// A dict of what `value` makes of every method.
+template <typename Value>
+nb::dict by_method(const SharedRun& run, Value value) {
+  nb::dict values;
+  for (const MethodResult& method : run->methods) {
+    values[method.name.c_str()] = value(method);
+  }
+  return values;
+}
+
+/// The same of something in a run that is looked at.
+template <typename Member>
+auto views_by_method(Member member) {
+  return [member](nb::handle_t<SharedRun> self) {
+    return by_method(nb::cast<const SharedRun&>(self),
+                     [&](const MethodResult& method) { return view(member(method), self); });
+  };
+}
+
+nb::dict field_at(const SharedRun& run, nb::handle points, std::optional<int> threads) {
+  const Points at = point_rows(points, "Run.field: points");
+  const Eigen::MatrixXcd pressure = computed(thread_count(threads), [run, at](Progress&) {
+    const Scene scene = scene_of(*run);
+    return run_field(*run, Wave(build_medium(scene.medium, scene.frequency), scene.frequency), at).pressure;
+  });
+  nb::dict values;
+  for (std::size_t s = 0; s < run->methods.size(); ++s) {
+    values[run->methods[s].name.c_str()] = owned(Eigen::VectorXcd(pressure.col(static_cast<Eigen::Index>(s))));
+  }
+  return values;
+}
+
+nb::dict texts(const std::vector<std::pair<std::string, double>>& values) {
+  nb::dict dict;
+  for (const auto& [name, value] : values) {
+    dict[name.c_str()] = value;
+  }
+  return dict;
+}
+
+nb::dict provenance(const SharedRun& run) {
+  nb::dict values;
+  for (const ProvenanceField& field : provenance_fields()) {
+    values[field.name] = run->provenance.*field.value;
+  }
+  values["threads"] = run->provenance.threads;
+  return values;
+}
+
+/// A grid's values in the order of its axes, z first.
+nb::dict grids(const SharedRun& run, nb::handle self) {
+  using Grid = nb::ndarray<nb::numpy, const Complex, nb::shape<-1, -1, -1>, nb::c_contig>;
+  nb::dict fields;
+  for (const FieldResult& field : run->fields) {
+    const auto& [nx, ny, nz] = field.grid.count;
+    nb::dict values;
+    for (const auto& [method, pressure] : field.pressure) {
+      values[method.c_str()] =
+          Grid(pressure.data(),
+               {static_cast<std::size_t>(nz), static_cast<std::size_t>(ny), static_cast<std::size_t>(nx)}, self);
+    }
+    values["points"] = owned(field.grid.points()).attr("reshape")(nz, ny, nx, 3);
+    fields[field.grid.name.c_str()] = values;
+  }
+  return fields;
+}
+
+void add_picture(nb::module_& module) {
+  nb::class_<Picture>(module, "Picture", "A picture of the program's own, which Jupyter shows.")
+      .def("_repr_png_", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
+      .def("__bytes__", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
+      .def(
+          "save", [](const Picture& self, nb::handle path) { write_atomically(path_of(path), {self.bytes}); },
+          nb::arg("path"), nb::sig("def save(self, path: str | os.PathLike) -> None"), "Writes it as PNG.");
+}
+
+void add_run(nb::module_& module) {
+  nb::class_<SharedRun>(module, "Run", "What a scene came to. Arrays are read-only views onto it.")
+      .def_prop_ro("name", [](const SharedRun& self) { return self->name; })
+      .def_prop_ro(
+          "scene", [](const SharedRun& self) { return self->scene; },
+          "The scene as YAML with every default written out.")
+      .def_prop_ro("mesh", [](const SharedRun& self) { return SkinMesh{part_of(self, self->mesh)}; })
+      .def_prop_ro("array", [](const SharedRun& self) { return part_of(self, self->array); })
+      .def_prop_ro("target",
+                   [](const SharedRun& self) -> std::optional<SharedTarget> {
+                     return self->target ? std::optional(part_of(self, *self->target)) : std::nullopt;
+                   })
+      .def_prop_ro("methods",
+                   [](const SharedRun& self) {
+                     std::vector<std::string> names;
+                     for (const MethodResult& method : self->methods) {
+                       names.push_back(method.name);
+                     }
+                     return names;
+                   })
+      .def_prop_ro(
+          "metrics",
+          [](const SharedRun& self) {
+            return by_method(self, [](const MethodResult& method) { return metrics_dict(method.metrics); });
+          },
+          nb::sig("def metrics(self) -> dict[str, dict[str, float]]"))
+      .def_prop_ro(
+          "status",
+          [](const SharedRun& self) {
+            return by_method(self, [](const MethodResult& method) { return to_string(method.solution.status); });
+          },
+          nb::sig("def status(self) -> dict[str, str]"))
+      .def_prop_ro("pressures", views_by_method([](const MethodResult& method) -> auto& { return method.pressure; }),
+                   nb::sig("def pressures(self) -> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
+                   "By method, on every face [Pa].")
+      .def_prop_ro("phases",
+                   views_by_method([](const MethodResult& method) -> auto& { return method.solution.phases; }),
+                   nb::sig("def phases(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
+                   "By method, of every channel [rad].")
+      .def_prop_ro("amplitudes",
+                   views_by_method([](const MethodResult& method) -> auto& { return method.solution.amplitudes; }),
+                   nb::sig("def amplitudes(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
+                   "By method, of every channel, 0 to 1.")
+      .def_prop_ro("judge", [](const SharedRun& self) { return self->judge; })
+      .def_prop_ro("judge_mesh",
+                   [](const SharedRun& self) -> std::optional<SkinMesh> {
+                     return self->judge_model ? std::optional(SkinMesh{part_of(self, self->judge_model->mesh)})
+                                              : std::nullopt;
+                   })
+      .def_prop_ro("judge_pressures",
+                   views_by_method([](const MethodResult& method) -> auto& { return method.judge_pressure; }),
+                   nb::sig("def judge_pressures(self) -> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
+                   "By method, on the judge's mesh [Pa]; empty where `pressures` are what is judged.")
+      .def_prop_ro(
+          "problems",
+          [](const SharedRun& self) {
+            nb::dict problems;
+            for (const RunTransfer& transfer : self->transfers) {
+              problems[transfer.scheme.c_str()] = part_of(self, transfer.problem);
+            }
+            return problems;
+          },
+          nb::sig("def problems(self) -> dict[str, Problem]"), "By scheme, where the scene's `write` has transfer.")
+      .def_prop_ro(
+          "fields", [](nb::handle_t<SharedRun> self) { return grids(nb::cast<const SharedRun&>(self), self); },
+          nb::sig("def fields(self) -> dict[str, dict[str, numpy.typing.NDArray[typing.Any]]]"),
+          "By name of the grid and method [Pa], axes z, y, x; `points`: where, likewise and x, y, z [m].")
+      .def_prop_ro(
+          "seconds", [](const SharedRun& self) { return texts(self->seconds); },
+          nb::sig("def seconds(self) -> dict[str, float]"))
+      .def_prop_ro("warnings", [](const SharedRun& self) { return self->warnings; })
+      .def_prop_ro("notes", [](const SharedRun& self) { return self->notes; })
+      .def_prop_ro("provenance", &provenance, nb::sig("def provenance(self) -> dict[str, typing.Any]"))
+      .def("field", &field_at, nb::arg("points"), nb::arg("threads") = nb::none(),
+           nb::sig("def field(self, points: numpy.typing.ArrayLike, threads: int | None = None) -> dict[str, "
+                   "numpy.typing.NDArray[numpy.complex128]]"),
+           "By method, the pressure at points off the skin [Pa].")
+      .def("save", &save, nb::arg("path"), nb::arg("force") = false,
+           nb::sig("def save(self, path: str | os.PathLike, force: bool = False) -> None"),
+           "One file of a name that ends in .h5; else a folder with the files that the scene's `write` names.")
+      .def("plot", &plot, nb::arg("picture") = nb::none(),
+           "A picture by its name: setup, target, pressure_METHOD, field_GRID_METHOD; without one the first method's "
+           "pressure.")
+      .def("_repr_png_",
+           [](const SharedRun& self) {
+             const Picture drawn = plot(self, std::nullopt);
+             return nb::bytes(drawn.bytes.data(), drawn.bytes.size());
+           })
+      .def("__repr__", [](const SharedRun& self) { return methods_table(*self); });
+}
+
+}  // namespace
+
+void add_runs(nb::module_& module) {
+  add_picture(module);
+  add_run(module);
+  module.def(
+      "run", &run, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
+      nb::arg("threads") = nb::none(), nb::arg("own") = nb::none(),
+      nb::sig(
+          "def run(scene: str | os.PathLike | Model, set: dict[str, typing.Any] | None = None, device: str | None = "
+          "None, threads: int | None = None, own: dict[str, numpy.typing.ArrayLike] | None = None) -> Run"),
+      "Computes a scene, as `touchfield run`, and with it methods of one's own: their names and phases. Writes "
+      "nothing.");
+  module.def(
+      "read_run",
+      [](nb::handle path) {
+        return computed(0, [file = path_of(path)](Progress&) { return shared(read_run_file(run_file_at(file))); });
+      },
+      nb::arg("path"), nb::sig("def read_run(path: str | os.PathLike) -> Run"),
+      "A run.h5, or the folder that holds it.");
+}
+
+}  // namespace touchfield::python

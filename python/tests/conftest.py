@@ -1,0 +1,80 @@
+"""What the tests share: the program beside the package, a small scene, a run of it."""
+
+import os
+import pathlib
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+# Before OpenMP is loaded, for what has no argument `threads`; passive: others use the machine too.
+os.environ.setdefault("OMP_NUM_THREADS", "2")
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
+import touchfield as tf
+
+SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
+PROGRAM = os.environ.get("TOUCHFIELD_PROGRAM", str(SOURCE / "build/release/apps/touchfield"))
+
+# A finger-like capsule: a run of a second, every part of a result in it.
+FINGER = """\
+name: finger
+array:
+  grid: {count: [8, 8], pitch_mm: 10.16}
+body:
+  capsule: {radius_mm: 8, length_mm: 10}
+  place: {landmark: bottom, at_mm: [0, 0, 60]}
+  edge_mm: 2.6
+target:
+  box: {at: bottom, size_mm: [8, 12, 6]}
+  pressure_pa: 500
+solve:
+  methods: [surface, {paper: {faces: area}}, focus]
+  iterations: 8
+  certificate: true
+judge: {split: 1}
+field:
+  - {name: side, plane: xz, through_mm: [0, 0, 60], size_mm: [20, 30], spacing_mm: 2}
+write: [h5, vtp, vti, png, transfer]
+"""
+
+
+@pytest.fixture(scope="session")
+def finger(tmp_path_factory):
+    path = tmp_path_factory.mktemp("scene") / "finger.yaml"
+    path.write_text(FINGER)
+    return path
+
+
+@pytest.fixture(scope="session")
+def run(finger):
+    return tf.run(finger, threads=2)
+
+
+@pytest.fixture(scope="session")
+def model(finger):
+    return tf.Model(finger)
+
+
+@pytest.fixture(scope="session")
+def touchfield():
+    """Calls the program."""
+
+    def call(*arguments, cwd=None):
+        return subprocess.run([PROGRAM, *map(str, arguments)], check=True, capture_output=True, text=True, cwd=cwd)
+
+    return call
+
+
+@pytest.fixture
+def python():
+    """Runs code in a Python of its own, whose folder for what it writes is `cwd`."""
+
+    def call(code, *arguments, cwd=None, timeout=120):
+        done = subprocess.run([sys.executable, "-c", textwrap.dedent(code), *map(str, arguments)], capture_output=True, text=True,
+                              cwd=cwd, timeout=timeout)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return call

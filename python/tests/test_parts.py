@@ -1,0 +1,95 @@
+import numpy as np
+import pytest
+
+import touchfield as tf
+
+
+def test_transfer_is_the_one_of_the_model(model, run):
+    h = tf.transfer(model.mesh, model.array, model.wave, threads=2)
+    assert h.shape == (len(model.mesh), len(model.array)) and h.flags.writeable
+    for name in run.methods:
+        drives = run.amplitudes[name] * np.exp(1j * run.phases[name])
+        error = np.linalg.norm(h @ drives - run.pressures[name]) / np.linalg.norm(run.pressures[name])
+        assert error < 1e-3  # what H leaves out
+    rows = tf.transfer(model.mesh, model.array, model.wave, faces=model.target.faces)
+    assert np.linalg.norm(rows - h[model.target.faces]) < 1e-3 * np.linalg.norm(rows)
+
+
+def test_score_is_the_judge_s_of_its_own_mesh(finger):
+    own = tf.Model(finger, set={"judge": "same", "solve.certificate": False})
+    run = tf.run(own)
+    for name in run.methods:
+        scored = own.score(run.pressures[name])
+        for metric in ("relative_error", "leakage", "width_mm", "peak_pa", "force_target_n"):
+            assert scored[metric] == run.metrics[name][metric]
+
+
+def test_solvers_by_themselves_find_what_the_run_found(model, run):
+    problem = tf.Problem.of_model(model, threads=2)
+    solution = tf.solve_surface(problem, iterations=8, free_level=True, threads=2)
+    assert np.array_equal(solution.phases, run.phases["surface"])
+    assert np.array_equal(solution.drives, solution.amplitudes * np.exp(1j * solution.phases))
+    assert solution.cost_history[-1] == pytest.approx(problem.cost(solution.drives), rel=1e-9)
+    assert solution.iterations == 8 and solution.status == "iteration_limit"
+    paper = tf.solve_paper(model, iterations=8, faces="area", threads=2)
+    assert np.array_equal(paper.phases, run.phases["paper"])
+    assert not np.array_equal(tf.solve_paper(model, iterations=8, scattered=False).phases, paper.phases)
+    further = tf.solve_surface(problem, iterations=20, start=solution.drives)
+    assert further.cost_history[-1] < solution.cost_history[-1]
+
+
+def test_certificate(model, run):
+    problem = tf.Problem.of_model(model, threads=2)
+    proof = tf.certify(problem, threads=2)
+    assert proof["bound"] == pytest.approx(run.metrics["surface"]["cost_bound"], rel=1e-9)
+    assert 0 < proof["bound"] <= problem.cost(tf.solve_surface(problem, free_level=False).drives)
+
+
+def test_model_of_a_scene(model, finger):
+    assert model.name == "finger" and len(model.target) == len(model.target.amplitudes) > 10
+    assert "bottom" in model.mesh.landmarks and model.mesh.landmarks["bottom"] == pytest.approx([0, 0, 0.06], abs=1e-9)
+    assert model.wave.wavelength == pytest.approx(343.21 / 40e3) and model.wave.k == pytest.approx(2 * np.pi / model.wave.wavelength)
+    assert np.array_equal(tf.Array.of_scene(finger).positions, model.array.positions)
+    assert tf.Array.of_scene(finger, set={"array.grid.count": [2, 3]}).positions.shape == (6, 3)
+    bare = tf.Model(finger, set={"target": None, "solve.methods": [{"fixed": {"phases_rad": 0}}], "solve.certificate": False, "write": ["h5"], "judge": "same"})
+    assert bare.target is None and bare.score(np.ones(len(bare.mesh)))["peak_pa"] == 1
+    with pytest.raises(tf.InputError, match="no target"):
+        tf.Problem.of_model(bare)
+
+
+def test_meshes(tmp_path):
+    ball = tf.sphere(10e-3, 2e-3)
+    assert ball.volume == pytest.approx(4 / 3 * np.pi * 1e-6) and ball.areas.sum() == pytest.approx(4 * np.pi * 1e-4, rel=0.01)
+    assert np.allclose(np.einsum("ij,ij->i", ball.normals, ball.centroids) / np.linalg.norm(ball.centroids, axis=1), 1, atol=0.02)
+    ball.save(tmp_path / "ball.ply")
+    read = tf.read_mesh(tmp_path / "ball.ply")
+    assert np.allclose(read.vertices, ball.vertices, atol=1e-7) and len(read) == len(ball)
+    hand = tf.hand("fist", edge=6e-3, side="left")
+    assert {"index_pad", "wrist"} <= set(hand.landmarks) and hand.volume > 2e-4
+    moved = tf.Mesh(ball.vertices + [0, 0, 1], ball.triangles)
+    assert np.allclose(moved.centroids - ball.centroids, [0, 0, 1])
+
+
+def test_plane_wave_pressure_against_a_point_source_far_away():
+    """One transducer without directivity: p = P0 exp(ikr)/r at points in free air beside a tiny ball."""
+    array = tf.Array([[0, 0, 0]], [[0, 0, 1]], directivity="omni", source_strength=2.0)
+    wave = tf.Wave()
+    ball = tf.sphere(0.2e-3, 0.1e-3)
+    ball = tf.Mesh(ball.vertices + [0.5, 0, 0.5], ball.triangles)
+    points = np.array([[0, 0, 0.2], [0.05, 0, 0.3]])
+    r = np.linalg.norm(points, axis=1)
+    pressure = tf.transfer(ball, array, wave) @ [1]
+    assert np.allclose(tf.field(ball, array, pressure, [1], points, wave), 2 * np.exp(1j * wave.k * r) / r, rtol=1e-4)
+    assert list(array.strengths) == [2]
+
+
+def test_check_says_what_the_program_says(touchfield, finger):
+    import json
+
+    said = json.loads(touchfield("check", finger, "--json").stdout)
+    mine = tf.check(finger)
+    timed = ("seconds", "available_mib")
+    assert {k: v for k, v in mine.items() if k not in timed} == {k: v for k, v in said.items() if k not in timed}
+    assert mine["channels"] == 64
+    exact = tf.check(finger, set={"body.edge_mm": 4}, accuracy=True)
+    assert exact["accuracy_l2"] > 0

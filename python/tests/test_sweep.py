@@ -1,0 +1,67 @@
+import signal
+import subprocess
+import sys
+import time
+
+import h5py
+import numpy as np
+import pytest
+
+import touchfield as tf
+
+
+@pytest.fixture
+def plan(tmp_path, finger):
+    path = tmp_path / "plan.yaml"
+    path.write_text(f"base: {finger}\n"
+                    "set: {solve.methods: [focus, paper], solve.certificate: false, judge: same, write: [h5], field: []}\n"
+                    "grid: {target.pressure_pa: [400, 500], array.grid.count: [[4, 4], [8, 8]]}\n")
+    return path
+
+
+def test_columns_are_those_of_the_program(touchfield, plan, tmp_path):
+    columns = tf.sweep(plan, tmp_path / "mine", threads=2, jobs=1)
+    touchfield("sweep", plan, "-o", tmp_path / "program", "--threads", "2", "--jobs", "1", "--quiet")
+    with h5py.File(tmp_path / "program/sweep.h5") as file:
+        datasets = {}
+        file.visititems(lambda name, item: datasets.update({name.split("/")[-1]: item[()]}) if isinstance(item, h5py.Dataset) and item.shape else None)
+        for name in ("relative_error", "leakage", "peak_pa", "case", "target.pressure_pa", "channels"):
+            assert np.array_equal(columns[name], datasets[name]), name
+        assert [text.decode() for text in datasets["name"]] == columns["name"].tolist() == ["focus", "paper"] * 4
+    assert columns["array.grid.count"].dtype.kind == "U" and columns["status"].tolist() == ["ok"] * 8
+    again = tf.read_sweep(tmp_path / "mine")
+    assert list(again) == list(columns) and np.array_equal(again["relative_error"], columns["relative_error"])
+    with pytest.raises(tf.InputError, match="resume"):
+        tf.sweep(plan, tmp_path / "mine")
+    assert np.array_equal(tf.sweep(plan, tmp_path / "mine", resume=True)["peak_pa"], columns["peak_pa"])
+
+
+def test_a_case_that_fails_is_a_row(plan, tmp_path):
+    plan.write_text(plan.read_text().replace("[400, 500]", "[400]").replace("[[4, 4], [8, 8]]", "[[4, 4]]").replace(
+        "field: []", "body.place.at_mm: [0, 0, -5]"))
+    columns = tf.sweep(plan, tmp_path / "out")
+    assert columns["status"].tolist() == ["failed"]
+    assert "transducer" in columns["reason"][0] and np.isnan(columns["relative_error"][0])
+
+
+def test_interrupt_ends_the_workers_and_keeps_what_is_done(plan, tmp_path):
+    plan.write_text(plan.read_text().replace("judge: same", "judge: same, body.edge_mm: 0.8, solve.precision: double"))
+    code = """if True:
+        import sys, time
+        import touchfield as tf
+        try:
+            tf.sweep(sys.argv[1], sys.argv[2])
+        except KeyboardInterrupt:
+            print(time.monotonic(), flush=True)
+            time.sleep(2)
+        """
+    process = subprocess.Popen([sys.executable, "-c", code, str(plan), str(tmp_path / "out")], stdout=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while not list((tmp_path / "out/cases").glob(".0*")):
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    sent = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    assert float(process.stdout.readline()) - sent < 1
+    assert process.wait(timeout=30) == 0
+    assert not list((tmp_path / "out/cases").glob(".0*")) and (tmp_path / "out/sweep.csv").exists()

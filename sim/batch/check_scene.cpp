@@ -1,0 +1,75 @@
+#include "sim/batch/check_scene.h"
+
+#include <cmath>
+#include <utility>
+
+#include <nlohmann/json.hpp>
+
+#include "sim/solve/meshed_body.h"
+#include "sim/solve/warnings.h"
+
+namespace touchfield {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+}  // namespace
+
+SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
+  const std::vector<std::string> guesses = guess_units(scene);
+  Model model = build_model(scene);
+  model.plan.warnings.insert(model.plan.warnings.begin(), guesses.begin(), guesses.end());
+  CheckReport report = check_model(model);
+  SceneCheck checked{std::move(model), std::move(report), std::nullopt, std::nullopt};
+  if (accuracy) {
+    require_memory(checked.report);
+    checked.accuracy = measure_accuracy(checked.model, progress);
+  }
+  if (scene.motion && !scene.sensing) {  // which is of the still alone: `play` refuses it
+    require_memory(checked.report);
+    checked.motion = expected_cost(sensed_motion(scene));
+  }
+  return checked;
+}
+
+std::string to_json(const SceneCheck& checked) {
+  const auto& [model, report, accuracy, motion] = checked;
+  const Remarks remarks = model_remarks(model);
+  Json json = {{"name", model.scene.name},
+               {"faces", report.faces},
+               {"channels", report.channels},
+               {"target_faces", report.target_faces},
+               {"epw_mean", report.epw_mean},
+               {"epw_min", report.epw_min},
+               {"scheme", to_string(model.scene.solve.scheme)},
+               {"solver", to_string(report.decision.options.kind)},
+               {"precision", precision_name(report.decision.options)},
+               {"memory_mib", report.memory_mib},
+               {"available_mib", report.available_mib},
+               {"seconds", report.seconds},
+               {"note", report.note},
+               {"mesh_notes", model.plan.notes},
+               {"warnings", remarks.warnings},
+               {"notes", remarks.notes},
+               {"faults", model.report.faults}};
+  if (accuracy) {
+    json["accuracy_l2"] = number_or_null(accuracy->body.rms);
+    json["accuracy_max"] = number_or_null(accuracy->body.worst);
+    json["accuracy_target_l2"] = number_or_null(accuracy->target.rms);
+    json["accuracy_target_max"] = number_or_null(accuracy->target.worst);
+    json["accuracy_split"] = number_or_null(accuracy->split_body);
+    json["accuracy_split_target"] = number_or_null(accuracy->split_target);
+    json["accuracy_seconds"] = accuracy->seconds;
+  }
+  if (motion) {
+    json["motion"] = {{"frames", motion->frames},         {"scores", motion->scores},
+                      {"seconds", motion->seconds},       {"sensor", sensor_text(model.scene.motion->sensor)},
+                      {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
+  }
+  return json.dump(2);
+}
+
+}  // namespace touchfield

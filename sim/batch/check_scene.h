@@ -1,0 +1,28 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "sim/assess/accuracy.h"
+#include "sim/assess/check.h"
+#include "sim/core/progress.h"
+#include "sim/motion/play.h"
+
+namespace touchfield {
+
+/// What a scene would build and cost, of all its parts.
+struct SceneCheck {
+  Model model;  // whose plan warns of units that were guessed
+  CheckReport report;
+  std::optional<AccuracyReport> accuracy;
+  std::optional<MotionCost> motion;
+};
+
+/// accuracy   whether the discretisation error is measured on the scene's own mesh, which is solved some times
+/// throws     InputError as build_model, and where what is measured would not fit the memory
+SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress);
+
+/// What `touchfield check --json` prints; numbers that were not computed are null.
+std::string to_json(const SceneCheck& checked);
+
+}  // namespace touchfield

@@ -1,0 +1,50 @@
+#include "sim/batch/sweep_input.h"
+
+#include <algorithm>
+
+#include "sim/batch/sweep_case.h"
+#include "sim/core/errors.h"
+#include "sim/gpu/gpu_library.h"
+#include "sim/scene/sweep_reader.h"
+#include "sim/solve/named_files.h"
+
+namespace touchfield {
+
+SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard) {
+  const SweepPlan plan = read_sweep(path, overrides);
+  const std::vector<Scene> scenes = read_cases(plan);
+  require_named_files(scenes);
+  return {plan, scenes, {plan, plan_hash(plan, scenes), shard, names_files(scenes)}};
+}
+
+void share_cards(const std::vector<Scene>& scenes, SweepOptions& options) {
+  const auto device_of = [](const Scene& scene) { return scene.solve.solver.device; };
+  const bool on_first_card = std::ranges::all_of(scenes, [&](const Scene& scene) {
+    return device_of(scene).kind == ComputeDevice::Kind::kCuda && device_of(scene).card == 0;
+  });
+  const bool leaves_open = std::ranges::all_of(
+      scenes, [&](const Scene& scene) { return device_of(scene).kind == ComputeDevice::Kind::kAuto; });
+  if (on_first_card || leaves_open) {
+    options.cards = separate_cards();
+  }
+  if (on_first_card && options.jobs == 0) {  // several processes on one card wait for one another
+    options.jobs = std::max(1, static_cast<int>(options.cards.size()));
+  }
+}
+
+std::optional<CheckReport> limit_to_memory(SweepRunner& runner, const std::vector<Scene>& scenes) {
+  if (runner.left() == 0) {
+    return std::nullopt;
+  }
+  try {
+    const std::vector<int> groups = body_groups(scenes);
+    const CheckReport report =
+        check_model(build_model(scenes.front()), static_cast<int>(std::ranges::count(groups, groups.front())));
+    runner.limit_jobs(report.memory_mib, report.available_mib);
+    return report;
+  } catch (const Error&) {
+    return std::nullopt;
+  }
+}
+
+}  // namespace touchfield

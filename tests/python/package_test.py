@@ -1,0 +1,40 @@
+"""The Python package's own tests, in the environment that scripts/setup_python has made; built anew there if the library has
+changed since."""
+
+import os
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
+PYTHON = ROOT / "build/python/bin/python"
+SKIPPED = 77
+
+
+def installed():
+    """The package's folder, or None."""
+    found = sorted((ROOT / "build/python").glob("lib/python*/site-packages/touchfield/_core*.so"))
+    return found[0].parent if found else None
+
+
+def is_current(package):
+    made = next(package.glob("_core*.so")).stat().st_mtime
+    sources = [ROOT / "build/release/libtouchfield.so", ROOT / "python/CMakeLists.txt", ROOT / "python/pyproject.toml"]
+    sources += [path for folder in ("src", "touchfield") for path in (ROOT / "python" / folder).iterdir() if path.is_file()]
+    return all(path.stat().st_mtime <= made for path in sources)
+
+
+def main():
+    package = installed()
+    if package is None:
+        print("no build/python: scripts/setup_python makes it")
+        return SKIPPED
+    if not is_current(package):
+        subprocess.run([PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-build-isolation", "--no-deps",
+                        "--force-reinstall", ROOT / "python"], check=True)
+    return subprocess.run([PYTHON, "-m", "pytest", "-q", "-p", "no:cacheprovider", ROOT / "python/tests", *sys.argv[1:]],
+                          cwd=ROOT / "python/tests").returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main())
