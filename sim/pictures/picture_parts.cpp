@@ -83,6 +83,16 @@ double tick_step(double range, int most) {
   return 10.0 * unit;
 }
 
+std::vector<double> even_ticks(double low, double high, int most) {
+  const double step = tick_step(high - low, most);
+  constexpr double kRounding = 1e-9;
+  std::vector<double> ticks;
+  for (double i = std::ceil(low / step - kRounding); i * step <= high + kRounding * step; ++i) {
+    ticks.push_back(i * step + 0.0);
+  }
+  return ticks;
+}
+
 std::vector<LogTick> log_ticks(double low, double high) {
   std::vector<LogTick> ticks;
   for (double exponent = std::floor(std::log10(low)); ticks.size() < 2 || ticks.back().value < high; ++exponent) {
@@ -154,13 +164,11 @@ void draw_colour_bar(Canvas& canvas, double top, double bottom, const std::strin
   canvas.image(kBar, [](int, int j) { return viridis((j + 0.5) / kBar.height); });
   canvas.frame(kBar, kInk, 1.0);
   canvas.text(kBar.x + 0.5 * kBar.width, kBar.y + kBar.height + 26, label, {.size = 18, .align = Align::kCentre});
-  const double step = tick_step(top - bottom, 8);
   const int right = kBar.x + kBar.width;
-  constexpr double kRounding = 1e-9;
-  for (double i = std::ceil(bottom / step - kRounding); i * step <= top * (1.0 + kRounding); ++i) {
-    const double y = kBar.y + kBar.height * ((i * step - bottom) / (top - bottom));
+  for (const double tick : even_ticks(bottom, top, 8)) {
+    const double y = kBar.y + kBar.height * ((tick - bottom) / (top - bottom));
     canvas.line({right, y}, {right + 6, y}, kInk, 1.0);
-    draw_fitted(canvas, right + 10, y, fmt::format("{:.6g}", i * step), {.size = 16}, kPictureWidth - right - 16);
+    draw_fitted(canvas, right + 10, y, fmt::format("{:.6g}", tick), {.size = 16}, kPictureWidth - right - 16);
   }
 }
 

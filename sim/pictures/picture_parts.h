@@ -20,6 +20,9 @@ double round_above(double value);
 /// Steps of 1, 2 or 5 times a power of ten that cut a length of `range` > 0 into at most `most` pieces.
 double tick_step(double range, int most);
 
+/// Multiples of such a step from low to high > low, ascending; 0 among them is not -0.
+std::vector<double> even_ticks(double low, double high, int most);
+
 struct LogTick {
   double value;
   bool decade;  // a power of ten, not 2 or 5 times one

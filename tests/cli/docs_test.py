@@ -18,6 +18,7 @@ from support import FINGER, SOURCE, CommandTest
 
 PAGES = sorted([*SOURCE.glob("docs/*.md"), SOURCE / "README.md", *(SOURCE / folder / "README.md"
                                                                  for folder in ["scenes", "bench", "results"])])
+TUTORIALS = sorted(SOURCE.glob("docs/tutorials/*.md"))  # whose blocks tutorials_test.py runs, but for those that say why not
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 COMMAND = r"(?:touchfield [a-z]|\.?/?scripts/)"
 
@@ -146,7 +147,9 @@ class Docs(CommandTest):
         self.commands = {name: self.options_of(name) for name in re.findall(r"^  ([a-z]+) ", listed, re.MULTILINE)}
         self.assertIn("--case-seconds", self.commands["sweep"])
         self.assertIn("--dwell", self.commands["array"])
-        for page, body in each("", "sh"):
+        left_out = [(page.name, body) for page in TUTORIALS
+                    for body in re.findall(r"^<!-- not run: .* -->\n```sh\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL)]
+        for page, body in each("", "sh") + left_out:
             for command in re.split(r"\n|&&", body.replace("\\\n", " ")):
                 with self.subTest(page=page, command=command):
                     words = shlex.split(command, comments=True)
@@ -160,7 +163,7 @@ class Docs(CommandTest):
                     self.check_touchfield(words[1:])
         usage, = blocks(SOURCE / "docs/user-guide.md", "usage")
         self.assertEqual(set(re.findall(r"^touchfield ([a-z]+)", usage, re.MULTILINE)), set(self.commands))
-        for page in PAGES:
+        for page in PAGES + TUTORIALS:
             for span in spans(page):
                 with self.subTest(page=page.name, span=span):
                     if re.match(COMMAND, span):

@@ -275,6 +275,17 @@ TEST(PictureParts, RoundNumbers) {
   EXPECT_DOUBLE_EQ(tick_step(1.0, 1), 1.0);
 }
 
+TEST(PictureParts, TheFirstTickOfABarIsNotMinusZero) {
+  using ::testing::DoubleEq;
+  using ::testing::ElementsAre;
+  const std::vector<double> ticks = even_ticks(0.0, 8000.0, 8);
+  ASSERT_EQ(ticks.size(), 9);
+  EXPECT_FALSE(std::signbit(ticks[0]));
+  EXPECT_DOUBLE_EQ(ticks[8], 8000.0);
+  EXPECT_THAT(even_ticks(275.0, 330.0, 8), ElementsAre(DoubleEq(280.0), DoubleEq(290.0), DoubleEq(300.0),
+                                                       DoubleEq(310.0), DoubleEq(320.0), DoubleEq(330.0)));
+}
+
 TEST(PictureParts, LogarithmicTicksHoldTheValues) {
   const auto values = [](double low, double high) {
     std::vector<double> found;

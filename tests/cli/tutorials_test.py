@@ -1,0 +1,87 @@
+"""Every tutorial is done as its reader would, block by block, in a folder of its own that looks like a clone.
+
+`sh` and `python` blocks run, a `yaml` block becomes the file that its first line names, a `text` block stands in the output of the
+block before it: words as they are, numbers within 5 %, `..` for anything. `cpp` is of examples/. Blocks after a line
+`<!-- not run: REASON -->` are left out and listed; what their commands are called is docs_test.py's. After `<!-- picture: FILE -->` the next
+line's image is that file of these runs; with TOUCHFIELD_PICTURES set it is drawn anew.
+"""
+
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+
+from support import PROGRAM, SOURCE, CommandTest
+
+PARTS = re.compile(r"^<!-- picture: (?P<picture>[^\n]*) -->\n!\[[^\n]*\]\((?P<image>[^\n]*)\)$"
+                   r"|(?:^<!-- not run: (?P<reason>[^\n]*) -->\n)?^```(?P<kind>\w*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def pattern_of(line):
+    """What a line of a `text` block is of the output, and its numbers."""
+    words = [word for word in re.split(r"(\.\.)|\s+|([-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?)", line) if word]
+    numbers = [float(word) for word in words if re.fullmatch(r"[-+]?\d.*", word)]
+    parts = [".*?" if word == ".." else r"([-+]?\d[\d.]*(?:e[-+]?\d+)?)" if re.fullmatch(r"[-+]?\d.*", word) else re.escape(word)
+             for word in words]
+    return re.compile(r"\s*".join(parts)), numbers
+
+
+def stands_in(line, output):
+    pattern, numbers = pattern_of(line)
+    return any(all(abs(float(found) - number) <= 0.05 * abs(number) for found, number in zip(match.groups(), numbers))
+               for match in pattern.finditer(output))
+
+
+class Tutorials(CommandTest):
+    def do(self, *command, **options):
+        done = subprocess.run(command, cwd=self.folder, env=self.environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              text=True, timeout=200, check=False, **options)
+        self.assertEqual(done.returncode, 0, f"{command[-1]}\n{done.stdout}")
+        return done.stdout
+
+    def follow(self, page):
+        for name in ("scenes", "examples"):
+            shutil.copytree(SOURCE / name, self.folder / name)
+        (self.folder / "build").mkdir()
+        (self.folder / "build/release").symlink_to(pathlib.Path(PROGRAM).resolve().parents[1])
+        self.environment = {**os.environ, "PATH": f"{pathlib.Path(PROGRAM).parent}:{os.environ['PATH']}", "HOME": str(self.folder)}
+        text = page.read_text()
+        self.assertEqual(text.count("```"), 2 * sum(bool(part["body"]) for part in PARTS.finditer(text)))
+        said = ""
+        for part in PARTS.finditer(text):
+            kind, body = part["kind"], part["body"]
+            if part["picture"]:
+                self.assert_pictured(self.folder / part["picture"], (page.parent / part["image"]).resolve())
+            elif part["reason"]:
+                print(f"not run: {page.name}: {part['reason']}: {'; '.join(body.splitlines())}")
+            elif kind == "sh":
+                said = self.do("bash", "-ec", body)
+            elif kind == "python":
+                said = self.do(sys.executable, "-c", body)
+            elif kind == "yaml":
+                (self.folder / re.match(r"# (\w+\.yaml)\n", body)[1]).write_text(body)
+            elif kind == "text":
+                for line in body.splitlines():
+                    self.assertTrue(stands_in(line, said), f"`{line}` is not in\n{said}")
+            else:
+                self.assertEqual(kind, "cpp")
+                self.assertTrue(any(body in source.read_text() for source in (SOURCE / "examples").glob("*.cpp")), body)
+
+    def assert_pictured(self, drawn, image):
+        from PIL import Image  # of Debian's python3-pil, as in the tests of depth images
+
+        if "TOUCHFIELD_PICTURES" in os.environ:
+            shutil.copyfile(drawn, image)
+        with Image.open(drawn) as new, Image.open(image) as kept:
+            self.assertEqual(kept.size, new.size, f"{image.name} is not of {drawn.name}")
+
+
+for tutorial in sorted((SOURCE / "docs/tutorials").glob("*.md")):
+    setattr(Tutorials, f"test_{tutorial.stem.replace('-', '_')}", lambda self, page=tutorial: self.follow(page))
+
+
+if __name__ == "__main__":
+    unittest.main()
