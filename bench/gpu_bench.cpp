@@ -1,6 +1,6 @@
 // The card against the processor: pressures of a block of drives on hands of more and more faces, and of frames in which the
-// index finger bends by a degree each, errors beside; with 0 FRAMES only the first pressures. Prints a table in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR [EDGE_MM:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME
-// ...]]
+// index finger bends by a degree each, errors beside; with 0 FRAMES only the first pressures. Prints a table in CSV. usage:
+// gpu_bench [MOST_FACES_OF_THE_PROCESSOR [EDGE_MM[@LENGTH_MM]:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME ...]]
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -29,7 +29,7 @@ double seconds_of(const auto& work) {
 }
 
 struct Case {
-  double edge_mm;
+  double edge_mm, length_mm;  // of the hand's mesh, and of the hand if > 0
   int x, y, columns, frames;
   std::string scheme;
 };
@@ -53,6 +53,10 @@ Eigen::MatrixXcd some_drives(Eigen::Index channels, int columns) {
 void measure(const Case& c, Eigen::Index most_on_processor) {
   HandOptions options;
   options.edge = 1e-3 * c.edge_mm;
+  if (c.length_mm > 0) {
+    options.breadth *= 1e-3 * c.length_mm / options.length;
+    options.length = 1e-3 * c.length_mm;
+  }
   const TriangleMesh mesh = hand(options).mesh;
   const Wave wave(air(293.15), 40e3);
   const TransducerArray array = array_below(mesh, c.x, c.y);
@@ -149,9 +153,15 @@ int run(int count, char** values) {
   for (int i = 2; i < count; ++i) {
     char scheme[64] = "";
     Case c{};
-    if (std::sscanf(values[i], "%lf:%d:%d:%d:%d:%63s", &c.edge_mm, &c.x, &c.y, &c.columns, &c.frames, scheme) != 6 ||
-        c.frames < 0) {
-      std::fprintf(stderr, "gpu_bench: %s: must be EDGE_MM:X:Y:COLUMNS:FRAMES:SCHEME, FRAMES 0 at least\n", values[i]);
+    const auto rest = [&](const char* from) {
+      return std::sscanf(from, ":%d:%d:%d:%d:%63s", &c.x, &c.y, &c.columns, &c.frames, scheme) == 5 && c.frames >= 0;
+    };
+    char* end = nullptr;
+    c.edge_mm = std::strtod(values[i], &end);
+    c.length_mm = *end == '@' ? std::strtod(end + 1, &end) : 0.0;
+    if (!rest(end)) {
+      std::fprintf(stderr, "gpu_bench: %s: must be EDGE_MM[@LENGTH_MM]:X:Y:COLUMNS:FRAMES:SCHEME, FRAMES 0 at least\n",
+                   values[i]);
       return 2;
     }
     c.scheme = scheme;

@@ -71,6 +71,20 @@ Loaded load() {
   return loaded;
 }
 
+/// The number above 0 that an environment variable holds.
+double number_of(const char* name, double otherwise) {
+  const char* given = std::getenv(name);
+  if (given == nullptr) {
+    return otherwise;
+  }
+  char* end = nullptr;
+  const double number = std::strtod(given, &end);
+  if (end == given || *end != '\0' || !(number > 0) || number > 1e9) {
+    throw InputError(fmt::format("{}: {}: must be a number above 0, at most 1e9", name, given));
+  }
+  return number;
+}
+
 const Loaded& loaded() {
   static const Loaded once = load();
   return once;
@@ -123,13 +137,11 @@ std::shared_ptr<Gpu> shared_gpu(int index) {
 
 std::shared_ptr<Gpu> open_gpu(int index, GpuLimits limits) {
   require_card({ComputeDevice::Kind::kCuda, index});
-  if (const char* cap = std::getenv("TOUCHFIELD_GPU_MEMORY_MB"); cap != nullptr && limits.memory == 0) {
-    char* end = nullptr;
-    const double megabytes = std::strtod(cap, &end);
-    if (end == cap || *end != '\0' || !(megabytes > 0)) {
-      throw InputError(fmt::format("TOUCHFIELD_GPU_MEMORY_MB: {}: must be a number of megabytes above 0", cap));
-    }
-    limits.memory = static_cast<std::size_t>(megabytes * 1048576.0);
+  if (limits.memory == 0) {
+    limits.memory = static_cast<std::size_t>(number_of("TOUCHFIELD_GPU_MEMORY_MB", 0.0) * 1048576.0);
+  }
+  if (limits.fail_after < 0) {
+    limits.fail_after = static_cast<int>(number_of("TOUCHFIELD_GPU_FAIL_AFTER", -1.0));
   }
   try {
     return std::shared_ptr<Gpu>(loaded().open(index, limits));

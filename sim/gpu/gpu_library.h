@@ -26,9 +26,10 @@ void require_card(const ComputeDevice& choice);
 /// The card of that number, opened once and kept while the program runs: its start takes a second.
 std::shared_ptr<Gpu> shared_gpu(int index);
 
-/// Opens a card. TOUCHFIELD_GPU_MEMORY_MB caps the memory that it takes, for cards that are shared.
+/// Opens a card. TOUCHFIELD_GPU_MEMORY_MB caps the memory that it takes, for cards that are shared;
+/// TOUCHFIELD_GPU_FAIL_AFTER has the call of that number fail, for tests.
 ///
-/// throws   NotBuiltError where there is no such card, DeviceError where it cannot be opened
+/// throws   InputError where one of these is no number above 0, NotBuiltError where there is no such card, DeviceError where it cannot be opened
 std::shared_ptr<Gpu> open_gpu(int index, GpuLimits limits = {});
 
 }  // namespace touchfield

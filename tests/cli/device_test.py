@@ -57,6 +57,34 @@ class Device(CommandTest):
         self.assertLess(numpy.abs(errors - self.solve("cpu")[0]).max(), 0.003)
         self.assertIn("CUDA", card)
 
+    def test_what_is_no_cap(self):
+        if not self.has_card:
+            self.skipTest(self.card)
+        for name in ("TOUCHFIELD_GPU_MEMORY_MB", "TOUCHFIELD_GPU_FAIL_AFTER"):
+            done = self.touchfield("run", "scene.yaml", "-o", "out", "--device", "cuda", env={name: "much"})
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(f"{name}: much: must be a number above 0", done.stderr)
+
+    def test_little_memory_leaves_the_card(self):
+        if not self.has_card:
+            self.skipTest(self.card)
+        errors, _, _ = self.solve("cuda")
+        done = self.run_ok("run", "scene.yaml", "-o", "capped", "--quiet", "--json", "--device", "cuda",
+                           env={"TOUCHFIELD_GPU_MEMORY_MB": "2"})
+        self.assertIn("the processor goes on", done.stderr)
+        capped = [method["relative_error"] for method in json.loads(done.stdout)["methods"]]
+        self.assertLess(numpy.abs(errors - capped).max(), 0.003)
+
+    def test_an_error_of_the_card_fails_the_case_and_not_the_sweep(self):
+        if not self.has_card:
+            self.skipTest(self.card)
+        self.write("sweep.yaml", "base: scene.yaml\nset: {solve.device: cuda}\ngrid: {solve.iterations: [2, 3, 4]}\n")
+        done = self.touchfield("sweep", "sweep.yaml", "-o", "out", "--jobs", "1", env={"TOUCHFIELD_GPU_FAIL_AFTER": "40"})
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("3 of 3 cases done, 1 failed", done.stdout + done.stderr)
+        self.assertIn("graphics card: a failure that was asked for", done.stdout + done.stderr)
+        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--jobs", "1", "--retry-failed")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import unittest
@@ -147,7 +148,9 @@ class Processors(CommandTest):
                                   timeout=300, check=False)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertNotIn("ontconfig", done.stderr)
-            pictures.append((self.folder / "out/setup.svg").read_text())
+            # Cairo's numbers of images differ from run to run.
+            picture = (self.folder / "out/setup.svg").read_text()
+            pictures.append(re.sub(r"\bimage\d+", "image", picture))
         self.assertEqual(*pictures)
 
 

@@ -43,12 +43,12 @@ class CommandTest(unittest.TestCase):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-cli-"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
 
-    def touchfield(self, *arguments, cwd=None):
-        return subprocess.run([PROGRAM, *map(str, arguments)], cwd=cwd or self.folder, capture_output=True, text=True,
-                              timeout=500, check=False)
+    def touchfield(self, *arguments, cwd=None, env=None):
+        return subprocess.run([PROGRAM, *map(str, arguments)], cwd=cwd or self.folder, env=os.environ | (env or {}),
+                              capture_output=True, text=True, timeout=500, check=False)
 
-    def run_ok(self, *arguments):
-        done = self.touchfield(*arguments)
+    def run_ok(self, *arguments, env=None):
+        done = self.touchfield(*arguments, env=env)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done
 
