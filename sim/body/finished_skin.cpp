@@ -74,12 +74,14 @@ void FinishedSkin::sample(const SoftBody& body) {
   const auto blocks = static_cast<std::size_t>(blocks_[0] * blocks_[1] * blocks_[2]);
   constexpr double kHalf = 0.5 * kBlock;
   const double reach = kSteepest * std::sqrt(3.0) * kHalf * spacing_;
+  const auto middle_of = [&](const Node& block) {
+    return Vector3(point({kBlock * block[0], kBlock * block[1], kBlock * block[2]}) +
+                   Vector3::Constant(kHalf * spacing_));
+  };
   std::vector<float> middle(blocks);
   known_.assign(blocks, 0);
   for_each_block([&](const Node& block) {
-    const Vector3 centre =
-        point({kBlock * block[0], kBlock * block[1], kBlock * block[2]}) + Vector3::Constant(kHalf * spacing_);
-    const double f = body.distance(centre);
+    const double f = body.distance(middle_of(block));
     middle[block_index(block)] = static_cast<float>(f);
     known_[block_index(block)] = f > -reach && f < reach + radius_ ? 1 : 0;
   });
@@ -97,10 +99,12 @@ void FinishedSkin::sample(const SoftBody& body) {
   };
   values_.resize(blocks * kBlock * kBlock * kBlock);
   for_each_block([&](const Node& block) {
-    const bool needed = any_known_about(block);
-    for_each_node(block, [&](const Node& n) {
-      values_[index(n)] = needed ? static_cast<float>(body.distance(point(n))) : middle[block_index(block)];
-    });
+    if (!any_known_about(block)) {
+      for_each_node(block, [&](const Node& n) { values_[index(n)] = middle[block_index(block)]; });
+      return;
+    }
+    const SoftBody near = body.within(middle_of(block), std::sqrt(3.0) * kHalf * spacing_);
+    for_each_node(block, [&](const Node& n) { values_[index(n)] = static_cast<float>(near.distance(point(n))); });
   });
   for (int k = 1; k < nodes_[2] - 1; ++k) {
     for (int j = 1; j < nodes_[1] - 1; ++j) {

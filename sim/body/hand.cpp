@@ -1,5 +1,8 @@
 #include "sim/body/hand.h"
 
+#include <memory>
+#include <mutex>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -26,18 +29,33 @@ void require_within(const char* field, double value, double least, double most) 
 
 /// A right hand: bones and flesh.
 struct Anatomy {
-  explicit Anatomy(const HandOptions& options) : skeleton(checked_skeleton(options)), flesh(hand_flesh(skeleton)) {}
-
-  static HandSkeleton checked_skeleton(const HandOptions& options) {
-    const HandPose pose = hand_pose(options.pose, options.joints);
-    require_within("breadth", options.breadth, 0.05, 0.15);
-    require_within("length", options.length, 0.12, 0.26);
-    return posed_skeleton(pose, options.length, options.breadth);
-  }
+  Anatomy(const HandPose& pose, double length, double breadth)
+      : skeleton(posed_skeleton(pose, length, breadth)), flesh(hand_flesh(skeleton)) {}
 
   HandSkeleton skeleton;
   SoftBody flesh;
 };
+
+/// The last one made is kept: the landmarks of a hand and its meshes follow from the same flesh.
+std::shared_ptr<const Anatomy> anatomy_of(const HandOptions& options) {
+  const HandPose pose = hand_pose(options.pose, options.joints);
+  require_within("breadth", options.breadth, 0.05, 0.15);
+  require_within("length", options.length, 0.12, 0.26);
+  using Key = std::tuple<JointAngles, double, double>;
+  static std::mutex mutex;
+  static std::pair<Key, std::shared_ptr<const Anatomy>> last;
+  const Key key(joint_angles(pose), options.length, options.breadth);
+  {
+    const std::lock_guard lock(mutex);
+    if (last.second && last.first == key) {
+      return last.second;
+    }
+  }
+  auto made = std::make_shared<const Anatomy>(pose, options.length, options.breadth);
+  const std::lock_guard lock(mutex);
+  last = {key, made};
+  return made;
+}
 
 Vector3 mirrored(const Vector3& x) { return {-x.x(), x.y(), x.z()}; }
 
@@ -102,14 +120,14 @@ Body hand(const HandOptions& options) {
 Body hand(const HandOptions& options, const EdgeSizing& sizing) {
   require_within("sizing.finest", sizing.finest(), kLeastHandEdge, kMostHandEdge);
   require_within("sizing.far", sizing.far(), kLeastHandEdge, kMostHandEdge);
-  const Anatomy anatomy(options);
-  return finished(options, anatomy,
-                  skin_mesh(anatomy.flesh, options.side == HandSide::kRight ? sizing : mirrored(sizing), kHandGrid));
+  const auto anatomy = anatomy_of(options);
+  return finished(options, *anatomy,
+                  skin_mesh(anatomy->flesh, options.side == HandSide::kRight ? sizing : mirrored(sizing), kHandGrid));
 }
 
 Vector3 hand_landmark(const HandOptions& options, const std::string& name) {
-  const Anatomy anatomy(options);
-  const Vector3 right = landmark_on_skin(anatomy.skeleton, anatomy.flesh, name);
+  const auto anatomy = anatomy_of(options);
+  const Vector3 right = landmark_on_skin(anatomy->skeleton, anatomy->flesh, name);
   return options.side == HandSide::kRight ? right : mirrored(right);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "sim/body/finished_skin.h"
@@ -60,6 +61,9 @@ class SoftBody {
   Value at(const Vector3& x) const;
   double distance(const Vector3& x) const { return at(x).distance; }
 
+  /// The unfinished body of the shapes that decide its function within a ball: there its values are the very same.
+  SoftBody within(const Vector3& centre, double radius) const;
+
   /// Moves points within `reach` [m] of the surface onto it along the gradient, to 1e-9 m where the surface is smooth.
   void project(Points& points, double reach) const;
 
@@ -68,22 +72,57 @@ class SoftBody {
   Vector3 upper() const { return upper_; }
 
  private:
+  /// What bounds a value.
+  struct Extremes {
+    double least;
+    double most;
+  };
   /// A ball that no point of a shape is outside of: saves evaluating what is far away.
   struct Bound {
     Vector3 centre;
     double radius;
     double least(const Vector3& x) const { return (x - centre).norm() - radius; }
   };
-  struct PartBounds {
-    Bound whole;
-    std::vector<Bound> shapes;  // cones, then plates
+  /// A cone or a plate with what its value at any point takes.
+  struct ConeShape {
+    explicit ConeShape(const Cone& cone);
+    Value at(const Vector3& x) const;
+    Extremes within(const Vector3& centre, double radius) const;
+
+    Cone cone;
+    Vector3 axis;
+    double length;
+    double slope;  // of the side; of no use where one ball lies within the other
+    Bound bound;
   };
-  static PartBounds bounds_of(const SoftPart& part);
-  Value part_at(std::size_t i, const Vector3& x) const;
+  struct PlateShape {
+    explicit PlateShape(const Plate& plate);
+    Value at(const Vector3& x) const;
+    Extremes within(const Vector3& centre, double radius) const;
+
+    Plate plate;
+    Vector3 ab;
+    Vector3 ac;
+    Vector3 normal;
+    double size;
+    Bound bound;
+  };
+  struct Part {
+    explicit Part(const SoftPart& part);
+    Value at(const Vector3& x) const;
+
+    std::vector<ConeShape> cones;
+    std::vector<PlateShape> plates;
+    double blend;
+    double outward_blend;
+    Bound whole;
+  };
+
+  SoftBody(std::optional<SoftCut> cut, Vector3 lower, Vector3 upper)
+      : cut_(std::move(cut)), lower_(std::move(lower)), upper_(std::move(upper)) {}
   Value raw_at(const Vector3& x) const;
 
-  std::vector<SoftPart> parts_;
-  std::vector<PartBounds> bounds_;
+  std::vector<Part> parts_;
   std::optional<SoftCut> cut_;
   Vector3 lower_;
   Vector3 upper_;

@@ -128,6 +128,24 @@ TEST(SoftBody, ProjectsOntoItsSurface) {
   }
 }
 
+// The very same, not nearly: what is left out of a union changes nothing.
+TEST(SoftBody, WithinABallIsTheSame) {
+  std::mt19937 random(12);
+  for (const double radius : {0.01, 0.1, 0.5}) {
+    for (int ball = 0; ball < 200; ++ball) {
+      const Vector3 centre = random_point(random);
+      const SoftBody body = blended_body();
+      const SoftBody near = body.within(centre, radius);
+      for (int i = 0; i < 20; ++i) {
+        const Vector3 x =
+            centre + radius * std::uniform_real_distribution(0.0, 1.0)(random) * random_point(random).normalized();
+        EXPECT_EQ(near.at(x).distance, body.at(x).distance);
+        EXPECT_EQ(near.at(x).gradient, body.at(x).gradient);
+      }
+    }
+  }
+}
+
 TEST(SoftBody, RefusesNothing) {
   EXPECT_THROW(SoftBody({}), InputError);
   EXPECT_THROW(SoftBody({SoftPart()}), InputError);
