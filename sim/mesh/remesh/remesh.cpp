@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kLongest = 4.0 / 3.0;   // of the wanted length: longer edges are split into halves above 2/3,
 constexpr double kShortest = 4.0 / 5.0;  // shorter ones collapsed; the two cannot undo each other
+constexpr double kMostSplits = 20;       // for each face that an edge has room for: more are splits without end
 constexpr double kSameSide = 0.5;        // cosine by which a face may turn when its neighbourhood changes
 constexpr double kCoplanar = 0.7;        // cosine between two faces whose common edge may flip
 constexpr double kFlattest = 0.05;       // twice the area over the longest edge squared, of a face with a shape
@@ -173,8 +174,16 @@ class Remesher {
   /// Splits the longest edge about first: halves of edges that are not leave slivers, and with them no end of
   /// splitting.
   void split_long_edges() {
+    double left = 0;
+    for (int side = 0; side < mesh_.side_count(); ++side) {
+      left += mesh_.alive(side) ? kMostSplits * (1 + std::pow(length_over_wanted(side), 2)) : 0;
+    }
     for (int side = 0; side < mesh_.side_count(); ++side) {
       while (mesh_.alive(side) && length_over_wanted(side) > kLongest) {
+        // Along a crease that folds back on itself, round a sheet without thickness, halves are as long as the whole.
+        if (--left < 0) {
+          throw NumericalError("remesh: parts of the body are far thinner than the edges asked for");
+        }
         split(longest_about(side));
       }
     }

@@ -24,7 +24,7 @@ struct RemeshTarget {
 /// rounds                8 settle; >= 1
 /// returns   the mesh; the mean of (area / wanted area) over its faces is 1 within 2 %
 /// throws    InputError if an edge does not have two faces that run opposite ways
-///           NumericalError if a face without area is left
+///           NumericalError if a face without area is left, or splitting long edges has no end: parts lie on each other
 /// source    Botsch and Kobbelt, A remeshing approach to multiresolution modeling, SGP 2004
 TriangleMesh remeshed(const Points& vertices, const Triangles& triangles, const RemeshTarget& target, int rounds);
 

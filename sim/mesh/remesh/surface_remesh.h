@@ -27,7 +27,8 @@ constexpr double kCreaseAngle = 50.0 / 180.0 * std::numbers::pi;  // [rad]
 ///                thickness and gap in mesh_risks.h, and self_intersections.h
 /// throws         InputError if the original is not closed, manifold and oriented, the angle is out of range, or the
 ///                sizing asks for more than 5 million faces
-///                NumericalError if the volume changes by more than a tenth: the edges are too long for the shape
+///                NumericalError if the volume changes by more than a tenth: the edges are too long for the shape, or
+///                the body is a sheet without thickness to them
 TriangleMesh remeshed_surface(const TriangleMesh& original, const EdgeSizing& sizing,
                               double crease_angle = kCreaseAngle);
 
