@@ -193,7 +193,7 @@ CheckReport check_model(const Model& model, int sharing) {
   report.seconds += alarms_seconds(scene, product, own.seconds);
   report.note = own.note;
   const auto flops = [&] {
-    const Speed& speed = measured_speed();
+    const Speed& speed = measured_speed(unknowns);
     report.note = speed.note;
     return speed.flops;
   };

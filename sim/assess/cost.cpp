@@ -35,7 +35,7 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
   const double in_double = 2.2 * product * (miller ? kMillerCost : 1.0);  // the residual
   if (options.kind == SolverKind::kLu) {
     const double speed = options.precision == Precision::kSingle ? 1.9 : 1.0;
-    const Speed& measured = measured_speed();
+    const Speed& measured = measured_speed(unknowns);
     cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
     cost.note = measured.note;
   } else {

@@ -60,24 +60,32 @@ Speed speed_of(const std::function<void()>& work, double operations) {
 
 namespace {
 
-Speed measure_lu() {
-  constexpr Eigen::Index kSize = 1600;
+Speed measure_lu(Eigen::Index size) {
   // Entries of length one without a pattern, and a diagonal that outweighs its row: far from singular.
-  Eigen::MatrixXcd matrix(kSize, kSize);
-  for (Eigen::Index j = 0; j < kSize; ++j) {
-    for (Eigen::Index i = 0; i < kSize; ++i) {
+  Eigen::MatrixXcd matrix(size, size);
+  for (Eigen::Index j = 0; j < size; ++j) {
+    for (Eigen::Index i = 0; i < size; ++i) {
       matrix(i, j) = std::polar(1.0, static_cast<double>((i * i + 3 * i * j) % 997));
     }
-    matrix(j, j) += 2.0 * static_cast<double>(kSize);
+    matrix(j, j) += 2.0 * static_cast<double>(size);
   }
-  return speed_of([&] { const DenseLu lu(matrix); }, 8.0 / 3.0 * std::pow(static_cast<double>(kSize), 3));
+  return speed_of([&] { const DenseLu lu(matrix); }, 8.0 / 3.0 * std::pow(static_cast<double>(size), 3));
+}
+
+template <int kHalvings>
+const Speed& speed_at(double rows) {
+  constexpr double kSize = kTimedRows / (1 << kHalvings);
+  if constexpr (kHalvings < 3) {
+    if (rows <= 0.75 * kSize) {
+      return speed_at<kHalvings + 1>(rows);
+    }
+  }
+  static const Speed speed = measure_lu(static_cast<Eigen::Index>(kSize));  // a sweep asks for every case
+  return speed;
 }
 
 }  // namespace
 
-const Speed& measured_speed() {
-  static const Speed speed = measure_lu();  // a sweep asks for every case
-  return speed;
-}
+const Speed& measured_speed(double rows) { return speed_at<0>(rows); }
 
 }  // namespace touchfield

@@ -23,7 +23,11 @@ struct Speed {
 /// measured gives a guess of 1e10 a thread and a note, never an error.
 Speed speed_of(const std::function<void()>& work, double operations);
 
-/// Of an LU of about half a second, measured once a process.
-const Speed& measured_speed();
+/// Rows of the largest LU that is timed: of about half a second.
+inline constexpr double kTimedRows = 1600;
+
+/// Of an LU of about that many rows, kTimedRows at most, so that an estimate takes no longer than what it is of; each size
+/// is measured once a process.
+const Speed& measured_speed(double rows);
 
 }  // namespace touchfield

@@ -35,8 +35,17 @@ TEST(Speed, NothingToDoGivesAGuessAndANote) {
 
 // Under every core type that scripts/test --processors tries.
 TEST(Speed, OfThisMachineIsMeasured) {
-  EXPECT_EQ(measured_speed().note, "");
-  EXPECT_GT(measured_speed().flops, 1e8);
+  for (const double rows : {1.0, 300.0, kTimedRows, 20 * kTimedRows}) {
+    EXPECT_EQ(measured_speed(rows).note, "") << rows;
+    EXPECT_GT(measured_speed(rows).flops, 1e8) << rows;
+  }
+}
+
+// Which is what keeps a small scene's estimate short.
+TEST(Speed, OfAnotherSizeIsAnotherMeasurement) {
+  EXPECT_EQ(&measured_speed(150), &measured_speed(200));
+  EXPECT_NE(&measured_speed(150), &measured_speed(kTimedRows));
+  EXPECT_EQ(&measured_speed(kTimedRows), &measured_speed(20 * kTimedRows));
 }
 
 }  // namespace
