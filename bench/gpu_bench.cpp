@@ -75,7 +75,8 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   const SolverKind kind = card->kind();
   const bool more = c.frames > 0;
   const double again = more ? seconds_of([&] { card->pressure(array, q); }) : std::nan("");
-  // What a scene needs of all channels: drives that span them, their pressures on some faces, the few rows that stand for the rest.
+  // What a scene needs of all channels: drives that span them, their pressures on some faces, the few rows that stand for
+  // the rest.
   std::vector<Eigen::Index> faces(100);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     faces[i] = static_cast<Eigen::Index>(i) * mesh.face_count() / static_cast<Eigen::Index>(faces.size());
@@ -133,8 +134,8 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
     const ScatteringSystem bent(moved, wave, scheme);
     const IncidentField field = bent.incident(array, some);
     SolverOptions exact;
-    exact.kind =
-        traits(scheme).burton_miller ? SolverKind::kMatrixFree : SolverKind::kLu;  // a plain one may not converge
+    // A plain one may not converge.
+    exact.kind = traits(scheme).burton_miller ? SolverKind::kMatrixFree : SolverKind::kLu;
     exact.tolerance = 1e-6;
     expected = bent.pressure(make_solver(bent, exact)->solve(bent.right_hand_side(field)).x, field)(faces, Eigen::all);
     frame_error = (card->spanned_pressure()(faces, Eigen::seqN(0, some.cols())) - expected).norm() / expected.norm();

@@ -73,8 +73,7 @@ struct GpuSolveOptions {
   double tolerance = 1e-4;  // relative residual of every column, by products in single precision
   int max_steps = 400;
   int restart = 100;
-  bool together =
-      false;  // columns are a basis: residuals count relative to the root mean square of all, where b is less
+  bool together = false;  // columns are a basis: residuals relative to the root mean square of all b where b is less
 };
 
 struct GpuSolveReport {

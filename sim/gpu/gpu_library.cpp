@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 
 namespace touchfield {
 
@@ -29,10 +30,10 @@ std::filesystem::path library_path() {
     return given;
   }
   std::error_code error;
-  Dl_info about{};  // of this very code: of the program, or of libtouchfield.so in a program of another's
+  Dl_info about{};  // of this very code: of libtouchfield.so in a program of another's; a program may have no path here
   if (dladdr(reinterpret_cast<const void*>(&gpu_library), &about) != 0) {
-    const auto path = std::filesystem::path(about.dli_fname).parent_path() / "libtouchfield_gpu.so";
-    if (std::filesystem::exists(path, error)) {
+    const auto path = std::filesystem::path(about.dli_fname).replace_filename("libtouchfield_gpu.so");
+    if (path.has_parent_path() && std::filesystem::exists(path, error)) {
       return path;
     }
   }
@@ -72,17 +73,23 @@ Loaded load() {
 }
 
 /// The number above 0 that an environment variable holds.
-double number_of(const char* name, double otherwise) {
+double number_in(const char* name, double otherwise) {
   const char* given = std::getenv(name);
   if (given == nullptr) {
     return otherwise;
   }
-  char* end = nullptr;
-  const double number = std::strtod(given, &end);
-  if (end == given || *end != '\0' || !(number > 0) || number > 1e9) {
+  const auto number = number_of<double>(given);
+  if (!number || !(*number > 0) || *number > 1e9) {
     throw InputError(fmt::format("{}: {}: must be a number above 0, at most 1e9", name, given));
   }
-  return number;
+  return *number;
+}
+
+GpuLimits limits_given() {
+  GpuLimits limits;
+  limits.memory = static_cast<std::size_t>(number_in("TOUCHFIELD_GPU_MEMORY_MB", 0.0) * 1048576.0);
+  limits.fail_after = static_cast<int>(number_in("TOUCHFIELD_GPU_FAIL_AFTER", -1.0));
+  return limits;
 }
 
 const Loaded& loaded() {
@@ -122,6 +129,7 @@ void require_card(const ComputeDevice& choice) {
     throw NotBuiltError(fmt::format("device {}: there {} {} graphics card{}, counted from 0", to_string(choice),
                                     library.cards == 1 ? "is" : "are", library.cards, library.cards == 1 ? "" : "s"));
   }
+  limits_given();
 }
 
 std::shared_ptr<Gpu> shared_gpu(int index) {
@@ -137,12 +145,9 @@ std::shared_ptr<Gpu> shared_gpu(int index) {
 
 std::shared_ptr<Gpu> open_gpu(int index, GpuLimits limits) {
   require_card({ComputeDevice::Kind::kCuda, index});
-  if (limits.memory == 0) {
-    limits.memory = static_cast<std::size_t>(number_of("TOUCHFIELD_GPU_MEMORY_MB", 0.0) * 1048576.0);
-  }
-  if (limits.fail_after < 0) {
-    limits.fail_after = static_cast<int>(number_of("TOUCHFIELD_GPU_FAIL_AFTER", -1.0));
-  }
+  const GpuLimits given = limits_given();
+  limits.memory = limits.memory != 0 ? limits.memory : given.memory;
+  limits.fail_after = limits.fail_after >= 0 ? limits.fail_after : given.fail_after;
   try {
     return std::shared_ptr<Gpu>(loaded().open(index, limits));
   } catch (const GpuFailure& failure) {

@@ -208,7 +208,7 @@ std::optional<BodyOnCard::Spanned> SkinScattering::spanned_on_card(
         drives ? card.spanned(array_, drives, wanted, reporter()) : card.spanned(array_, tolerance, wanted, reporter());
     return spanned->report;
   };
-  if (on_card(stage, drives ? drives->cols() : 0, work)) {
+  if (on_card(stage, 0, work)) {  // how many is known when they are solved
     records_.back().right_hand_sides = static_cast<int>(spanned->drives);
   }
   return spanned;

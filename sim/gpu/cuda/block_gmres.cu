@@ -21,8 +21,8 @@ constexpr double kCancelled = 0.1;  // of a vector that Gram-Schmidt leaves: les
 // A cycle that leaves more than this share of the residual has stagnated: the next one would start from the same.
 constexpr double kStagnation = 0.999;
 
-constexpr double kMended =
-    1e-3;  // of a residual that a cycle with products in TF32 leaves at least: the next one mends it
+// A cycle with products in TF32 leaves at least this share of a residual: the next one mends it.
+constexpr double kMended = 1e-3;
 
 constexpr int kTile = 4;  // vectors that a thread multiplies by one value of w
 

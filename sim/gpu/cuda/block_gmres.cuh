@@ -33,11 +33,11 @@ struct GmresReport {
 
 /// Solves A X = B in single precision by restarted GMRES, all columns at once, as touchfield::gmres does
 /// (solvers/linear/gmres.h): a space of its own for each column, one block product a step, columns that have reached the
-/// tolerance leave the block; after each cycle residuals by a product of what it has added to x; given up are columns that have spent their steps or that a
-/// cycle has lessened by under 0.1 %. From a given x it begins with r = b - A x, and a column in tolerance takes no step.
-/// A step without its product is two kernels for all columns and one wait for what they have found, by which the host solves
-/// the least-squares problems. What it takes of the card grows by a block a step, is kept for the next solve, and is
-/// given back by release().
+/// tolerance leave the block; after each cycle residuals by a product of what it has added to x; given up are columns that
+/// have spent their steps or that a cycle has lessened by under 0.1 %. From a given x it begins with r = b - A x, and a
+/// column in tolerance takes no step. A step without its product is two kernels for all columns and one wait for what they
+/// have found, by which the host solves the least-squares problems. What it takes of the card grows by a block a step, is
+/// kept for the next solve, and is given back by release().
 ///
 /// apply      A X in single precision, or TF32 where `share` bears it: a step's is the residual before it, as large an error of
 ///            A x as the tolerance is smaller (Simoncini, Szyld, SIAM J. Sci. Comput. 25 (2003) 454); that of what a cycle
