@@ -1,6 +1,5 @@
 #include "sim/batch/check_scene.h"
 
-#include <cmath>
 #include <utility>
 
 #include <nlohmann/json.hpp>
@@ -9,14 +8,6 @@
 #include "sim/solve/warnings.h"
 
 namespace touchfield {
-
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-}  // namespace
 
 SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
   const std::vector<std::string> guesses = guess_units(scene);
@@ -38,30 +29,30 @@ SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
 std::string to_json(const SceneCheck& checked) {
   const auto& [model, report, accuracy, motion] = checked;
   const Remarks remarks = model_remarks(model);
-  Json json = {{"name", model.scene.name},
-               {"faces", report.faces},
-               {"channels", report.channels},
-               {"target_faces", report.target_faces},
-               {"epw_mean", report.epw_mean},
-               {"epw_min", report.epw_min},
-               {"scheme", to_string(model.scene.solve.scheme)},
-               {"solver", to_string(report.decision.options.kind)},
-               {"precision", precision_name(report.decision.options)},
-               {"memory_mib", report.memory_mib},
-               {"available_mib", report.available_mib},
-               {"seconds", report.seconds},
-               {"note", report.note},
-               {"mesh_notes", model.plan.notes},
-               {"warnings", remarks.warnings},
-               {"notes", remarks.notes},
-               {"faults", model.report.faults}};
+  nlohmann::ordered_json json = {{"name", model.scene.name},
+                                 {"faces", report.faces},
+                                 {"channels", report.channels},
+                                 {"target_faces", report.target_faces},
+                                 {"epw_mean", report.epw_mean},
+                                 {"epw_min", report.epw_min},
+                                 {"scheme", to_string(model.scene.solve.scheme)},
+                                 {"solver", to_string(report.decision.options.kind)},
+                                 {"precision", precision_name(report.decision.options)},
+                                 {"memory_mib", report.memory_mib},
+                                 {"available_mib", report.available_mib},
+                                 {"seconds", report.seconds},
+                                 {"note", report.note},
+                                 {"mesh_notes", model.plan.notes},
+                                 {"warnings", remarks.warnings},
+                                 {"notes", remarks.notes},
+                                 {"faults", model.report.faults}};
   if (accuracy) {
-    json["accuracy_l2"] = number_or_null(accuracy->body.rms);
-    json["accuracy_max"] = number_or_null(accuracy->body.worst);
-    json["accuracy_target_l2"] = number_or_null(accuracy->target.rms);
-    json["accuracy_target_max"] = number_or_null(accuracy->target.worst);
-    json["accuracy_split"] = number_or_null(accuracy->split_body);
-    json["accuracy_split_target"] = number_or_null(accuracy->split_target);
+    json["accuracy_l2"] = accuracy->body.rms;
+    json["accuracy_max"] = accuracy->body.worst;
+    json["accuracy_target_l2"] = accuracy->target.rms;
+    json["accuracy_target_max"] = accuracy->target.worst;
+    json["accuracy_split"] = accuracy->split_body;
+    json["accuracy_split_target"] = accuracy->split_target;
     json["accuracy_seconds"] = accuracy->seconds;
   }
   if (motion) {
@@ -69,7 +60,7 @@ std::string to_json(const SceneCheck& checked) {
                       {"seconds", motion->seconds},       {"sensor", sensor_text(model.scene.motion->sensor)},
                       {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
   }
-  return json.dump(2);
+  return json.dump(2);  // what is no number as null
 }
 
 }  // namespace touchfield

@@ -310,8 +310,12 @@ SweepIdentity read_identity(const std::string& directory) {
     if (json.at("format") != kPlanFormat) {
       throw InputError(fmt::format("{}: is no plan of a sweep (its format must be {})", path, kPlanFormat));
     }
-    if (const int version = json.at("format_version").get<int>(); version > kPlanVersion) {
+    const int version = json.at("format_version").get<int>();
+    if (version > kPlanVersion) {
       throw InputError(newer_format(path, version, kPlanVersion));
+    }
+    if (version < 1) {
+      throw InputError(fmt::format("{}: format_version = {} must be >= 1", path, version));
     }
     SweepIdentity identity;
     identity.name = json.at("name").get<std::string>();

@@ -1,6 +1,7 @@
 #include "sim/batch/sweep_input.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "sim/batch/sweep_case.h"
 #include "sim/core/errors.h"
@@ -11,10 +12,11 @@
 namespace touchfield {
 
 SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard) {
-  const SweepPlan plan = read_sweep(path, overrides);
-  const std::vector<Scene> scenes = read_cases(plan);
+  SweepPlan plan = read_sweep(path, overrides);
+  std::vector<Scene> scenes = read_cases(plan);
   require_named_files(scenes);
-  return {plan, scenes, {plan, plan_hash(plan, scenes), shard, names_files(scenes)}};
+  SweepIdentity identity{plan, plan_hash(plan, scenes), shard, names_files(scenes)};
+  return {std::move(plan), std::move(scenes), std::move(identity)};
 }
 
 void share_cards(const std::vector<Scene>& scenes, SweepOptions& options) {

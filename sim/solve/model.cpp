@@ -59,17 +59,10 @@ Directivity build_directivity(const ArraySpec& spec, const Wave& wave) {
   throw std::logic_error("unknown directivity");
 }
 
-/// Whether a box about the mesh and one about the transducers are apart: no question then of distances.
-bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh) {
-  const Vector3 gap = (mesh.vertices().rowwise().minCoeff() - array.positions.rowwise().maxCoeff())
-                          .cwiseMax(array.positions.rowwise().minCoeff() - mesh.vertices().rowwise().maxCoeff());
-  return gap.maxCoeff() > kClearance;
-}
-
 /// A transducer inside a body or on its skin has no pressure there that means anything, and a body cannot reach through
 /// the boards that carry them. Listed positions have no board.
 void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards) {
-  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh)) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kClearance)) {
     return;
   }
   const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
@@ -183,6 +176,12 @@ void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
   if (method.kind->iterates && method.start.kind == StartSpec::Kind::kPrevious) {
     previous_phases(method, channels);
   }
+}
+
+bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double distance) {
+  const Vector3 gap = (mesh.vertices().rowwise().minCoeff() - array.positions.rowwise().maxCoeff())
+                          .cwiseMax(array.positions.rowwise().minCoeff() - mesh.vertices().rowwise().maxCoeff());
+  return gap.maxCoeff() > distance;
 }
 
 TransducerArray build_array(const ArraySpec& spec, const Wave& wave) {

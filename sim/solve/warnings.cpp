@@ -32,19 +32,15 @@ std::string at(const Vector3& point) { return "at " + place_text(point); }
 
 /// The transducer that is nearest to the skin, counted in edges of the face it is nearest to.
 void warn_of_near_source(const Model& model, Remarks& remarks) {
-  if (model.array.kind == TransducerArray::Kind::kPlaneWave) {
-    return;
-  }
   const TriangleMesh& mesh = model.body.mesh;
   const Eigen::VectorXd edges = (4.0 / std::sqrt(3.0) * mesh.areas()).cwiseSqrt();
-  const Eigen::AlignedBox3d box(mesh.vertices().rowwise().minCoeff(), mesh.vertices().rowwise().maxCoeff());
-  const double reach = kNearestSource * edges.maxCoeff();
+  if (model.array.kind == TransducerArray::Kind::kPlaneWave ||
+      lies_apart(model.array, mesh, kNearestSource * edges.maxCoeff())) {
+    return;
+  }
   double least = std::numeric_limits<double>::infinity();
   Eigen::Index nearest = 0;
   for (Eigen::Index n = 0; n < model.array.size(); ++n) {
-    if (box.exteriorDistance(Vector3(model.array.positions.col(n))) > reach) {
-      continue;
-    }
     const double distance =
         ((mesh.centroids().colwise() - model.array.positions.col(n)).colwise().norm().transpose().cwiseQuotient(edges))
             .minCoeff();

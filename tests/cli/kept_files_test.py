@@ -96,6 +96,10 @@ class Versions(CommandTest):
                     self.assertEqual(done.returncode, 2, done.stderr)
                     self.assertEqual(done.stderr, f"touchfield: error: {path}: format version {newest + 1} is newer than {newest}, "
                                      f"the newest that touchfield {version} reads: a newer touchfield reads it\n")
+            renumber(path, 0)
+            done_below = self.touchfield(*self.reading(path))
+            self.assertEqual(done_below.returncode, 2, done_below.stderr)
+            self.assertIn("format_version = 0 must be >= 1", done_below.stderr)
             if path.name == "run.h5":
                 said = done.stderr.replace(str(path), "run.h5")
                 self.assertIn(f"```text\n{said}```", (SOURCE / "docs/formats.md").read_text())
