@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -96,13 +97,30 @@ const KeyInfo* known_key(const TypeInfo& type, std::string_view name);
 /// What a value of this type is, as it follows "must be": "a list of 3 numbers > 0".
 std::string phrase(const TypeInfo& type, bool with_range = true);
 
+/// A function that its copies share: a codec is made of others, which it copies many times over.
+template <class Signature>
+class Shared;
+template <class Result, class... Arguments>
+class Shared<Result(Arguments...)> {
+ public:
+  template <class Function>
+  requires(std::is_invocable_r_v<Result, const Function&, Arguments...> && !std::is_same_v<Function, Shared>)
+      Shared(Function function)
+      : function_(std::make_shared<const std::function<Result(Arguments...)>>(std::move(function))) {}
+
+  Result operator()(Arguments... arguments) const { return (*function_)(std::forward<Arguments>(arguments)...); }
+
+ private:
+  std::shared_ptr<const std::function<Result(Arguments...)>> function_;
+};
+
 /// How values of type T are read, written and described.
 template <class T>
 struct Codec {
   TypeInfo type;
   /// Reads a value; on a problem reports it and returns false.
-  std::function<bool(const Input&, T&)> read;
-  std::function<Node(const T&)> write;
+  Shared<bool(const Input&, T&)> read;
+  Shared<Node(const T&)> write;
 };
 
 Codec<double> number(Unit unit, const Range& range);
@@ -322,8 +340,8 @@ const T* held(const std::vector<T>& member) {
 template <class S>
 class Map {
  public:
-  using Read = std::function<bool(const Input&, S&)>;
-  using Write = std::function<std::optional<Node>(const S&)>;
+  using Read = Shared<bool(const Input&, S&)>;
+  using Write = Shared<std::optional<Node>(const S&)>;
 
   /// An optional key; its default is the member's initial value.
   template <class T, class Base>
