@@ -3,6 +3,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 // Everywhere the same, or one file would convert what another takes for a class.
+#include <functional>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -56,6 +57,12 @@ Table<const Scalar> view(const Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dyna
 template <typename Scalar>
 List<const Scalar> view(const std::vector<Scalar>& values, nb::handle owner) {
   return list(values.data(), static_cast<Eigen::Index>(values.size()), owner);
+}
+
+/// A property: a view of a part, a member of what `Held` points to.
+template <typename Held, typename Part>
+auto part_of(Part part) {
+  return [part](nb::handle_t<Held> self) { return view(std::invoke(part, *nb::cast<const Held&>(self)), self); };
 }
 
 /// An array that keeps its values itself, for the caller to change as he likes.

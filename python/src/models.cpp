@@ -95,13 +95,8 @@ Model with_own(const Model& model, const OwnMethods& own) {
 
 void add_models(nb::module_& module) {
   nb::class_<SharedTarget>(module, "Target", "The faces to press on.")
-      .def_prop_ro(
-          "faces",
-          [](nb::handle_t<SharedTarget> self) { return view(nb::cast<const SharedTarget&>(self)->faces, self); })
-      .def_prop_ro(
-          "amplitudes",
-          [](nb::handle_t<SharedTarget> self) { return view(nb::cast<const SharedTarget&>(self)->amplitudes, self); },
-          "The wanted pressure on each [Pa].")
+      .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces))
+      .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes), "The wanted pressure on each [Pa].")
       .def("__len__", [](const SharedTarget& self) { return self->size(); })
       .def("__repr__",
            [](const SharedTarget& self) { return fmt::format("<touchfield.Target: {} faces>", self->size()); });

@@ -199,38 +199,22 @@ void add_classes(nb::module_& module) {
           "target: the K x N rows of H; amplitudes: p', K [Pa]; weights: w, K, areas [m2]; quiet: R, r x N.")
       .def_static("of_model", &problem_of_model, nb::arg("model"), nb::arg("threads") = nb::none(),
                   "What the methods of a scene work on, its quiet skin reduced to a few rows.")
-      .def_prop_ro(
-          "target",
-          [](nb::handle_t<SharedProblem> self) { return view(nb::cast<const SharedProblem&>(self)->target, self); })
-      .def_prop_ro(
-          "amplitudes",
-          [](nb::handle_t<SharedProblem> self) { return view(nb::cast<const SharedProblem&>(self)->amplitudes, self); })
-      .def_prop_ro(
-          "weights",
-          [](nb::handle_t<SharedProblem> self) { return view(nb::cast<const SharedProblem&>(self)->weights, self); })
-      .def_prop_ro(
-          "quiet",
-          [](nb::handle_t<SharedProblem> self) { return view(nb::cast<const SharedProblem&>(self)->quiet, self); })
+      .def_prop_ro("target", part_of<SharedProblem>(&SkinProblem::target))
+      .def_prop_ro("amplitudes", part_of<SharedProblem>(&SkinProblem::amplitudes))
+      .def_prop_ro("weights", part_of<SharedProblem>(&SkinProblem::weights))
+      .def_prop_ro("quiet", part_of<SharedProblem>(&SkinProblem::quiet))
       .def("cost", &cost, nb::arg("drives"), nb::sig("def cost(self, drives: numpy.typing.ArrayLike) -> float"))
       .def("__repr__", [](const SharedProblem& self) {
         return fmt::format("<touchfield.Problem: {} faces, {} channels, {} quiet rows>", self->target_count(),
                            self->channel_count(), self->quiet.rows());
       });
   nb::class_<SharedSolution>(module, "Solution", "Drives that a phase method found.")
-      .def_prop_ro(
-          "phases",
-          [](nb::handle_t<SharedSolution> self) { return view(nb::cast<const SharedSolution&>(self)->phases, self); })
-      .def_prop_ro("amplitudes",
-                   [](nb::handle_t<SharedSolution> self) {
-                     return view(nb::cast<const SharedSolution&>(self)->amplitudes, self);
-                   })
+      .def_prop_ro("phases", part_of<SharedSolution>(&PhaseSolution::phases))
+      .def_prop_ro("amplitudes", part_of<SharedSolution>(&PhaseSolution::amplitudes))
       .def_prop_ro(
           "drives", [](const SharedSolution& self) { return owned(drive(*self)); },
           nb::sig("def drives(self) -> numpy.typing.NDArray[numpy.complex128]"))
-      .def_prop_ro("cost_history",
-                   [](nb::handle_t<SharedSolution> self) {
-                     return view(nb::cast<const SharedSolution&>(self)->cost_history, self);
-                   })
+      .def_prop_ro("cost_history", part_of<SharedSolution>(&PhaseSolution::cost_history))
       .def_prop_ro("iterations", [](const SharedSolution& self) { return self->iterations; })
       .def_prop_ro("status", [](const SharedSolution& self) { return to_string(self->status); })
       .def("__repr__", [](const SharedSolution& self) {

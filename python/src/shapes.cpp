@@ -1,5 +1,7 @@
 #include "sim/body/shapes.h"
 
+#include <functional>
+
 #include <fmt/format.h>
 
 #include "python/src/arrays.h"
@@ -36,6 +38,11 @@ SkinMesh hand_mesh(const std::string& pose, double edge, double breadth, double 
 }
 
 void add_mesh_class(nb::module_& module) {
+  const auto part = [](auto get) {
+    return [get](nb::handle_t<SkinMesh> self) {
+      return view(std::invoke(get, *nb::cast<const SkinMesh&>(self).mesh), self);
+    };
+  };
   nb::class_<SkinMesh>(module, "Mesh", "A triangulated surface; normals outwards, lengths in m. Never changed.")
       .def(
           "__init__",
@@ -45,21 +52,11 @@ void add_mesh_class(nb::module_& module) {
           },
           nb::arg("vertices"), nb::arg("triangles"),
           nb::sig("def __init__(self, vertices: numpy.typing.ArrayLike, triangles: numpy.typing.ArrayLike) -> None"))
-      .def_prop_ro(
-          "vertices",
-          [](nb::handle_t<SkinMesh> self) { return view(nb::cast<const SkinMesh&>(self).mesh->vertices(), self); })
-      .def_prop_ro(
-          "triangles",
-          [](nb::handle_t<SkinMesh> self) { return view(nb::cast<const SkinMesh&>(self).mesh->triangles(), self); })
-      .def_prop_ro(
-          "centroids",
-          [](nb::handle_t<SkinMesh> self) { return view(nb::cast<const SkinMesh&>(self).mesh->centroids(), self); })
-      .def_prop_ro(
-          "normals",
-          [](nb::handle_t<SkinMesh> self) { return view(nb::cast<const SkinMesh&>(self).mesh->normals(), self); })
-      .def_prop_ro(
-          "areas",
-          [](nb::handle_t<SkinMesh> self) { return view(nb::cast<const SkinMesh&>(self).mesh->areas(), self); })
+      .def_prop_ro("vertices", part(&TriangleMesh::vertices))
+      .def_prop_ro("triangles", part(&TriangleMesh::triangles))
+      .def_prop_ro("centroids", part(&TriangleMesh::centroids))
+      .def_prop_ro("normals", part(&TriangleMesh::normals))
+      .def_prop_ro("areas", part(&TriangleMesh::areas))
       .def_prop_ro("mean_edge", [](const SkinMesh& self) { return self.mesh->mean_edge(); })
       .def_prop_ro("volume", [](const SkinMesh& self) { return self.mesh->signed_volume(); })
       .def_prop_ro("landmarks", &landmark_dict,

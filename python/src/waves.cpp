@@ -90,15 +90,10 @@ void add_arrays(nb::module_& module) {
           nb::arg("scene"), nb::arg("set") = nb::none(),
           nb::sig("def of_scene(scene: str | os.PathLike, set: dict[str, typing.Any] | None = None) -> Array"),
           "The array that a scene file describes.")
-      .def_prop_ro(
-          "positions",
-          [](nb::handle_t<SharedArray> self) { return view(nb::cast<const SharedArray&>(self)->positions, self); })
-      .def_prop_ro("normals",
-                   [](nb::handle_t<SharedArray> self) { return view(nb::cast<const SharedArray&>(self)->axes, self); })
-      .def_prop_ro(
-          "strengths",
-          [](nb::handle_t<SharedArray> self) { return view(nb::cast<const SharedArray&>(self)->amplitudes, self); },
-          "Pressure times distance at full drive [Pa m]; of a plane wave [Pa].")
+      .def_prop_ro("positions", part_of<SharedArray>(&TransducerArray::positions))
+      .def_prop_ro("normals", part_of<SharedArray>(&TransducerArray::axes))
+      .def_prop_ro("strengths", part_of<SharedArray>(&TransducerArray::amplitudes),
+                   "Pressure times distance at full drive [Pa m]; of a plane wave [Pa].")
       .def("__len__", [](const SharedArray& self) { return self->size(); })
       .def("__repr__",
            [](const SharedArray& self) { return fmt::format("<touchfield.Array: {} channels>", self->size()); });
