@@ -77,6 +77,10 @@ class Site(unittest.TestCase):
             self.assertIn(word, commands)
         self.assertIn("Burton", (self.site / "docs/theory.html").read_text())
         self.assertTrue(list((self.site / "reference/cpp").glob("structtouchfield_1_1Model.html")))
+        if list((SOURCE / "build/python").glob("lib/python*/site-packages/touchfield/_core.pyi")):
+            python = (self.site / "reference/python.html").read_text()
+            for word in ("solve_surface(problem: Problem", "vertices: float64[:, 3]", "InputError"):
+                self.assertIn(word, python)
 
     def test_formulas_are_marked_for_rendering(self):
         theory = (SOURCE / "docs/theory.md").read_text()
