@@ -18,17 +18,7 @@ SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__fil
 PROGRAM = os.environ.get("TOUCHFIELD_PROGRAM", str(SOURCE / "build/release/apps/touchfield"))
 
 # A finger-like capsule: a run of a second, every part of a result in it.
-FINGER = """\
-name: finger
-array:
-  grid: {count: [8, 8], pitch_mm: 10.16}
-body:
-  capsule: {radius_mm: 8, length_mm: 10}
-  place: {landmark: bottom, at_mm: [0, 0, 60]}
-  edge_mm: 2.6
-target:
-  box: {at: bottom, size_mm: [8, 12, 6]}
-  pressure_pa: 500
+FINGER = (SOURCE / "tests/data/finger.yaml").read_text() + """\
 solve:
   methods: [surface, {paper: {faces: area}}, focus]
   iterations: 8

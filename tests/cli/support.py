@@ -20,17 +20,7 @@ PROGRAM = os.environ["TOUCHFIELD_PROGRAM"]
 SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 
 # A finger-like capsule small enough for a run of a second, with more than 3 edges a wavelength: nothing to warn of.
-FINGER = """\
-name: finger
-array:
-  grid: {count: [8, 8], pitch_mm: 10.16}
-body:
-  capsule: {radius_mm: 8, length_mm: 10}
-  place: {landmark: bottom, at_mm: [0, 0, 60]}
-  edge_mm: 2.6
-target:
-  box: {at: bottom, size_mm: [8, 12, 6]}
-  pressure_pa: 500
+FINGER = (SOURCE / "tests/data/finger.yaml").read_text() + """\
 solve:
   methods: [paper, unscattered, focus, {fixed: {phases_rad: 0}}]
   iterations: 8

@@ -1,0 +1,107 @@
+"""The program's commands on the pages run as they stand there, in order, in a folder with files under the names that stand for the
+reader's own. What a run computes is coarser and takes fewer steps; boards are stand-ins.
+
+Tutorials run in tutorials_test.py, code in docs_test.py. Scripts, installations and ParaView have tests of their own.
+"""
+
+import pathlib
+import re
+import shlex
+import shutil
+import sys
+import unittest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "hardware"))
+
+from docs_test import PAGES, blocks  # noqa: E402
+from live_test import SCENE  # noqa: E402
+from sonicsurface_board import Board  # noqa: E402
+from support import FINGER, SOURCE, CommandTest  # noqa: E402
+
+COARSE = [part for change in ("body.edge_mm=5", "solve.iterations=2", "solve.methods=[surface, focus]", "judge=same", "write=[h5]")
+          for part in ("--set", change)]
+SWEPT = ("scenes/sweeps/spread.yaml", "scenes/sweeps/spread_grasp.yaml")  # minutes: they are checked only
+LIBRARY = "build/autd3"
+
+
+def commands(page):
+    """Those of the program, as words."""
+    lines = "".join(blocks(page, "", "sh")).replace("\\\n", " ").splitlines()
+    found = [shlex.split(line, comments=True) for line in lines]
+    return [words[1:] for words in found if words[:1] == ["touchfield"]]
+
+
+class Commands(CommandTest):
+    def setUp(self):
+        super().setUp()
+        shutil.copytree(SOURCE / "scenes", self.folder / "scenes")
+        (self.folder / "build").mkdir()
+        if (SOURCE / LIBRARY).is_dir():
+            (self.folder / LIBRARY).symlink_to(SOURCE / LIBRARY)
+        self.board = Board()
+        self.addCleanup(self.board.close)
+
+    def adapted(self, words):
+        """The command as it is run here; None where it needs a library that is not there."""
+        words = [word.replace("/dev/ttyUSB0", self.board.port).replace("autd3:remote:192.168.0.7:8080", "autd3:audit") for word in words]
+        if LIBRARY in words and not (self.folder / LIBRARY).exists():
+            print("not run:", shlex.join(words))
+            return None
+        if words[0] == "run":
+            return [*words, *COARSE]
+        if words[0] == "live" and "--seconds" not in words:
+            return [*words, "--seconds", "1"]
+        if words[0] == "sweep" and words[1] in SWEPT:
+            return ["check", words[1]]
+        return words
+
+    def follow(self, name, count):
+        found = commands(SOURCE / "docs" / name)
+        self.assertEqual(len(found), count)
+        for words in found:
+            with self.subTest(command=shlex.join(words)):
+                if (run := self.adapted(words)) is not None:
+                    self.run_ok(*run)
+
+    def test_every_page_is_here(self):
+        own = pathlib.Path(__file__).read_text()
+        for page in PAGES:
+            if commands(page):
+                self.assertRegex(own, rf'follow\("{page.name}", [0-9]+\)')
+
+    def test_bodies(self):
+        self.run_ok("hand", "-o", "scan.obj", "--edge-mm", "5", "--unit", "m", "--quiet")
+        self.run_ok("hand", "-o", "posed_hand.ply", "--edge-mm", "5", "--pose", "grasp", "--quiet")
+        self.follow("bodies.md", 3)
+
+    def test_cameras(self):
+        self.run_ok("see", "scenes/cameras.yaml", "-o", "recorded", "--quiet", "--set", "motion.seconds=0.2")
+        self.follow("cameras.md", 1)
+
+    def test_hardware(self):
+        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "RUN", "--quiet", *COARSE)
+        self.follow("hardware.md", 8)
+        self.assertTrue(self.board.heard)
+
+    def test_motion(self):
+        self.write("scene.yaml", SCENE.replace("pressure_pa: 500", "pressure_pa: 20000"))  # for which it takes its full level
+        self.follow("motion.md", 3)
+        self.assertTrue(self.board.heard)
+
+    def test_sweeps(self):
+        self.write("sweep.yaml", "base: scenes/quick.yaml\nset: {solve.methods: [focus], write: [h5]}\ngrid: {array.level: [0.5, 1]}\n")
+        self.run_ok("sweep", "sweep.yaml", "-o", "OUT", "--quiet", "--shard", "1/1")
+        self.follow("sweeps.md", 1)
+
+    def test_transducers(self):
+        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "out", "--quiet", *COARSE)
+        shutil.copy(self.folder / "out/run.h5", self.folder / "RUN.h5")
+        self.write("MEASURED.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,40,10\n10,0,40,9\n0,10,40,8\n")
+        self.follow("transducers.md", 4)
+
+    def test_validation(self):
+        self.follow("validation.md", 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
