@@ -32,7 +32,7 @@ target_compile_definitions(touchfield_flags INTERFACE ${TOUCHFIELD_EIGEN_ALIGNME
 # Layers go into a shared library too: no function of ours is meant to be replaced from outside, so all may be inlined.
 target_compile_options(touchfield_flags INTERFACE -fno-semantic-interposition)
 
-# Of what takes no time when it runs, command lines and the reading of scenes: half of the time to compile it.
+# Of what takes no time when it runs, command lines, the reading of scenes, tests: half of the time to compile it.
 set(TOUCHFIELD_SMALL_OPTIONS $<$<CONFIG:Release>:-O1>)
 
 # The headers that most files read, parsed once: a build takes about half as long. Sources still include what they use:

@@ -56,7 +56,7 @@ TEST(Icosphere, FrequenciesNest) {
   }
 }
 
-TEST(Sphere, TakesTheFrequencyNearestToTheEdge) {
+TEST(SphereShape, TakesTheFrequencyNearestToTheEdge) {
   for (const double edge : {0.7e-3, 1e-3, 1.43e-3, 3e-3}) {
     const double reached = sphere(0.02, edge).mesh.mean_edge();
     const int f =
@@ -67,7 +67,7 @@ TEST(Sphere, TakesTheFrequencyNearestToTheEdge) {
   EXPECT_EQ(sphere(0.02, 1.0).mesh.face_count(), 20);
 }
 
-TEST(Sphere, LandmarksLieOnTheAxes) {
+TEST(SphereShape, LandmarksLieOnTheAxes) {
   const Body body = sphere(0.02, 2e-3);
   const double tolerance = 1e-4;  // sagitta of an edge: (2 mm)^2 / (8 * 20 mm) = 0.025 mm
   EXPECT_LT((landmark(body, "top") - Vector3(0, 0, 0.02)).norm(), tolerance);
@@ -78,7 +78,7 @@ TEST(Sphere, LandmarksLieOnTheAxes) {
   EXPECT_LT((landmark(body, "y_minus") - Vector3(0, -0.02, 0)).norm(), tolerance);
 }
 
-TEST(Sphere, RefusesWhatIsNoSphere) {
+TEST(SphereShape, RefusesWhatIsNoSphere) {
   EXPECT_THAT([] { sphere(0, 1e-3); }, ThrowsMessage<InputError>(HasSubstr("sphere.radius = 0")));
   EXPECT_THAT([] { sphere(0.01, -1e-3); }, ThrowsMessage<InputError>(HasSubstr("sphere.edge = -0.001")));
   EXPECT_THROW(sphere(kNan, 1e-3), InputError);

@@ -9,7 +9,7 @@ import unittest
 import zlib
 
 from meshes import icosphere, write_ply
-from support import FINGER, PROGRAM, SOURCE, CommandTest
+from support import FINGER, PROGRAM, CommandTest
 
 TETRAHEDRON = """\
 v 0 0 0
@@ -117,7 +117,7 @@ class BadInput(CommandTest):
         self.refused("run", scene, "-o", "out", says="already holds a run")
 
     def test_body_too_large_for_the_memory(self):
-        scene = self.scene(FINGER.replace("edge_mm: 2.6", "edge_mm: 0.06"))
+        scene = self.scene(FINGER.replace("edge_mm: 2.6", "edge_mm: 0.1").replace("iterations: 8", "iterations: 8\n  solver: lu"))
         self.refused("run", scene, "-o", "out", says=["GiB", "body.edge_mm"])
 
     def test_fixed_phases_that_do_not_fit(self):
@@ -227,12 +227,6 @@ bodies:
         for method in json.loads(done.stdout)["methods"]:
             for metric in ["relative_error", "scale", "correlation", "leakage", "cv_inside", "force_target_n"]:
                 self.assertIsNotNone(method[metric], f"{method} {metric}")
-
-    def test_every_shipped_scene_passes_its_check(self):
-        scenes = sorted((SOURCE / "scenes").glob("*.yaml"))
-        self.assertGreaterEqual(len(scenes), 3)
-        for scene in scenes:
-            self.run_ok("check", scene)
 
 
 if __name__ == "__main__":

@@ -51,7 +51,7 @@ class Docs(CommandTest):
         for page, body in each("yaml"):
             with self.subTest(page=page, body=body):
                 self.run_ok("check", self.write("scenes/example.yaml", body))
-        shipped = sorted((SOURCE / "scenes").glob("*/*.yaml"))  # those beside them are bad_input_test's
+        shipped = sorted((SOURCE / "scenes").glob("*/*.yaml"))  # those beside them are warnings_test's
         self.assertGreaterEqual(len(shipped), 6)
         for scene in shipped:
             with self.subTest(scene=scene):

@@ -108,8 +108,8 @@ class BoardTest(CommandTest):
         self.assertEqual(done.returncode, code, done.stderr)
         for phrase in [says] if isinstance(says, str) else says:
             self.assertIn(phrase, done.stderr)
-        if board is not None:
-            time.sleep(0.1)
+        if board is not None:  # what a program wrote is there to read once it has ended
+            time.sleep(0.02)
             self.assertEqual(bytes(board.heard), b"")
 
 
@@ -421,7 +421,7 @@ class Stops(BoardTest):
         """Whether a process is there that is more than a record for its parent."""
         try:
             status = pathlib.Path(f"/proc/{process}/stat").read_text()
-        except FileNotFoundError:
+        except (FileNotFoundError, ProcessLookupError):  # gone before or while it is read
             return False
         return status.rpartition(")")[2].split()[0] != "Z"
 
