@@ -1,8 +1,11 @@
-# A header as Doxygen is to read it: its comments are plain text. The first paragraph of a /// block is a description; what
-# follows, in columns and with formulas, stays as it was laid out. Comments behind members belong to these, one on the
-# outermost namespace to the file.
+# A header as Doxygen is to read it: its comments are plain text with `code` in it. The first paragraph of a /// block is a
+# description; what follows, in columns and with formulas, stays as it was laid out. Comments behind members belong to these,
+# one on the outermost namespace to the file.
 function plain(text) {
   gsub(/[\\@<>&#%$]/, "\\\\&", text)
+  while (match(text, /`[^`]+`/)) {
+    text = substr(text, 1, RSTART - 1) "<code>" substr(text, RSTART + 1, RLENGTH - 2) "</code>" substr(text, RSTART + RLENGTH)
+  }
   return text
 }
 /^ *\/\/\// {

@@ -76,7 +76,9 @@ class Site(unittest.TestCase):
         for word in ("touchfield run", "touchfield array walk", "--case-seconds"):
             self.assertIn(word, commands)
         self.assertIn("Burton", (self.site / "docs/theory.html").read_text())
-        self.assertTrue(list((self.site / "reference/cpp").glob("structtouchfield_1_1Model.html")))
+        model = (self.site / "reference/cpp/structtouchfield_1_1Model.html").read_text()
+        self.assertIn("#include &lt;touchfield/sim/solve/model.h&gt;", model)
+        self.assertIn("on <code>body</code>", model)
         if list((SOURCE / "build/python").glob("lib/python*/site-packages/touchfield/_core.pyi")):
             python = (self.site / "reference/python.html").read_text()
             for word in ("solve_surface(problem: Problem", "vertices: float64[:, 3]", "InputError"):
