@@ -8,12 +8,13 @@ import pathlib
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "hardware"))
 
-from docs_test import PAGES, blocks  # noqa: E402
+from docs_test import PAGES, blocks, spans  # noqa: E402
 from live_test import SCENE  # noqa: E402
 from sonicsurface_board import Board  # noqa: E402
 from support import FINGER, SOURCE, CommandTest  # noqa: E402
@@ -98,6 +99,11 @@ class Commands(CommandTest):
         shutil.copy(self.folder / "out/run.h5", self.folder / "RUN.h5")
         self.write("MEASURED.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,40,10\n10,0,40,9\n0,10,40,8\n")
         self.follow("transducers.md", 4)
+        program, = [body for body in blocks(SOURCE / "docs/transducers.md", "text") if body.startswith("NR == 1")]
+        self.assertIn("awk -F, -f draws.awk sweep.csv", spans(SOURCE / "docs/transducers.md"))
+        said = subprocess.run(["awk", "-F,", "-f", self.write("draws.awk", program), self.folder / "results/runs/spread_quick/sweep.csv"],
+                              capture_output=True, text=True, check=True).stdout
+        self.assertRegex(said, r"(?m)^surface: [1-9]\d* draws, mean \d+\.\d\d %, worst \d+\.\d\d %$")
 
     def test_validation(self):
         self.follow("validation.md", 2)

@@ -1,9 +1,10 @@
 """Every tutorial is done as its reader would, block by block, in a folder of its own that looks like a clone.
 
 `sh` and `python` blocks run, a `yaml` block becomes the file that its first line names, a `text` block stands in the output of the
-block before it: words as they are, numbers within 5 %, `..` for anything. `cpp` is of examples/. Blocks after a line
-`<!-- not run: REASON -->` are left out and listed; what their commands are called is docs_test.py's. After `<!-- picture: FILE -->` the next
-line's image is that file of these runs; with TOUCHFIELD_PICTURES set it is drawn anew.
+block before it: words as they are, numbers within 5 %, `..` for anything. `cpp` is of examples/. A board is a stand-in, of which
+four transducers are walked. Blocks after a line `<!-- not run: REASON -->` are left out and listed; what their commands are called is
+docs_test.py's. After `<!-- picture: FILE -->` the next line's image is that file of these runs; with TOUCHFIELD_PICTURES set it is
+drawn anew.
 """
 
 import os
@@ -14,10 +15,15 @@ import subprocess
 import sys
 import unittest
 
-from support import PROGRAM, SOURCE, CommandTest
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "hardware"))
+
+from sonicsurface_board import Board  # noqa: E402
+from support import PROGRAM, SOURCE, CommandTest  # noqa: E402
 
 PARTS = re.compile(r"^<!-- picture: (?P<picture>[^\n]*) -->\n!\[[^\n]*\]\((?P<image>[^\n]*)\)$"
                    r"|(?:^<!-- not run: (?P<reason>[^\n]*) -->\n)?^```(?P<kind>\w*)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+
+BOARD = "/dev/ttyUSB0"
 
 
 def pattern_of(line):
@@ -42,6 +48,14 @@ class Tutorials(CommandTest):
         self.assertEqual(done.returncode, 0, f"{command[-1]}\n{done.stdout}")
         return done.stdout
 
+    def on_a_board(self, commands):
+        board = Board()
+        self.addCleanup(board.close)
+        said = self.do("bash", "-ec", commands.replace(BOARD, board.port).replace("array walk", "array walk --count 4"))
+        self.assertTrue(board.wait(lambda one: one.quiet_at is not None))
+        self.assertEqual(len(board.patterns()), 4 + 1)
+        return said
+
     def follow(self, page):
         for name in ("scenes", "examples"):
             shutil.copytree(SOURCE / name, self.folder / name)
@@ -57,6 +71,8 @@ class Tutorials(CommandTest):
                 self.assert_pictured(self.folder / part["picture"], (page.parent / part["image"]).resolve())
             elif part["reason"]:
                 print(f"not run: {page.name}: {part['reason']}: {'; '.join(body.splitlines())}")
+            elif kind == "sh" and BOARD in body:
+                said = self.on_a_board(body)
             elif kind == "sh":
                 said = self.do("bash", "-ec", body)
             elif kind == "python":
