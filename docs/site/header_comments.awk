@@ -24,7 +24,7 @@ block != "" {
   as_laid_out = 0
   block = ""
 }
-/[;,}] +\/\/ / && !/^ *\/\// || behind && /^ +\/\/ / {
+/[;,}] +\/\/ / && !/^ *(\/\/|} *\/\/ namespace)/ || behind && /^ +\/\/ / {
   at = index($0, "// ")
   print substr($0, 1, at - 1) "///< " plain(substr($0, at + 3))
   behind = 1

@@ -79,6 +79,7 @@ class Site(unittest.TestCase):
         model = (self.site / "reference/cpp/structtouchfield_1_1Model.html").read_text()
         self.assertIn("#include &lt;touchfield/sim/solve/model.h&gt;", model)
         self.assertIn("on <code>body</code>", model)
+        self.assertNotIn("&lt; namespace", (self.site / "reference/cpp/namespacetouchfield.html").read_text())
         if list((SOURCE / "build/python").glob("lib/python*/site-packages/touchfield/_core.pyi")):
             python = (self.site / "reference/python.html").read_text()
             for word in ("solve_surface(problem: Problem", "vertices: float64[:, 3]", "InputError"):
