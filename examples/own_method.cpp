@@ -12,7 +12,7 @@
 #include <touchfield/sim/solve/solve_model.h>
 #include <touchfield/sim/solve/transfer.h>
 #include <touchfield/sim/store/run_file.h>
-#include <touchfield/solvers/linear/blas_core.h>
+#include <touchfield/solvers/linear/program_start.h>
 
 namespace {
 
@@ -62,7 +62,7 @@ void compare(const char* path) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  touchfield::restart_with_better_blas_core(argv);  // where OpenBLAS does not know the processor
+  touchfield::restart_with_better_settings(argv);  // kernels that fit the processor, threads that let others work
   if (argc != 2) {
     std::fprintf(stderr, "usage: own_method SCENE\n");
     return 2;

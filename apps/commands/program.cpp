@@ -13,8 +13,8 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
-#include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
+#include "solvers/linear/program_start.h"
 
 namespace touchfield {
 
@@ -93,7 +93,7 @@ int exit_code_of(int argc, char** argv) {
 }  // namespace
 
 int run_program(int argc, char** argv) {
-  restart_with_better_blas_core(argv);
+  restart_with_better_settings(argv);
   hold_standard_streams();
   return finish_output(exit_code_of(argc, argv));
 }

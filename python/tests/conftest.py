@@ -8,9 +8,8 @@ import textwrap
 
 import pytest
 
-# Before OpenMP is loaded, for what has no argument `threads`; passive: others use the machine too.
+# Before OpenMP is loaded, for what has no argument `threads`.
 os.environ.setdefault("OMP_NUM_THREADS", "2")
-os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 import touchfield as tf
 

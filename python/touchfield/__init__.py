@@ -4,16 +4,15 @@ Lengths are in m, pressures in Pa, phases in rad, the time factor is exp(-i omeg
 
 import os as _os
 
-# Threads that wait asleep, as in scripts/run: on a shared machine a factorisation takes half the time, on an idle one the
-# same. OpenMP reads it when it is loaded, which may have been before.
-_open = "OMP_WAIT_POLICY" not in _os.environ
+# As the program does (solvers/linear/program_start.h). OpenMP reads it when it is loaded, which may have been before.
+_open = "OMP_WAIT_POLICY" not in _os.environ and "GOMP_SPINCOUNT" not in _os.environ
 if _open:
-    _os.environ["OMP_WAIT_POLICY"] = "passive"
+    _os.environ["GOMP_SPINCOUNT"] = "1500"
 try:
     from . import _core
 finally:
     if _open:
-        del _os.environ["OMP_WAIT_POLICY"]
+        del _os.environ["GOMP_SPINCOUNT"]
 from ._core import *  # noqa: F401,F403
 
 __version__ = _core.__version__

@@ -1,6 +1,5 @@
 #include "sim/assess/doctor.h"
 
-#include <cstdlib>
 #include <filesystem>
 #include <sched.h>
 #include <unistd.h>
@@ -15,6 +14,7 @@
 #include "sim/store/libraries.h"
 #include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
+#include "solvers/linear/program_start.h"
 
 namespace touchfield {
 
@@ -59,17 +59,16 @@ int usable_cores() {
 
 Finding threads_of(int threads) {
   const int cores = usable_cores();
-  const char* policy = std::getenv("OMP_WAIT_POLICY");
   Finding finding{
       "threads",
-      fmt::format("{} on {} usable cores, OMP_WAIT_POLICY {}", threads, cores, policy == nullptr ? "not set" : policy),
-      ""};
+      fmt::format("{} on {} usable cores; while they wait for others they {}", threads, cores, thread_waiting()), ""};
   if (threads > cores) {
     finding.advice = "more threads than cores wait for each other: use --threads or OMP_NUM_THREADS";
   } else if (threads < cores) {
     finding.advice = fmt::format("OMP_NUM_THREADS or --threads leaves {} cores idle", cores - threads);
-  } else if (policy == nullptr) {
-    finding.advice = "on a machine that others use too, OMP_WAIT_POLICY=passive halves the time of a factorisation";
+  } else if (threads_wait_long()) {
+    finding.advice = fmt::format("beside other programs a run may take ten times as long: set {}={} before it starts",
+                                 kSpinsVariable, kSpins);
   }
   return finding;
 }

@@ -1,14 +1,12 @@
 #include "solvers/linear/blas_core.h"
 
-#include <array>
 #include <cstdlib>
 #include <map>
-#include <unistd.h>
 
 #include <cblas.h>
-#include <climits>
 
 #include "solvers/linear/instruction_level.h"
+#include "solvers/linear/program_start.h"
 
 // What OpenBLAS chooses its kernels by when it is loaded; not there where it has those of one processor only.
 extern "C" {
@@ -20,9 +18,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr const char* kChosen = "OPENBLAS_CORETYPE";
-constexpr const char* kGuard = "TOUCHFIELD_BLAS_CORE";  // what this program has set kChosen to
-
 /// What the kernels of a core need of a processor: 4 AVX-512, 3 AVX2 and FMA, 2 AVX, 1 less (those not named).
 int kernel_rank(const std::string& core) {
   static const std::map<std::string, int> kRanks = {
@@ -30,11 +25,6 @@ int kernel_rank(const std::string& core) {
       {"Excavator", 3}, {"Sandybridge", 2}, {"Bulldozer", 2},      {"Piledriver", 2}, {"Steamroller", 2}};
   const auto found = kRanks.find(core);
   return found == kRanks.end() ? 1 : found->second;
-}
-
-std::string variable(const char* name) {
-  const char* value = std::getenv(name);
-  return value == nullptr ? "" : value;
 }
 
 }  // namespace
@@ -58,48 +48,32 @@ std::string better_blas_core() {
 }
 
 std::string blas_core_chosen_by() {
-  const std::string chosen = variable(kChosen);
+  const std::string chosen = environment_value(kBlasCoreVariable);
   if (chosen.empty()) {
     return "OpenBLAS";
   }
-  return chosen == variable(kGuard) ? "touchfield" : kChosen;
+  return chosen == environment_value(kChosenByUs) ? "touchfield" : kBlasCoreVariable;
 }
 
 std::string blas_warning() {
   const std::string better = better_blas_core();
-  if (better.empty() || blas_core_chosen_by() == kChosen) {
+  if (better.empty() || blas_core_chosen_by() == kBlasCoreVariable) {
     return "";
   }
-  return "OpenBLAS runs its kernels for '" + blas_core() + "', much slower than this processor allows: set " + kChosen +
-         "=" + better + " before the program starts";
-}
-
-void restart_with_better_blas_core(char** argv) {
-  const std::string better = better_blas_core();
-  if (better.empty() || !variable(kChosen).empty() || !variable(kGuard).empty()) {
-    return;
-  }
-  std::array<char, PATH_MAX> self{};
-  if (::readlink("/proc/self/exe", self.data(), self.size() - 1) <= 0) {
-    return;
-  }
-  setenv(kGuard, better.c_str(), 1);
-  setenv(kChosen, better.c_str(), 1);
-  ::execv(self.data(), argv);
-  unsetenv(kChosen);  // it cannot be started again: what its children inherit is what the user has set
-  unsetenv(kGuard);
+  return "OpenBLAS runs its kernels for '" + blas_core() + "', much slower than this processor allows: set " +
+         kBlasCoreVariable + "=" + better + " before the program starts";
 }
 
 void take_better_blas_core() {
   const std::string better = better_blas_core();
-  if (better.empty() || !variable(kChosen).empty() || gotoblas_dynamic_init == nullptr ||
+  if (better.empty() || !environment_value(kBlasCoreVariable).empty() || gotoblas_dynamic_init == nullptr ||
       gotoblas_dynamic_quit == nullptr) {
     return;
   }
-  setenv(kChosen, better.c_str(), 1);
+  setenv(kBlasCoreVariable, better.c_str(), 1);
   gotoblas_dynamic_quit();
   gotoblas_dynamic_init();
-  unsetenv(kChosen);  // processes that are started from here choose for themselves
+  unsetenv(kBlasCoreVariable);  // processes that are started from here choose for themselves
 }
 
 std::string blas_threading() {

@@ -22,13 +22,9 @@ std::string better_blas_core(const std::string& core, bool avx, bool avx2, bool 
 /// and where OPENBLAS_CORETYPE was set by the user.
 std::string blas_warning();
 
-/// Where better_blas_core() names one: starts this program anew, once, with OPENBLAS_CORETYPE set to it. Returns where
-/// there is nothing to gain, where the user has set OPENBLAS_CORETYPE, or where the program cannot be started again
-/// (then blas_warning() says so). To be called first thing in main, before threads and files.
-void restart_with_better_blas_core(char** argv);
-
-/// The same for a program that cannot be started again, such as an interpreter that has loaded the library: OpenBLAS chooses
-/// anew in this process. To be called before the first product, and while no other thread computes.
+/// Where better_blas_core() names one, in a program that cannot be started again (restart_with_better_settings), such as an
+/// interpreter that has loaded the library: OpenBLAS chooses anew in this process. To be called before the first product,
+/// and while no other thread computes.
 void take_better_blas_core();
 
 /// Who chose the core: "OpenBLAS", "touchfield" or "OPENBLAS_CORETYPE".

@@ -26,7 +26,7 @@ class Processors(CommandTest):
 
     @staticmethod
     def clean():
-        names = ("OPENBLAS_CORETYPE", "TOUCHFIELD_LEVEL", "TOUCHFIELD_BLAS_CORE")
+        names = ("OPENBLAS_CORETYPE", "TOUCHFIELD_LEVEL", "TOUCHFIELD_BLAS_CORE", "OMP_WAIT_POLICY", "GOMP_SPINCOUNT")
         return {name: value for name, value in os.environ.items() if name not in names}
 
     def runs(self, text, *sets):
@@ -124,6 +124,16 @@ class Processors(CommandTest):
             self.assertTrue(finding["state"], subject)
         self.assertIn("TOUCHFIELD_LEVEL", self.doctor({"TOUCHFIELD_LEVEL": "generic"})["processor"]["advice"])
         self.assertIn("more threads than cores", self.doctor({"OMP_NUM_THREADS": "4000"})["threads"]["advice"])
+        # What makes a run slow beside other programs: threads that look for others all the time.
+        self.assertIn("look 1500 times, then sleep", found["threads"]["state"])
+        cores = {"OMP_NUM_THREADS": str(len(os.sched_getaffinity(0)))}
+        self.assertEqual(self.doctor(cores)["threads"]["advice"], "")
+        for setting, state, advised in (({"GOMP_SPINCOUNT": "7"}, "look 7 times", False),
+                                        ({"OMP_WAIT_POLICY": "passive"}, "sleep at once", False),
+                                        ({"OMP_WAIT_POLICY": "active"}, "look for milliseconds", True)):
+            threads = self.doctor({**cores, **setting})["threads"]
+            self.assertIn(state, threads["state"])
+            self.assertEqual("GOMP_SPINCOUNT=1500" in threads["advice"], advised, setting)
         self.assertEqual(found["pictures"]["advice"], "")
         # A machine without any font: Cairo's own strokes.
         bare = self.write("fonts.conf", "<fontconfig><cachedir>/nowhere</cachedir></fontconfig>")
