@@ -35,23 +35,31 @@ PyObject* made(nb::module_& module, const char* name, const char* doc, PyObject*
   return type;
 }
 
+/// Paths in the text may be of other bytes than UTF-8's.
+void set(PyObject* type, const std::exception& caught) {
+  const nb::object text = nb::steal(PyUnicode_DecodeFSDefault(caught.what()));
+  if (text.is_valid()) {
+    PyErr_SetObject(type, text.ptr());
+  }
+}
+
 void translate(const std::exception_ptr& error, void* /*payload*/) {
   try {
     std::rethrow_exception(error);
   } catch (const InputError& caught) {
-    PyErr_SetString(names.input, caught.what());
+    set(names.input, caught);
   } catch (const NumericalError& caught) {
-    PyErr_SetString(names.numerical, caught.what());
+    set(names.numerical, caught);
   } catch (const IoError& caught) {
-    PyErr_SetString(names.io, caught.what());
+    set(names.io, caught);
   } catch (const DeviceError& caught) {
-    PyErr_SetString(names.device, caught.what());
+    set(names.device, caught);
   } catch (const NotBuiltError& caught) {
-    PyErr_SetString(names.not_built, caught.what());
+    set(names.not_built, caught);
   } catch (const std::invalid_argument& caught) {  // of functions on plain matrices
-    PyErr_SetString(names.input, caught.what());
+    set(names.input, caught);
   } catch (const std::domain_error& caught) {
-    PyErr_SetString(names.numerical, caught.what());
+    set(names.numerical, caught);
   } catch (const Stopped&) {
     PyErr_SetNone(PyExc_KeyboardInterrupt);
   }

@@ -5,6 +5,7 @@
 #include "python/src/arrays.h"
 #include "python/src/job.h"
 #include "python/src/parts.h"
+#include "sim/core/errors.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_layout.h"
@@ -47,7 +48,25 @@ nb::dict metrics_dict(const Metrics& metrics) {
 }
 
 std::string path_of(nb::handle path) {
-  return nb::cast<std::string>(nb::module_::import_("os").attr("fsdecode")(path));
+  const auto bytes = nb::cast<nb::bytes>(nb::module_::import_("os").attr("fsencode")(path));
+  std::string text(bytes.c_str(), bytes.size());
+  if (text.find('\0') != std::string::npos) {
+    throw InputError(fmt::format("path {} must hold no null character", nb::cast<std::string>(nb::repr(path))));
+  }
+  return text;
+}
+
+std::string text_of(nb::handle value, const char* what) {
+  if (!nb::isinstance<nb::str>(value)) {
+    throw nb::type_error(
+        fmt::format("{} must be a str, not {}", what, nb::cast<std::string>(value.type().attr("__name__"))).c_str());
+  }
+  Py_ssize_t size = 0;
+  const char* text = PyUnicode_AsUTF8AndSize(value.ptr(), &size);
+  if (text == nullptr) {  // half of a surrogate pair
+    throw nb::python_error();
+  }
+  return {text, static_cast<std::size_t>(size)};
 }
 
 nb::dict dict_of(nb::handle value, const char* argument) {
@@ -65,7 +84,7 @@ std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::s
     const nb::object dumps = nb::module_::import_("json").attr("dumps");
     const nb::object plain = nb::module_::import_("touchfield._plain").attr("plain");
     for (const auto& [key, value] : dict_of(set, "set")) {  // JSON is YAML
-      overrides.push_back(fmt::format("{}={}", nb::cast<std::string>(nb::str(key)),
+      overrides.push_back(fmt::format("{}={}", text_of(key, "set: a key"),
                                       nb::cast<std::string>(dumps(value, nb::arg("default") = plain))));
     }
   }

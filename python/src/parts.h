@@ -65,6 +65,9 @@ nb::dict metrics_dict(const Metrics& metrics);
 /// A path, of whatever Python takes for one.
 std::string path_of(nb::handle path);
 
+/// throws   nanobind's type_error that names what it is, Python's UnicodeEncodeError on half of a surrogate pair
+std::string text_of(nb::handle value, const char* what);
+
 /// throws   nanobind's type_error that names the argument unless the value is a dict
 nb::dict dict_of(nb::handle value, const char* argument);
 

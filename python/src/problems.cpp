@@ -7,6 +7,7 @@
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
 #include "sim/field/evaluate.h"
+#include "sim/mesh/query/inspect.h"
 #include "sim/solve/kept_models.h"
 #include "sim/solve/methods.h"
 #include "sim/solve/solve_model.h"
@@ -46,11 +47,14 @@ nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::o
   const Wave sound = wave_or_default(wave);
   const Scheme chosen = scheme_of_name(scheme);
   if (faces.is_none()) {
-    return owned(computed(
-        count, [=](Progress& progress) { return transfer_matrix(*mesh, sound, *array, chosen, spec, progress); }));
+    return owned(computed(count, [=](Progress& progress) {
+      require_closed_surface(*mesh, "transfer: mesh");
+      return transfer_matrix(*mesh, sound, *array, chosen, spec, progress);
+    }));
   }
   const auto rows = index_list(faces, "transfer: faces", mesh->face_count());
   return owned(computed(count, [=](Progress& progress) {
+    require_closed_surface(*mesh, "transfer: mesh");
     std::vector<SolveRecord> records;
     SkinScattering scattering(*mesh, sound, chosen, spec, *array, records, progress,
                               static_cast<Eigen::Index>(rows.size()));
@@ -174,6 +178,7 @@ nb::object field(const SkinMesh& skin, const SharedArray& array, nb::handle pres
   require_count("field: drives", q.size(), array->size(), "a channel");
   const Wave sound = wave_or_default(wave);
   return owned(computed(thread_count(threads), [=](Progress&) {
+    require_closed_surface(*mesh, "field: mesh");
     return Eigen::VectorXcd(evaluate_field(*mesh, *array, sound, at, p, q).pressure.col(0));
   }));
 }
@@ -234,7 +239,7 @@ void add_problems(nb::module_& module) {
       nb::sig("def transfer(mesh: Mesh, array: Array, wave: Wave | None = None, *, faces: numpy.typing.ArrayLike | "
               "None = None, scheme: str = ..., device: str | None = None, threads: int | None = None) -> "
               "numpy.typing.NDArray[numpy.complex128]"),
-      "H: the pressure of every channel at full drive on every face, or on those given [Pa].");
+      "H: the pressure of every channel at full drive on every face, or on those given [Pa]. The mesh must be closed.");
   module.def(
       "solve_surface", &solve_by_surface, nb::arg("problem"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
       nb::arg("start") = nb::none(), nb::arg("free_amplitudes") = MethodSettings{}.free_amplitudes,
@@ -259,7 +264,7 @@ void add_problems(nb::module_& module) {
       nb::sig("def field(mesh: Mesh, array: Array, pressure: numpy.typing.ArrayLike, drives: numpy.typing.ArrayLike, "
               "points: numpy.typing.ArrayLike, wave: Wave | None = None, threads: int | None = None) -> "
               "numpy.typing.NDArray[numpy.complex128]"),
-      "The pressure at points off the skin [Pa], 0 inside the body.");
+      "The pressure at points off the skin [Pa]: 0 inside the body, NaN on a transducer.");
 }
 
 }  // namespace touchfield::python

@@ -40,7 +40,7 @@ SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>
   OwnMethods methods;
   if (!own.is_none()) {
     for (const auto& [name, phases] : dict_of(own, "own")) {
-      const auto text = nb::cast<std::string>(nb::str(name));
+      const std::string text = text_of(name, "own: a name");
       methods.emplace_back(text, real_list(phases, fmt::format("run: own['{}']", text)));
     }
   }
@@ -82,6 +82,14 @@ void save(const SharedRun& run, nb::handle path, bool force) {
       write_run_file(place, *run);
     }
   });
+}
+
+void save_picture(const Picture& picture, nb::handle path) {
+  const std::string place = path_of(path);
+  if (!place.ends_with(".png")) {
+    throw InputError(fmt::format("{}: the name of a picture must end in .png", place));
+  }
+  write_atomically(place, {picture.bytes});
 }
 
 Picture plot(const SharedRun& run, const std::optional<std::string>& picture) {
@@ -162,9 +170,8 @@ void add_picture(nb::module_& module) {
   nb::class_<Picture>(module, "Picture", "A picture of the program's own, which Jupyter shows.")
       .def("_repr_png_", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
       .def("__bytes__", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
-      .def(
-          "save", [](const Picture& self, nb::handle path) { write_atomically(path_of(path), {self.bytes}); },
-          nb::arg("path"), nb::sig("def save(self, path: str | os.PathLike) -> None"), "Writes it as PNG.");
+      .def("save", &save_picture, nb::arg("path"), nb::sig("def save(self, path: str | os.PathLike) -> None"),
+           "Writes it as PNG.");
 }
 
 void add_run(nb::module_& module) {
@@ -243,7 +250,7 @@ void add_run(nb::module_& module) {
       .def("field", &field_at, nb::arg("points"), nb::arg("threads") = nb::none(),
            nb::sig("def field(self, points: numpy.typing.ArrayLike, threads: int | None = None) -> dict[str, "
                    "numpy.typing.NDArray[numpy.complex128]]"),
-           "By method, the pressure at points off the skin [Pa].")
+           "By method, the pressure at points off the skin [Pa]: 0 inside the body, NaN on a transducer.")
       .def("save", &save, nb::arg("path"), nb::arg("force") = false,
            nb::sig("def save(self, path: str | os.PathLike, force: bool = False) -> None"),
            "One file of a name that ends in .h5; else a folder with the files that the scene's `write` names.")

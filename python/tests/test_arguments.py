@@ -69,6 +69,15 @@ def test_files_and_scenes(tmp_path, finger):
         tf.hand(side="both")
     with pytest.raises(TypeError, match="set must be a dict, not list"):
         tf.run(finger, set=["solve.iterations=3"])
+    with pytest.raises(TypeError, match="set: a key must be a str, not int"):
+        tf.run(finger, set={3: 4})
+    with pytest.raises(UnicodeEncodeError):
+        tf.run(finger, set={"\ud800": 4})
+    with pytest.raises(tf.InputError, match=r"path 'a\\x00b' must hold no null character"):
+        tf.run("a\0b")
+    with pytest.raises(tf.InputError, match="no such file") as caught:
+        tf.run(b"\xff.yaml")  # as a file may be called
+    assert "\udcff.yaml" in str(caught.value)
     with pytest.raises(TypeError, match="own must be a dict, not int"):
         tf.run(finger, own=3)
     with pytest.raises(TypeError):
@@ -81,6 +90,8 @@ def test_own_methods(model):
         tf.run(model, own={"mine": np.zeros(channels + 1)})
     with pytest.raises(tf.InputError, match=r"run: own\['mine'\]\[3\] = inf must be finite"):
         tf.run(model, own={"mine": np.where(np.arange(channels) == 3, np.inf, 0)})
+    with pytest.raises(TypeError, match="own: a name must be a str, not int"):
+        tf.run(model, own={1: np.zeros(channels)})
     with pytest.raises(tf.InputError, match="paper"):
         tf.run(model, own={"paper": np.zeros(channels)})
     with pytest.raises(tf.InputError, match="my method"):
@@ -106,6 +117,19 @@ def test_arrays_and_transfers(ball, pair):
         tf.transfer(ball, pair, scheme="magic")
     with pytest.raises(tf.InputError, match="device = 'abacus' must be auto, cpu, cuda"):
         tf.transfer(ball, pair, device="abacus")
+
+
+def test_what_scatters_is_closed_and_looks_outwards(ball, pair):
+    for triangles, words in ((ball.triangles[1:], "boundary edges"), (ball.triangles[:, ::-1], "in")):
+        mesh = tf.Mesh(ball.vertices, triangles)
+        for faces in (None, [0]):
+            with pytest.raises(tf.InputError, match=f"transfer: mesh.*{words}"):
+                tf.transfer(mesh, pair, faces=faces)
+        with pytest.raises(tf.InputError, match=f"field: mesh.*{words}"):
+            tf.field(mesh, pair, np.zeros(len(mesh)), [1, 1], [[0, 0, 0.1]])
+    at = [[0, 0, 0], [0, 0, -0.1], [0, 0, 0.1]]
+    values = tf.field(ball, pair, np.zeros(len(ball)), [1, 1], at)
+    assert values[0] == 0 and np.isnan(values[1]) and np.isfinite(values[2])
 
 
 def test_problems(ball, pair):
@@ -137,7 +161,9 @@ def test_errors_are_what_python_has_for_them():
         assert issubclass(error, tf.Error) and error.__module__ == "touchfield"
 
 
-def test_what_cannot_be_written(ball):
+def test_what_cannot_be_written(ball, run, tmp_path):
+    with pytest.raises(tf.InputError, match="a.tif: the name of a picture must end in .png"):
+        run.plot("setup").save(tmp_path / "a.tif")
     with pytest.raises(tf.IoError, match="/dev/full|/dev"):
         ball.save("/dev/null/ball.stl")
     with pytest.raises(tf.InputError, match="ball.txt"):
