@@ -18,8 +18,8 @@ namespace touchfield {
 namespace {
 
 constexpr double kStill = 0.5e-3;  // [m]
-constexpr double kMostWebTurn = 40 * kDegree;
-constexpr double kMostThumbSwing = 22 * kDegree;
+constexpr double kMostWebTurn = 75 * kDegree;
+constexpr double kMostThumbFlexion = 22 * kDegree;
 constexpr double kMostThumbTwist = 100 * kDegree;
 
 /// A point as seen from a bone.
@@ -140,7 +140,8 @@ std::optional<HandContact> HandContacts::stretched(const HandSkeleton& posed) co
   const auto found = [&](const std::string& first, const std::string& second, const Vector3& x) {
     return HandContact{ContactKind::kStretched, first, second, {side_ * x.x(), x.y(), x.z()}};
   };
-  if (angle_between(posed.thumb.direction(0), made_in_.thumb.direction(0)) > kMostThumbSwing ||
+  // How far the metacarpal has left what lay along it, to its palm side.
+  if (posed.thumb.palmar[0].dot(made_in_.thumb.direction(0)) < -std::sin(kMostThumbFlexion) ||
       angle_between(posed.thumb.palmar[0], made_in_.thumb.palmar[0]) > kMostThumbTwist) {
     return found(bone_name(0, 0), "palm", posed.thumb.joints[0]);
   }

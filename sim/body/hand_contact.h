@@ -29,7 +29,8 @@ std::string contact_text(const HandContact& contact);
 
 /// Whether a pose can be reached with the triangles of the template: no parts come into contact that are apart in it,
 /// none move against each other that touch in it, and none turn so far against each other that the skin between them
-/// loses its shape: proximal phalanges next to each other 40 degrees, the thumb's metacarpal 22, its palm side 100.
+/// loses its shape: proximal phalanges next to each other 75 degrees, the thumb's metacarpal 22 to its palm side, which
+/// itself turns by 100. Beyond, skin cuts itself at the webs, and the thumb's loses over 3 % of the hand's volume.
 ///
 /// The digits count as rows of balls of the skeleton's radii and 3 % more, 5 mm apart or less, the palm as its own
 /// flesh. A finger that is bent so far that its inside fills with flesh has come into contact with itself. Webs and
@@ -66,7 +67,7 @@ class HandContacts {
 /// Where the skin itself shows that it cannot be taken to a pose: the first faces that cut each other, else the first
 /// that is inverted. Some ms for 4,000 faces; to be asked where HandContacts finds nothing.
 ///
-/// vertices    3 x V as skin.pose(posed, ..) left them
+/// vertices    3 x V as skin.pose(posed, triangles, ..) left them
 /// triangles   3 x M
 std::optional<HandContact> fold_of(const SkinnedHand& skin, const HandSkeleton& posed, const Points& vertices,
                                    const Triangles& triangles);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -29,6 +30,10 @@ constexpr double kJointReach = 1.8;  // of the other joints [radii there]
 // Over the thumb's metacarpal its turn about itself grows, about this place and as far to either side [bones].
 constexpr double kTwistMiddle = 0.6;
 constexpr double kTwistReach = 0.5;
+// Faces that show less of their template's area than this to the side that their bones turned them to are mended.
+// Measured: with more, skin that is pressed together is moved until it cuts itself.
+constexpr double kLeastFacing = 0.02;
+constexpr int kMostRounds = 100;  // 18 are the most that free poses took
 
 /// From 0 at -1 to 1 at 1: a constant slope over the middle half, falling linearly to 0 outside it.
 double ramp(double u) {
@@ -169,6 +174,17 @@ void SkinnedHand::add_influences(const Vector3& x) {
   starts_.push_back(influences_.size());
 }
 
+void SkinnedHand::DualQuaternion::add(const DualQuaternion& other, double weight) {
+  real += weight * other.real;
+  dual += weight * other.dual;
+}
+
+void SkinnedHand::DualQuaternion::normalize() {
+  const double scale = 1.0 / real.norm();
+  real *= scale;
+  dual *= scale;
+}
+
 SkinnedHand::Motions SkinnedHand::dual_quaternions(const std::array<RigidMotion, kBones>& motions) {
   Motions result;
   for (std::size_t b = 0; b < kBones; ++b) {
@@ -214,13 +230,9 @@ SkinnedHand::DualQuaternion SkinnedHand::blended(const Motions& motions, Eigen::
   DualQuaternion sum;
   for (std::size_t k = starts_[v]; k < starts_[v + 1]; ++k) {
     const DualQuaternion& one = motions[influences_[k].bone];
-    const double weight = one.real.dot(heaviest) < 0 ? -influences_[k].weight : influences_[k].weight;
-    sum.real += weight * one.real;
-    sum.dual += weight * one.dual;
+    sum.add(one, one.real.dot(heaviest) < 0 ? -influences_[k].weight : influences_[k].weight);
   }
-  const double scale = 1.0 / sum.real.norm();
-  sum.real *= scale;
-  sum.dual *= scale;
+  sum.normalize();
   return sum;
 }
 
@@ -233,36 +245,92 @@ void SkinnedHand::pose(const Points& rest, const HandSkeleton& from, const HandS
   move(dual_quaternions(bone_motions(from, posed)), rest, side_, vertices);
 }
 
+Vector3 SkinnedHand::placed(const DualQuaternion& q, const Vector3& x) {
+  const Eigen::Vector4d inverse(q.real(0), -q.real(1), -q.real(2), -q.real(3));
+  return rotated(q.real, x) + 2.0 * product(q.dual, inverse).tail<3>();
+}
+
 /// side   of the points' x: 1 where they are those of the right hand
 void SkinnedHand::move(const Motions& motions, const Points& rest, double side, Points& vertices) const {
   vertices.resize(3, template_.cols());
   for (Eigen::Index v = 0; v < template_.cols(); ++v) {
-    const DualQuaternion q = blended(motions, v);
-    const Eigen::Vector4d inverse(q.real(0), -q.real(1), -q.real(2), -q.real(3));
-    const Vector3 x(side * rest(0, v), rest(1, v), rest(2, v));
-    vertices.col(v) = rotated(q.real, x) + 2.0 * product(q.dual, inverse).tail<3>();
+    vertices.col(v) = placed(blended(motions, v), {side * rest(0, v), rest(1, v), rest(2, v)});
   }
   vertices.row(0) *= side_;
 }
 
-std::vector<Eigen::Index> SkinnedHand::inverted_faces(const HandSkeleton& posed, const Points& vertices,
-                                                      const Triangles& triangles) const {
-  const Motions motions = motions_to(posed);
-  std::vector<Eigen::Index> inverted;
+/// Unit normals that the faces have if their corners' motions turn them, over twice their area in the template.
+Points SkinnedHand::expected_normals(const Motions& motions, const Triangles& triangles) const {
+  std::vector<Eigen::Vector4d> turns;
+  turns.reserve(static_cast<std::size_t>(template_.cols()));
+  for (Eigen::Index v = 0; v < template_.cols(); ++v) {
+    turns.push_back(blended(motions, v).real);
+  }
+  Points normals(3, triangles.cols());
   for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
     const Vector3 before = twice_area_vector(template_, triangles.col(f));
-    Vector3 expected = Vector3::Zero();
-    for (int c = 0; c < 3; ++c) {
-      expected += rotated(blended(motions, triangles(c, f)).real, before);
+    Vector3 sum = Vector3::Zero();
+    for (const int v : triangles.col(f)) {
+      sum += rotated(turns[static_cast<std::size_t>(v)], before);
     }
     // The template is kept as the right hand's; the mirror image of a normal has its y and z turned round.
-    Vector3 now = twice_area_vector(vertices, triangles.col(f));
-    now.tail<2>() *= side_;
-    if (!(now.dot(expected) > 0)) {
+    sum.tail<2>() *= side_;
+    normals.col(f) = sum / (sum.norm() * before.norm());
+  }
+  return normals;
+}
+
+std::vector<Eigen::Index> SkinnedHand::inverted_faces(const HandSkeleton& posed, const Points& vertices,
+                                                      const Triangles& triangles) const {
+  const Points expected = expected_normals(motions_to(posed), triangles);
+  std::vector<Eigen::Index> inverted;
+  for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
+    if (!(twice_area_vector(vertices, triangles.col(f)).dot(expected.col(f)) > 0)) {
       inverted.push_back(f);
     }
   }
   return inverted;
+}
+
+void SkinnedHand::pose(const HandSkeleton& posed, const Triangles& triangles, Points& vertices) const {
+  const Motions motions = motions_to(posed);
+  move(motions, template_, 1.0, vertices);
+  const Points expected = expected_normals(motions, triangles);
+  std::map<int, DualQuaternion> mended;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const auto motion_of = [&](int v) {
+      const auto found = mended.find(v);
+      return found != mended.end() ? found->second : blended(motions, v);
+    };
+    std::map<int, DualQuaternion> sums;
+    for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
+      const double facing = twice_area_vector(vertices, triangles.col(f)).dot(expected.col(f));
+      if (facing >= kLeastFacing) {
+        continue;
+      }
+      const std::array<DualQuaternion, 3> corners = {motion_of(triangles(0, f)), motion_of(triangles(1, f)),
+                                                     motion_of(triangles(2, f))};
+      DualQuaternion together;
+      for (const DualQuaternion& corner : corners) {
+        together.add(corner, corner.real.dot(corners[0].real) < 0 ? -1.0 : 1.0);
+      }
+      // From 0 where a face begins to be mended, so that the skin of a hand that moves does not jump.
+      const double pull = std::min(1.0 - facing / kLeastFacing, 1.0) / 3.0;
+      for (std::size_t c = 0; c < 3; ++c) {
+        sums.emplace(triangles(static_cast<int>(c), f), corners[c])
+            .first->second.add(together, together.real.dot(corners[c].real) < 0 ? -pull : pull);
+      }
+    }
+    if (sums.empty()) {
+      return;
+    }
+    for (auto& [v, sum] : sums) {
+      sum.normalize();
+      vertices.col(v) = placed(sum, template_.col(v));
+      vertices(0, v) *= side_;
+      mended[v] = sum;
+    }
+  }
 }
 
 std::string SkinnedHand::part_of(Eigen::Index vertex) const {

@@ -111,7 +111,7 @@ std::optional<HandContact> MovingSkin::fold(const Scene& scene, std::size_t body
   }
   const HandSkeleton posed = skeleton_of(std::get<HandShape>(scene.bodies[body].shape));
   Points own = part.own;
-  part.hand->pose(posed, own);
+  part.hand->pose(posed, part.triangles, own);
   return fold_of(*part.hand, posed, own, part.triangles);
 }
 
@@ -121,7 +121,7 @@ TriangleMesh MovingSkin::at(const Scene& scene, const BodyPlan& plan, const Moti
     const Part& part = parts_[b];
     Points own = part.own;
     if (part.hand) {
-      part.hand->pose(skeleton_of(std::get<HandShape>(scene.bodies[b].shape)), own);
+      part.hand->pose(skeleton_of(std::get<HandShape>(scene.bodies[b].shape)), part.triangles, own);
     } else if (part.series) {
       own = *state.vertices;
     }
