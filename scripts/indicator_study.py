@@ -14,6 +14,9 @@ import subprocess
 import sys
 import tempfile
 
+if {"-h", "--help"} & set(sys.argv[1:]):
+    print(__doc__, end="")
+    sys.exit()
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
 os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
