@@ -52,11 +52,16 @@ double left_out(const std::vector<std::unique_ptr<SkinScattering>>& all, const E
 Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme) {
   std::vector<SolveRecord> records;
   Progress silent;
-  for (int count = 3;; count = 2 * count - 1) {
-    Eigen::MatrixXcd drives = spanning_drives(places(sensor, scheme, count, records, silent), 0.5 * kDriveTolerance);
-    // Places between those: twice as many less one hold them.
-    if (count >= kMostPlaces ||
-        left_out(places(sensor, scheme, 2 * count - 1, records, silent), drives) <= kDriveTolerance) {
+  int count = 3;
+  auto known = places(sensor, scheme, count, records, silent);
+  for (;;) {
+    Eigen::MatrixXcd drives = spanning_drives(known, 0.5 * kDriveTolerance);
+    if (count >= kMostPlaces) {
+      return drives;
+    }
+    count = 2 * count - 1;  // those between, too
+    known = places(sensor, scheme, count, records, silent);
+    if (left_out(known, drives) <= kDriveTolerance) {
       return drives;
     }
   }
