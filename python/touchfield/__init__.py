@@ -7,7 +7,7 @@ import os as _os
 # As the program does (solvers/linear/program_start.h). OpenMP reads it when it is loaded, which may have been before.
 _open = "OMP_WAIT_POLICY" not in _os.environ and "GOMP_SPINCOUNT" not in _os.environ
 if _open:
-    _os.environ["GOMP_SPINCOUNT"] = "1500"
+    _os.environ["GOMP_SPINCOUNT"] = "4000"
 try:
     from . import _core
 finally:

@@ -15,7 +15,7 @@ inline constexpr const char* kChosenByUs = "TOUCHFIELD_BLAS_CORE";  // what this
 /// as long. Threads that sleep at once take twice as long on an idle machine. kSpins times come near the better of the two
 /// on either (results/tables/waiting.csv).
 inline constexpr const char* kSpinsVariable = "GOMP_SPINCOUNT";
-inline constexpr int kSpins = 1500;
+inline constexpr int kSpins = 4000;
 
 /// Starts this program anew, once, with what libraries read only when they are loaded: kSpins, and OPENBLAS_CORETYPE where
 /// better_blas_core() names one. What the user has set, or says by OMP_WAIT_POLICY, stays. Returns where there is nothing
@@ -25,7 +25,7 @@ void restart_with_better_settings(char** argv);
 /// The value of an environment variable, "" if it has none.
 std::string environment_value(const char* name);
 
-/// How threads wait, in words: "look 1500 times, then sleep".
+/// How threads wait, in words: "look 4000 times, then sleep".
 std::string thread_waiting();
 
 /// Whether nothing keeps them from looking for milliseconds.

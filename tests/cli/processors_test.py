@@ -125,7 +125,7 @@ class Processors(CommandTest):
         self.assertIn("TOUCHFIELD_LEVEL", self.doctor({"TOUCHFIELD_LEVEL": "generic"})["processor"]["advice"])
         self.assertIn("more threads than cores", self.doctor({"OMP_NUM_THREADS": "4000"})["threads"]["advice"])
         # What makes a run slow beside other programs: threads that look for others all the time.
-        self.assertIn("look 1500 times, then sleep", found["threads"]["state"])
+        self.assertIn("look 4000 times, then sleep", found["threads"]["state"])
         cores = {"OMP_NUM_THREADS": str(len(os.sched_getaffinity(0)))}
         self.assertEqual(self.doctor(cores)["threads"]["advice"], "")
         for setting, state, advised in (({"GOMP_SPINCOUNT": "7"}, "look 7 times", False),
@@ -133,7 +133,7 @@ class Processors(CommandTest):
                                         ({"OMP_WAIT_POLICY": "active"}, "look for milliseconds", True)):
             threads = self.doctor({**cores, **setting})["threads"]
             self.assertIn(state, threads["state"])
-            self.assertEqual("GOMP_SPINCOUNT=1500" in threads["advice"], advised, setting)
+            self.assertEqual("GOMP_SPINCOUNT=4000" in threads["advice"], advised, setting)
         self.assertEqual(found["pictures"]["advice"], "")
         # A machine without any font: Cairo's own strokes.
         bare = self.write("fonts.conf", "<fontconfig><cachedir>/nowhere</cachedir></fontconfig>")
