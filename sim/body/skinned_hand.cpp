@@ -224,6 +224,15 @@ SkinnedHand::Motions SkinnedHand::motions_to(const HandSkeleton& posed) const {
   return dual_quaternions(bone_motions(made_in_, posed));
 }
 
+std::vector<SkinnedHand::DualQuaternion> SkinnedHand::blended(const Motions& motions) const {
+  std::vector<DualQuaternion> moves;
+  moves.reserve(static_cast<std::size_t>(template_.cols()));
+  for (Eigen::Index v = 0; v < template_.cols(); ++v) {
+    moves.push_back(blended(motions, v));
+  }
+  return moves;
+}
+
 SkinnedHand::DualQuaternion SkinnedHand::blended(const Motions& motions, Eigen::Index vertex) const {
   const auto v = static_cast<std::size_t>(vertex);
   const Eigen::Vector4d& heaviest = motions[influences_[starts_[v]].bone].real;
@@ -260,18 +269,13 @@ void SkinnedHand::move(const Motions& motions, const Points& rest, double side, 
 }
 
 /// Unit normals that the faces have if their corners' motions turn them, over twice their area in the template.
-Points SkinnedHand::expected_normals(const Motions& motions, const Triangles& triangles) const {
-  std::vector<Eigen::Vector4d> turns;
-  turns.reserve(static_cast<std::size_t>(template_.cols()));
-  for (Eigen::Index v = 0; v < template_.cols(); ++v) {
-    turns.push_back(blended(motions, v).real);
-  }
+Points SkinnedHand::expected_normals(const std::vector<DualQuaternion>& moves, const Triangles& triangles) const {
   Points normals(3, triangles.cols());
   for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
     const Vector3 before = twice_area_vector(template_, triangles.col(f));
     Vector3 sum = Vector3::Zero();
     for (const int v : triangles.col(f)) {
-      sum += rotated(turns[static_cast<std::size_t>(v)], before);
+      sum += rotated(moves[static_cast<std::size_t>(v)].real, before);
     }
     // The template is kept as the right hand's; the mirror image of a normal has its y and z turned round.
     sum.tail<2>() *= side_;
@@ -282,7 +286,7 @@ Points SkinnedHand::expected_normals(const Motions& motions, const Triangles& tr
 
 std::vector<Eigen::Index> SkinnedHand::inverted_faces(const HandSkeleton& posed, const Points& vertices,
                                                       const Triangles& triangles) const {
-  const Points expected = expected_normals(motions_to(posed), triangles);
+  const Points expected = expected_normals(blended(motions_to(posed)), triangles);
   std::vector<Eigen::Index> inverted;
   for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
     if (!(twice_area_vector(vertices, triangles.col(f)).dot(expected.col(f)) > 0)) {
@@ -293,23 +297,25 @@ std::vector<Eigen::Index> SkinnedHand::inverted_faces(const HandSkeleton& posed,
 }
 
 void SkinnedHand::pose(const HandSkeleton& posed, const Triangles& triangles, Points& vertices) const {
-  const Motions motions = motions_to(posed);
-  move(motions, template_, 1.0, vertices);
-  const Points expected = expected_normals(motions, triangles);
-  std::map<int, DualQuaternion> mended;
+  std::vector<DualQuaternion> moves = blended(motions_to(posed));
+  const auto place = [&](Eigen::Index v) {
+    vertices.col(v) = placed(moves[static_cast<std::size_t>(v)], template_.col(v));
+    vertices(0, v) *= side_;
+  };
+  vertices.resize(3, template_.cols());
+  for (Eigen::Index v = 0; v < template_.cols(); ++v) {
+    place(v);
+  }
+  const Points expected = expected_normals(moves, triangles);
   for (int round = 0; round < kMostRounds; ++round) {
-    const auto motion_of = [&](int v) {
-      const auto found = mended.find(v);
-      return found != mended.end() ? found->second : blended(motions, v);
-    };
     std::map<int, DualQuaternion> sums;
     for (Eigen::Index f = 0; f < triangles.cols(); ++f) {
       const double facing = twice_area_vector(vertices, triangles.col(f)).dot(expected.col(f));
       if (facing >= kLeastFacing) {
         continue;
       }
-      const std::array<DualQuaternion, 3> corners = {motion_of(triangles(0, f)), motion_of(triangles(1, f)),
-                                                     motion_of(triangles(2, f))};
+      const auto move_of = [&](int corner) { return moves[static_cast<std::size_t>(triangles(corner, f))]; };
+      const std::array<DualQuaternion, 3> corners = {move_of(0), move_of(1), move_of(2)};
       DualQuaternion together;
       for (const DualQuaternion& corner : corners) {
         together.add(corner, corner.real.dot(corners[0].real) < 0 ? -1.0 : 1.0);
@@ -326,9 +332,8 @@ void SkinnedHand::pose(const HandSkeleton& posed, const Triangles& triangles, Po
     }
     for (auto& [v, sum] : sums) {
       sum.normalize();
-      vertices.col(v) = placed(sum, template_.col(v));
-      vertices(0, v) *= side_;
-      mended[v] = sum;
+      moves[static_cast<std::size_t>(v)] = sum;
+      place(v);
     }
   }
 }

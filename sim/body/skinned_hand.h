@@ -102,9 +102,10 @@ class SkinnedHand {
   void add_influences(const Vector3& x);
   Motions motions_to(const HandSkeleton& posed) const;
   void move(const Motions& motions, const Points& rest, double side, Points& vertices) const;
-  Points expected_normals(const Motions& motions, const Triangles& triangles) const;
+  Points expected_normals(const std::vector<DualQuaternion>& moves, const Triangles& triangles) const;
   static Vector3 placed(const DualQuaternion& q, const Vector3& x);
   DualQuaternion blended(const Motions& motions, Eigen::Index vertex) const;
+  std::vector<DualQuaternion> blended(const Motions& motions) const;  // of all vertices
 
   HandSkeleton made_in_;
   double side_;      // of x: 1 right, -1 left

@@ -25,7 +25,7 @@ std::string environment_value(const char* name) {
 
 void restart_with_better_settings(char** argv) {
   std::vector<std::pair<const char*, std::string>> settings;
-  if (environment_value(kPolicyVariable).empty() && threads_wait_long()) {
+  if (environment_value(kPolicyVariable).empty() && environment_value(kSpinsVariable).empty()) {
     settings.emplace_back(kSpinsVariable, std::to_string(kSpins));
   }
   const std::string better = better_blas_core();
