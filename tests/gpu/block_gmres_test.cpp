@@ -35,7 +35,9 @@ TEST_F(GpuGmres, AgreesWithTheProcessors) {
       const GmresResult expected = gmres(product_here(a), in_double(b), options);
       EXPECT_TRUE(solved.report.converged);
       EXPECT_NEAR(solved.report.steps, *std::max_element(expected.steps.begin(), expected.steps.end()), 1);
-      EXPECT_NEAR(std::accumulate(widths_.begin(), widths_.end(), 0), expected.columns, 0.1 * expected.columns + 2);
+      const int known = n == 1 ? columns : 0;  // residuals after the only step
+      EXPECT_NEAR(std::accumulate(widths_.begin(), widths_.end(), 0), expected.columns - known,
+                  0.1 * expected.columns + 2);
       const std::vector<double> reached = residuals(a, b, solved.x);
       for (std::size_t s = 0; s < reached.size(); ++s) {
         EXPECT_LE(reached[s], 1.1e-5) << s;
@@ -272,6 +274,7 @@ TEST_F(GpuGmres, FactorsOfANearMatrixSaveSteps) {
   EXPECT_TRUE(report.converged);
   EXPECT_GE(report.steps, 2);
   EXPECT_LT(3 * report.steps, plain);
+  EXPECT_LE(report.products, report.steps + 1) << "of the first step the residual is known";
   EXPECT_THAT(residuals(a, b, get(x, n)), testing::Each(testing::Le(6e-6)));
   const MatrixXcf first = get(x, n);
   EXPECT_EQ(solve(nullptr, false).steps, plain) << "what was kept of the solve before spoils this one";
@@ -337,7 +340,7 @@ TEST_F(GpuGmres, FailsWhole) {
     Matrix x(card, static_cast<std::size_t>(b.size()));
     a_there.upload(reinterpret_cast<const cuComplex*>(a.data()), static_cast<std::size_t>(a.size()));
     b_there.upload(reinterpret_cast<const cuComplex*>(b.data()), static_cast<std::size_t>(b.size()));
-    const cuda::BlockProduct product = [&](const cuComplex* from, cuComplex* to, int columns, double) {
+    const cuda::BlockProduct product = [&](const cuComplex* from, cuComplex* to, int columns, const double*) {
       cuda::multiply(card, CUBLAS_OP_N, CUBLAS_OP_N, 64, columns, 64, {1.0F, 0.0F}, a_there.data(), 64, from, 64,
                      {0.0F, 0.0F}, to, 64, cuda::Arithmetic::kSingle);
     };

@@ -80,7 +80,7 @@ class LinearCardTest : public CardTest {
   }
 
   cuda::BlockProduct product_there(const Matrix& a, int n, cuda::Arithmetic arithmetic = cuda::Arithmetic::kSingle) {
-    return [this, &a, n, arithmetic](const cuComplex* x, cuComplex* y, int columns, double) {
+    return [this, &a, n, arithmetic](const cuComplex* x, cuComplex* y, int columns, const double*) {
       widths_.push_back(columns);
       cuda::multiply(context(), CUBLAS_OP_N, CUBLAS_OP_N, n, columns, n, {1.0F, 0.0F}, a.data(), n, x, n, {0.0F, 0.0F},
                      y, n, arithmetic);

@@ -28,6 +28,8 @@ constexpr int kTile = 4;  // vectors that a thread multiplies by one value of w
 
 constexpr cuComplex kOne = {1.0F, 0.0F};
 
+cuComplex single(Complex value) { return {static_cast<float>(value.real()), static_cast<float>(value.imag())}; }
+
 /// A row of a sum.
 __device__ cuComplex combination(const BlockGmres::Term* terms, int count, int row) {
   cuComplex sum = {0.0F, 0.0F};
@@ -177,6 +179,12 @@ struct BlockGmres::Column {
     estimate = std::abs(reduced[k + 1]) / norm;
   }
 
+  /// After one step, of the residual the part along its vector, and what it has of what is left of the product.
+  std::pair<Complex, Complex> only_residual() const {
+    const Complex y = rotations.empty() ? 0.0 : reduced[0] / triangle[0];
+    return {rotations.empty() ? before : before - y * triangle[0] * rotations[0].first, -y};
+  }
+
   /// What the best x in the space has of each direction.
   std::vector<Term> minimiser() const {
     std::vector<Term> terms(directions.begin(), directions.begin() + static_cast<std::ptrdiff_t>(rotations.size()));
@@ -187,7 +195,7 @@ struct BlockGmres::Column {
       for (std::size_t i = 0; i < j; ++i) {
         y[i] -= column[i] * y[j];
       }
-      terms[j].factor = {static_cast<float>(y[j].real()), static_cast<float>(y[j].imag())};
+      terms[j].factor = single(y[j]);
     }
     return terms;
   }
@@ -213,12 +221,6 @@ GmresReport BlockGmres::solve(const BlockProduct& apply, int n, int columns, con
   }
   result_.converged = result_.worst <= limits.tolerance;
   return std::move(result_);
-}
-
-/// The largest estimate of a residual.
-double BlockGmres::worst(const std::vector<Column>& running) {
-  const auto less = [](const Column& a, const Column& b) { return a.estimate < b.estimate; };
-  return std::max_element(running.begin(), running.end(), less)->estimate;
 }
 
 /// The columns that are to be solved for; room for what all steps need; x zero, or only where b is if it is a start.
@@ -248,6 +250,7 @@ std::vector<BlockGmres::Column> BlockGmres::start(const Problem& problem, int co
     squares += std::norm(norms[s]);
   }
   const double least = problem.limits.together ? std::sqrt(squares / static_cast<double>(count)) : 0.0;
+  result_.shares.resize(count);
   const bool begins = x_is_start || (problem.limits.max_steps > 0 && problem.limits.tolerance < 1.0);
   std::vector<Column> running;
   for (std::size_t s = 0; s < count; ++s) {
@@ -256,7 +259,7 @@ std::vector<BlockGmres::Column> BlockGmres::start(const Problem& problem, int co
       throw std::domain_error("gmres: right-hand side " + std::to_string(s) + " holds a value that is not finite");
     }
     const double whole = std::max(norm, least);
-    result_.residuals[s] = norm > 0.0 ? norm / whole : 0.0;
+    result_.residuals[s] = result_.shares[s] = norm > 0.0 ? norm / whole : 0.0;
     if (norm > 0.0 && begins) {
       const double residual = x_is_start ? std::numeric_limits<double>::infinity() : result_.residuals[s];
       running.push_back(Column::begun(s, whole, residual, 0, residuals[s].column, norm));
@@ -279,10 +282,12 @@ std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& r
     Array<cuComplex>& direction = problem.precondition != nullptr ? directions_[k] : basis;
     basis.resize(rows_ * live.size());
     direction.resize(basis.size());
+    std::vector<double> shares;
     std::vector<Term> terms(live.size());  // what is next in each column, then the bases
     std::vector<Target> places;
     for (std::size_t i = 0; i < live.size(); ++i) {
       Column& column = *live[i];
+      shares.push_back(k == 0 || problem.precondition == nullptr ? column.estimate : 0.0);
       terms[i] = {column.next, kOne};
       places.push_back({basis.data() + rows_ * i, 1.0 / column.length});
       column.basis.push_back({places[i].column, {}});
@@ -293,7 +298,7 @@ std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& r
     if (problem.precondition != nullptr) {
       (*problem.precondition)(basis.data(), direction.data(), static_cast<int>(live.size()));
     }
-    multiply(problem, direction.data(), live.size(), problem.precondition != nullptr ? 0.0 : worst(running));
+    multiply(problem, direction.data(), shares);
     launch(*context_, "Krylov step", orthogonalise, static_cast<unsigned>(live.size()), kColumnThreads,
            static_cast<int>(rows_), static_cast<int>(k + 1), terms_.data() + live.size(), product_.data(),
            found_.data());
@@ -304,13 +309,14 @@ std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& r
       live[i]->extend(found, product_.data() + rows_ * i);
     }
     if (problem.report) {
-      problem.report(result_.steps, worst(running));
+      const auto less = [](const Column& a, const Column& b) { return a.estimate < b.estimate; };
+      problem.report(result_.steps, std::max_element(running.begin(), running.end(), less)->estimate);
     }
     const double mended = problem.precondition != nullptr ? kMended : 0.0;
     const auto done = [&](const Column* column) {
       const double target = std::max(problem.limits.tolerance, mended * column->before / column->norm);
       return column->estimate <= target || column->exhausted || column->rotations.size() == problem.most ||
-             column->steps >= problem.limits.max_steps;
+             column->steps >= problem.limits.max_steps || (problem.precondition != nullptr && column->steps == 1);
     };
     live.erase(std::remove_if(live.begin(), live.end(), done), live.end());
   }
@@ -320,30 +326,29 @@ std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& r
 /// Moves to the minimisers in spaces of at most so many dimensions, forms the residuals that this leaves, and begins a new
 /// cycle for those that go on. At first, without a space, the residuals of a start.
 void BlockGmres::update(const Problem& problem, std::vector<Column>& running, std::size_t most) {
-  std::vector<Term> added;
-  std::vector<Term> residuals;
-  std::vector<Target> candidates;
-  std::vector<Target> products;
-  double share = most > 0 ? 0.0 : 1.0;
+  std::vector<Term> added, residuals;
+  std::vector<Target> candidates, products;
+  std::vector<double> shares;
+  const bool begins = most == 0;
+  const std::size_t width = std::max<std::size_t>(most, 1);
   for (std::size_t i = 0; i < running.size(); ++i) {
     const Column& column = running[i];
     cuComplex* const x = problem.x + rows_ * column.index;
     candidates.push_back({candidate_.data() + rows_ * i, 1.0});
     products.push_back({product_.data() + rows_ * i, 1.0});
-    if (most > 0) {
-      const std::vector<Term> terms = column.minimiser();
-      added.insert(added.end(), terms.begin(), terms.end());
-      added.resize((i + 1) * most, {x, {}});  // where the space has fewer dimensions
-      residuals.push_back({column.basis[0].vector, {static_cast<float>(column.before), 0.0F}});
-      share = std::max(share, column.before / column.norm);
-    } else {
-      added.push_back({x, kOne});
-      residuals.push_back({problem.b + rows_ * column.index, kOne});
-    }
-    residuals.push_back({products[i].column, {-1.0F, 0.0F}});
+    const std::vector<Term> terms = begins ? std::vector<Term>{{x, kOne}} : column.minimiser();
+    added.insert(added.end(), terms.begin(), terms.end());
+    added.resize((i + 1) * width, {x, {}});  // where the space has fewer dimensions
+    const auto [part, rest] =
+        most == 1 ? column.only_residual() : std::pair<Complex, Complex>(begins ? 1.0 : column.before, -1.0);
+    residuals.push_back({begins ? problem.b + rows_ * column.index : column.basis[0].vector, single(part)});
+    residuals.push_back({products[i].column, single(rest)});
+    shares.push_back(begins ? 1.0 : column.before / column.norm);
   }
-  combine(added, std::max<std::size_t>(most, 1), candidates);
-  multiply(problem, candidate_.data(), running.size(), share);
+  combine(added, width, candidates);
+  if (most != 1) {
+    multiply(problem, candidate_.data(), shares);
+  }
   combine(residuals, 2, products);
   const Complex* norms = wait(running.size());
   std::vector<Column> left;
@@ -355,7 +360,7 @@ void BlockGmres::update(const Problem& problem, std::vector<Column>& running, st
     const double norm = norms[i].real();
     check_finite(norm);
     const double reached = norm / column.norm;
-    const bool stagnated = reached > kStagnation * column.residual;
+    const bool stagnated = column.steps > 1 && reached > kStagnation * column.residual;
     if (reached < column.residual) {
       column.residual = reached;
       better.push_back({x, kOne});
@@ -367,7 +372,7 @@ void BlockGmres::update(const Problem& problem, std::vector<Column>& running, st
       left.push_back(Column::begun(column.index, column.norm, column.residual, column.steps, products[i].column, norm));
     }
   }
-  if (most > 0 && !improved.empty()) {
+  if (!begins && !improved.empty()) {
     combine(better, 2, improved);
   }
   running = std::move(left);
@@ -388,8 +393,8 @@ const std::complex<double>* BlockGmres::wait(std::size_t count) {
   return reinterpret_cast<const Complex*>(landed);
 }
 
-void BlockGmres::multiply(const Problem& problem, const cuComplex* x, std::size_t columns, double share) {
-  problem.apply(x, product_.data(), static_cast<int>(columns), share);
+void BlockGmres::multiply(const Problem& problem, const cuComplex* x, const std::vector<double>& shares) {
+  problem.apply(x, product_.data(), static_cast<int>(shares.size()), shares.data());
   ++result_.products;
 }
 

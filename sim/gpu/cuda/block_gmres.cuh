@@ -11,8 +11,8 @@ namespace touchfield::cuda {
 /// y = A x for a block of columns, both n x columns on the card, column by column without gaps, not overlapping; enqueued
 /// on the context's stream.
 ///
-/// share   how large a column of A x counts, of ||b||, at most: in what is solved for, its error is multiplied by that
-using BlockProduct = std::function<void(const cuComplex* x, cuComplex* y, int columns, double share)>;
+/// shares   how large each column of A x counts, of ||b||: in what is solved for, its error is multiplied by that
+using BlockProduct = std::function<void(const cuComplex* x, cuComplex* y, int columns, const double* shares)>;
 /// The same of a preconditioner, whose error does not count.
 using BlockPreconditioner = std::function<void(const cuComplex* v, cuComplex* z, int columns)>;
 
@@ -28,6 +28,7 @@ struct GmresReport {
   int products = 0;               ///< block products in all
   double worst = 0.0;             ///< of residuals
   std::vector<double> residuals;  ///< of each column: ||b - A x|| / ||b||, by products of what x is made of
+  std::vector<double> shares;     ///< that each column's b has of the norm that counts: 1, unless `together`
   bool converged = false;         ///< every column has reached the tolerance
 };
 
@@ -39,10 +40,11 @@ struct GmresReport {
 /// have found, by which the host solves the least-squares problems. What it takes of the card grows by a block a step, is
 /// kept for the next solve, and is given back by release().
 ///
-/// apply      A X in single precision, or TF32 where `share` bears it: a step's is the residual before it, as large an error of
-///            A x as the tolerance is smaller (Simoncini, Szyld, SIAM J. Sci. Comput. 25 (2003) 454); that of what a cycle
-///            adds to x is the residual before the cycle. Preconditioned steps, which are few, bear any (0), as cycles end
-///            before such errors show.
+/// apply      A X in single precision, or TF32 where a column's share bears it: a step's is the residual before it, as large
+///            an error of A x as the tolerance is smaller (Simoncini, Szyld, SIAM J. Sci. Comput. 25 (2003) 454); that of what
+///            a cycle adds to x is the residual before the cycle, which a cycle of one step has multiplied already: with
+///            `precondition` the first one is such a cycle. Later steps of those that follow, which are few, bear any error
+///            (0), as cycles end before it shows.
 /// b, x       n x S on the card, column by column without gaps, not overlapping; x is read only if it is a start
 /// precondition  if given, a matrix P near A^-1, P V: the space is that of A P, and x is taken from P V as it was made, so that P
 ///            need not be the same from step to step nor exact (flexible GMRES: Saad, SIAM J. Sci. Comput. 14 (1993) 461)
@@ -77,12 +79,11 @@ class BlockGmres {
   struct Problem;
   struct Column;
 
-  static double worst(const std::vector<Column>& running);
   std::vector<Column> start(const Problem& problem, int columns, bool x_is_start);
   std::size_t run_cycle(const Problem& problem, std::vector<Column>& running);
   void update(const Problem& problem, std::vector<Column>& running, std::size_t most);
   void combine(const std::vector<Term>& terms, std::size_t count, const std::vector<Target>& targets);
-  void multiply(const Problem& problem, const cuComplex* x, std::size_t columns, double share);
+  void multiply(const Problem& problem, const cuComplex* x, const std::vector<double>& shares);
   const std::complex<double>* wait(std::size_t count);
   void check_finite(double value) const;
 

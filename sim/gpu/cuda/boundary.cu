@@ -127,16 +127,22 @@ int Boundary::make_panel() {
   }
 }
 
-void Boundary::apply(bool transposed, const cuComplex* x, cuComplex* y, int columns, Arithmetic arithmetic) {
+void Boundary::apply(bool transposed, const cuComplex* x, cuComplex* y, int columns, int rough) {
   if (columns == 0) {
     return;
   }
   const int m = size();
-  const cuComplex one{1.0F, 0.0F};
-  const cuComplex zero{0.0F, 0.0F};
-  const cublasOperation_t op = transposed ? CUBLAS_OP_T : CUBLAS_OP_N;
+  const auto product = [&](int rows, int depth, const cuComplex* a, int ld, const cuComplex* from, float beta,
+                           cuComplex* to) {
+    const cublasOperation_t op = transposed ? CUBLAS_OP_T : CUBLAS_OP_N;
+    const std::size_t done = std::size_t{1} * m * rough;
+    multiply(context_, op, CUBLAS_OP_N, rows, rough, depth, {1.0F, 0.0F}, a, ld, from, m, {beta, 0.0F}, to, m,
+             Arithmetic::kTf32);
+    multiply(context_, op, CUBLAS_OP_N, rows, columns - rough, depth, {1.0F, 0.0F}, a, ld, from + done, m, {beta, 0.0F},
+             to + done, m, Arithmetic::kSingle);
+  };
   if (is_stored_) {
-    multiply(context_, op, CUBLAS_OP_N, m, columns, m, one, stored_.data(), m, x, m, zero, y, m, arithmetic);
+    product(m, m, stored_.data(), m, x, 0.0F, y);
     return;
   }
   if (columns <= kFewColumns) {
@@ -150,9 +156,11 @@ void Boundary::apply(bool transposed, const cuComplex* x, cuComplex* y, int colu
   for (int first = 0; first < m; first += rows) {
     const int taken = std::min(rows, m - first);
     fill_rows(first, taken, panel_.data(), rows);
-    multiply(context_, op, CUBLAS_OP_N, transposed ? m : taken, columns, transposed ? taken : m, one, panel_.data(),
-             rows, transposed ? x + first : x, m, transposed && first > 0 ? one : zero, transposed ? y : y + first, m,
-             arithmetic);
+    if (transposed) {
+      product(m, taken, panel_.data(), rows, x + first, first > 0 ? 1.0F : 0.0F, y);
+    } else {
+      product(taken, m, panel_.data(), rows, x, 0.0F, y + first);
+    }
   }
 }
 

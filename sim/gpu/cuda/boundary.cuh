@@ -48,10 +48,10 @@ class Boundary {
   /// M x M, column by column, once stored.
   const cuComplex* stored() const { return stored_.data(); }
 
-  /// y = B x or B^T x, M x columns on the card, not the same. Made anew, for up to kFewColumns columns the sums are in
-  /// single precision over 256 faces and in double beyond, whatever the arithmetic; for more, rows are made in panels and
-  /// multiplied, smaller ones where memory is short.
-  void apply(bool transposed, const cuComplex* x, cuComplex* y, int columns, Arithmetic arithmetic);
+  /// y = B x or B^T x, M x columns on the card, not the same; the first `rough` columns in TF32, the others in single
+  /// precision. Made anew, for up to kFewColumns columns the sums are in single precision over 256 faces and in double beyond;
+  /// for more, rows are made in panels and multiplied, smaller ones where memory is short.
+  void apply(bool transposed, const cuComplex* x, cuComplex* y, int columns, int rough);
 
  private:
   void make_diagonal();

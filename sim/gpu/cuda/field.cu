@@ -86,11 +86,10 @@ void Context::field(const GpuBodySpec& body, const GpuSources& given, const GpuF
            near.data());
     multiply(*this, CUBLAS_OP_T, CUBLAS_OP_N, count, field.columns, faces.size(), {1.0, 0.0}, panel.data(),
              faces.size(), surface.data(), faces.size(), {1.0, 0.0}, pressure.data(), count);
-    for (std::size_t s = 0; s < columns; ++s) {
-      check(cudaMemcpyAsync(field.pressure + first + s * field.count, pressure.data() + s * count,
-                            count * sizeof(cuDoubleComplex), cudaMemcpyDeviceToHost, stream_),
-            "download");
-    }
+    constexpr std::size_t kValue = sizeof(cuDoubleComplex);
+    check(cudaMemcpy2DAsync(field.pressure + first, kValue * field.count, pressure.data(), kValue * count,
+                            kValue * count, columns, cudaMemcpyDeviceToHost, stream_),
+          "download");
     winding.download(field.winding + first, count);
     near.download(field.near + first, count);
   }

@@ -2,7 +2,9 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 #include <cub/device/device_select.cuh>
-#include <numeric>
+#include <thrust/binary_search.h>
+#include <thrust/copy.h>
+#include <thrust/execution_policy.h>
 #include <thrust/iterator/counting_iterator.h>
 
 #include "sim/gpu/cuda/launch.cuh"
@@ -136,17 +138,6 @@ __global__ void __launch_bounds__(kThreads)
   }
 }
 
-/// Where each column begins among those of all pairs, ascending.
-__global__ void find_starts(int size, int pairs, const int* column, int* start) {
-  const int p = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (p <= pairs) {
-    const int last = p < pairs ? column[p] : size;
-    for (int j = p > 0 ? column[p - 1] + 1 : 0; j <= last; ++j) {
-      start[j] = p;
-    }
-  }
-}
-
 /// A warp a row and column of x. order: null, or the number of each pair.
 __global__ void subtract_sparse(int size, const int* start, const int* order, const int* index, const cuComplex* value,
                                 const cuComplex* x, cuComplex* y) {
@@ -252,18 +243,18 @@ void NearCorrections::sort_by_columns() {
   if (is_sorted_) {
     return;
   }
-  std::vector<int> numbers(row_.size());
-  std::iota(numbers.begin(), numbers.end(), 0);
-  Array<int> number(context_);
-  number.upload(numbers);
+  const auto there = thrust::cuda::par.on(context_.stream());
+  const thrust::counting_iterator<int> count(0);
+  Array<int> number(context_, pairs());
   Array<int> column(context_, pairs());
+  thrust::copy(there, count, count + pairs(), number.data());
   with_room(context_, [&](void* room, std::size_t& bytes) {
     return cub::DeviceRadixSort::SortPairs(room, bytes, column_.data(), column.data(), number.data(), order_.data(),
                                            pairs(), 0, 8 * sizeof(int), context_.stream());
   });
   column_start_.resize(faces_.size() + 1);
-  launch(context_, "near columns", find_starts, blocks_for(pairs() + 1, kThreads), kThreads, faces_.size(), pairs(),
-         column.data(), column_start_.data());
+  thrust::lower_bound(there, column.data(), column.data() + pairs(), count, count + faces_.size() + 1,
+                      column_start_.data());
   is_sorted_ = true;
 }
 

@@ -31,6 +31,9 @@ __global__ void mirror_lower(int size, cuComplex* matrix, int ld) {
 void multiply(Context& context, cublasOperation_t op_a, cublasOperation_t op_b, int m, int n, int k, cuComplex alpha,
               const cuComplex* a, int lda, const cuComplex* b, int ldb, cuComplex beta, cuComplex* c, int ldc,
               Arithmetic arithmetic) {
+  if (n == 0) {
+    return;
+  }
   const bool tf32 = arithmetic == Arithmetic::kTf32 && context.has_tf32();
   check(cublasGemmEx(context.blas(), op_a, op_b, m, n, k, &alpha, a, CUDA_C_32F, lda, b, CUDA_C_32F, ldb, &beta, c,
                      CUDA_C_32F, ldc, tf32 ? CUBLAS_COMPUTE_32F_FAST_TF32 : CUBLAS_COMPUTE_32F, CUBLAS_GEMM_DEFAULT),

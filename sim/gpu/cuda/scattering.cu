@@ -21,13 +21,15 @@ constexpr double kShareOfFree = 0.8;  // of what is free that one thing may take
 constexpr int kFacesAColumn = 64;     // at most, for LU and its inverse to take less than the steps of GMRES
 constexpr int kMostSteps = 20;        // by an inverse that is worth keeping
 
-/// rows(k, s) = from(faces_k, s)
-__global__ void gather_rows(const int* faces, int count, const cuComplex* from, int ld, int columns,
-                            cuDoubleComplex* rows) {
+/// rows(i, s) = root_j from(j, s), j = list_i or, without a list, first + i; without roots 1 each
+__global__ void take_rows(const int* list, int first, int count, const double* root, const cuComplex* from, int ld,
+                          int columns, cuDoubleComplex* rows) {
   const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
   if (i < std::size_t{1} * count * columns) {
-    const cuComplex value = from[faces[i % count] + (i / count) * ld];
-    rows[i] = make_cuDoubleComplex(value.x, value.y);
+    const std::size_t row = list != nullptr ? list[i % count] : first + i % count;
+    const double by = root != nullptr ? root[row] : 1.0;
+    const cuComplex value = from[row + (i / count) * ld];
+    rows[i] = make_cuDoubleComplex(by * value.x, by * value.y);
   }
 }
 
@@ -47,17 +49,6 @@ __global__ void set_ones(const int* faces, int count, cuComplex* units, int ld) 
   const int c = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (c < count) {
     units[faces[c] + std::size_t{1} * c * ld] = make_cuComplex(1.0F, 0.0F);
-  }
-}
-
-/// panel(i, s) = root_i from(first + i, s)
-__global__ void weigh_rows(const double* root, const cuComplex* from, int ld, int first, int rows, int columns,
-                           cuDoubleComplex* panel) {
-  const std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x;
-  if (i < std::size_t{1} * rows * columns) {
-    const std::size_t row = first + i % rows;
-    const cuComplex value = from[row + (i / rows) * ld];
-    panel[i] = make_cuDoubleComplex(root[row] * value.x, root[row] * value.y);
   }
 }
 
@@ -118,19 +109,6 @@ Boundary& Scattering::boundary() {
                                              : Equation::kPaper);
 }
 
-/// Right-hand sides of every channel at some faces, rows x N, in double.
-void Scattering::field_panel(int first, int rows, Array<cuDoubleComplex>& b, Array<cuDoubleComplex>& slope) const {
-  const std::size_t size = std::size_t{1} * rows * sources().size();
-  const double* points = faces_.centroids() + 3 * std::size_t{1} * first;
-  b.resize(size);
-  sources().incident(points, nullptr, rows, b.data());
-  if (spec_.burton_miller) {
-    slope.resize(size);
-    sources().incident(points, faces_.normals() + 3 * std::size_t{1} * first, rows, slope.data());
-    add(context_, {0.0, gamma()}, slope.data(), b.data(), size);
-  }
-}
-
 /// The Gram matrix b^H b of all channels, N x N, in double: what it leaves open of the weakest drives is far below what
 /// they are left out for.
 void Scattering::channels_gram(Array<cuDoubleComplex>& gram) {
@@ -140,7 +118,14 @@ void Scattering::channels_gram(Array<cuDoubleComplex>& gram) {
   gram.resize(std::size_t{1} * channels * channels);
   for (int first = 0; first < spec_.faces; first += kPanelRows) {
     const int rows = std::min(kPanelRows, spec_.faces - first);
-    field_panel(first, rows, b, slope);
+    const double* points = faces_.centroids() + 3 * std::size_t{1} * first;
+    b.resize(std::size_t{1} * rows * channels);
+    sources().incident(points, nullptr, rows, b.data());
+    if (spec_.burton_miller) {
+      slope.resize(b.size());
+      sources().incident(points, faces_.normals() + 3 * std::size_t{1} * first, rows, slope.data());
+      add(context_, {0.0, gamma()}, slope.data(), b.data(), b.size());
+    }
     multiply(context_, CUBLAS_OP_C, CUBLAS_OP_N, channels, channels, rows, {1.0, 0.0}, b.data(), rows, b.data(), rows,
              {first == 0 ? 0.0 : 1.0, 0.0}, gram.data(), channels);
   }
@@ -237,9 +222,18 @@ GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int colu
   return kind;
 }
 
+/// How many leading columns may be multiplied in TF32, given the shares by which their errors count: of a basis, the weakest
+/// first, about a half. Of plain schemes, whose solutions magnify residuals, none.
+int Scattering::rough_columns(const double* shares, int columns, double tolerance) const {
+  int rough = 0;
+  while (spec_.burton_miller && rough < columns && shares[rough] * kTf32Error <= tolerance) {
+    ++rough;
+  }
+  return rough;
+}
+
 /// GMRES, by the factors of B or the inverse of an earlier one where there is such. With these it starts from zero: its first
-/// step is then nearer than the pressures before, if the array moved, and saves their product. Plain schemes, whose solutions
-/// magnify residuals, are not multiplied in TF32.
+/// step is then nearer than the pressures before, if the array moved, and saves their product.
 void Scattering::solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
                              GpuSolveReport& report) {
   const bool by_factors = report.kind == GpuSolveOptions::Kind::kLu;
@@ -248,9 +242,8 @@ void Scattering::solve_block(const Block& block, const GpuSolveOptions& options,
   }
   const cublasOperation_t op = block.transposed ? CUBLAS_OP_T : CUBLAS_OP_N;
   const int m = spec_.faces;
-  const BlockProduct apply = [&](const cuComplex* x, cuComplex* y, int columns, double share) {
-    const bool seen = !spec_.burton_miller || share * kTf32Error > options.tolerance;
-    boundary().apply(block.transposed, x, y, columns, seen ? Arithmetic::kSingle : Arithmetic::kTf32);
+  const BlockProduct apply = [&](const cuComplex* x, cuComplex* y, int columns, const double* shares) {
+    boundary().apply(block.transposed, x, y, columns, rough_columns(shares, columns, options.tolerance));
   };
   const BlockPreconditioner precondition = [&](const cuComplex* v, cuComplex* z, int columns) {
     if (by_factors) {
@@ -268,6 +261,7 @@ void Scattering::solve_block(const Block& block, const GpuSolveOptions& options,
   report.steps = std::max(report.steps, done.steps);
   report.residual = std::max(report.residual, done.worst);
   report.converged = report.converged && done.converged;
+  shares_.insert(shares_.end(), done.shares.begin(), done.shares.end());
 }
 
 /// In blocks of columns whose Krylov space has room; smaller ones where memory is short, then without a stored matrix.
@@ -276,6 +270,7 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
   using Kind = GpuSolveOptions::Kind;
   GpuSolveReport report;
   report.converged = true;
+  shares_.clear();
   report.kind = prepare(options.kind, all.columns);
   const double column = 8.0 * spec_.faces * (std::min(kUsualSteps, options.restart) + 8);
   const double room = kShareOfFree * static_cast<double>(context_.allowed() - context_.taken());
@@ -315,17 +310,17 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
 }
 
 /// p_ = x_, then twice p_ += e - B_c p_, e of the drives: d = e - B_c x, p = x + 2 d - B_c d, where what multiplies d need
-/// not have all digits, which is small beside p.
-void Scattering::polish(const cuComplex* drives, int columns) {
+/// not have all digits, which is small beside p, nor what multiplies x in the columns that count for little.
+void Scattering::polish(const cuComplex* drives, int columns, double tolerance) {
   const std::size_t size = std::size_t{1} * spec_.faces * columns;
   p_.resize(size);
   polished_.resize(size);
   const int channels = sources().size();
   multiply(context_, CUBLAS_OP_N, CUBLAS_OP_N, spec_.faces, columns, channels, kOne, g_.data(), spec_.faces, drives,
            channels, kZero, right_.data(), spec_.faces, Arithmetic::kSingle);
-  plain().apply(false, x_.data(), p_.data(), columns, Arithmetic::kSingle);
+  plain().apply(false, x_.data(), p_.data(), columns, rough_columns(shares_.data(), columns, tolerance / 2));
   add(context_, kMinusOne, p_.data(), right_.data(), size);
-  plain().apply(false, right_.data(), polished_.data(), columns, Arithmetic::kTf32);
+  plain().apply(false, right_.data(), polished_.data(), columns, columns);
   copy(x_.data(), p_.data(), size);
   add(context_, {2.0F, 0.0F}, right_.data(), p_.data(), size);
   add(context_, kMinusOne, polished_.data(), p_.data(), size);
@@ -345,7 +340,7 @@ GpuSolveReport Scattering::pressures_of(const cuComplex* drives, int columns, bo
            kZero, right_.data(), spec_.faces, Arithmetic::kSingle);
   const GpuSolveReport report = solve_columns({false, columns, right_.data(), x_.data(), warm}, options, progress);
   if (spec_.polished) {
-    polish(drives, columns);
+    polish(drives, columns, options.tolerance);
   }
   columns_ = columns;
   return report;
@@ -421,7 +416,7 @@ void Scattering::rows(const int* faces, int count, GpuComplex* rows) {
   Array<int> list(context_);
   list.upload(faces, static_cast<std::size_t>(count));
   Array<cuDoubleComplex> gathered(context_, std::size_t{1} * count * columns_);
-  launch(context_, "rows", gather_rows, blocks_for(gathered.size(), kThreads), kThreads, list.data(), count,
+  launch(context_, "rows", take_rows, blocks_for(gathered.size(), kThreads), kThreads, list.data(), 0, count, nullptr,
          pressure().data(), spec_.faces, columns_, gathered.data());
   to_channels(gathered.data(), count, rows);
 }
@@ -438,8 +433,8 @@ GpuBody::Reduction Scattering::reduce(const double* weights, double tolerance) {
     const int rows = std::min(kPanelRows, spec_.faces - first);
     const std::size_t size = std::size_t{1} * rows * columns_;
     panel.resize(size);
-    launch(context_, "Gram matrix", weigh_rows, blocks_for(size, kThreads), kThreads, root.data(), pressure().data(),
-           spec_.faces, first, rows, columns_, panel.data());
+    launch(context_, "Gram matrix", take_rows, blocks_for(size, kThreads), kThreads, nullptr, first, rows, root.data(),
+           pressure().data(), spec_.faces, columns_, panel.data());
     multiply(context_, CUBLAS_OP_C, CUBLAS_OP_N, columns_, columns_, rows, {1.0, 0.0}, panel.data(), rows, panel.data(),
              rows, {first == 0 ? 0.0 : 1.0, 0.0}, gram.data(), columns_);
   }
@@ -466,28 +461,24 @@ std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int coun
                                                       const double* weights, bool scattered) {
   context_.use();
   make_field();
-  PaperMatrices paper;
-  paper.rows = spec_.faces;
-  paper.targets = count;
-  paper.channels = sources().size();
-  paper.amplitudes = amplitudes;
-  paper.weights = weights;
-  paper.g = scattered ? right_sides() : g_.data();
   Array<cuComplex> units(context_);
   Array<cuComplex> columns(context_);
   set_units(faces, count, units);
   if (scattered) {
     columns.resize(units.size());
     if (spec_.burton_miller) {
-      boundary().apply(false, units.data(), columns.data(), count, Arithmetic::kSingle);
+      boundary().apply(false, units.data(), columns.data(), count, 0);
     } else {
       Array<int> list(context_);
       list.upload(faces, static_cast<std::size_t>(count));
       boundary().fill_columns(list.data(), count, columns.data());
     }
   }
-  paper.columns = scattered ? columns.data() : units.data();
-  return make_gram_device(context_, paper_gram(context_, paper), count + paper.channels);
+  const int channels = sources().size();
+  const PaperMatrices paper{
+      spec_.faces, count,  channels, scattered ? columns.data() : units.data(), scattered ? right_sides() : g_.data(),
+      amplitudes,  weights};
+  return make_gram_device(context_, paper_gram(context_, paper), count + channels);
 }
 
 /// units(j, c) = 1 where j is faces_c, else 0
@@ -509,7 +500,7 @@ GpuSolveReport Scattering::transfer_rows(const int* faces, int count, GpuComplex
   const std::size_t size = std::size_t{1} * spec_.faces * count;
   const auto subtract_plain = [&](Array<cuComplex>& r) {  // r -= B_c^T r
     polished_.resize(size);
-    plain().apply(true, r.data(), polished_.data(), count, Arithmetic::kSingle);
+    plain().apply(true, r.data(), polished_.data(), count, 0);
     add(context_, kMinusOne, polished_.data(), r.data(), size);
   };
   set_units(faces, count, right_);

@@ -47,18 +47,18 @@ class Scattering final : public GpuBody {
   double gamma() const { return spec_.coupling / spec_.k; }
   void make_field();
   const cuComplex* right_sides() const { return spec_.burton_miller ? b_.data() : g_.data(); }
-  void field_panel(int first, int rows, Array<cuDoubleComplex>& b, Array<cuDoubleComplex>& slope) const;
   std::vector<double> eigen(int size, Array<cuDoubleComplex>& matrix);
   void to_channels(const cuDoubleComplex* rows, int count, GpuComplex* out);
   void channels_gram(Array<cuDoubleComplex>& gram);
   const Array<cuComplex>& pressure() const { return spec_.polished ? p_ : x_; }
-  void polish(const cuComplex* drives, int columns);
+  void polish(const cuComplex* drives, int columns, double tolerance);
   GpuSolveReport pressures_of(const cuComplex* drives, int columns, bool warm, const GpuSolveOptions& options,
                               const GpuProgress& progress);
   GpuSolveReport solve_columns(const Block& all, const GpuSolveOptions& options, const GpuProgress& progress);
   void solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
                    GpuSolveReport& report);
   void factorise();
+  int rough_columns(const double* shares, int columns, double tolerance) const;
   bool has_current_factors() const { return has_factors_ && factors_are_current_; }
   void drop_factors();
   GpuSolveOptions::Kind prepare(GpuSolveOptions::Kind wanted, int columns);
@@ -86,6 +86,7 @@ class Scattering final : public GpuBody {
   int columns_ = 0;               // of P
   Array<cuComplex> x_{context_};  // solution of B x = b, M x S: P itself where nothing is polished
   Array<cuComplex> p_{context_};  // P where it is
+  std::vector<double> shares_;    // of the columns that were solved for, as GmresReport has them
   Array<cuComplex> right_{context_}, polished_{context_}, drives_{context_};
   Array<cuDoubleComplex> reduced_{context_};  // rows whose products with V^H are R
   Array<cuDoubleComplex> host_{context_};     // on the way to and from the host

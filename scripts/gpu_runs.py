@@ -1,0 +1,103 @@
+#!/usr/bin/python3
+"""Whole runs by the first graphics card and by two of its machine's cores: a sphere against the series, and sweeps of heights.
+
+usage: scripts/gpu_runs.py [PROGRAM [FOLDER]]     (default: build/release/apps/touchfield, results/tables)
+
+Writes gpu_runs.csv: seconds of each, and how far what the card says is off: of the sphere's pressures by the series, of sweeps the
+judged error by the processor's, in points. The card computes all twenty heights, from start to end; the processor the first
+three, whose later ones, with everything at hand, stand for the rest: four minutes.
+"""
+
+import csv
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+if {"-h", "--help"} & set(sys.argv[1:]):
+    print(__doc__, end="")
+    sys.exit()
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
+os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
+sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "scripts/report")]
+
+import numpy  # noqa: E402
+from meshes import icosphere, write_ply  # noqa: E402
+from runs import made_by, write_table  # noqa: E402
+from sphere_series import K, plane_wave  # noqa: E402
+from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
+
+SPHERE = """\
+name: sphere
+array: {plane_wave: {direction: [0, 0, 1]}}
+body: {mesh: {file: sphere.ply, unit: mm}}
+solve: {methods: [{fixed: {phases_rad: 0, scheme: burton_miller_polished}}], alarm: never}
+judge: none
+write: [h5]
+"""
+SPHERE_KA = 25
+HEIGHTS = [150 + 10 * i for i in range(20)]
+SWEEPS = {"heights of scenes/width_8mm.yaml": ("../width_8mm.yaml", ""),
+          "heights of its whole hand": ("../width_8mm.yaml", "body.keep_within_mm: null, judge: same, ")}
+
+
+def touchfield(device, *arguments):
+    """Seconds from start to end."""
+    pinned = ["taskset", "-c", "0,1"] if device == "cpu" else []
+    threads = {"OMP_NUM_THREADS": "2"} if device == "cpu" else {}
+    began = time.monotonic()
+    done = subprocess.run([*pinned, PROGRAM, *map(str, arguments)], env=os.environ | threads, capture_output=True, text=True,
+                          check=False)
+    if done.returncode:
+        sys.exit(f"scripts/gpu_runs.py: {done.stderr}")
+    return time.monotonic() - began
+
+
+def row(work, count, card, processor, off):
+    return {"work": work, "faces": count, "card_s": f"{card:.3g}", "processor_s": f"{processor:.3g}",
+            "ratio": f"{processor / card:.1f}", "off": f"{off:.2g}"}
+
+
+def sphere(folder):
+    """Pressures of one plane wave; the start of the card apart."""
+    write_ply(folder / "sphere.ply", *icosphere(5, SPHERE_KA / K * 1e3))
+    (folder / "sphere.yaml").write_text(SPHERE)
+    seconds = {}
+    for device in ("cpu", "cuda"):
+        touchfield(device, "run", folder / "sphere.yaml", "-o", folder / device, "--device", device, "--quiet")
+        with open_run(folder / device) as run:
+            seconds[device] = math.fsum(run["solves/seconds"][:])
+            centroid, area = faces(run)
+            exact = plane_wave(SPHERE_KA / K, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
+            off = relative_l2(area, run["methods/fixed/pressure"][:], exact)
+    return row("a sphere, one drive", len(area), seconds["cuda"], seconds["cpu"], off)
+
+
+def sweep(work, folder):
+    base, changes = SWEEPS[work]
+    cases = {}
+    for device, heights in (("cpu", HEIGHTS[:3]), ("cuda", HEIGHTS)):
+        scene = folder / f"{device}.yaml"
+        scene.write_text(f"base: {(ROOT / 'scenes/sweeps' / base).resolve()}\nname: heights\n"
+                         f"set: {{{changes}solve.methods: [surface], field: [], write: [h5], solve.device: {device}}}\n"
+                         f"grid: {{'body.place.at_mm[2]': {heights}}}\n")
+        whole = touchfield(device, "sweep", scene, "-o", folder / device, "--jobs", "1")
+        with open(folder / device / "sweep.csv", newline="", encoding="ascii") as table:
+            cases[device] = list(csv.DictReader(table))
+    times = [float(case["seconds"]) for case in cases["cpu"]]
+    processor = times[0] + (len(HEIGHTS) - 1) * sum(times[1:]) / len(times[1:])
+    off = max(abs(float(a["relative_error"]) - float(b["relative_error"])) for a, b in zip(cases["cpu"], cases["cuda"]))
+    return row(work, cases["cuda"][0]["faces"], whole, processor, 100 * off)
+
+
+tables = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else ROOT / "results/tables")
+rows = []
+for measure in (sphere, *(lambda folder, work=work: sweep(work, folder) for work in SWEEPS)):
+    with tempfile.TemporaryDirectory() as place:
+        rows.append(measure(pathlib.Path(place)))
+    print(*rows[-1].values(), flush=True)
+write_table(tables / "gpu_runs.csv", rows, made_by("scripts/gpu_runs.py", PROGRAM))
