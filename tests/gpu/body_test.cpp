@@ -61,7 +61,7 @@ TriangleMesh gap() {
 
 TriangleMesh small_hand() {
   HandOptions options;
-  options.edge = 4.5e-3;
+  options.edge = 6e-3;
   return hand(options).mesh;
 }
 
