@@ -8,7 +8,6 @@ judged error by the processor's, in points. The card computes all twenty heights
 three, whose later ones, with everything at hand, stand for the rest: four minutes.
 """
 
-import csv
 import math
 import os
 import pathlib
@@ -17,19 +16,16 @@ import sys
 import tempfile
 import time
 
-if {"-h", "--help"} & set(sys.argv[1:]):
-    print(__doc__, end="")
-    sys.exit()
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
-os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
-sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "scripts/report")]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "report"))
 
-import numpy  # noqa: E402
+from measuring import ROOT, begin  # noqa: E402
+
+begin(__doc__)
+
 from meshes import icosphere, write_ply  # noqa: E402
-from runs import made_by, write_table  # noqa: E402
-from sphere_series import K, plane_wave  # noqa: E402
-from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
+from runs import made_by, table, write_table  # noqa: E402
+from sphere_series import K, plane_wave_errors  # noqa: E402
+from support import PROGRAM, open_run  # noqa: E402
 
 SPHERE = """\
 name: sphere
@@ -41,8 +37,7 @@ write: [h5]
 """
 SPHERE_KA = 25
 HEIGHTS = [150 + 10 * i for i in range(20)]
-SWEEPS = {"heights of scenes/width_8mm.yaml": ("../width_8mm.yaml", ""),
-          "heights of its whole hand": ("../width_8mm.yaml", "body.keep_within_mm: null, judge: same, ")}
+SWEEPS = {"heights of scenes/width_8mm.yaml": "", "heights of its whole hand": "body.keep_within_mm: null, judge: same, "}
 
 
 def touchfield(device, *arguments):
@@ -71,23 +66,20 @@ def sphere(folder):
         touchfield(device, "run", folder / "sphere.yaml", "-o", folder / device, "--device", device, "--quiet")
         with open_run(folder / device) as run:
             seconds[device] = math.fsum(run["solves/seconds"][:])
-            centroid, area = faces(run)
-            exact = plane_wave(SPHERE_KA / K, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
-            off = relative_l2(area, run["methods/fixed/pressure"][:], exact)
-    return row("a sphere, one drive", len(area), seconds["cuda"], seconds["cpu"], off)
+    with open_run(folder / "cuda") as run:
+        off = plane_wave_errors(run, SPHERE_KA / K, ["fixed"])["fixed"]
+        return row("a sphere, one drive", len(run["mesh/area"]), seconds["cuda"], seconds["cpu"], off)
 
 
 def sweep(work, folder):
-    base, changes = SWEEPS[work]
     cases = {}
     for device, heights in (("cpu", HEIGHTS[:3]), ("cuda", HEIGHTS)):
         scene = folder / f"{device}.yaml"
-        scene.write_text(f"base: {(ROOT / 'scenes/sweeps' / base).resolve()}\nname: heights\n"
-                         f"set: {{{changes}solve.methods: [surface], field: [], write: [h5], solve.device: {device}}}\n"
+        scene.write_text(f"base: {ROOT / 'scenes/width_8mm.yaml'}\nname: heights\n"
+                         f"set: {{{SWEEPS[work]}solve.methods: [surface], field: [], write: [h5], solve.device: {device}}}\n"
                          f"grid: {{'body.place.at_mm[2]': {heights}}}\n")
         whole = touchfield(device, "sweep", scene, "-o", folder / device, "--jobs", "1")
-        with open(folder / device / "sweep.csv", newline="", encoding="ascii") as table:
-            cases[device] = list(csv.DictReader(table))
+        cases[device] = table(folder / device / "sweep.csv")
     times = [float(case["seconds"]) for case in cases["cpu"]]
     processor = times[0] + (len(HEIGHTS) - 1) * sum(times[1:]) / len(times[1:])
     off = max(abs(float(a["relative_error"]) - float(b["relative_error"])) for a, b in zip(cases["cpu"], cases["cuda"]))

@@ -8,24 +8,20 @@ usage: scripts/indicator_study.py [PROGRAM [CSV]]     (default: build/release/ap
 """
 
 import json
-import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 
-if {"-h", "--help"} & set(sys.argv[1:]):
-    print(__doc__, end="")
-    sys.exit()
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
-os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
-sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "scripts/report")]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "report"))
 
-import numpy  # noqa: E402
+from measuring import ROOT, begin  # noqa: E402
+
+begin(__doc__)
+
 from runs import made_by, write_table  # noqa: E402
-from sphere_series import K, plane_wave  # noqa: E402
-from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
+from sphere_series import K, plane_wave_errors  # noqa: E402
+from support import PROGRAM, open_run  # noqa: E402
 
 SCENE = """\
 name: body
@@ -62,9 +58,7 @@ def measure(body, edge, splits, radius, scheme, folder):
     with open_run(folder + "/out") as run:
         if radius is None:
             return report, float(run["methods/fixed"].attrs["judge_difference"])
-        centroid, area = faces(run)
-        exact = plane_wave(radius, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
-        return report, relative_l2(area, run["methods/fixed/pressure"][:], exact)
+        return report, plane_wave_errors(run, radius, ["fixed"])["fixed"]
 
 
 rows = []

@@ -15,19 +15,16 @@ import sys
 import tempfile
 import time
 
-if {"-h", "--help"} & set(sys.argv[1:]):
-    print(__doc__, end="")
-    sys.exit()
-ROOT = pathlib.Path(__file__).resolve().parent.parent
-os.environ["TOUCHFIELD_PROGRAM"] = sys.argv[1] if len(sys.argv) > 1 else str(ROOT / "build/release/apps/touchfield")
-os.environ["TOUCHFIELD_SOURCE_DIR"] = str(ROOT)
-sys.path[:0] = [str(ROOT / "tests/cli"), str(ROOT / "scripts/report")]
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent / "report"))
 
-import numpy  # noqa: E402
+from measuring import ROOT, begin  # noqa: E402
+
+begin(__doc__)
+
 from meshes import icosphere, write_ply  # noqa: E402
 from runs import made_by, write_table  # noqa: E402
-from sphere_series import K, plane_wave  # noqa: E402
-from support import PROGRAM, faces, open_run, relative_l2  # noqa: E402
+from sphere_series import K, plane_wave_errors  # noqa: E402
+from support import PROGRAM, open_run  # noqa: E402
 
 SCHEMES = ["paper", "paper_corrected", "chief", "burton_miller", "burton_miller_polished"]
 SCENE = """\
@@ -53,9 +50,7 @@ def errors(body, radius, schemes, folder):
     if status:
         sys.exit(f"scripts/sphere_accuracy.py: {PROGRAM} has failed on {body}")
     with open_run(folder + "/out") as run:
-        centroid, area = faces(run)
-        exact = plane_wave(radius, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
-        return len(area), {scheme: relative_l2(area, run[f"methods/{scheme}/pressure"][:], exact) for scheme in schemes}, taken
+        return len(run["mesh/area"]), plane_wave_errors(run, radius, schemes), taken
 
 
 def built_in(ka, edges_a_wavelength):

@@ -3,10 +3,8 @@
 import json
 import unittest
 
-import numpy
-
-from sphere_series import plane_wave
-from support import FINGER, CommandTest, faces, open_run, relative_l2
+from sphere_series import plane_wave_errors
+from support import FINGER, CommandTest, open_run
 
 SPHERE = """\
 name: sphere
@@ -32,9 +30,7 @@ class Accuracy(CommandTest):
             self.assertEqual(self.entries(), before)
             self.run_ok("run", scene, "-o", "out", "--set", f"solve.scheme={scheme}")
             with open_run(self.folder / "out") as run:
-                centroid, area = faces(run)
-                exact = plane_wave(7e-3, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
-                error = relative_l2(area, run["methods/fixed/pressure"][:], exact)
+                error = plane_wave_errors(run, 7e-3, ["fixed"])["fixed"]
             print(f"{scheme}: error {100 * error:.2f} %, indicator {100 * said['l2']:.2f} %, worst"
                   f" {100 * said['max']:.2f} %, split {100 * said['split']:.2f} %")
             # Sources inside are nearer to the skin than anything outside: the indicator is the larger. The split mesh

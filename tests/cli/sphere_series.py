@@ -3,6 +3,7 @@
 import math
 
 import numpy
+from support import faces, relative_l2
 
 SPEED = 343.21
 K = 2 * math.pi * 40e3 / SPEED
@@ -44,3 +45,10 @@ def plane_wave(radius, cosine):
     ka, order = K * radius, terms(K * radius)
     near, p = hankel(order + 2, ka), legendre(order + 1, cosine)
     return sum((2 * n + 1) * 1j**n * p[n] * surface_factor(near, n, ka) for n in range(order))
+
+
+def plane_wave_errors(run, radius, methods):
+    """Relative L2 of the complex pressure of a run's methods on a sphere at the origin, in a wave of 1 Pa along z."""
+    centroid, area = faces(run)
+    exact = plane_wave(radius, centroid[:, 2] / numpy.linalg.norm(centroid, axis=1))
+    return {method: relative_l2(area, run[f"methods/{method}/pressure"][:], exact) for method in methods}

@@ -38,24 +38,23 @@ Eigen::MatrixXcd drives(Eigen::Index channels, Eigen::Index columns) {
   return q;
 }
 
-/// Two plates a third of a wavelength apart: what is between them resonates.
-/// 24 mm across, 3 mm thick.
-TriangleMesh plate() {
+/// Round, 24 mm across, so much of that thick.
+TriangleMesh plate(double thickness) {
   const TriangleMesh ball = sphere(12e-3, 2e-3).mesh;
   Eigen::Matrix3Xd vertices = ball.vertices();
-  vertices.row(2) *= 0.125;
+  vertices.row(2) *= thickness;
   return {vertices, ball.triangles()};
 }
 
+/// Two plates a third of a wavelength apart: what is between them resonates.
 TriangleMesh gap() {
-  const TriangleMesh plate = sphere(12e-3, 2e-3).mesh;
-  Eigen::Matrix3Xd vertices(3, 2 * plate.vertex_count());
-  vertices << plate.vertices(), plate.vertices();
-  vertices.row(2) *= 0.25;
-  vertices.row(2).head(plate.vertex_count()).array() -= 4.5e-3;
-  vertices.row(2).tail(plate.vertex_count()).array() += 4.5e-3;
-  Triangles triangles(3, 2 * plate.face_count());
-  triangles << plate.triangles(), plate.triangles().array() + static_cast<int>(plate.vertex_count());
+  const TriangleMesh one = plate(0.25);
+  Eigen::Matrix3Xd vertices(3, 2 * one.vertex_count());
+  vertices << one.vertices(), one.vertices();
+  vertices.row(2).head(one.vertex_count()).array() -= 4.5e-3;
+  vertices.row(2).tail(one.vertex_count()).array() += 4.5e-3;
+  Triangles triangles(3, 2 * one.face_count());
+  triangles << one.triangles(), one.triangles().array() + static_cast<int>(one.vertex_count());
   return {vertices, triangles};
 }
 
@@ -105,7 +104,10 @@ class CardPressures : public BodyOnCardTest, public ::testing::WithParamInterfac
 // The card's promise.
 TEST_P(CardPressures, AreThoseInDouble) {
   const auto [shape, scheme] = GetParam();
-  const TriangleMesh mesh = shape == 0 ? icosphere(12e-3, 8) : shape == 1 ? gap() : shape == 2 ? small_hand() : plate();
+  const TriangleMesh mesh = shape == 0   ? icosphere(12e-3, 8)
+                            : shape == 1 ? gap()
+                            : shape == 2 ? small_hand()
+                                         : plate(0.125);
   const bool cured = traits(scheme).burton_miller;
   const Reference reference(mesh, wave(), scheme);
   const TransducerArray sources = array();
