@@ -14,7 +14,6 @@
 #include "apps/commands/interrupt_guard.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/assess/check.h"
 #include "sim/batch/run_directory.h"
 #include "sim/batch/sweep.h"
 #include "sim/batch/sweep_case.h"
@@ -224,17 +223,20 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   options.threads = threads;
   options.command_line = invoked.command_line;
   share_cards(input.scenes, options);
+  int most = 1;
+  options.expected = [&](const CaseCost& cost, int jobs) {
+    reporter.note(fmt::format("a case: {} faces, {} channels, about {:.0f} MiB and, on its own, {:.0f} s{}", cost.faces,
+                              cost.channels, cost.memory_mib, cost.seconds,
+                              jobs < most ? fmt::format("; there is memory for {} at a time", jobs) : ""));
+  };
   SweepRunner runner(input.plan, input.scenes, input.identity, directory, options);
+  most = runner.jobs();
   for (const auto& [number, damage] : runner.damaged()) {
     Reporter::warn(fmt::format("case {} is damaged and computed anew: {}", number, damage));
   }
-  if (const auto expected = limit_to_memory(runner, input.scenes)) {
-    reporter.note(fmt::format("a case: {} faces, {} channels, about {:.0f} MiB and, on its own, {:.0f} s",
-                              expected->faces, expected->channels, expected->memory_mib, expected->seconds));
-  }
   reporter.note(fmt::format("{}: {} cases to compute, {} {}; {} at a time with {} thread{} each, in {}",
                             input.plan.name, runner.left(), runner.groups(), runner.groups() == 1 ? "body" : "bodies",
-                            runner.jobs(), std::max(1, threads / runner.jobs()), threads / runner.jobs() > 1 ? "s" : "",
+                            runner.jobs(), runner.threads_each(), runner.threads_each() > 1 ? "s" : "",
                             directory.path()));
   {
     const std::lock_guard lock(open->mutex);

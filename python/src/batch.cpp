@@ -74,7 +74,6 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
         SweepDirectory directory = SweepDirectory::open(place, input.identity, resume);
         share_cards(input.scenes, options);
         SweepRunner runner(input.plan, input.scenes, input.identity, directory, options);
-        limit_to_memory(runner, input.scenes);
         try {
           return runner.run({}).summary;
         } catch (const Stopped&) {

@@ -6,6 +6,8 @@
 #include <deque>
 #include <memory>
 #include <poll.h>
+#include <span>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -91,12 +93,7 @@ SweepRunner::~SweepRunner() = default;
 
 std::size_t SweepRunner::groups() const { return groups_.size(); }
 
-void SweepRunner::limit_jobs(double case_mib, double available_mib) {
-  if (available_mib > 0 && case_mib > 0) {
-    jobs_ = std::clamp(static_cast<int>(std::min(available_mib / case_mib, 1e6)), 1, jobs_);
-    workers_.resize(static_cast<std::size_t>(jobs_));
-  }
-}
+int SweepRunner::threads_each() const { return std::max(1, options_.threads / jobs_); }
 
 int SweepRunner::left() const {
   std::size_t count = 0;
@@ -141,7 +138,7 @@ bool SweepRunner::dispatch(Worker& worker) {
   job.inputs = inputs_of(item);
   job.scenes = group->size;
   job.command_line = options_.command_line;
-  job.threads = std::max(1, options_.threads / jobs_);
+  job.threads = one_at_first_ ? options_.threads : threads_each();
   if (!worker.process) {
     const auto number = static_cast<std::size_t>(&worker - workers_.data());
     const std::string card =
@@ -166,7 +163,7 @@ void SweepRunner::receive(Worker& worker, const OnCase& on_case) {
     if (said.record) {
       finish(worker, std::move(*said.record), on_case);
     } else {
-      worker.expected = *said.expected_seconds;
+      take_expected(worker, *said.expected);
     }
   }
   if (answer.ended) {
@@ -176,6 +173,21 @@ void SweepRunner::receive(Worker& worker, const OnCase& on_case) {
       fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how), on_case);
     }
   }
+}
+
+/// Of the first such case: no more jobs than there is memory for, each with its share of the threads.
+void SweepRunner::take_expected(Worker& worker, const CaseCost& cost) {
+  worker.expected = cost.seconds;
+  if (one_at_first_) {
+    one_at_first_ = false;
+    if (cost.available_mib > 0 && cost.memory_mib > 0) {
+      jobs_ = std::clamp(static_cast<int>(std::min(cost.available_mib / cost.memory_mib, 1e6)), 1, jobs_);
+    }
+    if (options_.expected) {
+      options_.expected(cost, jobs_);
+    }
+  }
+  worker.process->send(std::to_string(threads_each()));
 }
 
 /// Counts the time of a case and ends one that takes too long.
@@ -211,6 +223,7 @@ void SweepRunner::finish(Worker& worker, SweepRecord record, const OnCase& on_ca
     throw NoRoomError(fmt::format("case {}: {}", record.number, record.reason));
   }
   worker.place.reset();
+  one_at_first_ = false;
   land(record, worker.scratch);
   ++computed_;
   longest_ = record.status == "ok" ? std::max(longest_, record.seconds) : longest_;
@@ -279,11 +292,11 @@ SweepResult SweepRunner::result() {
   return result;
 }
 
-/// Every worker that has no case gets one. Returns false if none has any.
+/// Every worker of as many as there are jobs gets a case if it has none. Returns false if none has any.
 bool SweepRunner::dispatch_all() {
   const std::lock_guard lock(mutex_);
   bool any = false;
-  for (Worker& worker : workers_) {
+  for (Worker& worker : std::span(workers_).first(static_cast<std::size_t>(one_at_first_ ? 1 : jobs_))) {
     any = worker.place || dispatch(worker) || any;
   }
   return any;

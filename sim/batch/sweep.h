@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/batch/sweep_case.h"
 #include "sim/batch/sweep_directory.h"
 #include "sim/batch/sweep_summary.h"
 
@@ -18,6 +19,7 @@ struct SweepOptions {
   int jobs = 0;                     // cases at a time; 0: chosen
   std::vector<std::string> cards;   // as CUDA_VISIBLE_DEVICES names them, one a worker in turn; empty: as it is
   bool retry_failed = false;
+  std::function<void(const CaseCost&, int)> expected{};  // called once: what a case takes, and jobs by its memory
   std::function<void()> tick{};  // called twice a second or more often; what it throws ends the sweep as an error does
   double case_seconds = 0.0;     // a case that takes longer is given up as failed [s]; 0: case_limit
   std::string command_line;
@@ -51,7 +53,9 @@ struct SweepResult {
 /// hangs is killed once its case has taken longer than options.case_seconds, or without that longer than case_limit.
 /// Time while this process does not run itself does not count.
 ///
-/// Without options.jobs there are as many jobs as bodies, at most one a thread; the threads are shared out evenly.
+/// Without options.jobs there are as many jobs as bodies, at most one a thread; the threads are shared out evenly. The
+/// first case begins alone, with all threads, until it has said what memory a case takes: there are no more jobs than
+/// have room.
 class SweepRunner {
  public:
   using OnCase = std::function<void(const SweepRecord&, const SweepProgress&)>;
@@ -69,8 +73,7 @@ class SweepRunner {
   ~SweepRunner();
 
   int jobs() const { return jobs_; }
-  /// Fewer jobs where the memory of that many cases is not there; not below 1.
-  void limit_jobs(double case_mib, double available_mib);
+  int threads_each() const;  // of that many jobs
   /// Groups of cases that share a body, and cases left to compute.
   std::size_t groups() const;
   int left() const;
@@ -95,6 +98,7 @@ class SweepRunner {
   Group* next_group(const Worker& worker);
   bool dispatch(Worker& worker);
   void receive(Worker& worker, const OnCase& on_case);
+  void take_expected(Worker& worker, const CaseCost& cost);
   void finish(Worker& worker, SweepRecord record, const OnCase& on_case);
   void fail(Worker& worker, std::string reason, const OnCase& on_case);
   void limit_time(Worker& worker, std::chrono::steady_clock::duration passed, const OnCase& on_case);
@@ -115,7 +119,8 @@ class SweepRunner {
   std::vector<Group> groups_;
   std::vector<Worker> workers_;
   int jobs_ = 1;
-  int cases_ = 0;  // of this shard
+  bool one_at_first_ = true;  // until a case has said what it takes, or could not
+  int cases_ = 0;             // of this shard
   int computed_ = 0;
   double seconds_sum_ = 0.0;  // of the cases computed
   double longest_ = 0.0;      // of them, those that are ok [s]

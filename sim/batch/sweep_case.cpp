@@ -19,6 +19,7 @@
 #include "sim/batch/run_directory.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 #include "sim/core/version.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
@@ -30,7 +31,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kExpected = "expected_seconds";
+constexpr const char* kExpected = "expected";
 
 /// Writes what a computation does into a log, a line a stage, each with the time and on the disk at once. A file that
 /// cannot be opened leaves the log empty: it is no part of the result.
@@ -89,25 +90,29 @@ void in_directory(const std::string& path, const std::vector<std::string>& files
   }
 }
 
-void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<void(double)>& expect,
+void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<int(const CaseCost&)>& expect,
              SweepRecord& record) {
+  const auto cost_of = [](const CheckReport& report, double seconds) {
+    return CaseCost{report.faces, report.channels, report.memory_mib, report.available_mib, seconds};
+  };
   const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
   if (scene.motion) {
-    MotionOptions options{.command_line = job.command_line, .threads = job.threads};
+    MotionOptions options{.command_line = job.command_line};
     const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes), &kept.bodies);
-    require_memory(check_model(sensed.solved().first()));
-    expect(expected_cost(sensed).seconds);
+    const CheckReport report = check_model(sensed.solved().first());
+    require_memory(report);
+    options.threads = expect(cost_of(report, expected_cost(sensed).seconds));
     in_directory(job.scratch, motion_files(sensed), [&](RunDirectory& directory) {
       take_results(play_scene(sensed, options, directory, progress), record);
     });
     return;
   }
   const Model model = build_model(scene, &kept.bodies);
-  const CheckReport report = check_model(model);
+  const CheckReport report = check_model(model, job.scenes);
   require_memory(report);
-  expect(report.seconds);
+  const int threads = expect(cost_of(report, report.seconds));
   in_directory(job.scratch, run_files(model.scene), [&](RunDirectory& directory) {
-    SolveOptions options{job.command_line, job.threads, &kept.bodies, &kept.models};
+    SolveOptions options{job.command_line, threads, &kept.bodies, &kept.models};
     take_results(run_model(model, options, directory, progress), record);
   });
 }
@@ -148,6 +153,7 @@ std::string sharing_key(const Scene& scene) {
 }  // namespace
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseJob, number, scratch, scene, inputs, scenes, command_line, threads)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseCost, faces, channels, memory_mib, available_mib, seconds)
 
 std::string to_json(const CaseJob& job) { return nlohmann::json(job).dump(); }
 
@@ -160,7 +166,7 @@ CaseJob job_from_json(const std::string& text) {
 }
 
 SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
-                     const std::function<void(double)>& expect) {
+                     const std::function<int(const CaseCost&)>& expect) {
   SweepRecord record;
   record.number = job.number;
   record.inputs = job.inputs;
@@ -192,11 +198,13 @@ SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
   return record;
 }
 
+std::string to_json(const CaseCost& cost) { return nlohmann::json{{kExpected, cost}}.dump(); }
+
 CaseAnswer answer_from_json(const std::string& line) {
   try {
     const Json json = Json::parse(line);
     if (json.contains(kExpected)) {
-      return {json.at(kExpected).get<double>(), std::nullopt};
+      return {json.at(kExpected).get<CaseCost>(), std::nullopt};
     }
   } catch (const Json::exception& error) {
     throw IoError(fmt::format("the answer of a process that computes cases cannot be read: {}", error.what()));
@@ -221,7 +229,13 @@ int serve_cases() {
     const CaseJob job = job_from_json(line);
     omp_set_num_threads(job.threads);
     FileProgress progress(job.scratch + "/run.log");
-    const auto expect = [&](double seconds) { answer(Json{{kExpected, seconds}}.dump() + "\n"); };
+    const auto expect = [&](const CaseCost& cost) {
+      answer(to_json(cost) + "\n");
+      std::getline(std::cin, line);
+      const int threads = number_of<int>(line).value_or(job.threads);
+      omp_set_num_threads(threads);
+      return threads;
+    };
     answer(to_json(run_case(job, kept, progress, expect), -1));
   }
   std::fclose(answers);

@@ -20,7 +20,16 @@ struct CaseJob {
   std::vector<std::pair<std::string, std::string>> inputs;  // what it changes, for the record
   int scenes = 1;                                           // how many cases of the sweep share its body
   std::string command_line;
-  int threads = 1;
+  int threads = 1;  // until it is told of others
+};
+
+/// What a case is expected to take, by check_model, once its model stands.
+struct CaseCost {
+  Eigen::Index faces = 0;
+  Eigen::Index channels = 0;
+  double memory_mib = 0;
+  double available_mib = 0;
+  double seconds = 0;  // on its own
 };
 
 std::string to_json(const CaseJob& job);  // one line
@@ -40,15 +49,17 @@ inline constexpr const char* kNoRoom = "no room";
 /// Computes a case into its scratch folder and returns its record. A case that fails has a record that says why, and a
 /// failed.json beside what was finished. Nothing is thrown.
 ///
-/// expect   called with the seconds that the case is expected to take (check_model), once its model stands
-SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<void(double)>& expect);
+/// expect   called with what the case is expected to take; returns the number of threads it goes on with
+SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
+                     const std::function<int(const CaseCost&)>& expect);
 
-/// What the process that computes cases says of one: first how long it is expected to take, a line
-/// {"expected_seconds": 12.5}, then its record.
+/// What the process that computes cases says of one: first what it is expected to take, a line {"expected": {...}},
+/// which is answered by a line with the number of threads to go on with; then its record.
 struct CaseAnswer {
-  std::optional<double> expected_seconds;
+  std::optional<CaseCost> expected;
   std::optional<SweepRecord> record;
 };
+std::string to_json(const CaseCost& cost);  // that first line, without its end
 /// throws   IoError on a line that is neither
 CaseAnswer answer_from_json(const std::string& line);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "sim/batch/sweep_case.h"
 #include "sim/core/errors.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/scene/sweep_reader.h"
@@ -31,21 +30,6 @@ void share_cards(const std::vector<Scene>& scenes, SweepOptions& options) {
   }
   if (on_first_card && options.jobs == 0) {  // several processes on one card wait for one another
     options.jobs = std::max(1, static_cast<int>(options.cards.size()));
-  }
-}
-
-std::optional<CheckReport> limit_to_memory(SweepRunner& runner, const std::vector<Scene>& scenes) {
-  if (runner.left() == 0) {
-    return std::nullopt;
-  }
-  try {
-    const std::vector<int> groups = body_groups(scenes);
-    const CheckReport report =
-        check_model(build_model(scenes.front()), static_cast<int>(std::ranges::count(groups, groups.front())));
-    runner.limit_jobs(report.memory_mib, report.available_mib);
-    return report;
-  } catch (const Error&) {
-    return std::nullopt;
   }
 }
 

@@ -1,10 +1,8 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/assess/check.h"
 #include "sim/batch/sweep.h"
 
 namespace touchfield {
@@ -22,10 +20,5 @@ SweepInput read_sweep_input(const std::string& path, const std::vector<std::stri
 
 /// A card to each worker where the scenes leave open which computes; one job a card where they all ask for the first.
 void share_cards(const std::vector<Scene>& scenes, SweepOptions& options);
-
-/// Has no more cases computed at a time than there is memory for, by the first one.
-///
-/// returns   what that takes; nothing where no case is left or its scene cannot be built, which fails as a case
-std::optional<CheckReport> limit_to_memory(SweepRunner& runner, const std::vector<Scene>& scenes);
 
 }  // namespace touchfield

@@ -49,13 +49,18 @@ int pretend_to_compute() {
     SweepRecord record;
     record.number = job.number;
     record.inputs = job.inputs;
-    record.status = act == "no room" ? kNoRoom : act == "says its card" ? "failed" : "ok";
+    record.status = act == "no room" ? kNoRoom : act.starts_with("says") ? "failed" : "ok";
     if (act == "says its card") {
       record.reason = std::getenv("CUDA_VISIBLE_DEVICES");
     }
     record.seconds = 0.01;
     write_bytes(job.scratch + "/run.h5", "result of " + act);
-    std::cout << "{\"expected_seconds\": 0.5}\n" << to_json(record, -1) << std::flush;
+    std::cout << to_json(CaseCost{.memory_mib = 30, .available_mib = 70, .seconds = 0.5}) << std::endl;
+    std::getline(std::cin, line);
+    if (act == "says its threads") {
+      record.reason = fmt::format("{}, then {}", job.threads, line);
+    }
+    std::cout << to_json(record, -1) << std::flush;
   }
   return 0;
 }
@@ -143,6 +148,21 @@ TEST(SweepRunner, WorkersTakeCardsInTurn) {
   }
   EXPECT_EQ(cases.size(), 2U);
   EXPECT_EQ(cases["3"] + cases["GPU-5"], 4);
+}
+
+// Cases of 30 MiB where there are 70: the first has all threads until it has said so, and is alone.
+TEST(SweepRunner, AsManyJobsAsThereIsMemoryFor) {
+  Sweep sweep(std::vector<std::string>(4, "says its threads"));
+  SweepOptions options = options_for(4);
+  std::vector<int> jobs;
+  options.expected = [&](const CaseCost& cost, int by_memory) {
+    EXPECT_EQ(cost.memory_mib, 30);
+    jobs.push_back(by_memory);
+  };
+  EXPECT_THAT(sweep.run(options), UnorderedElementsAre(Pair(1, "4, then 2"), Pair(2, "2, then 2"), Pair(3, "2, then 2"),
+                                                       Pair(4, "2, then 2")));
+  EXPECT_THAT(jobs, ::testing::ElementsAre(2));
+  EXPECT_EQ(sweep.result().jobs, 2);
 }
 
 TEST(WorkerProcess, AnswersALineALine) {
