@@ -461,23 +461,21 @@ std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int coun
                                                       const double* weights, bool scattered) {
   context_.use();
   make_field();
-  Array<cuComplex> units(context_);
-  Array<cuComplex> columns(context_);
-  set_units(faces, count, units);
-  if (scattered) {
-    columns.resize(units.size());
-    if (spec_.burton_miller) {
-      boundary().apply(false, units.data(), columns.data(), count, 0);
-    } else {
-      Array<int> list(context_);
-      list.upload(faces, static_cast<std::size_t>(count));
-      boundary().fill_columns(list.data(), count, columns.data());
-    }
+  Array<cuComplex> columns(context_, std::size_t{1} * spec_.faces * count);
+  if (!scattered) {
+    set_units(faces, count, columns);
+  } else if (spec_.burton_miller) {
+    Array<cuComplex> units(context_);
+    set_units(faces, count, units);
+    boundary().apply(false, units.data(), columns.data(), count, 0);
+  } else {
+    Array<int> list(context_);
+    list.upload(faces, static_cast<std::size_t>(count));
+    boundary().fill_columns(list.data(), count, columns.data());
   }
   const int channels = sources().size();
-  const PaperMatrices paper{
-      spec_.faces, count,  channels, scattered ? columns.data() : units.data(), scattered ? right_sides() : g_.data(),
-      amplitudes,  weights};
+  const PaperMatrices paper{spec_.faces, count,  channels, columns.data(), scattered ? right_sides() : g_.data(),
+                            amplitudes,  weights};
   return make_gram_device(context_, paper_gram(context_, paper), count + channels);
 }
 
