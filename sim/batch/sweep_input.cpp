@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "sim/core/errors.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/scene/sweep_reader.h"
 #include "sim/solve/named_files.h"
