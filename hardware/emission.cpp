@@ -28,11 +28,14 @@ Modulation modulation_of(const DeviceChoice& device, const LinkAbilities& abilit
 }
 
 /// Plays to a link and leaves it quiet.
-using Playing = std::function<PlayReport(ArrayLink& link, Pace& pace, const FrameObserver& observer)>;
+using Playing = std::function<void(ArrayLink& link, Pace& pace, const FrameObserver& observer)>;
+
+Gaps worst(const Gaps& a, const Gaps& b) { return {std::max(a.count, b.count), std::max(a.longest, b.longest)}; }
 
 // Plays through a guarded link.
-void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modulation& modulation, ArrayLink& link,
+void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modulation& modulation, GuardedLink& link,
                   StopSignals& signals, EmissionReport& report) {
+  std::optional<SignalledPace> pace;
   const auto observer = [&](std::size_t n, const DriveFrame& frame) {
     if (report.read_back) {
       require_read_back(frame, link);
@@ -41,7 +44,6 @@ void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modula
       plan.observer(n, frame);
     }
   };
-  SignalledPace pace(signals);
   try {
     link.open();
     link.set_modulation(modulation);
@@ -49,15 +51,29 @@ void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modula
     if (report.read_back) {
       require_read_back(modulation, link);
     }
-    report.play = playing(link, pace, observer);
+    pace.emplace(signals, true);
+    playing(link, *pace, observer);
     report.quiet = true;
-    link.close();
+    pace->end();
+    if (pace->overslept()) {
+      throw DeviceError(fmt::format("this program {}; the array is quiet", pace->attention().fault()));
+    }
   } catch (const DeviceError&) {
+    if (pace) {
+      pace->end();
+    }
     // A signal to both processes makes the guard stop by itself, and it has told so.
     constexpr double kSignalPatience = 0.1;
     if (!signals.wait(kSignalPatience)) {
-      throw;
+      if (!pace) {
+        throw;
+      }
+      report.failure = std::current_exception();
     }
+  }
+  link.close();
+  if (pace) {
+    report.gaps = worst(pace->attention().gaps(), link.gaps());
   }
 }
 
@@ -71,8 +87,9 @@ void play_dry(const EmissionPlan& plan, const std::vector<DriveFrame>& frames, c
                  : std::make_unique<DryRunLink>(device.layout(), device.abilities().steps.phase_levels, DryRunFiles{});
   writer->open();
   if (plan.stream) {
-    SignalledPace pace(*plan.signals);
-    report.play = playing(*writer, pace, plan.observer);
+    SignalledPace pace(*plan.signals, false);
+    playing(*writer, pace, plan.observer);
+    report.gaps = pace.attention().gaps();
   } else {
     for (const DriveFrame& frame : frames) {
       writer->send(frame);
@@ -211,13 +228,12 @@ EmissionReport emit(const EmissionPlan& plan) {
   }
   const Playing playing = [&](ArrayLink& link, Pace& pace, const FrameObserver& observer) {
     if (plan.stream) {
-      return play(plan.stream(rounded), link, report.seconds, pace, observer);
+      play(plan.stream(rounded), link, report.seconds, pace, report.play, observer);
+      return;
     }
     const auto source = [&](std::size_t n) { return frames[n]; };
-    const PlayReport done =
-        play(frames.size(), source, link, {report.rate, report.seconds, plan.request.repeat}, pace, observer);
+    play(frames.size(), source, link, {report.rate, report.seconds, plan.request.repeat}, pace, report.play, observer);
     link.quiet();
-    return done;
   };
   if (plan.emit && !report.dry) {
     GuardedLink link(plan.watchdog, {plan.device.link, plan.device.library, plan.array, report.frames, false},

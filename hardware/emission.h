@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "hardware/array_link.h"
+#include "hardware/attention.h"
 #include "hardware/player.h"
 #include "hardware/quantise.h"
 
@@ -107,11 +109,13 @@ struct EmissionReport {
   std::string modulation;
   QuantisationReport quantisation;
   bool emitted = false;
-  bool quiet = false;       // after an emission: this program has quieted the array; else the guard had to
-  std::size_t written = 0;  // files of a dry run
-  PlayReport play;          // if emitted, or a stream
-  bool read_back = false;   // every frame and the modulation, and equal
-  int signal = 0;           // that ended the emission; 0: none
+  bool quiet = false;          // after an emission: this program has quieted the array; else the guard had to
+  std::size_t written = 0;     // files of a dry run
+  PlayReport play;             // if emitted, or a stream
+  Gaps gaps;                   // the same: of this program or, if that has more, of the guard
+  std::exception_ptr failure;  // the DeviceError that ended the emission before its time; null: none
+  bool read_back = false;      // every frame and the modulation, and equal
+  int signal = 0;              // that ended the emission; 0: none
 };
 
 /// Where an array's channels sit.
@@ -124,7 +128,7 @@ std::unique_ptr<ArrayLink> local_link(const DeviceChoice& device, const ArrayLay
 /// emit, sends through a guard and leaves the array quiet. A dry run writes its files.
 ///
 /// throws   InputError before the device hears anything: a value out of range, above its cap, or that the device cannot
-///          do, an array that is not the device's; DeviceError, also if the device reads back what was not sent
+///          do, an array that is not the device's; DeviceError before the first frame, afterwards it is in the report
 EmissionReport emit(const EmissionPlan& plan);
 
 }  // namespace touchfield

@@ -37,20 +37,23 @@ void require_options(std::size_t count, const PlayOptions& options, const ArrayL
 /// A stream on its way to a link.
 class StreamPlayer {
  public:
-  StreamPlayer(const FrameStream& stream, ArrayLink& link, Pace& pace, const FrameObserver& observer)
+  StreamPlayer(const FrameStream& stream, ArrayLink& link, Pace& pace, PlayReport& report,
+               const FrameObserver& observer)
       : stream_(stream),
         link_(link),
         pace_(pace),
+        report_(report),
         observer_(observer),
         apart_(1 / link.abilities().most_frames_per_second),
         quiet_(quiet_frame(static_cast<std::size_t>(link.layout().positions.cols()))) {}
 
-  PlayReport play(double seconds) {
+  void play(double seconds) {
     const double start = pace_.now();
     spoke_ = start;
     next_ = start;
     stream_.begin(start);
     while (!report_.stopped && pace_.now() - start < seconds - kSlack && !stream_.over()) {
+      report_.seconds = pace_.now() - start;
       if (pace_.now() >= next_ - kSlack) {
         if (const std::optional<StreamFrame> frame = stream_.newest()) {
           take(*frame);
@@ -70,7 +73,6 @@ class StreamPlayer {
     }
     end_silence();
     report_.seconds = pace_.now() - start;
-    return report_;
   }
 
  private:
@@ -105,10 +107,10 @@ class StreamPlayer {
   const FrameStream& stream_;
   ArrayLink& link_;
   Pace& pace_;
+  PlayReport& report_;
   const FrameObserver& observer_;
   double apart_;  // of frames, at least [s]
   DriveFrame quiet_;
-  PlayReport report_;
   double spoke_ = 0;                    // to the link
   double next_ = 0;                     // when it takes another frame
   std::optional<double> seen_;          // of the frame that it has, while that is not too old
@@ -117,14 +119,14 @@ class StreamPlayer {
 
 }  // namespace
 
-PlayReport play(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
-                const FrameObserver& observer) {
+void play(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
+          PlayReport& report, const FrameObserver& observer) {
   require_options(count, options, link);
-  PlayReport report;
   std::optional<std::size_t> last;  // tick of the frame that is out
   const double start = pace.now();
   for (;;) {
     const double now = pace.now() - start;
+    report.seconds = now;
     if (now >= options.seconds - kSlack) {
       break;
     }
@@ -155,15 +157,14 @@ PlayReport play(std::size_t count, const FrameSource& source, ArrayLink& link, c
     }
   }
   report.seconds = pace.now() - start;
-  return report;
 }
 
-PlayReport play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace, const FrameObserver& observer) {
+void play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace, PlayReport& report,
+          const FrameObserver& observer) {
   require_positive("seconds", seconds);
   require_positive("stale", stream.stale);
-  PlayReport report;
   try {
-    report = StreamPlayer(stream, link, pace, observer).play(seconds);
+    StreamPlayer(stream, link, pace, report, observer).play(seconds);
   } catch (...) {
     try {
       link.quiet();
@@ -172,7 +173,6 @@ PlayReport play(const FrameStream& stream, ArrayLink& link, double seconds, Pace
     throw;
   }
   link.quiet();
-  return report;
 }
 
 }  // namespace touchfield

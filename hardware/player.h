@@ -51,10 +51,11 @@ using FrameObserver = std::function<void(std::size_t number, const DriveFrame& f
 /// frame is held the device is asked for several times a second whether it is still there.
 ///
 /// count    frames there are, >= 1
+/// report   gets what was done, also until something is thrown
 /// throws   InputError if a rate or a time is not positive or the rate is more than the link carries; what the link and
 ///          the source throw
-PlayReport play(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
-                const FrameObserver& observer = {});
+void play(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
+          PlayReport& report, const FrameObserver& observer = {});
 
 /// A frame of a stream.
 struct StreamFrame {
@@ -77,8 +78,9 @@ struct FrameStream {
 /// comes, and when those that come are that old already, which are not sent. It is quieted at the end, be it an error.
 ///
 /// seconds   after which it ends, if the stream is not over before and the pace does not stop it
+/// report    gets what was done, also until something is thrown
 /// throws    InputError if a time is not positive; what the link and the stream's functions throw
-PlayReport play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace,
-                const FrameObserver& observer = {});
+void play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace, PlayReport& report,
+          const FrameObserver& observer = {});
 
 }  // namespace touchfield

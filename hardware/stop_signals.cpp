@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <poll.h>
@@ -13,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/steady_now.h"
 
 namespace touchfield {
 
@@ -71,17 +71,17 @@ std::string StopSignals::name(int signal) {
   return abbreviation != nullptr ? fmt::format("SIG{}", abbreviation) : fmt::format("signal {}", signal);
 }
 
-double SignalledPace::now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double SignalledPace::now() { return steady_now(); }
 
 bool SignalledPace::wait_until(double t) {
+  const double planned = std::max(0.0, t - now());
   do {
     if (signals_.wait(t - now())) {
       return false;
     }
   } while (now() < t);
-  return true;
+  look(planned);
+  return !overslept_;
 }
 
 }  // namespace touchfield

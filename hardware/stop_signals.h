@@ -3,6 +3,7 @@
 #include <csignal>
 #include <string>
 
+#include "hardware/attention.h"
 #include "hardware/player.h"
 
 namespace touchfield {
@@ -39,15 +40,26 @@ class StopSignals {
   int signal_ = 0;
 };
 
-/// The steady clock, stopped by a signal.
+/// The clock of steady_now, stopped by a signal; and by a gap in which nobody looked after an array that is on.
 class SignalledPace final : public Pace {
  public:
-  explicit SignalledPace(StopSignals& signals) : signals_(signals) {}
+  /// on   whether there is such an array
+  SignalledPace(StopSignals& signals, bool on) : signals_(signals), on_(on) { attention_.begin(now()); }
   double now() override;
   bool wait_until(double t) override;
+  /// To be called at the end, so that the time since the last wait counts.
+  void end() { look(0); }
+  /// Whether a gap has stopped it.
+  bool overslept() const { return overslept_; }
+  const Attention& attention() const { return attention_; }
 
  private:
+  void look(double planned) { overslept_ = (attention_.look(now(), planned) && on_) || overslept_; }
+
   StopSignals& signals_;
+  bool on_;
+  bool overslept_ = false;
+  Attention attention_;
 };
 
 }  // namespace touchfield

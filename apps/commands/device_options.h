@@ -30,6 +30,7 @@ std::vector<std::string> watchdog_command();
 /// Prints the report, unless --quiet, as a person reads it, after `heading`, or as --json; says on standard error by what
 /// signal an emission was stopped.
 /// returns  the exit code
+/// throws   the error that ended it, if one did
 int print_emission(const EmissionReport& report, const CommonFlags& flags, const std::string& heading = "");
 
 }  // namespace touchfield

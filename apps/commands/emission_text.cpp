@@ -19,12 +19,23 @@ std::string outcome(const EmissionReport& report) {
   if (!report.emitted) {
     return report.dry ? "nothing was sent: a dry run" : "nothing was sent: it takes --emit";
   }
-  if (!report.quiet) {
-    return "stopped by the guard, which says how it left the array";
+  return fmt::format("{} sent, {} dropped, {} late (at most {:.1f} ms) in {:.2f} s; {}{}", report.play.sent,
+                     report.play.dropped, report.play.late, report.play.worst_delay * 1e3, report.play.seconds,
+                     report.quiet     ? "the array is quiet"
+                     : report.failure ? "an error ended it"
+                                      : "stopped by the guard, which says how it left the array",
+                     report.quiet && report.read_back ? "; every byte was read back and equal" : "");
+}
+
+std::string gaps_text(const EmissionReport& report) {
+  const Gaps& gaps = report.gaps;
+  if (gaps.count == 0) {
+    return "";
   }
-  return fmt::format("{} sent, {} dropped, {} late (at most {:.1f} ms) in {:.2f} s; the array is quiet{}",
-                     report.play.sent, report.play.dropped, report.play.late, report.play.worst_delay * 1e3,
-                     report.play.seconds, report.read_back ? "; every byte was read back and equal" : "");
+  return fmt::format(
+      "  {} gap{} of more than {:g} ms in which nobody looked after the array, the longest {:.0f} ms{}\n", gaps.count,
+      gaps.count == 1 ? "" : "s", 1e3 * kShownGap, 1e3 * gaps.longest,
+      !report.emitted && gaps.longest > kLongestGap ? "; an emission would have ended there" : "");
 }
 
 }  // namespace
@@ -35,10 +46,11 @@ std::string describe_emission(const EmissionReport& report) {
       "{}: {} transducers\n"
       "  {} frame{} at {:g} a second, {:g} s, level {:g}, modulation: {}\n"
       "  {} phase steps: off by {:.2f} degrees at worst, {:.2f} rms; loss in drives {:.3f} %\n"
-      "  {}\n",
+      "  {}\n"
+      "{}",
       report.device, report.transducers, report.frames, report.frames == 1 ? "" : "s", report.rate, report.seconds,
       report.level, report.modulation, rounding.steps.phase_levels, rounding.worst_phase_error / kDegree,
-      rounding.rms_phase_error / kDegree, 100 * rounding.worst_drive_loss, outcome(report));
+      rounding.rms_phase_error / kDegree, 100 * rounding.worst_drive_loss, outcome(report), gaps_text(report));
 }
 
 nlohmann::ordered_json emission_json(const EmissionReport& report) {
@@ -57,7 +69,9 @@ nlohmann::ordered_json emission_json(const EmissionReport& report) {
                                  {"rms_phase_error_rad", rounding.rms_phase_error},
                                  {"drive_loss", rounding.worst_drive_loss},
                                  {"files", report.written},
-                                 {"emitted", report.emitted}};
+                                 {"emitted", report.emitted},
+                                 {"gaps", report.gaps.count},
+                                 {"longest_gap_s", report.gaps.longest}};
   if (report.emitted) {
     json["quiet"] = report.quiet;
     json["sent"] = report.play.sent;
@@ -84,6 +98,9 @@ int print_emission(const EmissionReport& report, const CommonFlags& flags, const
     put(emission_json(report).dump(2) + "\n");
   } else if (!flags.quiet) {
     put(heading + describe_emission(report));
+  }
+  if (report.failure) {
+    std::rethrow_exception(report.failure);
   }
   return code;
 }

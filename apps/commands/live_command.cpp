@@ -106,6 +106,9 @@ class Live {
         std::rethrow_exception(failure);
       }
       const int code = reported(report);
+      if (report.failure) {
+        std::rethrow_exception(report.failure);
+      }
       if (ended) {
         loop_->rethrow();
         return code;
@@ -204,7 +207,9 @@ class Live {
     const LiveResult result{motion_, loop, report.play};
     if (directory_) {
       write_text_file(directory_->file("live.csv"), live_csv(loop));
-      directory_->settle();
+      if (!report.failure) {
+        directory_->settle();
+      }
       progress_.note(fmt::format("frames in {}", directory_->file("live.csv")));
     }
     const double tolerance = scene_.solve.solver.tolerance;

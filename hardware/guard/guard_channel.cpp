@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cmath>
 #include <cstring>
 #include <poll.h>
 #include <sys/socket.h>
 
 #include <fmt/format.h>
 
-#include "hardware/guard/vigil.h"
 #include "sim/core/errors.h"
+#include "sim/core/steady_now.h"
 
 namespace touchfield {
 
@@ -50,31 +49,41 @@ void GuardChannel::beat() {
   ::send(descriptor(), &kEmpty, sizeof kEmpty, MSG_NOSIGNAL | MSG_DONTWAIT);
 }
 
-std::optional<GuardMessage> GuardChannel::receive(double patience) {
-  const double until = steady_now() + patience;
+bool GuardChannel::waits(double seconds) const {
+  Patience patience(seconds, steady_now());
+  return readable(patience);
+}
+
+std::optional<GuardMessage> GuardChannel::receive(double seconds) {
+  Patience patience(seconds, steady_now());
   std::uint32_t size = 0;
-  if (!receive_bytes(reinterpret_cast<std::uint8_t*>(&size), sizeof size, until)) {
+  if (!receive_bytes(reinterpret_cast<std::uint8_t*>(&size), sizeof size, patience)) {
     return std::nullopt;
   }
   if (size > kMostBytes) {
     throw IoError("link guard: a message that is none");
   }
   GuardMessage message(kSignOfLife, GuardBytes(std::max(1U, size) - 1));
-  if ((size > 0 && !receive_bytes(&message.what, 1, until)) ||
-      !receive_bytes(message.with.data(), message.with.size(), until)) {
+  if ((size > 0 && !receive_bytes(&message.what, 1, patience)) ||
+      !receive_bytes(message.with.data(), message.with.size(), patience)) {
     return std::nullopt;
   }
   return message;
 }
 
-bool GuardChannel::receive_bytes(std::uint8_t* data, std::size_t size, double until) {
-  while (size > 0) {
-    pollfd watched{descriptor(), POLLIN, 0};
-    const int ready = ::poll(&watched, 1, static_cast<int>(std::ceil(std::max(0.0, until - steady_now()) * 1e3)));
-    if (ready < 0 && errno == EINTR) {
-      continue;
+bool GuardChannel::readable(Patience& patience) const {
+  pollfd watched{descriptor(), POLLIN, 0};
+  while (::poll(&watched, 1, static_cast<int>(kPatienceStep * 1e3)) <= 0) {
+    if (patience.over(steady_now())) {
+      return false;
     }
-    if (ready == 0) {
+  }
+  return true;
+}
+
+bool GuardChannel::receive_bytes(std::uint8_t* data, std::size_t size, Patience& patience) {
+  while (size > 0) {
+    if (!readable(patience)) {
       throw IoError("link guard: no answer");
     }
     const ssize_t got = ::recv(descriptor(), data, size, 0);

@@ -3,6 +3,7 @@
 #include <optional>
 #include <sys/types.h>
 
+#include "hardware/attention.h"
 #include "hardware/guard/guard_message.h"
 #include "sim/core/child_process.h"
 
@@ -28,14 +29,18 @@ class GuardChannel {
   bool send(const GuardMessage& message);
   /// Sends a sign of life, unless the other end has so many unread that it would have to wait.
   void beat();
-  /// patience   for the whole message [s]
+  /// Waits for a message, or the end of the other one.
+  /// returns    whether it came within so many seconds
+  bool waits(double seconds) const;
+  /// seconds    for the whole message
   /// returns    nothing if the other end is gone
   /// throws     IoError if the message does not come, or is none
-  std::optional<GuardMessage> receive(double patience);
+  std::optional<GuardMessage> receive(double seconds);
   void close() { descriptor_.close(); }
 
  private:
-  bool receive_bytes(std::uint8_t* data, std::size_t size, double until);
+  bool readable(Patience& patience) const;
+  bool receive_bytes(std::uint8_t* data, std::size_t size, Patience& patience);
 
   Descriptor descriptor_;
 };

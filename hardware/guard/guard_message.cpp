@@ -30,6 +30,7 @@ void read_numbers(const Json& message, Matrix& matrix) {
 
 }  // namespace
 
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Gaps, count, longest)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardLimits, level, seconds)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveFrame, phase, intensity)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(DriveSteps, phase_levels, intensity_levels)
@@ -94,6 +95,7 @@ Value unpacked(const GuardBytes& bytes) {
 TOUCHFIELD_GUARD_VALUE(std::string)
 TOUCHFIELD_GUARD_VALUE(GuardBytes)
 TOUCHFIELD_GUARD_VALUE(DriveFrame)
+TOUCHFIELD_GUARD_VALUE(Gaps)
 TOUCHFIELD_GUARD_VALUE(Modulation)
 TOUCHFIELD_GUARD_VALUE(LinkSettings)
 TOUCHFIELD_GUARD_VALUE(GuardStart)

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hardware/array_link.h"
+#include "hardware/attention.h"
 #include "hardware/make_link.h"
 
 namespace touchfield {
@@ -20,7 +21,7 @@ enum class GuardRequest : std::uint8_t {
   kReadBack,            // -> DriveFrame, or nothing
   kReadBackModulation,  // -> bytes, or nothing
   kQuiet,               //
-  kClose,               // and end
+  kClose,               // and end -> Gaps, of the guard while the device could emit
 };
 
 /// The answer; with anything but kDone goes a text.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <limits>
 #include <memory>
@@ -11,11 +10,13 @@
 
 #include <fmt/format.h>
 
+#include "hardware/attention.h"
 #include "hardware/guard/guard_channel.h"
 #include "hardware/guard/guard_start.h"
 #include "hardware/guard/vigil.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
+#include "sim/core/steady_now.h"
 
 namespace touchfield {
 
@@ -37,9 +38,11 @@ class Guard {
     while (!ended_) {
       pollfd watched[3] = {
           {signals_.descriptor(), POLLIN, 0}, {watchdog_.descriptor(), POLLIN, 0}, {program_.descriptor(), POLLIN, 0}};
-      const double wait = std::min(deadline_, next_look) - steady_now();
-      const int ready = ::poll(watched, 3, static_cast<int>(std::ceil(std::max(0.0, wait) * 1e3)));
-      if (ready > 0 && watched[0].revents != 0 && signals_.wait(0)) {
+      const double wait = std::max(0.0, std::min(deadline_, next_look) - steady_now());
+      const int ready = ::poll(watched, 3, static_cast<int>(std::ceil(wait * 1e3)));
+      if (overslept(wait)) {
+        stop("it " + attention_.fault());
+      } else if (ready > 0 && watched[0].revents != 0 && signals_.wait(0)) {
         stop(fmt::format("stopped by {}", StopSignals::name(signals_.signal())));
       } else if (steady_now() >= deadline_) {
         stop("the time is over that it may emit");
@@ -53,10 +56,17 @@ class Guard {
         look();
       }
     }
+    watchdog_vigil_.resume();  // it ends with its guard, also if it was stopped
+    if (link_) {
+      link_->close();
+    }
     return exit_code_;
   }
 
  private:
+  // Whether the array was on and nobody looked.
+  bool overslept(double planned) { return on_ && attention_.look(steady_now(), planned); }
+
   void hear_watchdog() {
     if (!received(watchdog_)) {
       stop("its watchdog is gone");
@@ -94,18 +104,30 @@ class Guard {
       stop("the program that drove the array is gone");
       return;
     }
-    const auto refusal = [](GuardReply reply, const std::string& text) { return GuardMessage(reply, packed(text)); };
-    GuardMessage reply(GuardReply::kDone);
+    auto reply = GuardReply::kDone;
+    GuardBytes with;
+    std::string refusal;
     try {
-      reply.with = answer(static_cast<GuardRequest>(request->what), request->with);
+      with = answer(static_cast<GuardRequest>(request->what), request->with);
     } catch (const InputError& error) {
-      reply = refusal(GuardReply::kInputError, error.what());
+      reply = GuardReply::kInputError;
+      refusal = error.what();
     } catch (const DeviceError& error) {
-      reply = refusal(GuardReply::kDeviceError, error.what() + after_loss());
+      reply = GuardReply::kDeviceError;
+      refusal = error.what();
     } catch (const std::exception& error) {
-      reply = refusal(GuardReply::kError, error.what() + after_loss());
+      reply = GuardReply::kError;
+      refusal = error.what();
     }
-    if (!program_.send(reply) && !ended_) {
+    if (overslept(0)) {  // which may be all that the device's error is
+      stop("it " + attention_.fault());
+      return;
+    }
+    if (reply == GuardReply::kDeviceError || reply == GuardReply::kError) {
+      refusal += after_loss();
+    }
+    if (!program_.send(GuardMessage(reply, reply == GuardReply::kDone ? std::move(with) : packed(refusal))) &&
+        !ended_) {
       stop("the program that drove the array is gone");
     }
     program_vigil_.heard(steady_now());
@@ -121,12 +143,10 @@ class Guard {
     }
     if (request == GuardRequest::kClose) {
       ended_ = true;
-      if (open_ && on_) {
+      if (on_) {
         release();
-      } else if (open_) {
-        link_->close();
       }
-      return {};
+      return packed(attention_.gaps());
     }
     if (!link_) {
       throw std::logic_error("link guard: a request before the start");
@@ -185,6 +205,7 @@ class Guard {
     }
     if (!on_) {
       note(true);
+      attention_.begin(steady_now());
     }
     link_->send(frame);
   }
@@ -195,10 +216,10 @@ class Guard {
     watchdog_.send(GuardMessage(on ? GuardNote::kOn : GuardNote::kOff));
   }
 
-  // Quiets and lets go, as far as the device still lets it. Returns how that went.
+  // Quiets, as far as the device still lets it, and asks nothing of it any more. Returns how that went.
   std::string release() {
     watchdog_.beat();
-    const Quieting done = quiet_and_let_go(*link_);
+    const Quieting done = quieted(*link_);
     exit_code_ = done.quiet ? exit_code_ : kDeviceFailed;
     open_ = false;
     note(false);
@@ -213,7 +234,6 @@ class Guard {
     if (was_open_) {
       std::fputs(fmt::format("touchfield: link guard: {}\n", text).c_str(), stderr);
     }
-    ::kill(watchdog_.maker(), SIGCONT);  // it ends with its guard, also if it was stopped
     program_.send(GuardMessage(GuardReply::kStopped, packed("link guard: " + text)));
     ended_ = true;
   }
@@ -223,6 +243,7 @@ class Guard {
   GuardChannel watchdog_;
   Vigil program_vigil_;
   Vigil watchdog_vigil_;
+  Attention attention_;
   GuardLimits limits_;
   std::unique_ptr<ArrayLink> link_;
   bool was_open_ = false;
@@ -235,7 +256,7 @@ class Guard {
 
 }  // namespace
 
-Quieting quiet_and_let_go(ArrayLink& link) {
+Quieting quieted(ArrayLink& link) {
   const double start = steady_now();
   Quieting done;
   try {
@@ -248,14 +269,14 @@ Quieting quiet_and_let_go(ArrayLink& link) {
                                         : "the array is quiet",
                             (steady_now() - start) * 1e3);
   } catch (const std::exception& error) {
-    done.text = fmt::format("the array could not be quieted: {}", error.what());
+    done.text = fmt::format("the array could not be quieted: {}{}", error.what(), kMayBeOn);
   }
-  link.close();
   return done;
 }
 
 int run_guard(int descriptor) {
   require_handed_over(2);
+  wake_at_parents_end();
   return Guard(descriptor).run();
 }
 

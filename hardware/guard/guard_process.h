@@ -11,8 +11,9 @@ namespace touchfield {
 /// It sends a quiet frame, commits and closes the device, each within kLinkPatience, when it is told to, when any of
 /// StopSignals::all() comes, when the time that the program may emit is over by kGuardGrace, when the device fails, and
 /// when the program or the guard's own watchdog is gone, or, while the device may emit, is stopped or silent for
-/// 250 ms. Of every stop but the first it tells on standard error. It refuses frames above the level it was given.
-/// SIGKILL and SIGSTOP of the guard itself are its watchdog's business, see run_watchdog.
+/// 250 ms, and when the guard itself did not look for longer than kLongestGap meanwhile. Of every stop but the first it
+/// tells on standard error. It refuses frames above the level it was given. SIGKILL and SIGSTOP of the guard itself are
+/// its watchdog's business, see run_watchdog.
 ///
 /// descriptor   its end of the program's socket; the next one is that of the watchdog's
 /// returns      the exit code of the process: 0, or kDeviceFailed if the device could not be quieted
@@ -31,8 +32,9 @@ struct Quieting {
   std::string text;  // "the array is quiet after 3 ms", or why it is not
 };
 
-/// Quiets an open device, asks it whether it is, where it can tell, and lets go of it.
-Quieting quiet_and_let_go(ArrayLink& link);
+/// Quiets an open device and asks it whether it is, where it can tell. Does not let go of it: the system may hold back
+/// who closes a line that stands still, and what was found is to be told before.
+Quieting quieted(ArrayLink& link);
 
 /// "; the array may still be on: switch off its supply": said wherever nobody can tell.
 inline constexpr const char* kMayBeOn = "; the array may still be on: switch off its supply";

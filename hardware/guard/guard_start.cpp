@@ -1,7 +1,10 @@
 #include "hardware/guard/guard_start.h"
 
+#include <csignal>
 #include <cstring>
+#include <fcntl.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -20,10 +23,13 @@ pid_t start_apart(const std::vector<std::string>& command, const std::vector<int
   arguments.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
   int place = kGuardDescriptor;
   for (const int descriptor : descriptors) {
     posix_spawn_file_actions_adddup2(&actions, descriptor, place++);
   }
+  posix_spawn_file_actions_addclosefrom_np(&actions, place);
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID);
@@ -45,5 +51,7 @@ void require_handed_over(int count) {
     }
   }
 }
+
+void wake_at_parents_end() { ::prctl(PR_SET_PDEATHSIG, SIGCONT); }
 
 }  // namespace touchfield

@@ -1,33 +1,21 @@
 #include "hardware/guard/guarded_link.h"
 
 #include <chrono>
-#include <optional>
+#include <csignal>
 #include <sys/wait.h>
 #include <thread>
 #include <utility>
 
 #include "hardware/guard/guard_process.h"
 #include "hardware/guard/guard_start.h"
-#include "hardware/guard/vigil.h"
 #include "sim/core/errors.h"
+#include "sim/core/steady_now.h"
 
 namespace touchfield {
 
 namespace {
 
 constexpr double kOpenPatience = 30;  // where a library is loaded or a network connected [s]
-
-// Waits for a child's end.
-// returns   its exit code; nothing if it does not end, or was ended by a signal
-std::optional<int> exit_code_of(pid_t child) {
-  const double end = steady_now() + kGuardPatience;
-  int status = 0;
-  pid_t ended = 0;
-  while ((ended = ::waitpid(child, &status, WNOHANG)) == 0 && steady_now() < end) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return ended == child && WIFEXITED(status) ? std::optional(WEXITSTATUS(status)) : std::nullopt;
-}
 
 }  // namespace
 
@@ -73,27 +61,51 @@ void GuardedLink::close() noexcept {
     return;
   }
   try {
-    ask(GuardRequest::kClose);
+    if (answers_) {
+      gaps_ = unpacked<Gaps>(ask(GuardRequest::kClose));
+    }
   } catch (const std::exception&) {  // it stopped before, or does not answer: its end of the channel tells it
   }
   channel_.close();
-  if (watchdog_ >= 0) {
-    exit_code_of(std::exchange(watchdog_, -1));
+  end_of_watchdog();
+}
+
+void GuardedLink::resume_watchdog() const {
+  if (watchdog_ > 0) {
+    ::kill(watchdog_, SIGCONT);
   }
 }
 
+std::optional<int> GuardedLink::end_of_watchdog() {
+  resume_watchdog();
+  const pid_t child = std::exchange(watchdog_, -1);
+  if (child < 0) {
+    return std::nullopt;
+  }
+  Patience patience(kGuardPatience, steady_now());
+  int status = 0;
+  pid_t ended = 0;
+  while ((ended = ::waitpid(child, &status, WNOHANG)) == 0 && !patience.over(steady_now())) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return ended == child && WIFEXITED(status) ? std::optional(WEXITSTATUS(status)) : std::nullopt;
+}
+
 std::string GuardedLink::last_word() {
-  const std::optional<int> code = watchdog_ >= 0 ? exit_code_of(std::exchange(watchdog_, -1)) : std::nullopt;
-  return code == 0 ? "; its watchdog has quieted the array" : kMayBeOn;
+  return end_of_watchdog() == 0 ? "; its watchdog has quieted the array" : kMayBeOn;
 }
 
 GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patience) {
   // A guard that stopped of its own accord has left the reason in the channel.
   channel_.send(GuardMessage(request, std::move(with)));
+  if (!channel_.waits(kLinkPatience)) {
+    resume_watchdog();
+  }
   std::optional<GuardMessage> answer;
   try {
     answer = channel_.receive(patience);
   } catch (const IoError& error) {
+    answers_ = false;
     throw DeviceError(error.what() + std::string(kMayBeOn));
   }
   if (!answer) {

@@ -1,16 +1,19 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <sys/types.h>
 #include <vector>
 
 #include "hardware/array_link.h"
+#include "hardware/attention.h"
 #include "hardware/guard/guard_channel.h"
 #include "hardware/make_link.h"
 
 namespace touchfield {
 
-/// For an answer of a guard [s]; the link itself gives up after kLinkPatience.
+/// For an answer of a guard [s]; the link itself gives up after kLinkPatience. Time in which this process is stopped or
+/// frozen does not count.
 inline constexpr double kGuardPatience = 2;
 
 /// A link that lives in a process of its own, the guard, which owns the device and quiets it when this process, or it
@@ -36,15 +39,23 @@ class GuardedLink final : public ArrayLink {
   std::optional<std::vector<std::uint8_t>> read_back_modulation() override;
   void quiet() override;
   void close() noexcept override;
+  /// Of the guard, once it is closed: when it did not look after the array.
+  const Gaps& gaps() const { return gaps_; }
 
  private:
   GuardBytes ask(GuardRequest request, GuardBytes with = {}, double patience = kGuardPatience);
+  /// Lets the watchdog go on if it is stopped: it then sees to a guard that is stopped or gone.
+  void resume_watchdog() const;
+  /// Waits for the watchdog's end, and takes its exit code; nothing if it does not end, or was ended by a signal.
+  std::optional<int> end_of_watchdog();
   /// How the watchdog of a guard that is gone has left the array.
   std::string last_word();
 
   GuardChannel channel_;
   pid_t watchdog_ = -1;
   GuardedDevice device_;
+  bool answers_ = true;
+  Gaps gaps_;
 };
 
 }  // namespace touchfield

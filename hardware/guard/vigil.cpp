@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <fcntl.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -14,10 +15,6 @@
 #include "sim/core/errors.h"
 
 namespace touchfield {
-
-double steady_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 void Silence::heard(double now) {
   last_ = now;
@@ -31,10 +28,11 @@ bool Silence::look(double now, const ProcessState& state) {
   return silent_ >= kLongestSilence;
 }
 
-Vigil::Vigil(pid_t process, double now) : silence_(now) {
+Vigil::Vigil(pid_t process, double now)
+    : process_(static_cast<int>(::syscall(SYS_pidfd_open, process, 0))), silence_(now) {
   const std::string path = fmt::format("/proc/{}/stat", process);
   file_ = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file_.number() < 0) {
+  if (process_.number() < 0 || file_.number() < 0) {
     throw IoError(fmt::format("link guard: {} cannot be read: {}", path, std::strerror(errno)));
   }
 }
@@ -48,8 +46,13 @@ std::optional<std::string> Vigil::fault(double now) {
   if (seen->letter == 'T') {
     return "was stopped by a signal";
   }
-  return silent ? std::optional<std::string>("said nothing for 250 ms") : std::nullopt;
+  if (!silent) {
+    return std::nullopt;
+  }
+  return seen->letter == 't' ? "was held by a debugger" : "said nothing for 250 ms";
 }
+
+void Vigil::resume() const { ::syscall(SYS_pidfd_send_signal, process_.number(), SIGCONT, nullptr, 0); }
 
 std::optional<ProcessState> Vigil::state() const {
   std::array<char, 1024> text{};

@@ -8,12 +8,9 @@
 
 namespace touchfield {
 
-/// [s] of the steady clock.
-double steady_now();
-
 /// What the system says of a process.
 struct ProcessState {
-  char letter = 'S';  // of /proc/PID/stat: R runs or waits for a processor, T is stopped, ...
+  char letter = 'S';  // of /proc/PID/stat: R runs or waits for a processor, T is stopped, t held by a debugger, ...
   double worked = 0;  // time that it had a processor [s]
 };
 
@@ -44,20 +41,24 @@ inline constexpr double kLongestSilence = 0.225;
 /// A watch over another process of this machine, which has to say something all the time and must not be stopped.
 class Vigil {
  public:
-  /// throws   IoError if the system does not show the process's state
+  /// throws   IoError if the system does not show the process or its state
   Vigil(pid_t process, double now);
 
   /// It said something.
   void heard(double now) { silence_.heard(now); }
   /// To be called every kLookPeriod while it has to speak.
-  /// returns   "was stopped by a signal", "said nothing for 250 ms", or nothing if all is well
+  /// returns   "was stopped by a signal", "was held by a debugger", "said nothing for 250 ms", or nothing if all is well
   std::optional<std::string> fault(double now);
+  /// Lets it go on if it is stopped.
+  void resume() const;
 
  private:
   /// Nothing if it is gone.
   std::optional<ProcessState> state() const;
 
-  Descriptor file_;  // /proc/PID/stat, which goes with the process and not with its number
+  // Both go with the process and not with its number.
+  Descriptor process_;
+  Descriptor file_;  // /proc/PID/stat
   Silence silence_;
 };
 

@@ -10,12 +10,14 @@
 
 #include <fmt/format.h>
 
+#include "hardware/attention.h"
 #include "hardware/guard/guard_channel.h"
 #include "hardware/guard/guard_process.h"
 #include "hardware/guard/guard_start.h"
 #include "hardware/guard/vigil.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
+#include "sim/core/steady_now.h"
 
 namespace touchfield {
 
@@ -40,7 +42,7 @@ class Watchdog {
       if (ready > 0 && watched[1].revents != 0) {
         hear();
       }
-      look();
+      look(wait * 1e-3);
     }
     while (channel_.descriptor() >= 0) {
       hear();  // its last words
@@ -68,12 +70,16 @@ class Watchdog {
       device_ = unpacked<LinkSettings>(message->with);
     } else {
       on_ = note == GuardNote::kOn;
+      attention_.begin(steady_now());
     }
   }
 
   // Beats, and does what it can about a guard that does not run.
-  void look() {
+  void look(double planned) {
     const double now = steady_now();
+    if (on_ && attention_.look(now, planned)) {
+      overslept_at_ = now;
+    }
     if (now < next_look_) {
       return;
     }
@@ -84,6 +90,12 @@ class Watchdog {
     const std::optional<std::string> fault = on_ ? vigil_.fault(now) : std::nullopt;
     if (!fault) {
       fault_since_.reset();
+      // Unless this process alone was away, the guard has seen the same.
+      if (on_ && overslept_at_ && now - *overslept_at_ >= kLookPeriod) {
+        overslept_at_.reset();
+        tell("it " + attention_.fault());
+        ::kill(guard_, SIGTERM);
+      }
       return;
     }
     found_ = *fault;
@@ -92,6 +104,10 @@ class Watchdog {
     }
     if (now - *fault_since_ >= kMercy) {
       ::kill(guard_, SIGKILL);
+      if (now - *fault_since_ >= kHopeless && !hopeless_) {
+        hopeless_ = true;
+        tell(fmt::format("its guard {} and cannot be ended{}", found_, kMayBeOn));
+      }
       return;
     }
     ::kill(guard_, SIGTERM);
@@ -117,11 +133,11 @@ class Watchdog {
   // Quiets the device that a guard has left.
   Quieting take_over() {
     try {
-      const std::unique_ptr<ArrayLink> link = make_link(device_);
-      link->open();
-      return quiet_and_let_go(*link);
+      link_ = make_link(device_);
+      link_->open();
+      return quieted(*link_);
     } catch (const std::exception& error) {
-      return {false, fmt::format("the array could not be quieted: {}", error.what())};
+      return {false, fmt::format("the array could not be quieted: {}{}", error.what(), kMayBeOn)};
     }
   }
 
@@ -133,11 +149,15 @@ class Watchdog {
   pid_t guard_;
   GuardChannel channel_;
   Vigil vigil_;
+  Attention attention_;
   LinkSettings device_;
-  bool on_ = false;         // by the guard's word the device may emit
-  bool passed_on_ = false;  // a signal
+  std::unique_ptr<ArrayLink> link_;  // to it, once it is its guard's no more
+  bool on_ = false;                  // by the guard's word the device may emit
+  bool passed_on_ = false;           // a signal
   double next_look_ = 0;
+  std::optional<double> overslept_at_;
   std::optional<double> fault_since_;
+  bool hopeless_ = false;
   std::string found_;  // the last fault
 };
 
@@ -145,6 +165,7 @@ class Watchdog {
 
 int run_watchdog(int descriptor, const std::vector<std::string>& guard_command) {
   require_handed_over(1);
+  wake_at_parents_end();
   Descriptor programs(descriptor);
   SocketPair ends;
   const pid_t guard = start_apart(guard_command, {programs.number(), ends.others.number()});

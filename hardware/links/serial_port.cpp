@@ -100,24 +100,31 @@ void SerialPort::write(const std::vector<std::uint8_t>& bytes, double patience) 
   if (result) {
     fail(name_, fmt::format("the device is lost: {}", result.message()));
   }
+  written_ = Clock::now();
 }
 
 void SerialPort::drain(double patience) {
-  const auto end = Clock::now() + nanoseconds(patience);
   for (;;) {
-    const bool over = Clock::now() >= end;
-    int waiting = 0;
-    if (::ioctl(port_->serial.native_handle(), TIOCOUTQ, &waiting) != 0) {
-      fail(name_, fmt::format("it does not tell whether its bytes have left: {}", std::strerror(errno)));
-    }
+    const bool over = Clock::now() >= written_ + nanoseconds(patience);
+    const int waiting = unsent();
     if (waiting <= 0) {
       return;
     }
     if (over) {
-      fail(name_, fmt::format("{} bytes have not left this machine after {:g} s", waiting, patience));
+      fail(name_, fmt::format("it stands still: {} bytes have not left this machine after {:g} s", waiting, patience));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
+}
+
+int SerialPort::unsent() {
+  int waiting = 0;
+  if (::ioctl(port_->serial.native_handle(), TIOCOUTQ, &waiting) != 0) {
+    const bool cannot = errno == ENOTTY || errno == EINVAL;
+    fail(name_, fmt::format("{}: {}", cannot ? "it does not tell whether its bytes have left" : "the device is lost",
+                            std::strerror(errno)));
+  }
+  return waiting;
 }
 
 void SerialPort::discard() { ::tcflush(port_->serial.native_handle(), TCOFLUSH); }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -20,10 +21,13 @@ class SerialPort {
   /// patience   how long it may take nothing [s]
   /// throws     DeviceError if it does not take them, or the port is gone
   void write(const std::vector<std::uint8_t>& bytes, double patience);
-  /// Waits until the bytes are out of this machine.
-  /// patience   how long that may take [s]
+  /// Waits until the bytes are out of this machine. Of a pseudo-terminal the system says so at once, read or not.
+  /// patience   how long that may take since the last of them were written [s]
   /// throws     DeviceError if some are still there then, or the port does not tell
   void drain(double patience);
+  /// Bytes that are not out of this machine.
+  /// throws     DeviceError if the port does not tell
+  int unsent();
   /// Throws away what is not out yet.
   void discard();
   /// throws   DeviceError if the port is gone
@@ -33,6 +37,7 @@ class SerialPort {
   struct Port;
   std::string name_;
   std::unique_ptr<Port> port_;
+  std::chrono::steady_clock::time_point written_{};  // the last time
 };
 
 }  // namespace touchfield

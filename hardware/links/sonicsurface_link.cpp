@@ -1,6 +1,5 @@
 #include "hardware/links/sonicsurface_link.h"
 
-#include <algorithm>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -65,21 +64,28 @@ void SonicsurfaceLink::set_modulation(const Modulation& modulation) {
 
 void SonicsurfaceLink::send(const DriveFrame& frame) {
   require_fits(frame, abilities(), sonicsurface::kTransducers, describe());
+  drain();
   write(sonicsurface::frame_bytes(frame, firmware_, order_));
 }
 
-void SonicsurfaceLink::check() { serial().check(); }
+void SonicsurfaceLink::check() {
+  serial().check();
+  drain();
+}
 
 void SonicsurfaceLink::quiet() {
-  if (stuck_) {
+  if (stuck_ || serial().unsent() > 0) {
     serial().discard();
     free_at_ = Clock::now();
     stuck_ = false;
   }
   write(sonicsurface::quiet_bytes(firmware_));
-  const double carrying = std::chrono::duration<double>(free_at_ - Clock::now()).count();
+  drain();
+}
+
+void SonicsurfaceLink::drain() {
   std::this_thread::sleep_until(free_at_);
-  unless_stuck([&] { serial().drain(std::max(0.0, kLinkPatience - carrying)); });
+  unless_stuck([&] { serial().drain(kLinkPatience); });
 }
 
 void SonicsurfaceLink::write(const std::vector<std::uint8_t>& bytes) {

@@ -12,7 +12,9 @@ namespace touchfield {
 /// The open-hardware 16 x 16 array on a serial port, see sonicsurface_protocol.h. It drives a transducer fully or not
 /// at all, and answers nothing: that a board is there at all is only seen at the bench.
 ///
-/// A frame goes out when the line has had the time to carry the one before: no queue builds up behind it.
+/// A frame goes out when the line has had the time to carry the one before and, as far as the system can tell, has done
+/// so: no queue builds up behind it, and a line that stands still is lost within kLinkPatience. A silence takes the place
+/// of what has not left yet: whatever part of a frame the board has then, it is never committed.
 class SonicsurfaceLink final : public ArrayLink {
  public:
   SonicsurfaceLink(std::string port, SonicsurfaceFirmware firmware, SonicsurfaceOrder order);
@@ -29,8 +31,10 @@ class SonicsurfaceLink final : public ArrayLink {
   void close() noexcept override { serial_.reset(); }
 
  private:
-  /// Writes bytes once the line has carried what was written before.
+  /// Writes bytes once the line has had the time to carry what was written before.
   void write(const std::vector<std::uint8_t>& bytes);
+  /// Waits until it has done so.
+  void drain();
   /// Remembers if an action leaves bytes behind.
   template <class Action>
   void unless_stuck(const Action& act);

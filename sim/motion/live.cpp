@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "sim/core/steady_now.h"
 #include "sim/motion/frame_solver.h"
 
 namespace touchfield {
@@ -25,9 +26,7 @@ MotionSpec measured(MotionSpec motion) {
 
 }  // namespace
 
-double SteadyTime::now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double SteadyTime::now() { return steady_now(); }
 
 void SteadyTime::wait_until(double t, const std::stop_token& stop) {
   std::mutex mutex;

@@ -34,7 +34,7 @@ class LiveTime {
   virtual void wait_until(double t, const std::stop_token& stop) = 0;
 };
 
-/// Seconds of std::chrono::steady_clock.
+/// Seconds of steady_now.
 class SteadyTime final : public LiveTime {
  public:
   double now() override;

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <chrono>
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 #include <poll.h>
 #include <pty.h>
@@ -25,7 +26,20 @@ namespace touchfield {
 namespace {
 
 using testing::HasSubstr;
+using testing::MatchesRegex;
 using testing::ThrowsMessage;
+
+/// A pipe that any process inherits which is not kept from it.
+struct OpenPipe {
+  OpenPipe() { EXPECT_EQ(::pipe(ends.data()), 0); }
+  ~OpenPipe() {
+    for (const int end : ends) ::close(end);
+  }
+  OpenPipe(const OpenPipe&) = delete;
+  OpenPipe& operator=(const OpenPipe&) = delete;
+
+  std::array<int, 2> ends{-1, -1};
+};
 
 /// What the single board of a line would emit.
 class Board {
@@ -117,6 +131,7 @@ class Guarded : public testing::Test {
     }
   }
 
+  OpenPipe pipe_;
   Board board_;
   GuardedLink link_{{"/proc/self/exe", "watchdog"}, {board_.address(), "", {}, 1, false}, {1, 60}};
   pid_t watchdog_ = -1;
@@ -171,6 +186,57 @@ TEST_F(Guarded, AKilledWatchdog) {
   ::kill(watchdog_, SIGKILL);
   EXPECT_THAT(loss(), HasSubstr("its watchdog is gone; the array is quiet"));
   EXPECT_TRUE(board_.becomes(false));
+}
+
+// As one that is frozen with its watchdog while its program is not.
+TEST_F(Guarded, AGuardThatWasAwayDoesNotGoOn) {
+  emit();
+  ::kill(guard_, SIGSTOP);
+  ::kill(watchdog_, SIGSTOP);
+  std::this_thread::sleep_for(std::chrono::milliseconds(400));
+  ::kill(guard_, SIGCONT);
+  ::kill(watchdog_, SIGCONT);
+  EXPECT_THAT(loss(), MatchesRegex(
+                          ".*did not look after the array for [0-9.]+ s \\(at most 0\\.25 s\\).*the array is quiet.*"));
+  EXPECT_TRUE(board_.becomes(false));
+}
+
+TEST_F(Guarded, AStoppedGuardWithAStoppedWatchdog) {
+  emit();
+  ::kill(watchdog_, SIGSTOP);
+  ::kill(guard_, SIGSTOP);
+  EXPECT_THAT(loss(), HasSubstr("the array is quiet"));
+  EXPECT_TRUE(board_.becomes(false));
+}
+
+TEST_F(Guarded, AKilledGuardWithAStoppedWatchdog) {
+  emit();
+  board_.release();
+  ::kill(watchdog_, SIGSTOP);
+  ::kill(guard_, SIGKILL);
+  EXPECT_THAT(loss(), HasSubstr("link guard: it is gone; its watchdog has quieted the array"));
+  EXPECT_TRUE(board_.becomes(false));
+}
+
+TEST_F(Guarded, AStoppedGuardWithAKilledWatchdog) {
+  emit();
+  ::kill(guard_, SIGSTOP);
+  ::kill(watchdog_, SIGKILL);
+  EXPECT_THAT(loss(), HasSubstr("its watchdog is gone; the array is quiet"));
+  EXPECT_TRUE(board_.becomes(false));
+}
+
+TEST_F(Guarded, HoldsNoneOfTheProgramsOutput) {
+  emit();
+  const auto own = std::filesystem::read_symlink("/proc/self/fd/" + std::to_string(pipe_.ends[1]));
+  for (const pid_t process : {guard_, watchdog_}) {
+    const std::string open = "/proc/" + std::to_string(process) + "/fd/";
+    EXPECT_EQ(std::filesystem::read_symlink(open + "0"), "/dev/null");
+    EXPECT_EQ(std::filesystem::read_symlink(open + "1"), "/dev/null");
+    for (const auto& entry : std::filesystem::directory_iterator(open)) {
+      EXPECT_NE(std::filesystem::read_symlink(entry.path()), own) << entry.path();
+    }
+  }
 }
 
 TEST(Watchdog, IsNotStartedByHand) {

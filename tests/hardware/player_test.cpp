@@ -63,6 +63,19 @@ class NotingLink final : public ArrayLink {
 
 DriveFrame numbered(std::size_t n) { return {{static_cast<std::uint8_t>(n)}, {255}}; }
 
+PlayReport played(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
+                  const FrameObserver& observer = {}) {
+  PlayReport report;
+  play(count, source, link, options, pace, report, observer);
+  return report;
+}
+
+PlayReport played(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace) {
+  PlayReport report;
+  play(stream, link, seconds, pace, report);
+  return report;
+}
+
 class Player : public testing::Test {
  protected:
   FakePace pace_;
@@ -70,7 +83,7 @@ class Player : public testing::Test {
 };
 
 TEST_F(Player, SendsEachFrameInItsTime) {
-  const PlayReport report = play(4, numbered, link_, {10, 0.4, false}, pace_);
+  const PlayReport report = played(4, numbered, link_, {10, 0.4, false}, pace_);
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2, 3));
   for (std::size_t n = 0; n < 4; ++n) {
     EXPECT_NEAR(link_.times[n], 0.1 * static_cast<double>(n), 1e-6);
@@ -85,7 +98,7 @@ TEST_F(Player, SendsEachFrameInItsTime) {
 // A frame takes 2.5 periods: of every three or so one is sent, the newest, and never one that is overtaken.
 TEST_F(Player, ASlowDeviceDropsFramesAndMakesNoQueue) {
   link_.busy = 0.25;
-  const PlayReport report = play(100, numbered, link_, {10, 1.0, false}, pace_);
+  const PlayReport report = played(100, numbered, link_, {10, 1.0, false}, pace_);
   EXPECT_THAT(link_.numbers, ElementsAre(0, 2, 5, 7));
   EXPECT_EQ(report.dropped, 1U + 2U + 1U);
   for (std::size_t k = 0; k < link_.numbers.size(); ++k) {
@@ -99,7 +112,7 @@ TEST_F(Player, ASlowSourceIsLate) {
     pace_.pass(0.16);
     return numbered(n);
   };
-  const PlayReport report = play(6, slow, link_, {10, 1.0, false}, pace_);
+  const PlayReport report = played(6, slow, link_, {10, 1.0, false}, pace_);
   // Asked for at 0, 0.16, 0.32, 0.48, 0.64: the newest due then.
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 3, 4, 5));
   EXPECT_EQ(report.dropped, 1U);
@@ -109,38 +122,48 @@ TEST_F(Player, ASlowSourceIsLate) {
 
 TEST_F(Player, TheLastFrameIsAlwaysSent) {
   link_.busy = 0.35;
-  play(4, numbered, link_, {10, 2.0, false}, pace_);
+  played(4, numbered, link_, {10, 2.0, false}, pace_);
   EXPECT_THAT(link_.numbers, ElementsAre(0, 3));
 }
 
 TEST_F(Player, HoldsTheLastFrameAndWatchesTheDevice) {
-  play(1, numbered, link_, {10, 1.0, false}, pace_);
+  played(1, numbered, link_, {10, 1.0, false}, pace_);
   EXPECT_THAT(link_.numbers, ElementsAre(0));
   EXPECT_GE(link_.checks, 10);
   link_.lost_at = link_.checks + 3;
-  EXPECT_THROW(play(1, numbered, link_, {10, 1.0, false}, pace_), DeviceError);
+  EXPECT_THROW(played(1, numbered, link_, {10, 1.0, false}, pace_), DeviceError);
+}
+
+TEST_F(Player, TellsWhatWasDoneUntilTheDeviceWasLost) {
+  link_.lost_at = 3;  // half way to the third frame, or so
+  PlayReport report;
+  EXPECT_THROW(play(9, numbered, link_, {5, 1.8, false}, pace_, report), DeviceError);
+  EXPECT_EQ(report.sent, link_.numbers.size());
+  EXPECT_GT(report.sent, 0U);
+  EXPECT_GT(report.seconds, 0);
+  EXPECT_LE(report.seconds, 0.4);
 }
 
 TEST_F(Player, Repeats) {
-  play(3, numbered, link_, {10, 0.75, true}, pace_);
+  played(3, numbered, link_, {10, 0.75, true}, pace_);
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2, 0, 1, 2, 0, 1));
 }
 
 TEST_F(Player, EndsInTheMiddleOfASequence) {
-  play(100, numbered, link_, {10, 0.25, false}, pace_);
+  played(100, numbered, link_, {10, 0.25, false}, pace_);
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2));
 }
 
 TEST_F(Player, IsStopped) {
   pace_.stop_at(100.25);
-  const PlayReport report = play(100, numbered, link_, {10, 5, false}, pace_);
+  const PlayReport report = played(100, numbered, link_, {10, 5, false}, pace_);
   EXPECT_TRUE(report.stopped);
   EXPECT_THAT(link_.numbers, ElementsAre(0, 1, 2));
 }
 
 TEST_F(Player, TellsOfEachFrame) {
   std::vector<std::size_t> told;
-  play(3, numbered, link_, {10, 0.3, false}, pace_, [&](std::size_t n, const DriveFrame& frame) {
+  played(3, numbered, link_, {10, 0.3, false}, pace_, [&](std::size_t n, const DriveFrame& frame) {
     EXPECT_EQ(frame, numbered(n));
     told.push_back(n);
   });
@@ -149,18 +172,18 @@ TEST_F(Player, TellsOfEachFrame) {
 
 // No frame is counted twice by rounding, at a rate that no binary number hits.
 TEST_F(Player, KeepsCountOverTime) {
-  const PlayReport report = play(200, numbered, link_, {30, 200 / 30.0, false}, pace_);
+  const PlayReport report = played(200, numbered, link_, {30, 200 / 30.0, false}, pace_);
   EXPECT_EQ(report.sent, 200U);
   EXPECT_EQ(report.dropped, 0U);
 }
 
 TEST_F(Player, RefusesWhatCannotBePlayed) {
-  EXPECT_THROW(play(0, numbered, link_, {10, 1, false}, pace_), InputError);
-  EXPECT_THROW(play(1, numbered, link_, {0, 1, false}, pace_), InputError);
-  EXPECT_THROW(play(1, numbered, link_, {10, 0, false}, pace_), InputError);
+  EXPECT_THROW(played(0, numbered, link_, {10, 1, false}, pace_), InputError);
+  EXPECT_THROW(played(1, numbered, link_, {0, 1, false}, pace_), InputError);
+  EXPECT_THROW(played(1, numbered, link_, {10, 0, false}, pace_), InputError);
   EXPECT_THAT(
       [&] {
-        play(1, numbered, link_, {51, 1, false}, pace_);
+        played(1, numbered, link_, {51, 1, false}, pace_);
       },
       testing::ThrowsMessage<InputError>(testing::HasSubstr("<= 50 Hz, what noting link carries")));
   EXPECT_THAT(link_.numbers, testing::IsEmpty());
@@ -192,7 +215,7 @@ class Stream : public Player {
 // The link takes 50 a second: it is not asked for more.
 TEST_F(Stream, KeepsWithinTheLink) {
   link_.busy = 0.004;
-  const PlayReport report = play(stream(), link_, 0.999, pace_);
+  const PlayReport report = played(stream(), link_, 0.999, pace_);
   EXPECT_EQ(begun_, 100);
   EXPECT_EQ(report.sent, link_.numbers.size());
   EXPECT_GE(report.sent, 40U);
@@ -206,7 +229,7 @@ TEST_F(Stream, KeepsWithinTheLink) {
 
 TEST_F(Stream, SendsNothingThatIsTooOld) {
   age_ = 0.151;
-  const PlayReport report = play(stream(), link_, 1, pace_);
+  const PlayReport report = played(stream(), link_, 1, pace_);
   EXPECT_EQ(report.sent, 0U);
   EXPECT_GT(report.stale, 900U);
   EXPECT_THAT(link_.numbers, testing::IsEmpty());
@@ -216,7 +239,7 @@ TEST_F(Stream, SendsNothingThatIsTooOld) {
 
 TEST_F(Stream, EndsWhenItIsOver) {
   over_ = 5;
-  const PlayReport report = play(stream(), link_, 1, pace_);
+  const PlayReport report = played(stream(), link_, 1, pace_);
   EXPECT_EQ(report.sent, 5U);
   EXPECT_LT(report.seconds, 0.2);
   EXPECT_EQ(link_.quieted, 1);
@@ -224,16 +247,24 @@ TEST_F(Stream, EndsWhenItIsOver) {
 
 TEST_F(Stream, IsQuietedByAnError) {
   last_ = 5;
-  EXPECT_THROW(play(stream(), link_, 1, pace_), InputError);
+  EXPECT_THROW(played(stream(), link_, 1, pace_), InputError);
   EXPECT_EQ(link_.numbers.size(), 5U);
   EXPECT_EQ(link_.quieted, 1);
+}
+
+TEST_F(Stream, TellsWhatWasDoneUntilAnError) {
+  last_ = 5;
+  PlayReport report;
+  EXPECT_THROW(play(stream(), link_, 1, pace_, report), InputError);
+  EXPECT_EQ(report.sent, 5U);
+  EXPECT_NEAR(report.seconds, 5 / 50.0, 2e-3);
 }
 
 TEST_F(Stream, RefusesWhatIsNoTime) {
   FrameStream never_fresh = stream();
   never_fresh.stale = 0;
-  EXPECT_THROW(play(never_fresh, link_, 1, pace_), InputError);
-  EXPECT_THROW(play(stream(), link_, -1, pace_), InputError);
+  EXPECT_THROW(played(never_fresh, link_, 1, pace_), InputError);
+  EXPECT_THROW(played(stream(), link_, -1, pace_), InputError);
   EXPECT_EQ(asked_, 0U);
 }
 

@@ -6,6 +6,7 @@ import fcntl
 import json
 import os
 import pathlib
+import re
 import shlex
 import shutil
 import signal
@@ -390,7 +391,7 @@ class Faults(BoardTest):
 
 class Stops(BoardTest):
     """The three processes of an emission, and what becomes of the array when they are told to stop, stopped or killed.
-    Nobody can quiet it if guard and watchdog are both killed or stopped."""
+    Nobody can quiet it if guard and watchdog are both killed, or while all three are stopped."""
 
     HELD_BACK = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP, signal.SIGTTIN,
                  signal.SIGTTOU, signal.SIGUSR1, signal.SIGUSR2, signal.SIGALRM, signal.SIGPIPE, signal.SIGXCPU,
@@ -560,6 +561,51 @@ class Stops(BoardTest):
                     process.send_signal(signal.SIGCONT)
                     self.assertIn(process.wait(5), (128 + number, -number, DEVICE_FAILED))
                     self.stays_quiet(board, guard, watchdog)
+
+    def test_all_stopped_for_a_while(self):
+        """As in a container that is paused, or a machine that sleeps."""
+        board, process, guard, watchdog = self.emission()
+        everyone = (guard, watchdog, process.pid)
+        for one in everyone:
+            os.kill(one, signal.SIGSTOP)
+        time.sleep(0.6)
+        self.assertTrue(board.loud(), "nobody can quiet it")
+
+        def go_on():
+            for one in everyone:
+                os.kill(one, signal.SIGCONT)
+
+        self.quiet_after(board, go_on)
+        out, said = process.communicate(timeout=10)
+        self.assertEqual(process.returncode, DEVICE_FAILED)
+        self.assertRegex(said, r"error: link guard: it did not look after the array for [0-9.]+ s \(at most 0.25 s\)")
+        self.assertIn("; the array is quiet", said)
+        gap = re.search(r"1 gap of more than 50 ms .* the longest (\d+) ms", out)
+        self.assertIsNotNone(gap, out)
+        self.assertGreater(int(gap[1]), 500)
+        self.stays_quiet(board, guard, watchdog)
+
+    def test_who_is_stopped_goes_on_when_another_is_gone(self):
+        stop, kill = signal.SIGSTOP, signal.SIGKILL
+        for signals in ([("watchdog", stop), ("guard", stop)],
+                        [("watchdog", stop), ("guard", kill)],
+                        [("guard", stop), ("watchdog", kill)],
+                        [("watchdog", stop), ("guard", kill), ("program", kill)],
+                        [("guard", stop), ("watchdog", kill), ("program", kill)],
+                        [("guard", stop), ("watchdog", stop), ("program", kill)]):
+            with self.subTest(signals=signals):
+                board, process, guard, watchdog = self.emission()
+                fcntl.ioctl(board.slave, termios.TIOCNXCL)
+                who = {"program": process.pid, "guard": guard, "watchdog": watchdog}
+
+                def send_all():
+                    for name, number in signals:
+                        os.kill(who[name], number)
+
+                self.quiet_after(board, send_all, within=0.5)
+                _, said = process.communicate(timeout=10)  # ends when nobody holds its output any more
+                self.assertIn("the array is quiet", said)
+                self.stays_quiet(board, guard, watchdog)
 
     def test_guard_and_watchdog_killed(self):
         board, process, guard, watchdog = self.emission()

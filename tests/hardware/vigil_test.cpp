@@ -1,6 +1,7 @@
 #include "hardware/guard/vigil.h"
 
 #include <csignal>
+#include <sys/ptrace.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -72,13 +73,35 @@ TEST(Vigil, SeesThatAProcessIsStopped) {
   int status = 0;
   ASSERT_EQ(::waitpid(child, &status, WUNTRACED), child);
   EXPECT_EQ(vigil.fault(0.02), "was stopped by a signal");
-  ::kill(child, SIGCONT);
+  vigil.resume();
   ASSERT_EQ(::waitpid(child, &status, WCONTINUED), child);
   EXPECT_EQ(vigil.fault(0.03), std::nullopt);
   ::kill(child, SIGKILL);
   ASSERT_EQ(::waitpid(child, &status, 0), child);
   EXPECT_EQ(vigil.fault(0.04), std::nullopt) << "that it is gone is told by its channel";
   EXPECT_THROW(Vigil(child, 0), IoError);
+}
+
+// A tracer stops a process for a moment at each of its calls: only one that is held is not there.
+TEST(Vigil, TellsOfADebugger) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::ptrace(PTRACE_TRACEME, 0, nullptr, nullptr);
+    ::raise(SIGTRAP);
+    ::_exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSTOPPED(status));
+  double now = 0;
+  Vigil vigil(child, now);
+  std::optional<std::string> fault;
+  while (!(fault = vigil.fault(now += kLookPeriod))) {
+  }
+  EXPECT_EQ(fault, "was held by a debugger");
+  EXPECT_GT(now, 0.2);
+  ::ptrace(PTRACE_DETACH, child, nullptr, nullptr);
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
 }
 
 }  // namespace

@@ -204,7 +204,9 @@ class Live : public ::testing::Test {
     loop_.emplace(motion_, sensor, prepare, time_);
     while (!loop_->ready(1)) {
     }
-    return play(stream_of(*loop_, motion_, rounded), link_, motion_.seconds, pace_);
+    PlayReport report;
+    play(stream_of(*loop_, motion_, rounded), link_, motion_.seconds, pace_, report);
+    return report;
   }
 
   /// In a thread of the loop.
@@ -243,7 +245,8 @@ TEST_F(Live, KeepsTheClockOfAPlay) {
         time);
     while (!loop.ready(1)) {
     }
-    play(stream_of(loop, motion, rounded), link, motion.seconds, pace);
+    PlayReport played;
+    play(stream_of(loop, motion, rounded), link, motion.seconds, pace, played);
     ASSERT_TRUE(ended(loop, time));
     const LiveReport report = loop.report();
     motion.solve = solve;
@@ -452,7 +455,8 @@ class LiveOnTheWallClock : public ::testing::Test {
   void play_it(LiveLoop& loop, const MotionSpec& motion, const Rounding& rounding) {
     while (!loop.ready(1)) {
     }
-    const PlayReport played = play(stream_of(loop, motion, rounding), link_, motion.seconds, pace_);
+    PlayReport played;
+    play(stream_of(loop, motion, rounding), link_, motion.seconds, pace_, played);
     EXPECT_EQ(link_.sent.back().number, -1);
     ASSERT_TRUE(loop.stop(60));
     const LiveReport report = loop.report();
