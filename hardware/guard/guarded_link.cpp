@@ -61,13 +61,13 @@ void GuardedLink::close() noexcept {
     return;
   }
   try {
-    if (answers_) {
-      gaps_ = unpacked<Gaps>(ask(GuardRequest::kClose));
-    }
+    gaps_ = unpacked<Gaps>(ask(GuardRequest::kClose));
   } catch (const std::exception&) {  // it stopped before, or does not answer: its end of the channel tells it
   }
   channel_.close();
-  end_of_watchdog();
+  if (answers_) {
+    end_of_watchdog();
+  }
 }
 
 void GuardedLink::resume_watchdog() const {
@@ -82,7 +82,7 @@ std::optional<int> GuardedLink::end_of_watchdog() {
   if (child < 0) {
     return std::nullopt;
   }
-  Patience patience(kGuardPatience, steady_now());
+  Patience patience(kEndPatience, steady_now());
   int status = 0;
   pid_t ended = 0;
   while ((ended = ::waitpid(child, &status, WNOHANG)) == 0 && !patience.over(steady_now())) {
@@ -96,6 +96,10 @@ std::string GuardedLink::last_word() {
 }
 
 GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patience) {
+  const auto no_answer = [] { return DeviceError(std::string("link guard: no answer") + kMayBeOn); };
+  if (!answers_) {
+    throw no_answer();
+  }
   // A guard that stopped of its own accord has left the reason in the channel.
   channel_.send(GuardMessage(request, std::move(with)));
   if (!channel_.waits(kLinkPatience)) {
@@ -104,9 +108,9 @@ GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patien
   std::optional<GuardMessage> answer;
   try {
     answer = channel_.receive(patience);
-  } catch (const IoError& error) {
+  } catch (const IoError&) {
     answers_ = false;
-    throw DeviceError(error.what() + std::string(kMayBeOn));
+    throw no_answer();
   }
   if (!answer) {
     throw DeviceError("link guard: it is gone" + last_word());

@@ -12,9 +12,11 @@
 
 namespace touchfield {
 
-/// For an answer of a guard [s]; the link itself gives up after kLinkPatience. Time in which this process is stopped or
-/// frozen does not count.
-inline constexpr double kGuardPatience = 2;
+/// For an answer of a guard [s]; the link itself gives up after kLinkPatience, and a guard that was away for longer than
+/// kLongestGap quiets the device when it is back. Time in which this process is stopped or frozen does not count.
+inline constexpr double kGuardPatience = 1;
+/// For the end of a watchdog that has to quiet the device itself [s].
+inline constexpr double kEndPatience = 2;
 
 /// A link that lives in a process of its own, the guard, which owns the device and quiets it when this process, or it
 /// itself, is told to stop, or when this process is gone, stopped or silent. The guard has a watchdog, a process too.

@@ -90,8 +90,8 @@ class Watchdog {
     const std::optional<std::string> fault = on_ ? vigil_.fault(now) : std::nullopt;
     if (!fault) {
       fault_since_.reset();
-      // Unless this process alone was away, the guard has seen the same.
-      if (on_ && overslept_at_ && now - *overslept_at_ >= kLookPeriod) {
+      // Unless this process alone was away, the guard has seen the same and acts.
+      if (on_ && overslept_at_ && now - *overslept_at_ >= kMercy) {
         overslept_at_.reset();
         tell("it " + attention_.fault());
         ::kill(guard_, SIGTERM);
