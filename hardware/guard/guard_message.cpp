@@ -73,7 +73,7 @@ void from_json(const Json& message, ArrayLayout& layout) {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(LinkSettings, address, library, array, frames, replace)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardStart, limits, settings)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardedDevice, description, abilities, layout)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(GuardedDevice, description, abilities, layout, guard)
 
 template <class Value>
 GuardBytes packed(const Value& value) {

@@ -55,6 +55,7 @@ struct GuardedDevice {
   std::string description;
   LinkAbilities abilities;
   ArrayLayout layout;
+  int guard = 0;  // its process
 };
 
 using GuardBytes = std::vector<std::uint8_t>;

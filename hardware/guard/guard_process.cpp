@@ -7,6 +7,7 @@
 #include <memory>
 #include <poll.h>
 #include <string>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -139,7 +140,7 @@ class Guard {
       limits_ = start.limits;
       watchdog_.send(GuardMessage(GuardNote::kDevice, packed(start.settings)));
       link_ = make_link(start.settings);
-      return packed(GuardedDevice{link_->describe(), link_->abilities(), link_->layout()});
+      return packed(GuardedDevice{link_->describe(), link_->abilities(), link_->layout(), ::getpid()});
     }
     if (request == GuardRequest::kClose) {
       ended_ = true;

@@ -28,6 +28,7 @@ GuardedLink::GuardedLink(const std::vector<std::string>& command, const LinkSett
   try {
     const GuardBytes about = ask(GuardRequest::kStart, packed(GuardStart{limits, settings}), kOpenPatience);
     device_ = unpacked<GuardedDevice>(about);
+    guard_.emplace(device_.guard, steady_now());
   } catch (...) {
     close();
     throw;
@@ -70,14 +71,17 @@ void GuardedLink::close() noexcept {
   }
 }
 
-void GuardedLink::resume_watchdog() const {
+void GuardedLink::resume_others() const {
   if (watchdog_ > 0) {
     ::kill(watchdog_, SIGCONT);
+  }
+  if (guard_) {
+    guard_->resume();
   }
 }
 
 std::optional<int> GuardedLink::end_of_watchdog() {
-  resume_watchdog();
+  resume_others();
   const pid_t child = std::exchange(watchdog_, -1);
   if (child < 0) {
     return std::nullopt;
@@ -103,7 +107,7 @@ GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patien
   // A guard that stopped of its own accord has left the reason in the channel.
   channel_.send(GuardMessage(request, std::move(with)));
   if (!channel_.waits(kLinkPatience)) {
-    resume_watchdog();
+    resume_others();
   }
   std::optional<GuardMessage> answer;
   try {

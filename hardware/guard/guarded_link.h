@@ -8,6 +8,7 @@
 #include "hardware/array_link.h"
 #include "hardware/attention.h"
 #include "hardware/guard/guard_channel.h"
+#include "hardware/guard/vigil.h"
 #include "hardware/make_link.h"
 
 namespace touchfield {
@@ -46,8 +47,8 @@ class GuardedLink final : public ArrayLink {
 
  private:
   GuardBytes ask(GuardRequest request, GuardBytes with = {}, double patience = kGuardPatience);
-  /// Lets the watchdog go on if it is stopped: it then sees to a guard that is stopped or gone.
-  void resume_watchdog() const;
+  /// Lets guard and watchdog go on if they are stopped: each then sees to the other and to the array.
+  void resume_others() const;
   /// Waits for the watchdog's end, and takes its exit code; nothing if it does not end, or was ended by a signal.
   std::optional<int> end_of_watchdog();
   /// How the watchdog of a guard that is gone has left the array.
@@ -56,6 +57,7 @@ class GuardedLink final : public ArrayLink {
   GuardChannel channel_;
   pid_t watchdog_ = -1;
   GuardedDevice device_;
+  std::optional<Vigil> guard_;
   bool answers_ = true;
   Gaps gaps_;
 };

@@ -593,6 +593,7 @@ class Stops(BoardTest):
         for signals in ([("watchdog", stop), ("guard", stop)],
                         [("watchdog", stop), ("guard", kill)],
                         [("guard", stop), ("watchdog", kill)],
+                        [("watchdog", kill), ("nobody", 0.02), ("guard", stop)],  # while it quiets the array
                         [("watchdog", stop), ("guard", kill), ("program", kill)],
                         [("guard", stop), ("watchdog", kill), ("program", kill)],
                         [("guard", stop), ("watchdog", stop), ("program", kill)]):
@@ -603,7 +604,10 @@ class Stops(BoardTest):
 
                 def send_all():
                     for name, number in signals:
-                        os.kill(who[name], number)
+                        if name in who:
+                            os.kill(who[name], number)
+                        else:
+                            time.sleep(number)
 
                 self.quiet_after(board, send_all, within=0.5)
                 _, said = process.communicate(timeout=10)  # ends when nobody holds its output any more
