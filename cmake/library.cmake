@@ -11,7 +11,7 @@ set_target_properties(touchfield_library PROPERTIES
   OUTPUT_NAME touchfield EXPORT_NAME touchfield
   VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
   LINKER_LANGUAGE CXX
-  INSTALL_RPATH_USE_LINK_PATH ON)  # Debian's OpenBLAS with OpenMP has a folder of its own
+  BUILD_WITH_INSTALL_RPATH ON INSTALL_RPATH_USE_LINK_PATH ON)  # Debian's OpenBLAS with OpenMP has a folder of its own
 target_link_libraries(touchfield_library PUBLIC Eigen3::Eigen PRIVATE ${layers})  # for what these link
 # Our functions call ours, whatever flags a program compiles Eigen's templates with.
 target_link_options(touchfield_library PRIVATE -Wl,-Bsymbolic-functions)

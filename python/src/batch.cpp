@@ -51,7 +51,8 @@ std::vector<std::string> worker() {
   const auto folder = nb::cast<std::string>(nb::repr(os_path.attr("dirname")(own)));
   return {
       *program, "-c",
-      fmt::format("import sys; sys.path.insert(0, {}); import touchfield; sys.exit(touchfield._core._serve_cases())",
+      fmt::format("import sys; sys.path = [{}, *filter(None, sys.path)]; import touchfield; "  // not the current folder
+                  "sys.exit(touchfield._core._serve_cases())",
                   folder)};
 }
 

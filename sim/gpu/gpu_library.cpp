@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
+#include <link.h>
 #include <map>
 #include <mutex>
 #include <sstream>
@@ -30,9 +31,13 @@ std::filesystem::path library_path() {
     return given;
   }
   std::error_code error;
-  Dl_info about{};  // of this very code: of libtouchfield.so in a program of another's; a program may have no path here
-  if (dladdr(reinterpret_cast<const void*>(&gpu_library), &about) != 0) {
-    const auto path = std::filesystem::path(about.dli_fname).replace_filename("libtouchfield_gpu.so");
+  // Of this very code: of libtouchfield.so in a program of another's. A program itself has no path but what its caller
+  // calls it, which may be anything.
+  Dl_info about{};
+  link_map* map = nullptr;
+  if (dladdr1(reinterpret_cast<const void*>(&gpu_library), &about, reinterpret_cast<void**>(&map), RTLD_DL_LINKMAP) !=
+      0) {
+    const auto path = std::filesystem::path(map->l_name).replace_filename("libtouchfield_gpu.so");
     if (path.has_parent_path() && std::filesystem::exists(path, error)) {
       return path;
     }

@@ -8,6 +8,8 @@ import shutil
 import subprocess
 import unittest
 
+from search_paths import is_binary, strangers
+
 SOURCE = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 BUILD = pathlib.Path(os.environ["TOUCHFIELD_BUILD_DIR"])
 CMAKE = os.environ["TOUCHFIELD_CMAKE"]
@@ -49,6 +51,12 @@ class Library(unittest.TestCase):
         linked = run("readelf", "-d", self.library / "libtouchfield.so")
         self.assertNotIn(str(BUILD), linked)
         self.assertRegex(linked, r"SONAME.*\[libtouchfield\.so\.\d+\.\d+\]")
+
+    def test_no_binary_looks_in_the_current_folder(self):
+        binaries = [path for path in PREFIX.rglob("*") if is_binary(path)]
+        self.assertGreaterEqual(len(binaries), 2)
+        for path in binaries:
+            self.assertEqual(strangers(path), [], path)
 
     def test_completion_of_this_very_program_is_installed(self):
         for shell, place in [("bash", "bash-completion/completions/touchfield"), ("zsh", "zsh/site-functions/_touchfield")]:

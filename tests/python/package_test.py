@@ -6,6 +6,10 @@ import pathlib
 import subprocess
 import sys
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "cli"))
+
+from search_paths import is_binary, strangers
+
 ROOT = pathlib.Path(os.environ["TOUCHFIELD_SOURCE_DIR"])
 PYTHON = ROOT / "build/python/bin/python"
 SKIPPED = 77
@@ -32,6 +36,8 @@ def main():
     if not is_current(package):
         subprocess.run([PYTHON, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-build-isolation", "--no-deps",
                         "--force-reinstall", ROOT / "python"], check=True)
+    for path in filter(is_binary, installed().iterdir()):
+        assert not strangers(path), f"{path}: {strangers(path)}"
     return subprocess.run([PYTHON, "-m", "pytest", "-q", "-p", "no:cacheprovider", ROOT / "python/tests", *sys.argv[1:]],
                           cwd=ROOT / "python/tests").returncode
 
