@@ -23,6 +23,7 @@ void print(std::FILE* stream, std::string_view text) {
 
 void hold_standard_streams() {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(stream, F_GETFD) < 0) {
       // Opened the wrong way round, so that using it fails as before. The lowest free number is this one.

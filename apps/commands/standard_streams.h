@@ -4,8 +4,8 @@
 
 namespace touchfield {
 
-/// To be called first: a standard stream that is closed is held open, so that no result file gets its number, and a
-/// reader that goes away ends no computation (SIGPIPE is ignored).
+/// To be called first: a standard stream that is closed is held open, so that no result file gets its number. A reader
+/// that goes away ends no computation, a limit on the size of files is an error of writing (SIGPIPE, SIGXFSZ are ignored).
 void hold_standard_streams();
 
 /// Prints on standard output, and on standard error. Neither throws: what has been computed must not be lost because

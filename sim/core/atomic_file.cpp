@@ -77,7 +77,9 @@ class TemporaryFile {
 
   [[noreturn]] void fail() const {
     const int reason = errno;
-    const std::string text = fmt::format("{}: cannot write: {}", target_.string(), std::strerror(reason));
+    const std::string text =
+        fmt::format("{}: cannot write{}: {}", target_.string(),
+                    reason == EFBIG ? " beyond the limit on the size of files (ulimit -f)" : "", std::strerror(reason));
     if (reason == ENOSPC || reason == EDQUOT || reason == EFBIG) {
       throw NoRoomError(text);
     }

@@ -1,7 +1,9 @@
 #include "sim/core/isolated_work.h"
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -11,9 +13,8 @@
 #include <poll.h>
 #include <stdexcept>
 #include <string>
-#include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/stat.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <system_error>
 #include <unistd.h>
@@ -27,9 +28,10 @@ namespace touchfield {
 
 namespace {
 
-constexpr int kRefused = 2;  // exit code of a copy that leaves a message instead of a result
-constexpr std::size_t kLongestMessage = 4096;
-constexpr int kClockFactor = 5;  // of a loaded machine
+constexpr int kRefused = 2;                    // exit code of a copy that leaves a message instead of a result
+constexpr int kNoMemory = 4;                   // of one that the user's own limit on memory leaves too little
+constexpr std::size_t kLongestMessage = 4096;  // which is sent at this length, behind whatever was sent before
+constexpr int kClockFactor = 5;                // of a loaded machine
 
 [[noreturn]] void fail(const char* what) {
   const int reason = errno;
@@ -46,109 +48,140 @@ std::uint64_t own_size() {
   return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-void limit(__rlimit_resource_t resource, std::uint64_t most) {
+/// returns  whether the user has a lower limit
+bool limit(__rlimit_resource_t resource, std::uint64_t most) {
   rlimit now{};
   getrlimit(resource, &now);
   now.rlim_cur = std::min<rlim_t>(now.rlim_max, most);
   if (setrlimit(resource, &now) != 0) {
     _exit(EXIT_FAILURE);
   }
+  return now.rlim_cur < most;
 }
 
-/// Throws what write() says; the limit of the output comes as EFBIG.
-void write_whole(int file, std::string_view bytes) {
+/// In the copy. Not into a file: the user may have limited those.
+void send_whole(int socket, std::string_view bytes) {
   while (!bytes.empty()) {
-    const ssize_t count = write(file, bytes.data(), bytes.size());
+    const ssize_t count = send(socket, bytes.data(), bytes.size(), MSG_NOSIGNAL);
     if (count < 0 && errno != EINTR) {
-      throw std::system_error(errno, std::system_category());
+      _exit(EXIT_FAILURE);  // nobody listens any more
     }
     bytes.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(count, 0)));
   }
 }
 
-void work_into(int file, const std::function<void(const Emit&)>& work) {
+void work_into(int socket, const std::function<void(const Emit&)>& work) {
   constexpr std::size_t kBlock = std::size_t{1} << 16;
   std::string block;
   work([&](std::string_view piece) {
     block += piece.substr(0, kBlock);
     if (block.size() >= kBlock || piece.size() > kBlock) {
-      write_whole(file, block);
+      send_whole(socket, block);
       block.clear();
-      write_whole(file, piece.substr(std::min(piece.size(), kBlock)));
+      send_whole(socket, piece.substr(std::min(piece.size(), kBlock)));
     }
   });
-  write_whole(file, block);
+  send_whole(socket, block);
 }
 
 /// The life of the copy.
-[[noreturn]] void live(int file, pid_t parent, std::uint64_t size, const std::string& subject, const WorkLimits& limits,
-                       const std::function<void(const Emit&)>& work) {
+[[noreturn]] void live(int socket, pid_t parent, std::uint64_t size, const std::string& subject,
+                       const WorkLimits& limits, const std::function<void(const Emit&)>& work) {
   die_with(parent);
-  std::signal(SIGXFSZ, SIG_IGN);
   std::signal(SIGXCPU, SIG_DFL);
+  sigset_t time;
+  sigemptyset(&time);
+  sigaddset(&time, SIGXCPU);
+  sigprocmask(SIG_UNBLOCK, &time, nullptr);
   const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
   dup2(nowhere, STDOUT_FILENO);
   dup2(nowhere, STDERR_FILENO);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.seconds));
-  limit(RLIMIT_FSIZE, limits.output);
-  limit(RLIMIT_AS, size + limits.memory);
-  std::string message;
+  const std::uint64_t most = size + limits.memory;
+  const bool users = limit(RLIMIT_AS, most) || limit(RLIMIT_DATA, most);
+  std::string message = fmt::format("{} needs more than {} MiB of memory", subject, limits.memory >> 20);
   try {
-    work_into(file, work);
+    work_into(socket, work);
     _exit(EXIT_SUCCESS);
   } catch (const std::bad_alloc&) {
-    message = fmt::format("{} needs more than {} MiB of memory", subject, limits.memory >> 20);
-  } catch (const std::length_error&) {
-    message = fmt::format("{} needs more than {} MiB of memory", subject, limits.memory >> 20);
-  } catch (const std::system_error& error) {
-    message = error.code().value() == EFBIG ? fmt::format("{} gives more than {} MiB", subject, limits.output >> 20)
-                                            : fmt::format("{} fails: {}", subject, error.what());
+    if (users) {
+      _exit(kNoMemory);
+    }
+  } catch (const std::length_error&) {  // sizes that no memory has
   } catch (const std::exception& error) {
     message = error.what();
   }
-  message.resize(std::min(message.size(), kLongestMessage));
-  if (ftruncate(file, 0) != 0 || pwrite(file, message.data(), message.size(), 0) < 0) {
-    _exit(EXIT_FAILURE);
-  }
+  message.resize(kLongestMessage);
+  send_whole(socket, message);
   _exit(kRefused);
 }
 
-/// Waits until the copy has ended and with it the other end of the socket. Kills one that takes too long: false.
-bool ends_in_time(pid_t child, int socket, int seconds) {
-  pollfd waiting{socket, POLLIN, 0};
-  int answer = 0;
-  do {
-    answer = poll(&waiting, 1, 1000 * seconds * kClockFactor);
-  } while (answer < 0 && errno == EINTR);
-  if (answer == 0) {
-    kill(child, SIGKILL);
+/// What the copy sends, in memory that moves as it grows without being copied.
+class Received {
+ public:
+  Received() = default;
+  Received(const Received&) = delete;
+  Received& operator=(const Received&) = delete;
+  ~Received() { std::free(bytes_); }
+
+  std::string_view bytes() const { return {bytes_, size_}; }
+
+  /// Takes what is there; false at the end.
+  bool take(int socket) {
+    constexpr std::size_t kRoom = std::size_t{1} << 20;
+    if (capacity_ - size_ < kRoom) {
+      const std::size_t larger = 2 * capacity_ + kRoom;
+      void* moved = std::realloc(bytes_, larger);
+      if (moved == nullptr) {
+        throw std::bad_alloc();
+      }
+      bytes_ = static_cast<char*>(moved);
+      capacity_ = larger;
+    }
+    const ssize_t count = recv(socket, bytes_ + size_, capacity_ - size_ - 1, 0);
+    size_ += static_cast<std::size_t>(std::max<ssize_t>(count, 0));
+    bytes_[size_] = '\0';
+    return count > 0 || (count < 0 && errno == EINTR);
   }
-  return answer != 0;
+
+ private:
+  char* bytes_ = nullptr;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
+
+enum class End { kByItself, kTooLate, kTooLong, kNoMemory };
+
+/// Takes what the copy sends until it has ended, and with it the other end of the socket, or has met a limit.
+End receive(int socket, const WorkLimits& limits, Received& received) {
+  using Clock = std::chrono::steady_clock;
+  const auto last = Clock::now() + std::chrono::seconds(limits.seconds * kClockFactor);
+  pollfd waiting{socket, POLLIN, 0};
+  while (true) {
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(last - Clock::now()).count();
+    const int answer = left > 0 ? poll(&waiting, 1, static_cast<int>(left)) : 0;
+    if (answer == 0) {
+      return End::kTooLate;
+    }
+    if (received.bytes().size() > limits.output + kLongestMessage) {
+      return End::kTooLong;
+    }
+    try {
+      if (!received.take(socket)) {
+        return End::kByItself;
+      }
+    } catch (const std::bad_alloc&) {
+      return End::kNoMemory;
+    }
+  }
 }
 
-std::string how_it_ended(int status, bool in_time, int seconds) {
-  if (!in_time || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)) {
+std::string how_it_ended(int status, bool too_late, int seconds) {
+  if (too_late || (WIFSIGNALED(status) && WTERMSIG(status) == SIGXCPU)) {
     return fmt::format("takes more than {} s", seconds);
   }
   return fmt::format("ends {} {}", WIFSIGNALED(status) ? "by" : "with", end_text(status));
-}
-
-WorkOutput contents(int file) {
-  struct stat about {};
-  if (fstat(file, &about) != 0) {
-    fail("fstat");
-  }
-  const auto size = static_cast<std::size_t>(about.st_size);
-  if (size == 0) {
-    return {};
-  }
-  void* mapped = mmap(nullptr, size, PROT_READ, MAP_PRIVATE, file, 0);
-  if (mapped == MAP_FAILED) {
-    fail("mmap");
-  }
-  return {std::shared_ptr<const void>(mapped, [size](const void* begin) { munmap(const_cast<void*>(begin), size); }),
-          {static_cast<const char*>(mapped), size}};
 }
 
 }  // namespace
@@ -156,10 +189,6 @@ WorkOutput contents(int file) {
 WorkOutput isolated(const std::string& subject, const WorkLimits& limits,
                     const std::function<void(const Emit&)>& work) {
   const std::uint64_t size = own_size();
-  const Descriptor file(memfd_create("touchfield", MFD_CLOEXEC));
-  if (file.number() < 0) {
-    fail("memfd_create");
-  }
   SocketPair ends;
   const pid_t parent = getpid();
   const pid_t child = fork();
@@ -167,20 +196,30 @@ WorkOutput isolated(const std::string& subject, const WorkLimits& limits,
     fail("fork");
   }
   if (child == 0) {
-    live(file.number(), parent, size, subject, limits, work);
+    live(ends.others.number(), parent, size, subject, limits, work);
   }
   ends.others.close();
-  const bool in_time = ends_in_time(child, ends.own.number(), limits.seconds);
+  const auto received = std::make_shared<Received>();
+  const End end = receive(ends.own.number(), limits, *received);
+  if (end != End::kByItself) {
+    kill(child, SIGKILL);
+  }
   const int status = wait_for(child);
   const int code = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  if (code == EXIT_SUCCESS) {
-    return contents(file.number());
+  const std::string_view bytes = received->bytes();
+  if (end == End::kNoMemory || code == kNoMemory) {
+    throw std::bad_alloc();
   }
-  if (code == kRefused) {
-    const WorkOutput message = contents(file.number());
-    throw InputError(std::string(message.bytes.substr(0, kLongestMessage)));
+  if (code == kRefused && bytes.size() >= kLongestMessage) {
+    throw InputError(bytes.substr(bytes.size() - kLongestMessage).data());
   }
-  throw InputError(fmt::format("{} {}", subject, how_it_ended(status, in_time, limits.seconds)));
+  if (end == End::kTooLong || (code == EXIT_SUCCESS && bytes.size() > limits.output)) {
+    throw InputError(fmt::format("{} gives more than {} MiB", subject, limits.output >> 20));
+  }
+  if (code != EXIT_SUCCESS) {
+    throw InputError(fmt::format("{} {}", subject, how_it_ended(status, end == End::kTooLate, limits.seconds)));
+  }
+  return {received, bytes};
 }
 
 }  // namespace touchfield
