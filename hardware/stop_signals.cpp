@@ -22,6 +22,7 @@ sigset_t StopSignals::polite() {
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
   sigaddset(&set, SIGHUP);
+  sigaddset(&set, SIGXCPU);
   return set;
 }
 

@@ -26,7 +26,7 @@ class StopSignals {
   bool wait(double seconds);
   /// The first signal that came; 0: none.
   int signal() const { return signal_; }
-  /// SIGINT, SIGTERM and SIGHUP: those that ask a program to end.
+  /// SIGINT, SIGTERM, SIGHUP and SIGXCPU: those that ask a program to end.
   static sigset_t polite();
   /// Every signal that ends or stops a process, but for SIGKILL and SIGSTOP, which nobody can hold back. A fault of the
   /// process's own (SIGSEGV, SIGABRT, ...) still ends it at once.

@@ -76,10 +76,10 @@ ClaimedDirectory::ClaimedDirectory(const std::string& kept) {
     const std::lock_guard lock(open->mutex);
     if (open->directory) {
       open->directory->fail(fmt::format("interrupted by {}", signal_name));
-      say(fmt::format("\ntouchfield: interrupted; {}\n",
+      say(fmt::format("\ntouchfield: interrupted by {}; {}\n", signal_name,
                       fmt::format(fmt::runtime(kept), open->directory->file("failed.json"))));
     } else {
-      say("\ntouchfield: interrupted before anything was written\n");
+      say(fmt::format("\ntouchfield: interrupted by {} before anything was written\n", signal_name));
     }
   });
 }

@@ -26,7 +26,7 @@ void require_apart(const std::string& output, const std::string& scene_file, con
 /// thread of their own, so it is made before any other thread.
 class ClaimedDirectory {
  public:
-  /// kept   what an interrupt says of what is already written, after "interrupted; "; {} stands for failed.json
+  /// kept   what an interrupt says of what is already written, after "interrupted by SIGINT; "; {} stands for failed.json
   explicit ClaimedDirectory(const std::string& kept);
 
   /// Claims `output`, or results/runs/NAME-NNNN if it is empty.

@@ -11,13 +11,14 @@
 #include "sim/core/version.h"
 #include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
+#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 
 void finish_command(CLI::App* command, Invocation& invocation, std::function<int(const Invocation&)> action) {
   CommonFlags& flags = invocation.flags;
   command->add_option("--threads", flags.threads, "Number of threads; default: all cores, or OMP_NUM_THREADS")
-      ->check(CLI::Range(1, 4096));
+      ->check(CLI::Range(1, kMostThreads));
   command->add_flag("--quiet", flags.quiet, "Show results, warnings and errors only");
   command->add_flag("--json", flags.json, "Print results as JSON");
   command->callback([&invocation, action = std::move(action)] {
@@ -66,6 +67,7 @@ int apply_threads(const CommonFlags& flags) {
   if (flags.threads > 0) {
     omp_set_num_threads(flags.threads);  // the OpenMP flavour of OpenBLAS follows
   }
+  take_blas_buffers(omp_get_max_threads());
   return omp_get_max_threads();
 }
 

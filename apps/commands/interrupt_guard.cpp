@@ -1,6 +1,7 @@
 #include "apps/commands/interrupt_guard.h"
 
 #include <csignal>
+#include <string>
 #include <thread>
 #include <unistd.h>
 #include <utility>
@@ -19,7 +20,8 @@ void handle_interrupts(std::function<void(const char* signal_name)> on_interrupt
     const sigset_t set = StopSignals::polite();
     int signal = 0;
     if (sigwait(&set, &signal) == 0) {
-      act(StopSignals::name(signal).c_str());
+      const std::string why = signal == SIGXCPU ? ", the limit on processor time (ulimit -t)" : "";
+      act((StopSignals::name(signal) + why).c_str());
       _exit(128 + signal);
     }
   }).detach();

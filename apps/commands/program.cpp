@@ -4,6 +4,8 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <sys/resource.h>
+#include <system_error>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -15,6 +17,7 @@
 #include "sim/core/version.h"
 #include "solvers/linear/instruction_level.h"
 #include "solvers/linear/program_start.h"
+#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 
@@ -59,12 +62,21 @@ int dispatch(int argc, char** argv) {
   return invocation.action();
 }
 
-/// A level that TOUCHFIELD_LEVEL misnames is found before anything is computed.
+/// A level that TOUCHFIELD_LEVEL misnames, and variables that libraries crash by, are found before anything is computed.
 void check_instruction_level() {
   try {
     instruction_level();
   } catch (const std::invalid_argument& error) {
     throw InputError(error.what());
+  }
+}
+
+/// Where the limit on processor time is met the system kills. A second before that it can say so by SIGXCPU.
+void take_time_limit_as_a_signal() {
+  rlimit time{};
+  if (getrlimit(RLIMIT_CPU, &time) == 0 && time.rlim_max != RLIM_INFINITY && time.rlim_max > 1) {
+    time.rlim_cur = std::min(time.rlim_cur, time.rlim_max - 1);
+    setrlimit(RLIMIT_CPU, &time);
   }
 }
 
@@ -84,7 +96,11 @@ int exit_code_of(int argc, char** argv) {
   } catch (const DeviceError& error) {
     return report(error.what(), kDevice);
   } catch (const std::bad_alloc&) {
-    return report("out of memory; choose a larger body.edge_mm", kFailed);
+    return report(out_of_memory(), kFailed);
+  } catch (const std::system_error& error) {
+    const bool thread = error.code() == std::errc::resource_unavailable_try_again;
+    return report(thread ? fmt::format("no thread can be started: {}; raise ulimit -u", error.what()) : error.what(),
+                  kFailed);
   } catch (const std::exception& error) {
     return report(error.what(), kFailed);
   }
@@ -94,6 +110,7 @@ int exit_code_of(int argc, char** argv) {
 
 int run_program(int argc, char** argv) {
   restart_with_better_settings(argv);
+  take_time_limit_as_a_signal();
   hold_standard_streams();
   return finish_output(exit_code_of(argc, argv));
 }

@@ -15,6 +15,7 @@
 #include <omp.h>
 
 #include "sim/core/errors.h"
+#include "solvers/linear/system_limits.h"
 
 namespace nb = nanobind;
 
@@ -68,9 +69,11 @@ void work_on(const std::shared_ptr<Job>& job, int threads, Work work) {
   {
     const std::lock_guard lock(turn());
     try {
+      require_sound_variables();
       if (threads > 0) {
         omp_set_num_threads(threads);  // of this thread alone
       }
+      take_blas_buffers(omp_get_max_threads());
       StoppingProgress progress(job->stopped);
       progress.advance(0);
       work(progress);
@@ -117,9 +120,8 @@ void do_work(int threads, Work work) {
 }
 
 int thread_count(std::optional<int> threads) {
-  constexpr int kMost = 4096;
-  if (threads && (*threads < 1 || *threads > kMost)) {
-    throw InputError(fmt::format("threads = {} must be 1 to {}", *threads, kMost));
+  if (threads && (*threads < 1 || *threads > kMostThreads)) {
+    throw InputError(fmt::format("threads = {} must be 1 to {}", *threads, kMostThreads));
   }
   return threads.value_or(0);
 }

@@ -87,6 +87,22 @@ def test_in_a_forked_process(finger):
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
 
 
+@pytest.mark.parametrize("limit", ["-v 200000", "-v 400000", "-d 200000"])
+def test_limits_that_leave_no_room_are_named(limit):
+    done = subprocess.run(["bash", "-c", f"ulimit {limit}; exec {sys.executable} -c 'import touchfield'"], capture_output=True,
+                          text=True, timeout=10, env=os.environ | {"OMP_NUM_THREADS": "4"})
+    assert done.returncode == 1 and f"ImportError: touchfield: `ulimit {limit}` leaves OpenBLAS no room" in done.stderr
+
+
+@pytest.mark.parametrize("name, value", [("OMP_NUM_THREADS", "100000"), ("OPENBLAS_CORETYPE", "Bulldozer")])
+def test_variables_that_libraries_crash_by(finger, name, value):
+    if "fma4" in open("/proc/cpuinfo").read() and value == "Bulldozer":
+        pytest.skip("this processor has FMA4")
+    done = subprocess.run([sys.executable, "-c", f"import touchfield; touchfield.run({str(finger)!r})"], capture_output=True,
+                          text=True, timeout=100, env=os.environ | {name: value})
+    assert done.returncode == 1 and f"InputError: {name} = '{value}'" in done.stderr
+
+
 def test_a_thousand_calls_leak_nothing(python, finger):
     said = python("""
         import gc, resource, sys

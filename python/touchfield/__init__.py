@@ -4,6 +4,32 @@ Lengths are in m, pressures in Pa, phases in rad, the time factor is exp(-i omeg
 
 import os as _os
 
+
+def _require_room():
+    """As the program does (solvers/linear/system_limits.h): OpenBLAS takes a buffer for each thread when it is loaded, and
+    where that is refused it tries again for ever."""
+    import mmap
+    import resource
+
+    threads = min(len(_os.sched_getaffinity(0)), 128)
+    for name in ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", "OMP_NUM_THREADS"):
+        number = _os.environ.get(name, "").split(",")[0].strip()
+        if number.isdecimal() and int(number) > 0:
+            threads = min(threads, int(number))
+            break
+    try:
+        buffers = [mmap.mmap(-1, 128 << 20, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS) for _ in range(threads + 1)]
+    except OSError:
+        limits = [(resource.getrlimit(kind)[0], option) for kind, option in ((resource.RLIMIT_AS, "v"), (resource.RLIMIT_DATA, "d"))]
+        most, option = min((limit for limit in limits if limit[0] != resource.RLIM_INFINITY), default=(0, ""))
+        limit = f"`ulimit -{option} {most // 1024}`" if option else "the system"
+        raise ImportError(f"touchfield: {limit} leaves OpenBLAS no room for its buffers, 128 MiB of address space per thread: raise "
+                          "the limit, or set OMP_NUM_THREADS=1 before Python starts") from None
+    for buffer in buffers:
+        buffer.close()
+
+
+_require_room()
 # As the program does (solvers/linear/program_start.h). OpenMP reads it when it is loaded, which may have been before.
 _open = "OMP_WAIT_POLICY" not in _os.environ and "GOMP_SPINCOUNT" not in _os.environ
 if _open:

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <deque>
 #include <memory>
 #include <poll.h>
@@ -170,6 +171,10 @@ void SweepRunner::receive(Worker& worker, const OnCase& on_case) {
     const std::string how = worker.process->how_it_ended();
     worker.process.reset();
     if (worker.place) {
+      if (how.starts_with(fmt::format("signal {} ", SIGXCPU))) {  // of a process that computes one case after another
+        throw NoRoomError(fmt::format("case {}: its process met the limit on processor time (ulimit -t)",
+                                      plan_.cases[*worker.place].number));
+      }
       fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how), on_case);
     }
   }
@@ -350,8 +355,8 @@ SweepResult SweepRunner::run(const OnCase& on_case) {
   } catch (const NoRoomError& error) {
     const std::lock_guard lock(mutex_);
     stop_workers();
-    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, --resume goes on from there when there is room",
-                              error.what(), records_.size(), cases_, directory_.path()));
+    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, --resume goes on from there", error.what(),
+                              records_.size(), cases_, directory_.path()));
   } catch (...) {
     const std::lock_guard lock(mutex_);
     stop_workers();

@@ -24,6 +24,7 @@
 #include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
+#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 
@@ -182,7 +183,7 @@ SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
     record.status = kNoRoom;
     record.reason = error.what();
   } catch (const std::bad_alloc&) {
-    record.reason = "out of memory; choose a larger body.edge_mm";
+    record.reason = out_of_memory();
   } catch (const std::exception& error) {
     record.reason = error.what();
   }
@@ -228,6 +229,7 @@ int serve_cases() {
   while (std::getline(std::cin, line)) {
     const CaseJob job = job_from_json(line);
     omp_set_num_threads(job.threads);
+    take_blas_buffers(job.threads);
     FileProgress progress(job.scratch + "/run.log");
     const auto expect = [&](const CaseCost& cost) {
       answer(to_json(cost) + "\n");

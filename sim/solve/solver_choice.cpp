@@ -9,6 +9,7 @@
 
 #include "sim/gpu/body_on_card.h"
 #include "sim/gpu/gpu_library.h"
+#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 
@@ -118,7 +119,7 @@ double available_memory() {
   std::string unit;
   while (meminfo >> name >> kibibytes >> unit) {
     if (name == "MemAvailable:") {
-      return 1024.0 * kibibytes;
+      return std::min(1024.0 * kibibytes, memory_below_limit());
     }
   }
   return 0.0;

@@ -18,8 +18,12 @@ std::string better_blas_core();
 /// wide   AVX-512 (level v4) in full-width units, as Intel's
 std::string better_blas_core(const std::string& core, bool avx, bool avx2, bool wide);
 
-/// One line for a user whose OpenBLAS runs slower kernels than the processor has, with what mends it; empty otherwise,
-/// and where OPENBLAS_CORETYPE was set by the user.
+/// The instructions that kernels of that core use and this processor lacks ("AVX-512"), so that a product would end the
+/// process; empty if it has them all.
+std::string lacking_instructions(const std::string& core);
+
+/// One line for a user whose OpenBLAS runs slower kernels than the processor has, or other ones than OPENBLAS_CORETYPE
+/// names, with what mends it; empty otherwise, and where the user has chosen the slower ones by that variable.
 std::string blas_warning();
 
 /// Where better_blas_core() names one, in a program that cannot be started again (restart_with_better_settings), such as an

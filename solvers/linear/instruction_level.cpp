@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "solvers/linear/system_limits.h"
+
 namespace touchfield {
 
 namespace {
@@ -63,7 +65,7 @@ InstructionLevel processor_level() {
 }
 
 InstructionLevel instruction_level() {
-  static const InstructionLevel level = wanted_level();
+  static const InstructionLevel level = (require_sound_variables(), wanted_level());
   return level;
 }
 

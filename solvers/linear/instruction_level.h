@@ -20,9 +20,11 @@ std::string to_string(InstructionLevel level);
 /// The highest level that this processor and its operating system carry out.
 InstructionLevel processor_level();
 
-/// The level in use: the processor's, or the lower one that the environment variable TOUCHFIELD_LEVEL names. Read once.
+/// The level in use: the processor's, or the lower one that the environment variable TOUCHFIELD_LEVEL names. Read once,
+/// and before any loop, so the variables that libraries crash by are looked at here too.
 ///
-/// throws  std::invalid_argument if TOUCHFIELD_LEVEL is no level, or one that this processor does not carry out
+/// throws  std::invalid_argument if TOUCHFIELD_LEVEL is no level, or one that this processor does not carry out; that of
+///         require_sound_variables()
 InstructionLevel instruction_level();
 
 /// All levels that this processor carries out, ascending.

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "solvers/linear/instruction_level.h"
+
 namespace touchfield {
 namespace {
 
@@ -34,6 +36,25 @@ TEST(BlasCore, NothingIsProposedBeyondTheProcessor) {
     EXPECT_NE(better_blas_core(core, true, false, false), "Haswell") << core;
     EXPECT_EQ(better_blas_core(core, false, false, false), "") << core;
   }
+}
+
+TEST(BlasCore, KernelsAreHeldAgainstTheProcessor) {
+  EXPECT_EQ(lacking_instructions("Prescott"), "");
+  EXPECT_EQ(lacking_instructions("a name of the future"), "");
+#ifdef __x86_64__
+  EXPECT_EQ(lacking_instructions("Haswell"), processor_level() >= InstructionLevel::kV3 ? "" : "AVX2 and FMA");
+  EXPECT_EQ(lacking_instructions("SkylakeX"), processor_level() >= InstructionLevel::kV4 ? "" : "AVX-512");
+  EXPECT_EQ(lacking_instructions("Bulldozer"), __builtin_cpu_supports("fma4") != 0 ? "" : "FMA4");
+  if (lacking_instructions("SkylakeX") != "") {
+    EXPECT_NE(lacking_instructions("Cooperlake"), "");
+  }
+#endif
+}
+
+// What OpenBLAS or this program chooses is never refused.
+TEST(BlasCore, TheOneInUseFitsTheProcessor) {
+  EXPECT_EQ(lacking_instructions(blas_core()), "");
+  EXPECT_EQ(lacking_instructions(better_blas_core()), "");
 }
 
 TEST(BlasCore, IsNamed) {

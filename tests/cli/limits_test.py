@@ -1,0 +1,115 @@
+"""Limits of the system and variables that libraries crash by: an error that says what to do, and no result lost."""
+
+import json
+import os
+import re
+import subprocess
+import time
+import unittest
+
+from support import FINGER, PROGRAM, CommandTest, open_run
+
+SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]").replace(
+    "write: [h5, vtp, vti]", "judge: none\nwrite: [h5]")
+# Cores of OpenBLAS that some processors have no instructions for, and names of none.
+CORES = ["Opteron", "Barcelona", "Bulldozer", "Excavator", "Sandybridge", "Haswell", "zen", "SkylakeX", "SKYLAKEX",
+         "Cooperlake", "SapphireRapids", "Neoverse", "x"]
+
+
+@unittest.skipIf({"ASAN_OPTIONS", "TSAN_OPTIONS"} & set(os.environ), "sanitizers need more than limits leave")
+class Limits(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.write("scene.yaml", SCENE)
+        self.write("sweep.yaml", "base: scene.yaml\ngrid: {array.level: [1, 0.9]}\n")
+
+    def under(self, limit, command, env=None):
+        return subprocess.run(["bash", "-c", f"ulimit {limit}; exec {PROGRAM} {command}"], cwd=self.folder,
+                              env=os.environ | (env or {}), capture_output=True, text=True, timeout=300, check=False)
+
+    def test_too_little_address_space_is_said_at_once(self):
+        self.run_ok("run", "scene.yaml", "-o", "made", "--quiet")
+        for limit in ("-v 200000", "-v 400000", "-d 200000"):
+            for command in ("run scene.yaml -o out", "info made", "sweep sweep.yaml -o swept", "send made", "--version"):
+                with self.subTest(limit=limit, command=command):
+                    began = time.monotonic()
+                    done = self.under(limit, command, {"OMP_NUM_THREADS": "4", "OPENBLAS_NUM_THREADS": "4"})
+                    self.assertLess(time.monotonic() - began, 10)
+                    self.assertEqual(done.returncode, 1, done.stderr)
+                    self.assertIn(f"`ulimit {limit}` leaves OpenBLAS no room", done.stderr)
+                    self.assertEqual(len(done.stderr.splitlines()), 1)
+        self.assertFalse((self.folder / "out").exists())
+        # What the line advises suffices.
+        least = re.search(r"raise the limit to (\d+) or more, or use fewer threads, as by OMP_NUM_THREADS=1", done.stderr)[1]
+        done = self.under(f"-v {least}", "run scene.yaml -o out --threads 4")
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_more_threads_than_there_is_room_for(self):
+        one = {"OMP_NUM_THREADS": "1"}
+        self.assertEqual(self.under("-v 700000", "run scene.yaml -o out", one).returncode, 0)
+        done = self.under("-v 700000", "run scene.yaml -o more --threads 64", one)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("`ulimit -v 700000` leaves OpenBLAS no room", done.stderr)
+
+    def test_memory_that_a_limit_keeps_is_no_free_memory(self):
+        self.write("fine.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.5"))
+        done = self.under("-v 1500000", "run fine.yaml -o out --set solve.solver=lu", {"OMP_NUM_THREADS": "1"})
+        self.assertEqual(done.returncode, 2, done.stderr)
+        free = float(re.search(r"([\d.]+) GiB are free", done.stderr)[1])
+        self.assertLess(free, 1500000 / 2**20)
+
+    def test_a_small_stack_is_said(self):
+        done = self.under("-s 512", "--version")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("`ulimit -s 512` leaves too small a stack: raise the limit to 8192", done.stderr)
+
+    def test_reading_needs_no_room_for_files(self):
+        self.run_ok("run", "scene.yaml", "-o", "made", "--quiet")
+        for command in ("info made", "send made --method focus", "compare made made"):
+            done = self.under("-f 1", command)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), command)
+
+    def test_processor_time_that_runs_out(self):
+        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.8"))
+        done = self.under("-t 2", "run long.yaml -o out", {"OMP_NUM_THREADS": "1"})
+        self.assertEqual(done.returncode, 128 + 24, done.stderr)  # SIGXCPU
+        self.assertIn("ulimit -t", done.stderr)
+        self.assertIn("ulimit -t", json.loads((self.folder / "out/failed.json").read_text())["reason"])
+        # A sweep's process computes many cases: what ends it is no result of the one it was at.
+        self.write("long_sweep.yaml", "base: long.yaml\ngrid: {array.level: [1, 0.9]}\n")
+        done = self.under("-t 2", "sweep long_sweep.yaml -o swept --jobs 1", {"OMP_NUM_THREADS": "1"})
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("case 1: its process met the limit on processor time (ulimit -t); 0 of 2 cases are kept", done.stderr)
+
+    def test_threads_of_variables_are_held_to_those_of_the_option(self):
+        for value in ("100000", "4097", "4,100000", " 2 , 5000"):
+            with self.subTest(value):
+                done = self.touchfield("run", "scene.yaml", "-o", "out", env={"OMP_NUM_THREADS": value})
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(f"OMP_NUM_THREADS = '{value}' must be 1 to 4096", done.stderr)
+        for name, value in (("OMP_STACKSIZE", "100k"), ("OMP_STACKSIZE", " 512 "), ("GOMP_STACKSIZE", "1000 B")):
+            done = self.touchfield("run", "scene.yaml", "-o", "out", env={name: value})
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(f"{name} = '{value}' must be 1M or more", done.stderr)
+        self.assertFalse((self.folder / "out").exists())
+        for setting in ({"OMP_STACKSIZE": "2 M"}, {"OMP_STACKSIZE": "x"}, {"OMP_NUM_THREADS": "100000", "OMP_THREAD_LIMIT": "2"}, {"OMP_NUM_THREADS": "0"},
+                        {"OMP_NUM_THREADS": "x"}, {"OMP_NUM_THREADS": "2,1"}, {"OPENBLAS_NUM_THREADS": "100000"}):
+            with self.subTest(setting):
+                self.run_ok("run", "scene.yaml", "-o", "out", "--force", "--quiet", env=setting)
+
+    def test_a_core_runs_or_is_refused_or_named(self):
+        for core in CORES:
+            with self.subTest(core):
+                done = self.touchfield("run", "scene.yaml", "-o", "out", "--force", env={"OPENBLAS_CORETYPE": core})
+                if done.returncode == 0:
+                    with open_run(self.folder / "out") as run:
+                        taken = run["provenance"].attrs["blas_core"]
+                    said = f"OPENBLAS_CORETYPE = '{core}' names no kernels that this OpenBLAS has; it runs those for '{taken}'"
+                    self.assertEqual(said in done.stderr, taken.lower() != core.lower(), done.stderr)
+                else:
+                    self.assertEqual(done.returncode, 2, done.stderr)
+                    self.assertRegex(done.stderr, f"OPENBLAS_CORETYPE = '{core}' needs .*, which this processor lacks: unset it")
+
+
+if __name__ == "__main__":
+    unittest.main()
