@@ -1,7 +1,6 @@
 #include "sim/core/isolated_work.h"
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -99,7 +98,8 @@ void work_into(int socket, const std::function<void(const Emit&)>& work) {
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.seconds));
   const std::uint64_t most = size + limits.memory;
-  const bool users = limit(RLIMIT_AS, most) || limit(RLIMIT_DATA, most);
+  const bool space = limit(RLIMIT_AS, most);
+  const bool users = limit(RLIMIT_DATA, most) || space;
   std::string message = fmt::format("{} needs more than {} MiB of memory", subject, limits.memory >> 20);
   try {
     work_into(socket, work);
