@@ -70,14 +70,14 @@ class Limits(CommandTest):
             self.assertEqual((done.returncode, done.stderr), (0, ""), command)
 
     def test_processor_time_that_runs_out(self):
-        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.8"))
-        done = self.under("-t 2", "run long.yaml -o out", {"OMP_NUM_THREADS": "1"})
+        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.6"))
+        done = self.under("-t 4", "run long.yaml -o out", {"OMP_NUM_THREADS": "1"})
         self.assertEqual(done.returncode, 128 + 24, done.stderr)  # SIGXCPU
         self.assertIn("ulimit -t", done.stderr)
         self.assertIn("ulimit -t", json.loads((self.folder / "out/failed.json").read_text())["reason"])
         # A sweep's process computes many cases: what ends it is no result of the one it was at.
         self.write("long_sweep.yaml", "base: long.yaml\ngrid: {array.level: [1, 0.9]}\n")
-        done = self.under("-t 2", "sweep long_sweep.yaml -o swept --jobs 1", {"OMP_NUM_THREADS": "1"})
+        done = self.under("-t 4", "sweep long_sweep.yaml -o swept --jobs 1", {"OMP_NUM_THREADS": "1"})
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("case 1: its process met the limit on processor time (ulimit -t); 0 of 2 cases are kept", done.stderr)
 
