@@ -65,7 +65,7 @@ void add_hand_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--pose", hand->options.pose, "Pose")->check(CLI::IsMember(hand_poses()))->capture_default_str();
   add_millimetres(command, "--breadth-mm", hand->options.breadth, "Hand breadth [mm]");
   add_millimetres(command, "--length-mm", hand->options.length, "Hand length [mm]");
-  command->add_option("--side", hand->options.side, "right or left")
+  command->add_option("--side", hand->options.side, "Which hand: right (default), its thumb at negative x, or left")
       ->transform(named<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}));
   add_millimetres(command, "--edge-mm", hand->options.edge, "Edge length [mm]");
   command->add_option("--unit", hand->unit, "Unit of the file: mm (default), cm or m")

@@ -211,10 +211,14 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   const int threads = apply_threads(flags);
   const Reporter reporter(flags);
   const Shard shard = shard_of(command.shard);
-  const SweepInput input = read_sweep_input(command.sweep, command.overrides, shard);
-  SweepDirectory directory =
-      SweepDirectory::open(output_directory(command, input.plan, shard), input.identity,
-                           command.resume || command.options.retry_failed || command.output.empty());
+  SweepInput input = read_sweep_input(command.sweep, command.overrides, shard);
+  SweepDirectory directory = open_sweep(input, output_directory(command, input.plan, shard),
+                                        command.resume || command.options.retry_failed || command.output.empty());
+  if (directory.has_exchanged_sides() && input.identity.hash != input.identity.hash_in_first_words) {
+    Reporter::warn(
+        "an earlier version began this sweep, whose side: right was a left hand; cases that are computed now have the "
+        "same hand");
+  }
   if (directory.of_other_defaults()) {
     Reporter::warn("a version with other defaults began this sweep; cases that are computed now have this version's");
   }

@@ -71,8 +71,8 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
         SweepOptions options = asked;
         options.threads = omp_get_max_threads();
         options.tick = [&progress] { progress.advance(0); };
-        const SweepInput input = read_sweep_input(path, overrides);
-        SweepDirectory directory = SweepDirectory::open(place, input.identity, resume);
+        SweepInput input = read_sweep_input(path, overrides);
+        SweepDirectory directory = open_sweep(input, place, resume);
         share_cards(input.scenes, options);
         SweepRunner runner(input.plan, input.scenes, input.identity, directory, options);
         try {

@@ -100,10 +100,12 @@ void add_shapes(nb::module_& module) {
       nb::arg("path"), nb::arg("unit") = 1e-3,
       nb::sig("def read_mesh(path: str | os.PathLike, unit: float = 1e-3) -> Mesh"),
       "A mesh of an STL, OBJ, PLY, OFF or VTP file in units of so many metres.");
-  module.def(
-      "hand", &hand_mesh, nb::arg("pose") = HandOptions{}.pose, nb::kw_only(), nb::arg("edge") = HandOptions{}.edge,
-      nb::arg("breadth") = HandOptions{}.breadth, nb::arg("length") = HandOptions{}.length, nb::arg("side") = "right",
-      "The built-in hand in its own frame: the wrist at the origin, y to the fingertips, z out of its back [m].");
+  module.def("hand", &hand_mesh, nb::arg("pose") = HandOptions{}.pose, nb::kw_only(),
+             nb::arg("edge") = HandOptions{}.edge, nb::arg("breadth") = HandOptions{}.breadth,
+             nb::arg("length") = HandOptions{}.length, nb::arg("side") = "right",
+             "The built-in hand in its own frame [m]: the wrist at the origin, y to the fingertips, z out of its back; "
+             "a right "
+             "hand's thumb is at negative x.");
   module.def(
       "sphere", [](double radius, double edge) { return skin_mesh(sphere(radius, edge)); }, nb::arg("radius"),
       nb::arg("edge"), "A sphere about the origin [m].");

@@ -21,7 +21,7 @@ def in_words(row, inputs):
             continue
         if key == "body.place.at_mm":
             x, _, z = json.loads(value)
-            said.append(f"{x:g} mm beside the array's axis" if x else f"height {z:g} mm")
+            said.append(f"{abs(x):g} mm beside the array's axis" if x else f"height {z:g} mm")
         elif key == "body.place.rotate_deg":
             said.append(f"finger turned by {json.loads(value)[0]:g} degrees about x")
         elif key == "medium.temperature_c":

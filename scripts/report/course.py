@@ -3,7 +3,7 @@
 import dataclasses
 import math
 
-AXES = {"across": (0, 1), "along": (1, 1), "towards": (2, -1)}  # coordinate of the body's place, direction
+AXES = {"across": (0, -1), "along": (1, 1), "towards": (2, -1)}  # coordinate of the body's place, direction
 CENTRE = (0, 0, 200)
 SLOT = 0.6  # of a translation, held frames of 5 Hz in step with it
 STEADY = (0.15, 0.57)  # of a slot: constant velocity, from keys that lie on a line
@@ -64,8 +64,8 @@ def tremor_change(quick=False):
     points = []
     for shaken in tremors(quick):
         count = round((shaken.end - shaken.begin) * shaken.hz * KEYS_A_PERIOD)
-        points += [(shaken.begin + i / (shaken.hz * KEYS_A_PERIOD), shaken.amplitude * math.sin(2 * math.pi * i / KEYS_A_PERIOD))
-                   for i in range(count)]
+        points += [(shaken.begin + i / (shaken.hz * KEYS_A_PERIOD),
+                    CENTRE[0] - shaken.amplitude * math.sin(2 * math.pi * i / KEYS_A_PERIOD)) for i in range(count)]
     points.append((tremors(quick)[-1].end, 0))
     return change_of({0: points})
 

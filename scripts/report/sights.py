@@ -8,7 +8,7 @@ import numpy
 
 BASE = "scenes/cameras.yaml"
 LOOK_AT = (0, -50, 215)  # [mm]
-BESIDE = ((280, -50, 0), (-280, -50, 0), (0, 270, 0), (0, -370, 0))  # the scene's three, and a fourth under the wrist
+BESIDE = ((-280, -50, 0), (280, -50, 0), (0, 270, 0), (0, -370, 0))  # the scene's three, and a fourth under the wrist
 SWAY_HZ = 1
 TEMPLATES = "template's"
 OTHER = "other size"
@@ -67,7 +67,7 @@ def bumpy_hand(program, folder):
     bumpy.write_text(f"OFF\n{count} {faces} 0\n" + "\n".join(lines) + "\n")
     pad = json.loads(made)["landmarks"]["index_pad"]
     return {"body.hand": "null", "body.mesh": f"{{file: {bumpy}, unit: mm, landmarks: {{index_pad: {pad}}}}}",
-            "motion.change": "[{path: 'body.place.at_mm[0]', sine: {amplitude: 8, hz: 1}}]"}
+            "motion.change": "[{path: 'body.place.at_mm[0]', sine: {amplitude: -8, hz: 1}}]"}
 
 
 def sensor(sight):
@@ -94,7 +94,7 @@ SPEEDS = (0, 50, 100, 200)
 
 def speed(most):
     """Sideways, at most so fast [mm/s], with nothing that bends."""
-    amplitude = most / (2 * 3.141592653589793 * SWAY_HZ)
+    amplitude = -most / (2 * 3.141592653589793 * SWAY_HZ)
     return {"motion.change": f"[{{path: 'body.place.at_mm[0]', sine: {{amplitude: {amplitude:.4g}, hz: {SWAY_HZ}}}}}]"}
 
 

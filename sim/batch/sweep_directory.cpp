@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
-constexpr int kPlanVersion = 1;
+constexpr int kPlanVersion = 2;
 constexpr const char* kRecordName = "case.json";
 constexpr std::size_t kMostRecordBytes = std::size_t{1} << 28U;  // of a plan or a record
 
@@ -226,8 +226,10 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
           "output directory {} already holds a sweep; --resume goes on with it, or give another with -o", path));
     }
     const SweepIdentity kept = read_identity(path);
-    directory.of_other_defaults_ = kept.hash != identity.hash && same_texts(kept, identity) && !identity.names_files;
-    if ((kept.hash != identity.hash && !directory.of_other_defaults_) || kept.shard.index != identity.shard.index ||
+    directory.has_exchanged_sides_ = kept.version < 2;
+    const std::string& hash = directory.has_exchanged_sides_ ? identity.hash_in_first_words : identity.hash;
+    directory.of_other_defaults_ = kept.hash != hash && same_texts(kept, identity) && !identity.names_files;
+    if ((kept.hash != hash && !directory.of_other_defaults_) || kept.shard.index != identity.shard.index ||
         kept.shard.count != identity.shard.count) {
       throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
                                    difference(kept, identity)));
@@ -318,6 +320,7 @@ SweepIdentity read_identity(const std::string& directory) {
       throw InputError(fmt::format("{}: format_version = {} must be >= 1", path, version));
     }
     SweepIdentity identity;
+    identity.version = version;
     identity.name = json.at("name").get<std::string>();
     identity.hash = json.at("hash").get<std::string>();
     identity.shard = {json.at("shard").at(0).get<int>(), json.at("shard").at(1).get<int>()};

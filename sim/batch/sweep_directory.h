@@ -20,9 +20,11 @@ struct Shard {
 
 /// What a sweep set out to do, as sweep.json in its directory keeps it; without `base`, the path of the scene file.
 struct SweepIdentity : SweepPlan {
-  std::string hash;  // plan_hash
+  std::string hash;  // plan_hash, the scenes in the words of version 1
   Shard shard;
-  bool names_files = true;  // of the scenes
+  bool names_files = true;            // of the scenes
+  std::string hash_in_first_words{};  // what version 1 made of the same texts
+  int version = 2;                    // of sweep.json; in version 1 `side: right` was a left hand
 };
 
 /// What the cases of a directory came to.
@@ -51,6 +53,8 @@ class SweepDirectory {
   static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool resume);
 
   const std::string& path() const { return path_; }
+  /// Whether a version began it whose `side: right` was a left hand.
+  bool has_exchanged_sides() const { return has_exchanged_sides_; }
   /// Whether a version with other defaults began it.
   bool of_other_defaults() const { return of_other_defaults_; }
   std::string file(const std::string& name) const { return path_ + "/" + name; }
@@ -75,6 +79,7 @@ class SweepDirectory {
 
   std::string path_;
   Descriptor lock_;
+  bool has_exchanged_sides_ = false;
   bool of_other_defaults_ = false;
 };
 

@@ -18,6 +18,12 @@ struct SweepInput {
 /// throws      InputError as read_sweep, read_cases and require_named_files
 SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard = {});
 
+/// Opens the directory of a sweep. Where a version began it whose `side: right` was a left hand, the scenes get the hands
+/// that this version meant.
+///
+/// throws   InputError as SweepDirectory::open
+SweepDirectory open_sweep(SweepInput& input, const std::string& path, bool resume);
+
 /// A card to each worker where the scenes leave open which computes; one job a card where they all ask for the first.
 void share_cards(const std::vector<Scene>& scenes, SweepOptions& options);
 

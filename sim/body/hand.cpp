@@ -27,7 +27,7 @@ void require_within(const char* field, double value, double least, double most) 
   }
 }
 
-/// A right hand: bones and flesh.
+/// A left hand: bones and flesh.
 struct Anatomy {
   Anatomy(const HandPose& pose, double length, double breadth)
       : skeleton(posed_skeleton(pose, length, breadth)), flesh(hand_flesh(skeleton)) {}
@@ -84,22 +84,23 @@ Body mirrored(const Body& body) {
 void require_no_cut(const TriangleMesh& mesh) {
   const auto pairs = self_intersections(mesh, 1);
   if (!pairs.empty()) {
-    throw InputError(
-        fmt::format("hand: the skin cuts itself near {} of the right hand's own frame, in a fold that these edges are "
-                    "too long for: "
-                    "ask for shorter edges, or for joint angles that keep the parts there apart or press them together",
-                    place_text(mesh.centroids().col(pairs.front().first))));
+    throw InputError(fmt::format(
+        "hand: the skin cuts itself near {} of the hand's own frame, in a fold that these edges are too long "
+        "for: ask for shorter edges, or for joint angles that keep the parts there apart or press them "
+        "together",
+        place_text(mesh.centroids().col(pairs.front().first))));
   }
 }
 
 Body finished(const HandOptions& options, const Anatomy& anatomy, TriangleMesh mesh) {
-  require_no_cut(mesh);
   std::vector<Landmark> landmarks;
   for (const std::string& name : hand_landmark_names()) {
     landmarks.push_back(nearest_landmark(mesh, name, landmark_on_skin(anatomy.skeleton, anatomy.flesh, name)));
   }
-  const Body right{std::move(mesh), std::move(landmarks)};
-  return options.side == HandSide::kRight ? right : mirrored(right);
+  Body left{std::move(mesh), std::move(landmarks)};
+  Body body = options.side == HandSide::kLeft ? std::move(left) : mirrored(left);
+  require_no_cut(body.mesh);
+  return body;
 }
 
 }  // namespace
@@ -122,13 +123,13 @@ Body hand(const HandOptions& options, const EdgeSizing& sizing) {
   require_within("sizing.far", sizing.far(), kLeastHandEdge, kMostHandEdge);
   const auto anatomy = anatomy_of(options);
   return finished(options, *anatomy,
-                  skin_mesh(anatomy->flesh, options.side == HandSide::kRight ? sizing : mirrored(sizing), kHandGrid));
+                  skin_mesh(anatomy->flesh, options.side == HandSide::kLeft ? sizing : mirrored(sizing), kHandGrid));
 }
 
 Vector3 hand_landmark(const HandOptions& options, const std::string& name) {
   const auto anatomy = anatomy_of(options);
-  const Vector3 right = landmark_on_skin(anatomy->skeleton, anatomy->flesh, name);
-  return options.side == HandSide::kRight ? right : mirrored(right);
+  const Vector3 left = landmark_on_skin(anatomy->skeleton, anatomy->flesh, name);
+  return options.side == HandSide::kLeft ? left : mirrored(left);
 }
 
 }  // namespace touchfield

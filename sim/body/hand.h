@@ -11,6 +11,8 @@ namespace touchfield {
 
 enum class HandSide { kRight, kLeft };
 
+constexpr HandSide other_side(HandSide side) { return side == HandSide::kRight ? HandSide::kLeft : HandSide::kRight; }
+
 /// Angles of a finger's joints [rad] that differ from the pose's.
 struct FingerJoints {
   std::optional<double> abduction;  // away from the middle finger; the middle finger's: towards the thumb. Index -15 to
@@ -61,9 +63,10 @@ inline constexpr double kMostHandEdge = 8e-3;     // [m]
 /// finger bent a little, to point at an array); fist.
 std::vector<std::string> hand_poses();
 
-/// A closed, manifold, outwardly oriented hand in its own frame: origin at the wrist joint, x to the thumb's side (of
-/// a right hand; a left hand is its mirror image in x), y to the fingertips, z out of the back of the hand. The crease
-/// of the wrist, from which the length counts, lies 0.073 lengths behind the wrist joint, the end of the skin 20 mm.
+/// A closed, manifold, outwardly oriented hand in its own frame: origin at the wrist joint, y to the fingertips, z out of
+/// the back of the hand, x to the right as one sees it palm down with the fingers away. So a right hand's thumb is at
+/// negative x, that of a left hand, the mirror image in x, at positive x. The crease of the wrist, from which the length
+/// counts, lies 0.073 lengths behind the wrist joint, the end of the skin 20 mm.
 /// Parts that touch, or that are nearer than 2.6 mm, merge.
 ///
 /// sizing      wanted edge length by place in the hand's own frame, kLeastHandEdge to kMostHandEdge; without it, uniform

@@ -52,10 +52,7 @@ std::string contact_text(const HandContact& contact) {
 }
 
 HandContacts::HandContacts(const HandSkeleton& made_in, HandSide side)
-    : made_in_(made_in),
-      side_(side == HandSide::kRight ? 1.0 : -1.0),
-      palm_({palm_flesh(made_in)}),
-      before_(balls_of(made_in)) {}
+    : made_in_(made_in), side_(mirror_sign(side)), palm_({palm_flesh(made_in)}), before_(balls_of(made_in)) {}
 
 std::vector<HandContacts::Ball> HandContacts::balls_of(const HandSkeleton& hand) {
   constexpr std::size_t kBalls = 8;  // a bone

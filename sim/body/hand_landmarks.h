@@ -11,7 +11,7 @@ namespace touchfield {
 /// Names of a hand's landmarks.
 const std::vector<std::string>& hand_landmark_names();
 
-/// Where a landmark of a right hand lies on its skin [m], to 1e-6 m of the flesh's surface. A pad or tip that is
+/// Where a landmark of a left hand lies on its skin [m], to 1e-6 m of the flesh's surface. A pad or tip that is
 /// pressed into flesh has no skin of its own: its landmark lies on the skin that is nearest to it.
 ///
 /// throws   InputError that lists the names there are

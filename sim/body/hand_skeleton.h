@@ -25,7 +25,7 @@ struct BoneChain {
   }
 };
 
-/// A posed right hand in its own frame (see hand.h).
+/// A posed left hand in its own frame (see hand.h). A right hand is its mirror image in x.
 struct HandSkeleton {
   BoneChain thumb;
   std::array<BoneChain, 4> fingers;
@@ -36,6 +36,9 @@ struct HandSkeleton {
   /// The thumb, then the fingers from index to little.
   const BoneChain& digit(std::size_t i) const { return i == 0 ? thumb : fingers[i - 1]; }
 };
+
+/// What x in a hand's own frame is multiplied by to be x of its skeleton, and the other way round: -1 for a right hand.
+constexpr double mirror_sign(HandSide side) { return side == HandSide::kLeft ? 1.0 : -1.0; }
 
 /// Bone lengths scale with the hand's length, thicknesses and distances across it with its breadth.
 /// source   Buryanov and Kotiuk 2010 (phalanges, metacarpal of the thumb, soft tissue at the tips)

@@ -126,7 +126,7 @@ std::string bone_name(std::size_t digit, std::size_t bone) {
 }
 
 SkinnedHand::SkinnedHand(const Points& vertices, const HandSkeleton& made_in, HandSide side)
-    : made_in_(made_in), side_(side == HandSide::kRight ? 1.0 : -1.0), template_(vertices) {
+    : made_in_(made_in), side_(mirror_sign(side)), template_(vertices) {
   if (vertices.cols() == 0 || !vertices.allFinite()) {
     throw InputError(
         fmt::format("skinned hand: its {} vertices must be finite numbers, one at least", vertices.cols()));
@@ -259,7 +259,7 @@ Vector3 SkinnedHand::placed(const DualQuaternion& q, const Vector3& x) {
   return rotated(q.real, x) + 2.0 * product(q.dual, inverse).tail<3>();
 }
 
-/// side   of the points' x: 1 where they are those of the right hand
+/// side   of the points' x: 1 where they are those of the left hand
 void SkinnedHand::move(const Motions& motions, const Points& rest, double side, Points& vertices) const {
   vertices.resize(3, template_.cols());
   for (Eigen::Index v = 0; v < template_.cols(); ++v) {
@@ -277,7 +277,7 @@ Points SkinnedHand::expected_normals(const std::vector<DualQuaternion>& moves, c
     for (const int v : triangles.col(f)) {
       sum += rotated(moves[static_cast<std::size_t>(v)].real, before);
     }
-    // The template is kept as the right hand's; the mirror image of a normal has its y and z turned round.
+    // The template is kept as the left hand's; the mirror image of a normal has its y and z turned round.
     sum.tail<2>() *= side_;
     normals.col(f) = sum / (sum.norm() * before.norm());
   }

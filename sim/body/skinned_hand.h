@@ -34,7 +34,7 @@ namespace touchfield {
 class SkinnedHand {
  public:
   /// vertices   3 x V [m], of a mesh of the hand in its own frame or of any part of it, caps included
-  /// made_in    of the pose that it was meshed in, as posed_skeleton makes it: of the right hand for either side
+  /// made_in    of the pose that it was meshed in, as posed_skeleton makes it: of the left hand for either side
   /// throws     InputError if there is no vertex or one is not finite
   SkinnedHand(const Points& vertices, const HandSkeleton& made_in, HandSide side = HandSide::kRight);
 
@@ -62,7 +62,7 @@ class SkinnedHand {
   /// Bone 0 to 2 of a digit (0 the thumb, then the fingers from index to little).
   static constexpr std::size_t bone_number(std::size_t digit, std::size_t bone) { return 1 + 3 * digit + bone; }
 
-  /// How the bones of a right hand move from one skeleton to another.
+  /// How the bones of a left hand move from one skeleton to another.
   static std::array<RigidMotion, kBones> bone_motions(const HandSkeleton& from, const HandSkeleton& to);
 
   struct Influence {
@@ -108,8 +108,8 @@ class SkinnedHand {
   std::vector<DualQuaternion> blended(const Motions& motions) const;  // of all vertices
 
   HandSkeleton made_in_;
-  double side_;      // of x: 1 right, -1 left
-  Points template_;  // of the right hand
+  double side_;      // mirror_sign
+  Points template_;  // of the left hand
   std::vector<Influence> influences_;
   std::vector<std::size_t>
       starts_;  // of vertex v: influences_[k], starts_[v] <= k < starts_[v + 1], the heaviest first

@@ -187,10 +187,12 @@ bool is_series(const BodySpec& body) {
 
 Map<BodySpec> body_map() {
   Map<BodySpec> map;
-  map.maybe("hand", &BodySpec::shape, hand_codec(), "",
-            "The built-in hand. Its own frame: origin at the wrist, x to the thumb's side of a right hand, y to "
-            "the fingertips, z out of the back of the hand. Landmarks: thumb_pad, index_pad, middle_pad, "
-            "ring_pad, little_pad, thumb_tip to little_tip, palm_centre, back_centre, wrist.")
+  map.maybe(
+         "hand", &BodySpec::shape, hand_codec(), "",
+         "The built-in hand. Its own frame: origin at the wrist, y to the fingertips, z out of the back of the hand; a "
+         "right hand's thumb is at negative x, a left hand's at positive x. Landmarks: thumb_pad, index_pad, "
+         "middle_pad, "
+         "ring_pad, little_pad, thumb_tip to little_tip, palm_centre, back_centre, wrist.")
       .maybe("sphere", &BodySpec::shape, sphere_codec(), "",
              "A sphere about its origin. Landmarks: top, bottom, x_plus, x_minus, y_plus, y_minus.")
       .maybe("capsule", &BodySpec::shape, capsule_codec(), "",
@@ -235,7 +237,7 @@ Codec<HandShape> hand_codec() {
       .key("length_mm", &HandShape::length, number(kMillimetres, between(120, 260)),
            "Length from the wrist to the tip of the middle finger, the hand held flat [mm].")
       .key("side", &HandShape::side, choice<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}),
-           "Which hand.")
+           "Which hand; the left one is the mirror image in x.")
       .key("joints", &HandShape::joints, joints_codec(), "Joints turned away from the pose.")
       .codec();
 }

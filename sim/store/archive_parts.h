@@ -5,6 +5,7 @@
 
 #include "sim/store/archive_file.h"
 #include "sim/store/run_archive.h"
+#include "sim/store/scene_text.h"
 
 /// What run.h5 and motion.h5 both hold. Io is GroupWriter or GroupReader, and what is written or read a const or a plain
 /// reference.
@@ -22,6 +23,14 @@ inline void require_groups(const GroupReader& io) {
       io.fail(std::string("holds no group ") + group);
     }
   }
+}
+
+/// The scene in today's words.
+///
+/// true_sides   version of the layout from which on `side: right` is a right hand
+inline std::string read_scene(const GroupReader& io, int true_sides) {
+  std::string scene = io.read_text("scene");
+  return io.integer_attribute("format_version") < true_sides ? with_sides_exchanged(scene) : scene;
 }
 
 inline Choices<PhaseStatus> status_choices() {

@@ -161,7 +161,7 @@ void write_motion(const GroupWriter& io, const Motion& motion) {
 Motion read_motion(const GroupReader& io) {
   require_groups(io);
   Motion motion{.name = io.text_attribute("name"),
-                .scene = io.read_text("scene"),
+                .scene = read_scene(io, 2),
                 .seconds = io.number_attribute("seconds"),
                 .mesh = read_mesh(GroupReader(io.open("mesh"))),
                 .complete = io.integer_attribute("complete") != 0};

@@ -237,7 +237,7 @@ Run read_run(const GroupReader& io) {
   require_groups(io);
   const GroupReader mesh(io.open("mesh"));
   Run run{.name = io.text_attribute("name"),
-          .scene = io.read_text("scene"),
+          .scene = read_scene(io, 3),
           .mesh = read_mesh(mesh),
           .complete = io.integer_attribute("complete") != 0};
   io.later_attribute("alarm", run.alarm);

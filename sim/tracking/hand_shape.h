@@ -38,7 +38,7 @@ class ShapeMap {
   /// made_in   the template's skeleton; `of` the same pose's with the proportions
   ShapeMap(const HandSkeleton& made_in, const HandSkeleton& of, const HandProportions& by);
 
-  /// Of a right hand.
+  /// Of a left hand.
   Vector3 operator()(const Vector3& x, std::span<const SkinnedHand::Influence> influences) const;
 
  private:

@@ -20,7 +20,7 @@ TriangleMesh skin_on_flesh(const HandShape& hand_shape, const HandPose& pose, do
   const Body body =
       hand({hand_shape.pose, hand_shape.breadth, hand_shape.length, hand_shape.side, edge, hand_shape.joints});
   Points vertices = body.mesh.vertices();
-  const double side = hand_shape.side == HandSide::kRight ? 1.0 : -1.0;
+  const double side = mirror_sign(hand_shape.side);
   vertices.row(0) *= side;
   hand_flesh(posed_skeleton(pose, hand_shape.length, hand_shape.breadth)).project(vertices, 0.2 * edge);
   vertices.row(0) *= side;

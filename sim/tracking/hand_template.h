@@ -17,7 +17,7 @@ namespace touchfield {
 struct ShapedHand {
   HandProportions proportions;
   Eigen::VectorXd offset;  // of each vertex along its normal, outwards [m]
-  HandSkeleton skeleton;   // of the right hand
+  HandSkeleton skeleton;   // of the left hand
   Points rest;             // the vertices, in the hand's own frame [m]
   Points displacement;     // of each vertex by its offset [m]
 };
@@ -37,7 +37,7 @@ class HandTemplate {
   const HandShape& hand() const { return hand_; }
   const HandPose& pose() const { return pose_; }
   const TriangleMesh& mesh() const { return mesh_; }  // in the hand's own frame
-  double side() const { return hand_.side == HandSide::kRight ? 1.0 : -1.0; }
+  double side() const { return mirror_sign(hand_.side); }
   std::span<const SkinnedHand::Influence> influences(Eigen::Index vertex) const { return skin_.influences(vertex); }
   const FacesRound& faces_round() const { return round_; }
 
@@ -47,7 +47,7 @@ class HandTemplate {
   /// offset   of each vertex, or empty for none
   ShapedHand shaped(const HandProportions& by, const Eigen::VectorXd& offset = {}) const;
 
-  /// The skeleton of a shaped right hand with its joints at these angles.
+  /// The skeleton of a shaped left hand with its joints at these angles.
   HandSkeleton skeleton_at(const HandProportions& by, const JointAngles& joints) const;
 
   /// The vertices of a shaped hand on a skeleton of its own, in the hand's frame. No memory is taken if `vertices` has

@@ -16,6 +16,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
+#include "tests/support/hand_support.h"
 #include "tests/support/joint_support.h"
 
 namespace touchfield {
@@ -28,8 +29,9 @@ using ::testing::ThrowsMessage;
 
 constexpr double kMm = kMillimetre;
 
+/// Of a right hand.
 HandSkeleton skeleton_of(const HandOptions& options) {
-  return posed_skeleton(hand_pose(options.pose, options.joints), options.length, options.breadth);
+  return support::right_hand(posed_skeleton(hand_pose(options.pose, options.joints), options.length, options.breadth));
 }
 
 HandOptions flat_hand() {
@@ -57,15 +59,15 @@ TEST(HandJoints, TurnTheFingerAboutItsJoint) {
   const BoneChain spread = skeleton_of(options).fingers[0];
   EXPECT_NEAR(std::acos(spread.direction(0).dot(before.direction(0))),
               37 * kDegree - hand_pose("flat").fingers[0].abduction, 0.1 * kDegree);
-  EXPECT_GT(spread.joints[3].x(), before.joints[3].x() + 20 * kMm);  // towards the thumb
+  EXPECT_LT(spread.joints[3].x(), before.joints[3].x() - 20 * kMm);  // towards the thumb
 
   // Abduction leads away from the middle finger, on both its sides.
   options.joints = {};
   options.joints.ring.abduction = 20 * kDegree;
   options.joints.little.abduction = 40 * kDegree;
   const HandSkeleton both = skeleton_of(options);
-  EXPECT_LT(both.fingers[2].joints[3].x(), skeleton_of(flat_hand()).fingers[2].joints[3].x() - 10 * kMm);
-  EXPECT_LT(both.fingers[3].joints[3].x(), skeleton_of(flat_hand()).fingers[3].joints[3].x() - 20 * kMm);
+  EXPECT_GT(both.fingers[2].joints[3].x(), skeleton_of(flat_hand()).fingers[2].joints[3].x() + 10 * kMm);
+  EXPECT_GT(both.fingers[3].joints[3].x(), skeleton_of(flat_hand()).fingers[3].joints[3].x() + 20 * kMm);
 }
 
 // The metacarpal's direction as the header has it; and the skin follows the bones.
@@ -76,11 +78,11 @@ TEST(HandJoints, TurnTheThumb) {
     options.joints.thumb.cmc_abduction = abduction * kDegree;
     const double aside = (20 - flexion) * kDegree;
     const double out = abduction * kDegree;
-    const Vector3 expected(std::sin(aside) * std::cos(out), std::cos(aside) * std::cos(out), -std::sin(out));
+    const Vector3 expected(-std::sin(aside) * std::cos(out), std::cos(aside) * std::cos(out), -std::sin(out));
     EXPECT_LT((skeleton_of(options).thumb.direction(0) - expected).norm(), 1e-12);
   }
   options.joints.thumb = {0.0, 0.0, 0.0, 0.0, 0.0};
-  EXPECT_LT((skeleton_of(options).thumb.palmar[2] - Vector3(-std::cos(20 * kDegree), std::sin(20 * kDegree), 0)).norm(),
+  EXPECT_LT((skeleton_of(options).thumb.palmar[2] - Vector3(std::cos(20 * kDegree), std::sin(20 * kDegree), 0)).norm(),
             1e-12);  // the pad faces the little finger
   options.joints.thumb.cmc_rotation = -60 * kDegree;
   EXPECT_LT(skeleton_of(options).thumb.palmar[2].z(), -0.5);

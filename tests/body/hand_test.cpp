@@ -21,6 +21,7 @@
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/self_intersections.h"
+#include "tests/support/hand_support.h"
 
 namespace touchfield {
 namespace {
@@ -56,7 +57,11 @@ HandSkeleton skeleton_of(const HandOptions& options) {
   return posed_skeleton(hand_pose(options.pose, options.joints), options.length, options.breadth);
 }
 
+/// Of a left hand, as the flesh is.
 HandSkeleton default_skeleton(const std::string& pose) { return skeleton_of(options_for(pose, 3 * kMm)); }
+
+/// The bones of made_hand().
+HandSkeleton made_skeleton(const std::string& pose) { return support::right_hand(default_skeleton(pose)); }
 
 const SoftBody& default_flesh(const std::string& pose) {
   static std::map<std::string, SoftBody> made;
@@ -176,7 +181,7 @@ TEST(Hand, FingersHaveThePublishedThickness) {
       {{0.229, 0.198, 0.176}, {0.216, 0.197, 0.180}, {0.203, 0.182, 0.168}, {0.183, 0.165, 0.149}}};
   const double breadth = HandOptions().breadth;
   const TriangleMesh& mesh = made_hand("flat", 1.5 * kMm).mesh;
-  const HandSkeleton skeleton = default_skeleton("flat");
+  const HandSkeleton skeleton = made_skeleton("flat");
   const auto expect_thick = [&](const BoneChain& chain, int bone, double t, double share) {
     EXPECT_NEAR(relative_thickness(mesh, chain, bone, t, share * breadth), 1.0, 0.1) << bone << " " << t;
   };
@@ -198,7 +203,7 @@ TEST(Hand, FingersHaveThePublishedThickness) {
 TEST(Hand, GapsAreOpenOrMerged) {
   for (const std::string& pose : hand_poses()) {
     const SoftBody& flesh = default_flesh(pose);
-    Points points = made_hand(pose).mesh.vertices();
+    Points points = support::mirrored(made_hand(pose).mesh.vertices());
     flesh.project(points, 1 * kMm);
     int narrow = 0;
     for (const auto& x : points.colwise()) {
@@ -259,14 +264,14 @@ TEST(Hand, FlatHandHasItsLengthAndBreadth) {
   double index_side = 0;
   for (const auto& x : body.mesh.vertices().colwise()) {
     if (std::abs(x.y() - 57 * kMm) < 5 * kMm) {
-      little_side = std::min(little_side, x.x());
+      little_side = std::max(little_side, x.x());
     }
-    const bool thumb = x.x() > 50 * kMm;
+    const bool thumb = x.x() < -50 * kMm;
     if (std::abs(x.y() - 74 * kMm) < 4 * kMm && !thumb) {
-      index_side = std::max(index_side, x.x());
+      index_side = std::min(index_side, x.x());
     }
   }
-  EXPECT_NEAR(index_side - little_side, 88.3 * kMm, 0.03 * 88.3 * kMm);
+  EXPECT_NEAR(little_side - index_side, 88.3 * kMm, 0.03 * 88.3 * kMm);
 }
 
 // A digit's pad faces its palm side and its tip the end of its bone, wherever the pose leaves it free.
@@ -278,7 +283,7 @@ TEST(Hand, LandmarksLieOnTheirSkinAndFaceTheirWay) {
   for (const auto& [pose, digits] : free_digits) {
     SCOPED_TRACE(pose);
     const Body& body = made_hand(pose);
-    const HandSkeleton skeleton = default_skeleton(pose);
+    const HandSkeleton skeleton = made_skeleton(pose);
     for (const std::size_t i : digits) {
       const BoneChain& chain = digit(skeleton, i);
       const std::string name(kDigits[i]);
@@ -301,7 +306,7 @@ TEST(Hand, LandmarksLieOnTheirSkinAndFaceTheirWay) {
 // The study's pose: the pad is the middle of the last segment's palm side, a finger's radius below its bone.
 TEST(Hand, IndexUpPointsStraightAhead) {
   const Body& body = made_hand("index_up");
-  const BoneChain index = default_skeleton("index_up").fingers[0];
+  const BoneChain index = made_skeleton("index_up").fingers[0];
   for (int bone = 0; bone < 3; ++bone) {
     EXPECT_GT(index.direction(bone).y(), std::cos(1 * kDegree));
   }
@@ -325,7 +330,7 @@ TEST(Hand, IndexUpPointsStraightAhead) {
 
 // A box of 55 mm: the fingers' pads lie in one face, the thumb's in the opposite one, all facing the box.
 TEST(Hand, GraspHoldsABox) {
-  const HandSkeleton skeleton = default_skeleton("grasp");
+  const HandSkeleton skeleton = made_skeleton("grasp");
   const Body& body = made_hand("grasp");
   Vector3 facing = -skeleton.thumb.palmar[2];
   for (const BoneChain& finger : skeleton.fingers) {
@@ -362,7 +367,7 @@ TEST(Hand, LandmarksAreWhereTheMeshHasThem) {
     for (const std::string& name : hand_landmark_names()) {
       const Vector3 at = landmark_on_skin(skeleton, flesh, name);
       EXPECT_NEAR(flesh.distance(at), 0, 1e-6) << pose << " " << name;
-      EXPECT_LT((at - landmark(made_hand(pose), name)).norm(), 0.5 * kMm) << pose << " " << name;
+      EXPECT_LT((support::mirrored(at) - landmark(made_hand(pose), name)).norm(), 0.5 * kMm) << pose << " " << name;
     }
   }
 }
@@ -377,6 +382,38 @@ TEST(Hand, LandmarkWithoutAMeshMirrorsAndKnowsItsNames) {
   EXPECT_THAT([&] { hand_landmark(options, "index_nail"); },
               ThrowsMessage<InputError>(AllOf(HasSubstr("'index_nail'"), HasSubstr("thumb_pad, index_pad"),
                                               HasSubstr("palm_centre, back_centre, wrist"))));
+}
+
+// Of one's own right hand, palm down and fingers away, the thumb is on the left: from it to the other fingers one turns
+// about the way that the palm faces. A thumb that is laid over curled fingers reaches across the middle one.
+TEST(Hand, RightAndLeftAreTheHandsOfThatName) {
+  for (const std::string& pose : hand_poses()) {
+    for (const HandSide side : {HandSide::kRight, HandSide::kLeft}) {
+      SCOPED_TRACE(pose + (side == HandSide::kRight ? " right" : " left"));
+      HandOptions options = options_for(pose, 6 * kMm);
+      options.side = side;
+      const Body body = hand(options);
+      const double sign = side == HandSide::kRight ? 1.0 : -1.0;
+      const auto turn = [&](const std::string& one, const std::string& other, const auto& at) {
+        const Vector3 wrist = at("wrist");
+        return sign * Vector3(at(one) - wrist).cross(at(other) - wrist).dot(at("palm_centre") - at("back_centre"));
+      };
+      const auto on_mesh = [&](const std::string& name) { return landmark(body, name); };
+      const auto on_flesh = [&](const std::string& name) { return hand_landmark(options, name); };
+      for (std::size_t i = 1; i + 1 < kDigits.size(); ++i) {
+        const std::string one = std::string(kDigits[i]) + "_pad";
+        const std::string next = std::string(kDigits[i + 1]) + "_pad";
+        EXPECT_GT(turn(one, next, on_mesh), 0) << one;
+        EXPECT_GT(turn(one, next, on_flesh), 0) << one;
+        EXPECT_GT(sign * (landmark(body, next) - landmark(body, one)).x(), 5 * kMm) << one;
+      }
+      if (pose == "flat" || pose == "grasp") {
+        EXPECT_GT(turn("thumb_tip", "middle_tip", on_mesh), 0);
+        EXPECT_GT(turn("thumb_tip", "middle_tip", on_flesh), 0);
+        EXPECT_LT(sign * landmark(body, "thumb_tip").x(), -20 * kMm);
+      }
+    }
+  }
 }
 
 TEST(Hand, LeftIsTheMirrorImageOfRight) {

@@ -21,6 +21,7 @@
 #include "sim/core/units.h"
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/self_intersections.h"
+#include "tests/support/hand_support.h"
 #include "tests/support/joint_support.h"
 #include "tests/support/random_support.h"
 
@@ -94,14 +95,15 @@ TEST(SkinnedHand, StaysAsItIsInThePoseThatItWasMeshedIn) {
 // What hangs on one bone alone turns with it, to rounding; what hangs on the palm alone stays.
 TEST(SkinnedHand, EndsMoveRigidlyWithTheirBone) {
   const Skinned& flat = skinned("flat");
-  const HandSkeleton after = skeleton_of(bent());
+  const HandSkeleton before = support::right_hand(flat.skeleton);
+  const HandSkeleton after = support::right_hand(skeleton_of(bent()));
   const Points posed = flat.posed(bent());
   const auto frame = [](const BoneChain& chain) {
     Eigen::Matrix3d axes;
     axes << chain.direction(2), chain.palmar[2], chain.direction(2).cross(chain.palmar[2]);
     return axes;
   };
-  const BoneChain& was = flat.skeleton.fingers[0];
+  const BoneChain& was = before.fingers[0];
   const BoneChain& is = after.fingers[0];
   int at_tip = 0;
   int at_wrist = 0;
@@ -111,7 +113,7 @@ TEST(SkinnedHand, EndsMoveRigidlyWithTheirBone) {
       const Vector3 expected = is.joints[2] + frame(is) * frame(was).transpose() * (x - was.joints[2]);
       EXPECT_LT((posed.col(v) - expected).norm(), 1e-12);
       ++at_tip;
-    } else if (x.y() < -15 * kMm && x.x() < 0) {
+    } else if (x.y() < -15 * kMm && x.x() > 0) {
       EXPECT_LT((posed.col(v) - x).norm(), 1e-12);
       ++at_wrist;
     }

@@ -58,25 +58,24 @@ class Versions(CommandTest):
         """A command that reads the file."""
         return ["sweep", "--collect", path.parent] if path.suffix == ".json" else ["info", path]
 
-    def test_every_version_that_is_listed_is_read(self):
-        table = listed()
-        self.assertEqual(list(table), ["run.h5", "motion.h5", "sweep.h5", "sweep.json"])
-        for name, (kind, writes, reads) in table.items():
-            paths = sorted(path for path in (self.folder / "kept").rglob(name) if "cases" not in path.parts)
-            self.assertEqual(sorted(says_of_itself(path) for path in paths), [(kind, version) for version in reads], name)
-            if reads:
-                self.assertEqual(max(reads), writes)
-            for path in paths:
-                with self.subTest(path=path):
-                    self.run_ok(*self.reading(path))
-
-    def test_what_is_written_is_of_the_version_that_is_listed(self):
+    def test_every_version_that_is_listed_is_written_or_kept_and_read(self):
         self.run_ok("run", "kept/tiny.yaml", "-o", "new/run", "--quiet")
         self.run_ok("play", "kept/moving.yaml", "-o", "new/motion", "--quiet")
         self.run_ok("sweep", "kept/sweep.yaml", "-o", "new/sweep", "--quiet")
-        for name, (kind, writes, _) in listed().items():
+        table = listed()
+        self.assertEqual(list(table), ["run.h5", "motion.h5", "sweep.h5", "sweep.json"])
+        for name, (kind, writes, reads) in table.items():
             folder = name.removesuffix(".h5").removesuffix(".json")
-            self.assertEqual(says_of_itself(self.folder / "new" / folder / name), (kind, writes))
+            new = self.folder / "new" / folder / name
+            self.assertEqual(says_of_itself(new), (kind, writes))
+            if not reads:
+                continue
+            self.assertEqual(max(reads), writes)
+            paths = [new, *(path for path in sorted((self.folder / "kept").rglob(name)) if "cases" not in path.parts)]
+            self.assertEqual(sorted({says_of_itself(path) for path in paths}), [(kind, version) for version in reads], name)
+            for path in paths:
+                with self.subTest(path=path):
+                    self.run_ok(*self.reading(path))
 
     def test_a_newer_version_is_refused_in_one_line(self):
         version = self.run_ok("--version").stdout.split()[1]
@@ -162,6 +161,68 @@ class KeptFiles(CommandTest):
         for before, after in zip(old, new):
             self.assertEqual(before["method"], after["method"])
             self.assertAlmostEqual(float(before["relative_error"]), float(after["relative_error"]), delta=1e-9)
+
+
+class KeptHands(CommandTest):
+    """What release 0.2 called `side: right`, its default, was a left hand; its results keep the hand that they had."""
+
+    def setUp(self):
+        super().setUp()
+        shutil.copytree(KEPT, self.folder / "kept")
+        self.old = self.folder / "kept/hand_sweep/cases/00001"
+
+    def metrics(self, folder):
+        with open(folder / "metrics.csv", newline="") as file:
+            return [{name: float(value) for name, value in row.items() if re.fullmatch(r"[-+.e\d]+", value)
+                     and not name.startswith("seconds")} for row in csv.DictReader(file)]
+
+    def difference(self, one, other):
+        """The largest relative difference of a metric."""
+        pairs = [(a[name], b[name]) for a, b in zip(self.metrics(one), self.metrics(other), strict=True) for name in a]
+        self.assertGreater(len(pairs), 10)
+        return max(abs(a - b) / max(abs(a), abs(b), 1e-30) for a, b in pairs)
+
+    def side(self, folder):
+        with h5py.File(folder / "run.h5") as run:
+            return re.search(r"side: (\w+)", run["scene"].asstr()[()])[1]
+
+    def test_a_run_is_repeated_with_its_hand(self):
+        self.assertEqual(self.side(self.old), "right")
+        self.run_ok("run", "--from", self.old, "-o", "again", "--quiet")
+        self.assertEqual(self.side(self.folder / "again"), "left")
+        self.assertLess(self.difference(self.old, self.folder / "again"), 1e-6)
+        done = self.touchfield("compare", self.old, "again", "--tolerance", "1e-6")
+        self.assertIn("scene     the same\n", done.stdout)
+        # Changes are in today's words.
+        self.run_ok("run", "--from", self.old, "-o", "other", "--set", "body.hand.side=right", "--quiet")
+        self.assertGreater(self.difference(self.old, self.folder / "other"), 1e-3)
+        self.assertIn("body.hand.side: left -> right", self.touchfield("compare", self.old, "other").stdout)
+
+    def test_a_scene_file_has_the_hand_of_that_name(self):
+        self.run_ok("run", "kept/hand.yaml", "-o", "right", "--quiet")
+        self.assertGreater(self.difference(self.old, self.folder / "right"), 1e-3)
+        self.run_ok("run", "kept/hand.yaml", "-o", "left", "--set", "body.hand.side=left", "--quiet")
+        self.assertLess(self.difference(self.old, self.folder / "left"), 1e-6)
+
+    def test_a_mirrored_scene_with_the_other_hand_is_the_same(self):
+        whole = ("--set", "body.keep_within_mm=null", "--set", "body.edge_mm=8", "--quiet")
+        self.run_ok("run", "kept/hand.yaml", "-o", "left", "--set", "body.hand.side=left", *whole)
+        self.run_ok("run", "kept/hand.yaml", "-o", "right", *whole, "--set", "target.box.offset_mm=[-1, 0, 0]",
+                    "--set", "body.place={landmark: index_pad, at_mm: [-4, 0, 50], rotate_deg: [0, 0, -10]}")
+        self.assertLess(self.difference(self.folder / "left", self.folder / "right"), 1e-6)
+
+    def test_a_sweep_goes_on_with_its_hand(self):
+        shutil.rmtree(self.folder / "kept/hand_sweep/cases/00001")
+        done = self.run_ok("sweep", "kept/hand_sweep.yaml", "-o", "kept/hand_sweep", "--resume", "--json")
+        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 1)
+        self.assertIn("side: right was a left hand", done.stderr)
+        self.assertNotIn("other defaults", done.stderr)
+        self.assertLess(self.difference(KEPT / "hand_sweep/cases/00001", self.old), 1e-6)
+        # A new sweep of the same files is of the other hand, and no part of the old one.
+        self.run_ok("sweep", "kept/hand_sweep.yaml", "-o", "kept/hand_sweep", "--shard", "1/2", "--quiet")
+        done = self.touchfield("sweep", "--collect", "kept/hand_sweep")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("are of different sweeps", done.stderr)
 
 
 if __name__ == "__main__":

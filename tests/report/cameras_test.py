@@ -33,8 +33,8 @@ class Cases(unittest.TestCase):
             self.assertRegex(name, r"^[A-Za-z0-9_-]+$")
 
     def test_scale_is_that_of_the_way_to_the_hand(self):
-        self.assertIn("at_mm: [560, -50, -215]", sights.cameras(count=1, scale=2)["motion.sensor"])
-        self.assertIn("at_mm: [280, -50, 0]", sights.cameras(count=1)["motion.sensor"])
+        self.assertIn("at_mm: [-560, -50, -215]", sights.cameras(count=1, scale=2)["motion.sensor"])
+        self.assertIn("at_mm: [-280, -50, 0]", sights.cameras(count=1)["motion.sensor"])
 
     def test_every_motion_of_every_hand_has_an_exact_sensor(self):
         exact = [case.same() for case in sights.cases() if case.group == "exact"]

@@ -38,7 +38,7 @@ class Course(unittest.TestCase):
         text = course.translation_change()
         first = course.translations()[0]
         self.assertEqual((first.axis, first.speed, first.begin, first.end), ("across", 10, 0.15, 0.57))
-        self.assertIn("[0.15, -2.1], [0.57, 2.1]", text)  # 10 mm/s for 0.42 s
+        self.assertIn("[0.15, 2.1], [0.57, -2.1]", text)  # 10 mm/s for 0.42 s
         self.assertIn("[0.15, 200], [0.57, 200]", text)  # and nothing else moves
         towards = course.translations()[-1]
         self.assertIn(f"[{towards.begin:g}, 242], [{towards.end:g}, 158]", text)
@@ -47,7 +47,7 @@ class Course(unittest.TestCase):
         for segment in course.tremors():
             periods = segment.hz * (segment.end - segment.begin)
             self.assertAlmostEqual(periods, round(periods))
-        self.assertIn("[0.03125, 0.1]", course.tremor_change())  # a quarter of 8 Hz
+        self.assertIn("[0.03125, -0.1]", course.tremor_change())  # a quarter of 8 Hz
 
 
 class Scores(unittest.TestCase):

@@ -209,6 +209,8 @@ TEST(DamagedMotionFile, AForgedByteEndsInAnErrorOrInAMotion) {
 
 /// What a forged method says of two frames and two scores of one channel.
 struct Forged {
+  int version = 1;
+  std::string scene{};
   hdf5::Shape phases = {2, 1};
   hdf5::Shape cost = {2, 1};
   std::array<std::int64_t, 2> frame = {0, 1};
@@ -223,11 +225,11 @@ void forge(const std::string& path, const Forged& forged) {
   {
     const hdf5::Group root = file.root();
     root.set_attribute("format", kMotionArchive.name());
-    root.set_attribute("format_version", 1);
+    root.set_attribute("format_version", forged.version);
     root.set_attribute("name", "forged");
     root.set_attribute("complete", 1);
     root.set_attribute("seconds", 1.0);
-    root.write_text("scene", "");
+    root.write_text("scene", forged.scene);
     const std::array<double, 9> numbers = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const std::array<int, 3> triangle = {0, 1, 2};
     const hdf5::Group mesh = root.create("mesh");
@@ -264,6 +266,16 @@ void forge(const std::string& path, const Forged& forged) {
     root.create("provenance");
   }
   write_archive(path, file);
+}
+
+// In version 1 the two words for a hand's side meant each other's hand.
+TEST(DamagedMotionFile, HandsKeepTheSideThatTheyHad) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("motion.h5");
+  forge(path, {.scene = "body:\n  hand:\n    side: right\n"});
+  EXPECT_EQ(read_motion_file(path).scene, "body:\n  hand:\n    side: left\n");
+  forge(path, {.version = kMotionFormatVersion, .scene = "body:\n  hand:\n    side: right\n"});
+  EXPECT_EQ(read_motion_file(path).scene, "body:\n  hand:\n    side: right\n");
 }
 
 TEST(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {

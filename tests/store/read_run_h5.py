@@ -31,7 +31,7 @@ def check_same(found, expected):
 
 def check(run):
     assert run.attrs["format"] == "touchfield-run"
-    assert run.attrs["format_version"] == 2
+    assert run.attrs["format_version"] == 3
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
     assert run.attrs["alarm"] == 0.0125
@@ -140,7 +140,7 @@ def check_same_judge(run):
 
 
 def check_motion(motion):
-    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 1
+    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 2
     assert motion.attrs["complete"] == 1 and motion.attrs["seconds"] == 0.2
 
     def has_unit(name, item):

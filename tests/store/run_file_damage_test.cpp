@@ -3,6 +3,7 @@
 #include <functional>
 #include <random>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -166,7 +167,8 @@ TEST(DamagedRunFile, SizesThatContradictEachOtherAreErrors) {
 }
 
 /// A run of one face and one channel, filled in further by hand.
-RunData read_forged(const std::string& path, int version, const std::function<void(const hdf5::Group&)>& fill) {
+RunData read_forged(const std::string& path, int version, const std::function<void(const hdf5::Group&)>& fill,
+                    const std::string& scene = "") {
   const hdf5::MemoryFile file(path);
   {
     const hdf5::Group root = file.root();
@@ -174,7 +176,7 @@ RunData read_forged(const std::string& path, int version, const std::function<vo
     root.set_attribute("format_version", version);
     root.set_attribute("name", "forged");
     root.set_attribute("complete", 1);
-    root.write_text("scene", "");
+    root.write_text("scene", scene);
     const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const std::array<int, 3> triangle = {0, 1, 2};
     const hdf5::Group mesh = root.create("mesh");
@@ -220,6 +222,32 @@ TEST(DamagedRunFile, AFileOfTheFirstVersionIsRead) {
   EXPECT_TRUE(std::isnan(run.alarm));
   ASSERT_EQ(run.methods.size(), 1U);
   EXPECT_EQ(run.methods[0].judge_pressure.size(), 0);
+}
+
+// Until version 2 the two words for a hand's side meant each other's hand; nothing else of a scene changes.
+TEST(DamagedRunFile, HandsKeepTheSideThatTheyHad) {
+  const TemporaryDirectory directory;
+  const auto read = [&](int version, const std::string& scene) {
+    return read_forged(
+               directory.file("run.h5"), version, [](const hdf5::Group&) {}, scene)
+        .scene;
+  };
+  const auto two_hands = [](const char* one, const char* other) {
+    return fmt::format("name: side\nbodies:\n  - hand:\n      side: {}\n    name: left\n  - hand:\n      side: {}\n",
+                       one, other) +
+           "field:\n  - name: side\n";
+  };
+  const std::string scene = two_hands("right", "left");
+  EXPECT_EQ(read(1, scene), two_hands("left", "right"));
+  EXPECT_EQ(read(2, scene), two_hands("left", "right"));
+  EXPECT_EQ(read(kRunFormatVersion, scene), scene);
+  const std::string seen = "motion:\n  sensor:\n    hand:\n      side: right\n";
+  EXPECT_THAT(read(2, seen), HasSubstr("      side: left\n"));
+  // Written again it is a file of today.
+  RunData run = full_run();
+  run.scene = read(2, scene);
+  write_run_file(directory.file("again.h5"), run);
+  EXPECT_EQ(read_run_file(directory.file("again.h5")).scene, run.scene);
 }
 
 TEST(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {

@@ -4,6 +4,7 @@
 
 #include "sim/body/hand_flesh.h"
 #include "sim/mesh/query/face_tree.h"
+#include "tests/support/hand_support.h"
 #include "tests/support/moving_hand_support.h"
 
 namespace touchfield {
@@ -52,8 +53,9 @@ TEST(HandTemplate, IsItselfWithoutProportionsInItsOwnPose) {
 TEST(HandTemplate, ItsVerticesLieOnTheHandItself) {
   const HandTemplate& hand = flat_template();
   const SoftBody flesh = hand_flesh(posed_skeleton(hand.pose(), hand.hand().length, hand.hand().breadth));
+  const Points vertices = support::mirrored(hand.mesh().vertices());  // the flesh is a left hand's
   Eigen::Index off = 0;
-  for (const auto& x : hand.mesh().vertices().colwise()) {
+  for (const auto& x : vertices.colwise()) {
     off += std::abs(flesh.distance(x)) > 1e-6 ? 1 : 0;
   }
   EXPECT_LT(static_cast<double>(off), 0.01 * static_cast<double>(hand.mesh().vertex_count()));
@@ -102,7 +104,8 @@ TEST(HandTemplate, LengthAndBreadthAreThoseOfTheBuiltInHand) {
   by(kLengthRatio) = std::log(0.93);
   by(kBreadthRatio) = std::log(0.92);
   const SoftBody flesh = hand_flesh(posed_skeleton(hand.pose(), other.length, other.breadth));
-  const auto rms_of = [&](const Points& points) {
+  const auto rms_of = [&](const Points& right) {
+    const Points points = support::mirrored(right);
     double squares = 0;
     for (const auto& x : points.colwise()) {
       squares += std::pow(flesh.distance(x), 2);

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <string>
+
+namespace touchfield {
+
+/// A resolved scene with `right` and `left` of its hands exchanged. Until version 2 of run.h5 and 1 of motion.h5 each of
+/// the words meant the other hand.
+std::string with_sides_exchanged(const std::string& scene);
+
+}  // namespace touchfield
