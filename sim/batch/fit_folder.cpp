@@ -1,5 +1,6 @@
 #include "sim/batch/fit_folder.h"
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 
@@ -40,6 +41,15 @@ bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker) {
     }
   }
   return false;
+}
+
+/// Whether the other hand is in the images.
+bool finds_other_hand(const CameraFolder& folder, const FolderFit& how) {
+  HandShape other = how.hand;
+  other.side = other_side(other.side);
+  HandTracker tracker(HandTemplate(other, HandTemplate::kUsualEdge), folder.cameras(),
+                      Box{how.workspace[0], how.workspace[1]});
+  return learn(folder, std::max(how.learning, 1.0), tracker);
 }
 
 std::string frames_csv(const std::vector<FittedFrame>& frames) {
@@ -135,9 +145,11 @@ FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDir
   });
   write_atomically(directory.file("fit.csv"), {frames_csv(fitted.frames)});
   if (steps.empty()) {
-    throw InputError(fmt::format(
-        "the hand was found in none of {} frames; is it in the workspace, and are the cameras' places theirs?",
-        folder.size()));
+    const char* side = how.hand.side == HandSide::kRight ? "left" : "right";
+    throw InputError(fmt::format("the hand was found in none of {} frames; {}", folder.size(),
+                                 finds_other_hand(folder, how)
+                                     ? fmt::format("the images show a {0} hand: give --side {0}", side)
+                                     : "is it in the workspace, and are the cameras' places theirs?"));
   }
   write_atomically(directory.file("times.csv"), {times_csv(steps)});
   write_series(directory.file("skin.pvd"), steps);

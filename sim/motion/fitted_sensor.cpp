@@ -139,31 +139,45 @@ void FittedSensor::start(Progress& progress) {
   find();
 }
 
-void FittedSensor::learn() {
+/// The images that the shape was learnt from; none if it was not.
+std::optional<FittedSensor::Scan> FittedSensor::scan(HandTracker& tracker) const {
   const auto step = static_cast<std::int64_t>(std::ceil(hz_ / kScanHz));
-  std::vector<DepthFrame> frames;
-  double begin = 0;
-  bool learnt = false;
-  for (std::int64_t k = 0; !learnt && time_of(k) < seconds_;) {  // the hand may come into the images later
-    frames.clear();
-    for (begin = time_of(k); time_of(k) < std::min(begin + kScan, seconds_); k += step) {
+  for (std::int64_t k = 0; time_of(k) < seconds_;) {  // the hand may come into the images later
+    std::vector<DepthFrame> frames;
+    const double begin = time_of(k);
+    for (; time_of(k) < std::min(begin + kScan, seconds_); k += step) {
       frames.push_back(images_.at(kScanFrames + k, time_of(k)));
     }
-    learnt = tracker_->learn(frames);
+    if (tracker.learn(frames)) {
+      return Scan{frames.size(), begin};
+    }
   }
+  return std::nullopt;
+}
+
+void FittedSensor::learn() {
   const double length = hand_.hand().length;
-  if (learnt) {
+  if (const auto from = scan(*tracker_)) {
     const HandProportions& by = tracker_->shape().proportions;
     notes_.push_back(fmt::format(
         "scan: before the clock starts the hand's shape was learnt from {} images of the second from {:g} s on; its "
         "length is {:.1f} mm, its breadth {:.1f} mm",
-        frames.size(), begin, length * std::exp(by(kLengthRatio)) / kMillimetre,
+        from->images, from->begin, length * std::exp(by(kLengthRatio)) / kMillimetre,
         hand_.hand().breadth * std::exp(by(kBreadthRatio)) / kMillimetre));
   } else {
     notes_.push_back(fmt::format(
         "scan: within no second of the motion the hand was found in three images; its shape is not learnt, it is "
         "taken to be {:.1f} mm long",
         length / kMillimetre));
+    HandShape other = hand_.hand();
+    other.side = other_side(other.side);
+    HandTracker tracker(HandTemplate(other, HandTemplate::kUsualEdge), images_.cameras,
+                        Box(workspace_[0], workspace_[1]));
+    if (scan(tracker)) {
+      const char* side = other.side == HandSide::kLeft ? "left" : "right";
+      notes_.push_back(
+          fmt::format("scan: the images show a {0} hand: the hand that is fitted must have side: {0}", side));
+    }
   }
 }
 

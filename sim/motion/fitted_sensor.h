@@ -61,6 +61,11 @@ class FittedSensor final : public MotionSensor {
 
  private:
   void learn();
+  struct Scan {
+    std::size_t images;
+    double begin;  // [s]
+  };
+  std::optional<Scan> scan(HandTracker& tracker) const;
   void rehearse(Progress& progress);
   void find();
   Seen seen(const DepthFrame& frame);
