@@ -133,9 +133,14 @@ class Reporter {
   bool terminal_;
 };
 
-void draw(const std::string& directory, const SweepSummary& summary, const SweepCommand& command) {
-  draw_sweep(fmt::format("{}/sweep_{}.{}", directory, command.metric, to_string(command.pictures)), summary,
-             command.metric, command.pictures);
+void draw(const std::string& directory, const SweepSummary& summary, const SweepCommand& command,
+          const Reporter& reporter) {
+  const SweepPlot plot =
+      draw_sweep(fmt::format("{}/sweep_{}.{}", directory, command.metric, to_string(command.pictures)), summary,
+                 command.metric, command.pictures);
+  if (!plot) {
+    reporter.note("no plot: " + plot.why_not);
+  }
 }
 
 /// What the command prints at its end, and its exit code.
@@ -166,7 +171,7 @@ int collect(const SweepCommand& command, const CommonFlags& flags) {
     Reporter::warn(gap);
   }
   write_sweep_tables(command.collect, found.summary);
-  draw(command.collect, found.summary, command);
+  draw(command.collect, found.summary, command, Reporter(flags));
   return report(found.summary, command.collect, flags, 0);
 }
 
@@ -253,7 +258,7 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
     const std::lock_guard lock(open->mutex);
     open->runner = nullptr;
   }
-  draw(directory.path(), result.summary, command);
+  draw(directory.path(), result.summary, command, reporter);
   return report(result.summary, directory.path(), flags, result.computed);
 }
 
@@ -269,15 +274,12 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
       ->type_name(kFolder);
   add_overrides(command, sweep->overrides);
   add_compute_device(command, sweep->overrides);
-  command
-      ->add_option("--jobs", sweep->options.jobs, "Cases at a time; default: one for each body, at most one a thread")
-      ->check(CLI::Range(1, 4096));
-  command
-      ->add_option(
-          "--case-seconds", sweep->options.case_seconds,
-          "Give up a case that takes longer; default: 600 and 20 times what it is expected to, or 10 times the "
-          "longest so far")
-      ->check(CLI::PositiveNumber);
+  add_whole(command, "--jobs", sweep->options.jobs, schema::between(1, kMostThreads),
+            "Cases at a time; default: one for each body, at most one a thread");
+  add_number(command, "--case-seconds", sweep->options.case_seconds, schema::above(0),
+             "Give up a case that takes longer; default: 600 and 20 times what it is expected to, or 10 times the "
+             "longest so far")
+      ->default_str("");
   command->add_option("--shard", sweep->shard, "Compute part i of n only: i/n")->capture_default_str();
   command->add_flag("--resume", sweep->resume,
                     "Go on with the sweep in the output directory; begin it if there is none");

@@ -10,13 +10,24 @@ namespace touchfield {
 /// throws   InputError if there is no such metric
 void require_metric(const std::string& name);
 
-/// A picture of 1200 x 900 pixels of a metric against the parameters whose values are numbers and differ: against one
-/// of them a line a method through the means of its cases; against two of them a map a method, one colour scale for
-/// all.
+/// Whether a sweep was drawn, and if not, why: what follows "no plot: ".
+struct SweepPlot {
+  std::string why_not;
+
+  explicit operator bool() const { return why_not.empty(); }
+};
+
+/// A picture of 1200 x 900 pixels of a metric against inputs of the sweep that are numbers and differ.
 ///
-/// path     where it lands, whole or not at all
-/// returns  false, and writes nothing, unless there are one or two such parameters and two values of one of them
+/// Against one of them: a line for each method or, where other inputs differ too, a panel for each method with a line for
+/// each combination of their values, of which there may be 12. Against two of them, where most pairs of their values
+/// have a case: a map for each method and combination, one colour scale for all. Only over seeds, and cases with the
+/// same inputs, are values averaged, and the caption says so; bars show their spread. An input whose values go one by
+/// one with those of an axis (a zip, random draws) has no line of its own; the caption names it.
+///
+/// path     where it lands, whole or not at all; nothing is written where nothing can be drawn
 /// throws   InputError on an unknown metric; IoError if it cannot be written
-bool draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric, PictureFormat format);
+SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const std::string& metric,
+                     PictureFormat format);
 
 }  // namespace touchfield

@@ -107,6 +107,100 @@ TEST(SweepPicture, TwoParametersGiveAMapAMethod) {
   }
 }
 
+/// Cases of every value of a number with every one of another input; the error is first + second.
+SweepSummary crossed(const std::string& second, const std::vector<std::pair<std::string, double>>& values) {
+  std::vector<SweepRecord> records;
+  for (const auto& [text, more] : values) {
+    for (const int level : {1, 2, 3}) {
+      records.push_back(record(static_cast<int>(records.size()) + 1,
+                               {{second, text}, {"array.level", std::to_string(level)}}, 0.1 * level + more));
+      records.back().methods.pop_back();
+    }
+  }
+  return summary_of({second, "array.level"}, records);
+}
+
+TEST(SweepPicture, AnotherInputGivesALineForEachOfItsValues) {
+  const TemporaryDirectory directory;
+  const std::vector<std::pair<std::string, double>> sizes = {
+      {"[5, 12, 6]", 0.0}, {"[8, 8, 6]", 0.1}, {"[11, 6, 6]", 0.2}, {"[14, 5, 6]", 0.3}};
+  const std::string path = directory.file("sweep.png");
+  ASSERT_TRUE(draw_sweep(path, crossed("target.box.size_mm", sizes), "relative_error", PictureFormat::kPng));
+  const Picture picture(path);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    EXPECT_GT(pixels_of(picture, marker_colour(i)), 400) << i;  // a marker for each level and one in the legend
+  }
+  EXPECT_LT(pixels_of(picture, marker_colour(4)), 5);
+}
+
+TEST(SweepPicture, SeedsAreAveragedAndTheirSpreadIsShown) {
+  const TemporaryDirectory directory;
+  const std::string one = directory.file("one.png");
+  const std::string spread = directory.file("spread.png");
+  ASSERT_TRUE(draw_sweep(one, crossed("array.spread.seed", {{"1", 0.1}}), "relative_error", PictureFormat::kPng));
+  ASSERT_TRUE(draw_sweep(spread, crossed("array.spread.seed", {{"1", 0.0}, {"2", 0.1}, {"3", 0.2}}), "relative_error",
+                         PictureFormat::kPng));
+  // One line through the means, with a bar through each of its points.
+  EXPECT_GT(pixels_of(Picture(spread), marker_colour(0)), pixels_of(Picture(one), marker_colour(0)));
+  EXPECT_LT(pixels_of(Picture(spread), marker_colour(1)), 5);
+  EXPECT_TRUE(
+      draw_sweep(one, crossed("array.spread.seed", {{"1", 0.1}, {"2", 0.1}}), "relative_error", PictureFormat::kPng));
+}
+
+TEST(SweepPicture, SeedsAloneAreAnAxis) {
+  const TemporaryDirectory directory;
+  const SweepSummary seeds =
+      summary_of({"sensing.seed"}, {record(1, {{"sensing.seed", "1"}}, 0.3), record(2, {{"sensing.seed", "2"}}, 0.4)});
+  EXPECT_TRUE(draw_sweep(directory.file("sweep.png"), seeds, "relative_error", PictureFormat::kPng));
+}
+
+TEST(SweepPicture, DrawsAndZipsHaveOneAxis) {
+  const TemporaryDirectory directory;
+  std::vector<SweepRecord> draws;
+  for (const auto& [x, y] : {std::pair{"0.3", "7"}, {"0.1", "8"}, {"0.9", "2"}, {"0.4", "5"}}) {
+    draws.push_back(record(static_cast<int>(draws.size()) + 1, {{"x", x}, {"y", y}}, 0.1));
+    draws.back().methods.pop_back();
+  }
+  const std::string path = directory.file("sweep.png");
+  ASSERT_TRUE(draw_sweep(path, summary_of({"x", "y"}, draws), "relative_error", PictureFormat::kPng));
+  EXPECT_GT(pixels_of(Picture(path), marker_colour(0)), 400);  // markers, no map
+}
+
+TEST(SweepPicture, WhatCannotBeToldApartIsNotDrawn) {
+  const TemporaryDirectory directory;
+  const auto why = [&](int count) {
+    std::vector<std::pair<std::string, double>> names;
+    for (int i = 0; i < count; ++i) {
+      names.emplace_back("name_" + std::to_string(i), 0.01 * i);
+    }
+    return draw_sweep(directory.file("sweep.png"), crossed("name", names), "relative_error", PictureFormat::kPng)
+        .why_not;
+  };
+  EXPECT_EQ(why(12), "");
+  EXPECT_EQ(why(13), "13 combinations of name are more than the 12 that it can tell apart; sweep.csv has them");
+  EXPECT_EQ(draw_sweep(directory.file("none.png"), summary_of({}, {record(1, {}, 0.1)}), "relative_error",
+                       PictureFormat::kPng)
+                .why_not,
+            "no input is a number in every case, and differs");
+}
+
+TEST(SweepPicture, ANumberThatSomeCasesLeaveAloneIsNotAveragedAway) {
+  const TemporaryDirectory directory;
+  std::vector<SweepRecord> records;
+  for (const int level : {1, 2}) {
+    records.push_back(record(2 * level - 1, {{"array.level", std::to_string(level)}}, 0.1 * level));
+    records.push_back(record(2 * level, {{"array.level", std::to_string(level)}, {"array.phase_levels", "16"}}, 0.3));
+    records[records.size() - 2].methods.pop_back();
+    records.back().methods.pop_back();
+  }
+  const std::string path = directory.file("sweep.png");
+  ASSERT_TRUE(draw_sweep(path, summary_of({"array.level", "array.phase_levels"}, records), "relative_error",
+                         PictureFormat::kPng));
+  for (const std::size_t line : {0U, 1U}) {
+    EXPECT_GT(pixels_of(Picture(path), marker_colour(line)), 250) << line;
+  }
+}
+
 TEST(SweepPicture, WithoutAParameterOrAMetricThereIsNone) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("sweep.png");
