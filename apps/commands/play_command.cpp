@@ -9,6 +9,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/acoustics/array_geometry.h"
 #include "sim/batch/play_scene.h"
 #include "sim/core/errors.h"
 #include "sim/motion/frame_budget.h"
@@ -49,7 +50,8 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = read_scene(command.scene, command.overrides);
   if (!scene.motion) {
-    throw InputError(fmt::format("{}: it has no motion to play; `touchfield run` computes a still", command.scene));
+    throw InputError(
+        fmt::format("{}: the scene has no motion: section; `touchfield run` computes a still", command.scene));
   }
   require_apart(command.output, command.scene, scene);
   MotionOptions options{.command_line = invoked.command_line, .threads = threads};
@@ -66,6 +68,7 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
                                   ? "keeps its shape"
                                   : "changes its shape or that of the whole",
                               solved.first().array.size()));
+    progress.note(fmt::format("  array: {}", describe_array(solved.first().array)));
     progress.note("  the solver knows " + sensor_text(scene.motion->sensor));
     for (const std::string& note : options.notes) {
       progress.remark(note);

@@ -8,6 +8,7 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/acoustics/array_geometry.h"
 #include "sim/assess/check.h"
 #include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
@@ -71,6 +72,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
   claimed.fill(progress, [&] {
     progress.log_to(directory.file("run.log"));
     progress.note(first_log_line(scene.name, threads));
+    progress.note(fmt::format("  array: {}", describe_array(model.array)));
     progress.note(fmt::format(
         "  {} faces, {:.2f} edges a wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
         report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,

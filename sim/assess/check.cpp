@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/acoustics/array_geometry.h"
 #include "sim/assess/cost.h"
 #include "sim/assess/expected_steps.h"
 #include "sim/core/errors.h"
@@ -237,7 +238,7 @@ std::string describe_check(const Model& model, const CheckReport& report) {
       "  medium   c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m; {:.3f} kHz, wavelength {:.3f} mm\n",
       model.wave.medium().sound_speed, model.wave.medium().density, model.wave.medium().absorption,
       model.wave.frequency() / 1e3, model.wave.wavelength() / kMillimetre);
-  text += fmt::format("  array    {} channels\n", report.channels);
+  text += fmt::format("  array    {}\n", describe_array(model.array));
   text += fmt::format("  body     {} faces, {} vertices, {} components, {:.1f} cm2, {:.1f} cm3\n", mesh.faces,
                       mesh.vertices, mesh.components, mesh.area * 1e4, mesh.volume * 1e6);
   text += fmt::format(

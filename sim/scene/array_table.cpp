@@ -58,7 +58,7 @@ Codec<Autd3Array> autd3_codec() {
 
 std::optional<PositionsArray> to_positions(const Input& in, const PositionsFile& form) {
   const auto count = form.points.cols();
-  PositionsArray array{.points = form.points, .axes = Vector3::UnitZ().replicate(1, count)};
+  PositionsArray array{.points = form.points, .axes = Vector3::UnitZ().replicate(1, count), .dead = form.dead};
   if (!form.axes) {
     return array;
   }
@@ -90,14 +90,15 @@ Codec<PositionsArray> positions_codec() {
           .allowed_with({"points_mm"})
           .add({.name = "file",
                 .type = from_file.type,
-                .help = "A file of lines x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,ax,ay,az; # starts a comment, the first line "
-                        "may be a header.",
+                .help = "A table of transducers. Its header names the columns, in any order: x_mm, y_mm and, if there "
+                        "are, z_mm, the axis nx, ny, nz, alive (0 or 1); lengths in um, mm, cm or m (x_m). Without a "
+                        "header: x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,nx,ny,nz.",
                 .example = "array.csv"},
                from_file.read, [](const PositionsFile&) { return std::nullopt; })
           .exactly_one({"points_mm", "file"})
           .codec(),
       to_positions, [](const PositionsArray& array) {
-        return PositionsFile{array.points, array.axes};
+        return PositionsFile{array.points, array.axes, {}};
       });
 }
 

@@ -1,3 +1,5 @@
+#include <utility>
+
 #include <fmt/format.h>
 
 #include "sim/scene/number_files.h"
@@ -67,6 +69,20 @@ Codec<SpreadSpec> spread_codec() {
 
 bool check_calibration(const Input& array, ArraySpec& spec) {
   const Entry* entry = array.node().find("calibration");
+  if (auto* positions = std::get_if<PositionsArray>(&spec.layout); positions && !positions->dead.empty()) {
+    if (entry) {
+      array.at(*entry).problem("array.positions.file says which transducers are dead; leave one of them out");
+      return false;
+    }
+    const auto channels = static_cast<std::size_t>(positions->points.cols());
+    spec.calibration = CalibrationSpec{};
+    spec.calibration->gain.assign(channels, 1.0);
+    spec.calibration->phase.assign(channels, 0.0);
+    for (const Eigen::Index dead : std::exchange(positions->dead, {})) {
+      spec.calibration->gain[static_cast<std::size_t>(dead)] = 0.0;
+    }
+    return true;
+  }
   if (!entry || !spec.calibration) {
     return true;
   }

@@ -11,17 +11,18 @@ MeasuredPoints read_measured_points(const std::string& path) {
   using schema::Unit;
   const Unit millimetres = Unit::power_of_ten(-3);
   const Unit plain = Unit::power_of_ten(0);
-  const std::vector<schema::TableColumn> known = {{"x_mm", millimetres, {}, true},
-                                                  {"y_mm", millimetres, {}, true},
-                                                  {"z_mm", millimetres, {}, true},
-                                                  {"p_pa", plain, schema::at_least(0)},
-                                                  {"p_re", plain},
-                                                  {"p_im", plain}};
+  const schema::TableForm form = {{{"x_mm", millimetres, {}, true},
+                                   {"y_mm", millimetres, {}, true},
+                                   {"z_mm", millimetres, {}, true},
+                                   {"p_pa", plain, schema::at_least(0)},
+                                   {"p_re", plain},
+                                   {"p_im", plain}},
+                                  "points"};
   schema::Reading reading(path, {});
   const schema::Node nowhere;
   const schema::Input in(nowhere, "", reading);
   schema::FileReport report(in, path);
-  const auto table = schema::read_number_table(report, known, "points");
+  const auto table = schema::read_number_table(report, form);
   const bool complex = table && table->has("p_re");
   if (table && (complex == table->has("p_pa") || complex != table->has("p_im"))) {
     report.add("the header must name p_pa, or p_re and p_im");

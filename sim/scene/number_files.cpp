@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -11,8 +12,6 @@
 namespace touchfield::schema {
 
 namespace {
-
-constexpr int kMilliPower = -3;
 
 // Parts between commas and white space of any length.
 std::vector<std::string_view> words(std::string_view line) {
@@ -26,8 +25,95 @@ std::vector<std::string_view> words(std::string_view line) {
   return parts;
 }
 
-bool looks_like_header(const std::vector<std::string_view>& parts) {
-  return std::ranges::none_of(parts, [](std::string_view part) { return part.empty() || parse_decimal(part); });
+/// Of columns that only say which row is which.
+std::vector<TableColumn> names_of_rows() {
+  std::vector<TableColumn> columns;
+  for (const char* name : {"id", "index", "no", "nr", "n", "number", "transducer", "element", "name", "label"}) {
+    columns.push_back({.name = name, .unit = Unit::power_of_ten(0), .ignored = true});
+  }
+  return columns;
+}
+
+TableForm positions_form() {
+  const Unit plain = Unit::power_of_ten(0);
+  const Unit millimetres = Unit::power_of_ten(-3);
+  const std::string drives =
+      "a positions file does not hold it; solve.methods: {fixed: {phases_file}} drives transducers by given phases, "
+      "array.calibration: {file} says what each one adds to its drive";
+  TableForm form{{{"x_mm", millimetres, {}, true},
+                  {"y_mm", millimetres, {}, true},
+                  {"z_mm", millimetres},
+                  {.name = "nx", .unit = plain, .also = {"ax", "axis_x", "normal_x", "n_x"}},
+                  {.name = "ny", .unit = plain, .also = {"ay", "axis_y", "normal_y", "n_y"}},
+                  {.name = "nz", .unit = plain, .also = {"az", "axis_z", "normal_z", "n_z"}},
+                  {.name = "channel", .unit = plain, .range = at_least(0)},
+                  {.name = "alive", .unit = plain, .range = between(0, 1), .also = {"enabled"}},
+                  {.name = "dead", .unit = plain, .range = between(0, 1)}},
+                 "positions",
+                 {3, 6}};
+  for (const char* name : {"phase", "phase_rad", "phase_deg", "amplitude", "gain"}) {
+    form.known.push_back({.name = name, .unit = plain, .refused = drives});
+  }
+  std::ranges::move(names_of_rows(), std::back_inserter(form.known));
+  return form;
+}
+
+/// The axes of a table; nothing if it has none. Reports one of length 0, and a direction of which a part is missing.
+std::optional<Points> axes_of(FileReport& report, const NumberTable& table) {
+  const char* const names[] = {"nx", "ny", "nz"};
+  const auto count = std::ranges::count_if(names, [&](const char* name) { return table.has(name); });
+  if (count == 0) {
+    return std::nullopt;
+  }
+  if (count != 3) {
+    report.add("the header must name nx, ny and nz, or none of them");
+    return std::nullopt;
+  }
+  Points axes(3, static_cast<Eigen::Index>(table.rows()));
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    axes.row(i) = Eigen::Map<const Eigen::RowVectorXd>(table.columns.at(names[i]).data(), axes.cols());
+  }
+  for (Eigen::Index row = 0; row < axes.cols() && !report.full(); ++row) {
+    if (axes.col(row).isZero(0)) {
+      report.add(table.lines[static_cast<std::size_t>(row)], "the axis must not be zero");
+    }
+  }
+  return axes;
+}
+
+/// A row is a channel: those of a table that numbers them must stand in their order.
+void check_channels(FileReport& report, const NumberTable& table) {
+  if (!table.has("channel")) {
+    return;
+  }
+  const std::vector<double>& channels = table.columns.at("channel");
+  for (std::size_t row = 1; row < channels.size() && !report.full(); ++row) {
+    if (!(channels[row] > channels[row - 1])) {
+      report.add(table.lines[row],
+                 fmt::format("channel = {:.15g} must be above {:.15g}, that of the row before it: rows are channels in "
+                             "their order",
+                             channels[row], channels[row - 1]));
+    }
+  }
+}
+
+/// Rows of transducers that make no sound.
+std::vector<Eigen::Index> dead_of(FileReport& report, const NumberTable& table) {
+  if (table.has("alive") && table.has("dead")) {
+    report.add("the header must name alive or dead, one of them");
+  }
+  std::vector<Eigen::Index> dead;
+  for (const char* name : {"alive", "dead"}) {
+    for (std::size_t row = 0; table.has(name) && row < table.rows() && !report.full(); ++row) {
+      const double value = table.columns.at(name)[row];
+      if (value != 0.0 && value != 1.0) {
+        report.add(table.lines[row], fmt::format("{} = {:.15g} must be 0 or 1", name, value));
+      } else if ((value == 0.0) == (name == std::string_view("alive"))) {
+        dead.push_back(static_cast<Eigen::Index>(row));
+      }
+    }
+  }
+  return dead;
 }
 
 }  // namespace
@@ -61,75 +147,35 @@ std::optional<std::vector<double>> read_phases(const Input& in, const std::strin
 
 std::optional<PositionsFile> read_positions(const Input& in, const std::string& path) {
   FileReport report(in, path);
-  const auto text = report.text();
-  if (!text) {
+  const TableForm form = positions_form();
+  const auto table = read_number_table(report, form);
+  if (!table) {
     return std::nullopt;
   }
-  std::vector<double> values;
-  std::size_t columns = 0;
-  bool first = true;
-  for_each_line(*text, [&](int number, std::string_view line) {
-    if (trimmed(line).empty() || report.full()) {
-      return;
-    }
-    const auto parts = cells(line);
-    const bool header = first && looks_like_header(parts);
-    first = false;
-    if (header) {
-      return;
-    }
-    if (parts.size() != 3 && parts.size() != 6) {
-      report.add(number, fmt::format("{} value{}, must be 3 or 6", parts.size(), parts.size() == 1 ? "" : "s"));
-      return;
-    }
-    if (columns == 0) {
-      columns = parts.size();
-    }
-    if (parts.size() != columns) {
-      report.add(number, fmt::format("{} values, must be {} as in the first line", parts.size(), columns));
-      return;
-    }
-    bool zero_axis = columns == 6;
-    for (std::size_t i = 0; i < columns; ++i) {
-      const auto value = report.number(number, parts[i], i < 3 ? kMilliPower : 0);
-      if (value) {
-        values.push_back(*value);
-      }
-      if (i >= 3 && value != 0.0) {
-        zero_axis = false;
-      }
-    }
-    if (zero_axis) {
-      report.add(number, "the axis must not be zero");
-    }
-  });
-  if (!report.failed() && columns == 0) {
-    report.add("no position in it, must hold at least one");
-  }
-  report.require_few(columns == 0 ? 0 : values.size() / columns, "positions");
-  if (report.failed() || columns == 0) {
-    return std::nullopt;
-  }
-
-  const auto rows = static_cast<Eigen::Index>(values.size() / columns);
-  const Eigen::Map<const Eigen::MatrixXd> table(values.data(), static_cast<Eigen::Index>(columns), rows);
   PositionsFile file;
-  file.points = table.topRows(3);
-  if (columns == 6) {
-    file.axes = table.bottomRows(3);
+  file.points = Points::Zero(3, static_cast<Eigen::Index>(table->rows()));
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (const auto column = table->columns.find(form.known[static_cast<std::size_t>(i)].name);
+        column != table->columns.end()) {
+      file.points.row(i) = Eigen::Map<const Eigen::RowVectorXd>(column->second.data(), file.points.cols());
+    }
   }
-  return file;
+  file.axes = axes_of(report, *table);
+  check_channels(report, *table);
+  file.dead = dead_of(report, *table);
+  return report.failed() ? std::nullopt : std::optional(std::move(file));
 }
 
 std::optional<CalibrationFile> read_calibration(const Input& in, const std::string& path, std::size_t channels) {
   const Unit plain = Unit::power_of_ten(0);
-  const std::vector<TableColumn> known = {{"channel", plain, at_least(0), true},
-                                          {"gain", plain, at_least(0), true},
-                                          {"phase_rad", plain, {}},
-                                          {"phase_deg", Unit::degree(), {}},
-                                          {"alive", plain, between(0, 1)}};
+  const TableForm form = {{{"channel", plain, at_least(0), true},
+                           {"gain", plain, at_least(0), true},
+                           {"phase_rad", plain},
+                           {"phase_deg", Unit::degree()},
+                           {"alive", plain, between(0, 1)}},
+                          "channels"};
   FileReport report(in, path);
-  const auto table = read_number_table(report, known, "channels");
+  const auto table = read_number_table(report, form);
   if (!table) {
     return std::nullopt;
   }

@@ -11,8 +11,9 @@ namespace touchfield::schema {
 
 /// Columns of a positions file; axes as written, not yet of unit length.
 struct PositionsFile {
-  Points points;               // [m]
-  std::optional<Points> axes;  // if the file has six columns
+  Points points;                     // [m]
+  std::optional<Points> axes;        // if the file has them
+  std::vector<Eigen::Index> dead{};  // rows of transducers that make no sound
 };
 
 /// Numbers separated by commas or white space; # starts a comment. [rad]
@@ -33,7 +34,10 @@ struct CalibrationFile {
 /// channels   of the array
 std::optional<CalibrationFile> read_calibration(const Input& in, const std::string& path, std::size_t channels);
 
-/// Lines x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,ax,ay,az, all alike; # starts a comment, and the first line may be a header.
+/// A table of transducers (number_table.h): x and y, and z, nx, ny, nz, channel, alive or dead where the header names
+/// them; lengths without a unit are in mm, z is 0 and axes are +z where there are none. Columns that name rows (id, ...)
+/// are not read; phases and gains are refused, with the key that takes them. Without a header: x, y, z in mm, or these
+/// and the axes.
 std::optional<PositionsFile> read_positions(const Input& in, const std::string& path);
 
 }  // namespace touchfield::schema

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <string>
@@ -15,12 +16,12 @@ namespace touchfield::schema {
 /// A text without the blanks at its ends.
 std::string_view trimmed(std::string_view text);
 
-/// Parts between single commas.
-std::vector<std::string_view> cells(std::string_view line);
+/// Parts between single commas, or another separator; between blanks it is any number of them.
+std::vector<std::string_view> cells(std::string_view line, char separator = ',');
 
-/// Lines of a text without comments and end marks, with their numbers from 1.
+/// Lines of a text without end marks, each with its number from 1, what is before a # and what is behind it.
 template <class Visit>
-void for_each_line(std::string_view text, const Visit& visit) {
+void for_each_commented_line(std::string_view text, const Visit& visit) {
   for (int number = 1; !text.empty(); ++number) {
     const auto end = text.find('\n');
     std::string_view line = text.substr(0, end);
@@ -28,8 +29,15 @@ void for_each_line(std::string_view text, const Visit& visit) {
     if (!line.empty() && line.back() == '\r') {
       line.remove_suffix(1);
     }
-    visit(number, line.substr(0, line.find('#')));
+    const auto mark = std::min(line.find('#'), line.size());
+    visit(number, line.substr(0, mark), line.substr(std::min(mark + 1, line.size())));
   }
+}
+
+/// The same without comments.
+template <class Visit>
+void for_each_line(std::string_view text, const Visit& visit) {
+  for_each_commented_line(text, [&](int number, std::string_view line, std::string_view) { visit(number, line); });
 }
 
 /// Reports what is wrong with a file; stops after a few lines, since the rest is usually wrong in the same way.
@@ -63,27 +71,43 @@ class FileReport {
 
 /// A column that a table may have.
 struct TableColumn {
-  std::string name;
+  std::string name;  // with its unit, if it has one: x_mm, phase_rad
   Unit unit;
   Range range{};
   bool required = false;
+  std::vector<std::string> also{};  // other names of it, without their unit: ax for nx
+  bool ignored = false;             // read past, whatever it holds
+  std::string refused{};            // why a table of this kind cannot hold it, and what does
 };
 
 /// Rows of numbers by the names in the header, in SI units.
 struct NumberTable {
-  std::vector<int> lines;                              // of the rows
-  std::map<std::string, std::vector<double>> columns;  // a value a row; those that the file has
+  std::vector<int> lines;  // of the rows
+  std::map<std::string, std::vector<double>>
+      columns;  // by their known names: one value per row; those that the file has
 
   bool has(const std::string& name) const { return columns.contains(name); }
   std::size_t rows() const { return lines.size(); }
 };
 
+/// What a kind of table holds.
+struct TableForm {
+  std::vector<TableColumn> known;
+  const char* rows;  // how messages call what a row is, in the plural
+  /// How many columns a table without a header may have: so many of the known ones, in their order. Empty: a header must
+  /// come first. Names of lengths then mean their known unit where they have none: x is x_mm.
+  std::vector<std::size_t> without_header{};
+};
+
 /// A table whose first line names its columns, in any order, and whose others hold a number for each.
 ///
-/// rows      how messages call what a row is, in the plural
-/// returns   nothing after a report: a column that is unknown, missing or there twice, a row of another length, what is
-///           no number or out of its range
-std::optional<NumberTable> read_number_table(FileReport& report, const std::vector<TableColumn>& known,
-                                             const char* rows);
+/// Names count whatever their case and quotes, with their unit as x_mm, x mm, x (mm), x [mm] or x/mm; lengths may be in
+/// um, mm, cm or m, each column in its own. The header may be a comment too, the last one before the first row, if it
+/// has as many words as that and names all columns that are required. A first column without a name is an index.
+/// Cells stand between semicolons, else commas, else tabs, else blanks, whichever the first line has.
+///
+/// returns   nothing after a report: a column that is unknown, missing or there twice, lengths with and without units,
+///           a row of another length, what is no number or out of its range
+std::optional<NumberTable> read_number_table(FileReport& report, const TableForm& form);
 
 }  // namespace touchfield::schema

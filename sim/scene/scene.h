@@ -49,8 +49,9 @@ struct Autd3Array {
 };
 struct SonicsurfaceArray {};
 struct PositionsArray {
-  Points points;  // [m]
-  Points axes;    // unit vectors
+  Points points;                     // [m]
+  Points axes;                       // unit vectors
+  std::vector<Eigen::Index> dead{};  // what a file says of channels, until the scene's calibration has it
 };
 struct PlaneWaveArray {
   Vector3 direction = Vector3::UnitZ();

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/scene/number_table.h"
 #include "sim/scene/suggest.h"
 
 namespace touchfield::schema {
@@ -419,9 +420,27 @@ bool check_keys(const Input& in, const MapInfo& info) {
   return good;
 }
 
+namespace {
+
+/// How a list is written that lacks its brackets; empty if a value looks like none.
+std::string in_brackets(const Node& node) {
+  constexpr std::size_t kLongest = 40;
+  if (node.kind != Node::Kind::kScalar || node.text.size() > kLongest ||
+      node.text.find_first_of("[]{}") != std::string::npos) {
+    return "";
+  }
+  std::vector<std::string_view> parts;
+  for (const std::string_view by_comma : cells(node.text)) {
+    std::ranges::copy(cells(by_comma, ' '), std::back_inserter(parts));
+  }
+  return parts.size() > 1 ? fmt::format("; write [{}]", fmt::join(parts, ",")) : "";
+}
+
+}  // namespace
+
 bool check_list(const Input& in, const TypeInfo& type) {
   if (in.node().kind != Node::Kind::kList) {
-    in.must_be(list_phrase(type, false));
+    in.must_be(list_phrase(type, false) + in_brackets(in.node()));
     return false;
   }
   const auto count = in.node().items.size();

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "sim/acoustics/array_geometry.h"
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
 #include "sim/core/rotation.h"
@@ -45,6 +47,19 @@ struct LayoutBuilder {
             Eigen::VectorXi::LinSpaced(n, 0, static_cast<int>(n) - 1)};
   }
   ArrayLayout operator()(const PlaneWaveArray&) const { throw std::logic_error("a plane wave has no layout"); }
+};
+
+/// Where a layout comes from in the scene, and what to look at there if nobody can have built it.
+struct LayoutAdvice {
+  using Texts = std::pair<const char*, const char*>;
+  Texts operator()(const GridArray& /*grid*/) const { return {"array.grid", "is pitch_mm in mm?"}; }
+  Texts operator()(const Autd3Array& /*autd3*/) const {
+    return {"array.autd3", "do units overlap, and are at_mm and pitch_mm in mm?"};
+  }
+  Texts operator()(const PositionsArray& /*list*/) const {
+    return {"array.positions", "are the positions in mm? The header of a file says what they are in: x_m,y_m,z_m"};
+  }
+  Texts operator()(const auto& /*other*/) const { return {"array", "are its lengths in mm?"}; }
 };
 
 Directivity build_directivity(const ArraySpec& spec, const Wave& wave) {
@@ -189,7 +204,10 @@ TransducerArray build_array(const ArraySpec& spec, const Wave& wave) {
     return plane_wave(extrinsic_rotation(spec.angles) * plane->direction, spec.level * plane->amplitude);
   }
   const ArrayLayout layout = placed_layout(std::visit(LayoutBuilder{}, spec.layout), spec.at, spec.angles);
-  return make_array(layout, build_directivity(spec, wave), spec.level, spec.source_strength);
+  TransducerArray array = make_array(layout, build_directivity(spec, wave), spec.level, spec.source_strength);
+  const auto [field, advice] = std::visit(LayoutAdvice{}, spec.layout);
+  require_real_array(array, wave.wavelength(), field, advice);
+  return array;
 }
 
 Medium build_medium(const MediumSpec& spec, double frequency) {

@@ -73,6 +73,7 @@ bool judged_elsewhere(const Scene& scene);
 Medium build_medium(const MediumSpec& spec, double frequency);
 
 /// The array of a scene as it was designed, in the world's frame.
+/// throws   InputError as make_array and require_real_array
 TransducerArray build_array(const ArraySpec& spec, const Wave& wave);
 
 /// Whether boxes about the transducers and the mesh are further apart than so much [m]: no question then of what lies nearer.

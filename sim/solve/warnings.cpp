@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
 #include <fmt/format.h>
 
+#include "sim/acoustics/array_geometry.h"
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/mesh_risks.h"
@@ -192,6 +194,7 @@ Remarks model_remarks(const Model& model) {
         fmt::format("thin_body: the body is {:.2f} edges thick {}; its two sides need edges no longer than that",
                     risks.thickness, at(risks.thickness_at)));
   }
+  std::ranges::copy(array_warnings(model.array, model.wave.wavelength()), std::back_inserter(remarks.warnings));
   warn_of_body_behind(model, remarks);
   warn_of_near_source(model, remarks);
   if (target) {

@@ -25,6 +25,8 @@ struct Remarks {
 ///   size_jump       faces that share an edge differ more than 3 times in size
 ///   narrow_gap      two parts of the skin look at each other through less than one edge of air
 ///   thin_body       the same through less than two edges of the body
+///   array_pitch     two transducers nearer than an eighth of a wavelength
+///   array_size      an array more than 2 m across
 ///   behind_array    more than half of the transducers, which radiate ahead, point away from the target or the body
 ///   near_source     a transducer nearer to the skin than a local edge
 ///   both_sides      a target box holds two sides of a body: more than a tenth of its faces look at each other through it

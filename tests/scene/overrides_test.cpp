@@ -7,6 +7,7 @@ namespace touchfield {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::kSmallScene;
@@ -91,6 +92,16 @@ TEST(SceneOverrides, ProblemsNameTheOverride) {
                           "did you mean humidity_percent?",
                           "--set body.edge_mm=[1]: body.edge_mm: a list, must be a number",
                           "--set array.at_mm=[0, .nan, 0]: array.at_mm[1] = .nan must be a finite number"));
+}
+
+TEST(SceneOverrides, AListWithoutBracketsIsShownWithThem) {
+  EXPECT_THAT(
+      problems_with({"array.at_mm=1,-2,3"}),
+      ElementsAre("--set array.at_mm=1,-2,3: array.at_mm = 1,-2,3 must be a list of 3 numbers; write [1,-2,3]"));
+  EXPECT_THAT(problems_with({"array.at_mm=1 2 3"}),
+              ElementsAre(EndsWith("must be a list of 3 numbers; write [1,2,3]")));
+  EXPECT_THAT(problems_with({"array.at_mm=1"}), ElementsAre(EndsWith("must be a list of 3 numbers")));
+  EXPECT_THAT(problems_with({}, kSmallScene + "write: h5, vtp\n"), ElementsAre(EndsWith("; write [h5,vtp]")));
 }
 
 TEST(SceneOverrides, ProblemsOfTheFileComeFirst) {

@@ -1,0 +1,134 @@
+#include "sim/acoustics/array_geometry.h"
+
+#include <chrono>
+#include <limits>
+#include <random>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/rotation.h"
+#include "sim/core/units.h"
+#include "tests/support/error_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::message_of;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr double kWavelength = 8.58e-3;  // at 40 kHz
+
+TransducerArray built(const ArrayLayout& layout) { return make_array(layout, Directivity::omni(), 1, 1); }
+
+std::string refusal(const ArrayLayout& layout, double wavelength = kWavelength) {
+  return message_of<InputError>([&] { require_real_array(built(layout), wavelength, "array.grid", "is it in mm?"); });
+}
+
+TEST(ArrayGeometry, IsDescribed) {
+  EXPECT_EQ(describe_array(built(sonicsurface_layout())),
+            "256 transducers, 157.5 x 157.5 mm, pitch 10.5 mm, facing +z");
+  EXPECT_EQ(describe_array(
+                built(transformed(grid_layout(2, 1, 0.01), extrinsic_rotation({0, 90 * kDegree, 0}), Vector3::Zero()))),
+            "2 transducers, 10 mm, pitch 10 mm, facing +x");
+  EXPECT_EQ(describe_array(built(
+                transformed(grid_layout(3, 2, 0.01), extrinsic_rotation({180 * kDegree, 0, 0}), Vector3::Zero()))),
+            "6 transducers, 20 x 10 mm, pitch 10 mm, facing -z");
+  EXPECT_THAT(describe_array(built(
+                  transformed(grid_layout(3, 1, 0.01), extrinsic_rotation({30 * kDegree, 0, 0}), Vector3::Zero()))),
+              HasSubstr("facing (0.00, -0.50, 0.87)"));
+  EXPECT_THAT(describe_array(built(grid_layout(1, 1, 0.01))), HasSubstr("1 transducer at (0.00, 0.00, 0.00) mm"));
+  EXPECT_EQ(describe_array(plane_wave({0, 0, -1}, 1)), "a plane wave along (0.00, 0.00, -1.00)");
+  // The boards of AUTD3 units do not meet at the pitch.
+  EXPECT_THAT(describe_array(built(autd3_tiles(2, 1, kAutd3Pitch))), HasSubstr("498 transducers, 364.7 x 132.1 mm"));
+}
+
+TEST(ArrayGeometry, TwoArraysThatFaceEachOtherFaceManyWays) {
+  const ArrayLayout below = grid_layout(4, 4, 0.01);
+  const ArrayLayout above = transformed(below, extrinsic_rotation({180 * kDegree, 0, 0}), {0, 0, 0.2});
+  EXPECT_THAT(describe_array(built(joined({below, above}))), HasSubstr("facing many ways"));
+  const ArrayLayout tilted = transformed(below, extrinsic_rotation({40 * kDegree, 0, 0}), {0, 0.1, 0});
+  EXPECT_THAT(describe_array(built(joined({below, tilted}))),
+              HasSubstr("facing (0.00, -0.34, 0.94) within 20 degrees"));
+}
+
+TEST(ArrayGeometry, TheNearestTwoAreFoundAmongMany) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> somewhere(0, 0.5);
+  for (const int count : {2, 3, 17, 300}) {
+    ArrayLayout layout{Points(3, count), Vector3::UnitZ().replicate(1, count), Eigen::VectorXi::Zero(count),
+                       Eigen::VectorXi::Zero(count)};
+    for (Eigen::Index i = 0; i < layout.positions.size(); ++i) {
+      layout.positions.data()[i] = somewhere(random);
+    }
+    double least = std::numeric_limits<double>::infinity();
+    double largest = 0;
+    for (int a = 0; a < count; ++a) {
+      double nearest = std::numeric_limits<double>::infinity();
+      for (int b = 0; b < count; ++b) {
+        if (b != a) {
+          nearest = std::min(nearest, (layout.positions.col(a) - layout.positions.col(b)).norm());
+        }
+      }
+      least = std::min(least, nearest);
+      largest = std::max(largest, nearest);
+    }
+    const ArrayGeometry geometry = array_geometry(built(layout));
+    EXPECT_DOUBLE_EQ(geometry.least_pitch, least);
+    EXPECT_DOUBLE_EQ(geometry.largest_pitch, largest);
+    EXPECT_DOUBLE_EQ((layout.positions.col(geometry.nearest[0]) - layout.positions.col(geometry.nearest[1])).norm(),
+                     least);
+  }
+}
+
+TEST(ArrayGeometry, AHundredThousandTakeNoTime) {
+  const TransducerArray array = built(grid_layout(400, 250, 0.01));
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_DOUBLE_EQ(array_geometry(array).least_pitch, 0.01);
+  // 0.1 s on an idle machine; all pairs are ten thousand million.
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(), 3.0);
+}
+
+TEST(ArrayGeometry, ArraysThatNobodyBuiltAreRefused) {
+  EXPECT_THAT(
+      refusal(grid_layout(16, 16, 10.5e-6)),
+      AllOf(HasSubstr("array.grid: transducers 0 and "),
+            HasSubstr("are 0.0105 mm apart, at (-0.08, -0.08, 0.00) mm; they must be at least 1 mm apart: is it "
+                      "in mm?")));
+  EXPECT_THAT(refusal(joined({grid_layout(2, 1, 0.01), grid_layout(2, 1, 0.01)})), HasSubstr("are in one place, ("));
+  EXPECT_THAT(refusal(grid_layout(16, 16, 10.5)), AllOf(HasSubstr("222.7 m across"), HasSubstr("at most 20 m")));
+  EXPECT_NO_THROW(require_real_array(built(grid_layout(3, 3, 1e-3)), kWavelength, "", ""));
+  EXPECT_NO_THROW(require_real_array(built(grid_layout(1, 1, 1e-3)), kWavelength, "", ""));
+  EXPECT_NO_THROW(require_real_array(plane_wave({0, 0, 1}, 1), kWavelength, "", ""));
+  // Half a wavelength at 200 kHz, as micromachined transducers have it.
+  EXPECT_NO_THROW(require_real_array(built(grid_layout(3, 3, 0.86e-3)), 1.72e-3, "", ""));
+  EXPECT_THAT(refusal(grid_layout(3, 3, 0.2e-3), 1.72e-3), HasSubstr("at least 0.2"));
+}
+
+TEST(ArrayGeometry, AxesMustHaveALength) {
+  for (const double length : {0.0, 2.0, std::numeric_limits<double>::quiet_NaN()}) {
+    ArrayLayout layout = grid_layout(2, 1, 0.01);
+    layout.axes.col(1) *= length;
+    EXPECT_THAT(message_of<InputError>([&] { built(layout); }), HasSubstr("the axis of transducer 1 has length"));
+  }
+}
+
+TEST(ArrayGeometry, LikelySlipsAreWarnings) {
+  EXPECT_THAT(array_warnings(built(sonicsurface_layout()), kWavelength), IsEmpty());
+  EXPECT_THAT(array_warnings(built(grid_layout(200, 2, 10e-3)), kWavelength), IsEmpty());
+  EXPECT_THAT(array_warnings(built(grid_layout(4, 4, 1.05e-3)), kWavelength),
+              ElementsAre(AllOf(HasSubstr("array_pitch: transducers 0 and "), HasSubstr("are 1.05 mm apart"))));
+  EXPECT_THAT(array_warnings(built(grid_layout(16, 16, 0.105)), kWavelength),
+              ElementsAre(HasSubstr("array_size: the array is 2.227 m across")));
+  // 10 mm at 4 kHz, where 40 was meant.
+  EXPECT_THAT(array_warnings(built(grid_layout(4, 4, 10e-3)), 10 * kWavelength),
+              ElementsAre(HasSubstr("is frequency_khz right?")));
+  EXPECT_THAT(array_warnings(plane_wave({0, 0, 1}, 1), kWavelength), IsEmpty());
+}
+
+}  // namespace
+}  // namespace touchfield
