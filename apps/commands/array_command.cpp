@@ -11,6 +11,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/device_options.h"
 #include "apps/commands/standard_streams.h"
+#include "hardware/link_address.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
@@ -25,8 +26,8 @@ struct ArrayCommand {
   std::string run;                                         // whose array the device is; empty: what the link says
   std::vector<double> at_mm = {0, 0, 150};                 // of the test's focus, in the array's frame
   double temperature_c = kRoomTemperature - kZeroCelsius;  // of the air, for the focus
-  long first = 0;                                          // transducer of the walk
-  std::optional<long> count;                               // of the walk; default: to the last
+  int first = 0;                                           // transducer of the walk
+  std::optional<int> count;                                // of the walk; default: to the last
   double dwell = 0.5;                                      // on each transducer of the walk [s]
 };
 
@@ -133,7 +134,17 @@ int list(const ArrayCommand& command, const CommonFlags& flags) {
   return 0;
 }
 
+/// What a dry run stands for is the array of a run.
+void require_device(const ArrayCommand& command, const char* action) {
+  if (command.run.empty() && parse_link_address(command.options.device.link).kind == LinkAddress::Kind::kDryRun) {
+    throw InputError(fmt::format(
+        "array {} needs a device: add --to sonicsurface:PORT or --to autd3:..., or --run RUN to try it without one",
+        action));
+  }
+}
+
 int off(const ArrayCommand& command, const CommonFlags& flags) {
+  require_device(command, "off");
   const auto array = array_of(command.run);
   const std::unique_ptr<ArrayLink> link = local_link(command.options.device, array ? layout_of(*array) : ArrayLayout{});
   link->open();
@@ -148,6 +159,7 @@ int off(const ArrayCommand& command, const CommonFlags& flags) {
 }
 
 int test(const ArrayCommand& command, const CommonFlags& flags) {
+  require_device(command, "test");
   EmissionPlan plan = plan_of(command);
   const Vector3 at = Eigen::Map<const Vector3>(command.at_mm.data()) * kMillimetre;
   const Wave wave(air(command.temperature_c + kZeroCelsius), kFrequency);
@@ -158,16 +170,14 @@ int test(const ArrayCommand& command, const CommonFlags& flags) {
 }
 
 int walk(const ArrayCommand& command, const CommonFlags& flags) {
-  if (!(command.dwell > 0) || !std::isfinite(command.dwell)) {
-    throw InputError(fmt::format("--dwell = {} must be > 0 and finite", command.dwell));
-  }
+  require_device(command, "walk");
   EmissionPlan plan = plan_of(command);
   plan.request.rate = 1 / command.dwell;
   ArrayLayout layout;
   plan.drives = [&](const ArrayLayout& device) {
     layout = device;
     const auto n = static_cast<long>(device.positions.cols());
-    const long count = command.count.value_or(n - command.first);
+    const long count = command.count ? *command.count : n - command.first;
     if (command.first >= n || count > n - command.first) {
       throw InputError(
           fmt::format("--first = {}, --count = {}: the device has transducers 0 to {}", command.first, count, n - 1));
@@ -210,18 +220,18 @@ void add_array_command(CLI::App& app, Invocation& invocation) {
   add_action("list", "Links there are and serial ports; with --to: what that device is", list);
   CLI::App* focus = add_action("test", "A focus at a point", test);
   add_emission(focus, array->options);
-  focus->add_option("--at-mm", array->at_mm, "The focus, x y z in the array's own frame")
-      ->expected(3)
-      ->capture_default_str();
-  focus->add_option("--temperature-c", array->temperature_c, "Of the air")->capture_default_str();
-  focus->add_option("--seconds", array->options.request.seconds, "Time of emission; default: 1");
+  add_numbers(focus, "--at-mm", array->at_mm, {}, "The focus, x y z in the array's own frame")->expected(3);
+  add_number(focus, "--temperature-c", array->temperature_c, schema::between(-50, 60), "Of the air");
+  add_number(focus, "--seconds", array->options.request.seconds, schema::above(0), "Time of emission; default: 1");
   CLI::App* one_by_one = add_action("walk", "One transducer after another, to check the wiring", walk);
   add_emission(one_by_one, array->options);
-  one_by_one->add_option("--first", array->first, "Number of the first transducer, from 0")
-      ->check(CLI::NonNegativeNumber)
-      ->capture_default_str();
-  one_by_one->add_option("--count", array->count, "How many; default: to the last")->check(CLI::PositiveNumber);
-  one_by_one->add_option("--dwell", array->dwell, "Time on each [s]")->capture_default_str();
+  constexpr double kMostTransducers = 1e6;
+  add_whole(one_by_one, "--first", array->first, schema::between(0, kMostTransducers),
+            "Number of the first transducer, from 0")
+      ->default_str("0");
+  add_whole(one_by_one, "--count", array->count, schema::between(1, kMostTransducers),
+            "How many; default: to the last");
+  add_number(one_by_one, "--dwell", array->dwell, schema::above(0), "Time on each [s]");
   add_action("off", "Switch every transducer off", off);
 }
 

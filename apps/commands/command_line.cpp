@@ -1,24 +1,70 @@
 #include "apps/commands/command_line.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <omp.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/units.h"
 #include "sim/core/version.h"
+#include "sim/gpu/compute_device.h"
+#include "sim/scene/input.h"
+#include "sim/scene/suggest.h"
 #include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
 #include "solvers/linear/system_limits.h"
 
 namespace touchfield {
 
+namespace {
+
+/// What a number of the command line must be.
+struct NumberRule {
+  std::string name;  // of the option
+  schema::Range range;
+  bool whole = false;
+
+  std::string kind() const {
+    const std::string bounds = range.text();
+    return fmt::format("{}{}{}", whole ? "INT" : "FLOAT", bounds.empty() ? "" : ":", bounds);
+  }
+
+  double operator()(const std::string& text) const {
+    const auto number = schema::parse_decimal(text);
+    const std::string bounds = range.text();
+    std::optional<std::string> rule;
+    if (!number || (whole && *number != std::floor(*number))) {
+      rule = (whole ? "a whole number" : "a number") + (bounds.empty() ? "" : ", " + bounds);
+    } else {
+      rule = range.broken_by(*number);
+    }
+    if (rule) {
+      throw InputError(
+          fmt::format("{} {} must be {}", name, text.empty() ? "\"\"" : schema::quoted_for_message(text), *rule));
+    }
+    return *number + 0.0;  // -0 is 0
+  }
+};
+
+/// An option whose values `keep` gets once they obey the rule.
+template <class Keep>
+CLI::Option* add_checked(CLI::App* command, const NumberRule& rule, const std::string& what, const Keep& keep) {
+  return command
+      ->add_option_function<std::string>(
+          rule.name, [rule, keep](const std::string& text) { keep(rule(text)); }, what)
+      ->type_name(rule.kind());
+}
+
+}  // namespace
+
 void finish_command(CLI::App* command, Invocation& invocation, std::function<int(const Invocation&)> action) {
   CommonFlags& flags = invocation.flags;
-  command->add_option("--threads", flags.threads, "Number of threads; default: all cores, or OMP_NUM_THREADS")
-      ->check(CLI::Range(1, kMostThreads));
+  add_whole(command, "--threads", flags.threads, schema::between(1, kMostThreads),
+            "Number of threads; default: all cores, or OMP_NUM_THREADS");
   command->add_flag("--quiet", flags.quiet, "Show results, warnings and errors only");
   command->add_flag("--json", flags.json, "Print results as JSON");
   command->callback([&invocation, action = std::move(action)] {
@@ -40,7 +86,14 @@ void add_overrides(CLI::App* command, std::vector<std::string>& overrides) {
 void add_compute_device(CLI::App* command, std::vector<std::string>& overrides) {
   command
       ->add_option_function<std::string>(
-          "--device", [&overrides](const std::string& device) { overrides.push_back("solve.device=" + device); },
+          "--device",
+          [&overrides](const std::string& device) {
+            if (!compute_device(device)) {
+              throw InputError(
+                  fmt::format("--device {}: must be auto, cpu, cuda or cuda:N", schema::quoted_for_message(device)));
+            }
+            overrides.push_back("solve.device=" + device);
+          },
           "What computes, in place of the scene's solve.device")
       ->type_name("auto|cpu|cuda|cuda:N");
 }
@@ -50,17 +103,58 @@ void add_scene(CLI::App* command, std::string& scene, std::vector<std::string>& 
   add_overrides(command, overrides);
 }
 
-CLI::Option* add_millimetres(CLI::App* command, const std::string& name, double& length, const std::string& what) {
-  return command
-      ->add_option_function<double>(
-          name, [&length](const double& mm) { length = mm * kMillimetre; }, what)
-      ->default_str(fmt::format("{:g}", length / kMillimetre));
+CLI::Option* add_number(CLI::App* command, const std::string& name, double& value, const schema::Range& range,
+                        const std::string& what, double unit) {
+  return add_checked(command, {name, range}, what, [&value, unit](double number) { value = number * unit; })
+      ->default_str(fmt::format("{:g}", value / unit));
 }
 
-CLI::Option* add_millimetres(CLI::App* command, const std::string& name, std::optional<double>& length,
-                             const std::string& what) {
-  return command->add_option_function<double>(
-      name, [&length](const double& mm) { length = mm * kMillimetre; }, what);
+CLI::Option* add_number(CLI::App* command, const std::string& name, std::optional<double>& value,
+                        const schema::Range& range, const std::string& what, double unit) {
+  return add_checked(command, {name, range}, what, [&value, unit](double number) { value = number * unit; });
+}
+
+CLI::Option* add_numbers(CLI::App* command, const std::string& name, std::vector<double>& values,
+                         const schema::Range& range, const std::string& what, double unit) {
+  const NumberRule rule{name, range};
+  std::vector<std::string> defaults;
+  for (const double value : values) {
+    defaults.push_back(fmt::format("{:g}", value / unit));
+  }
+  return command
+      ->add_option_function<std::vector<std::string>>(
+          name,
+          [rule, &values, unit](const std::vector<std::string>& texts) {
+            values.clear();
+            for (const std::string& text : texts) {
+              values.push_back(rule(text) * unit);
+            }
+          },
+          what)
+      ->type_name(rule.kind())
+      ->default_str(fmt::format("{}", fmt::join(defaults, " ")));
+}
+
+CLI::Option* add_whole(CLI::App* command, const std::string& name, int& value, const schema::Range& range,
+                       const std::string& what) {
+  return add_checked(command, {name, range, true}, what, [&value](double number) { value = static_cast<int>(number); });
+}
+
+CLI::Option* add_whole(CLI::App* command, const std::string& name, std::optional<int>& value,
+                       const schema::Range& range, const std::string& what) {
+  return add_checked(command, {name, range, true}, what, [&value](double number) { value = static_cast<int>(number); });
+}
+
+CLI::Validator one_of(const std::vector<std::string>& words) {
+  return {[words](std::string& input) {
+            if (std::ranges::find(words, input) != words.end()) {
+              return std::string();
+            }
+            const std::string near = schema::nearest_word(words, input);
+            return fmt::format("{} is none of {}{}", schema::quoted_for_message(input), fmt::join(words, ", "),
+                               near.empty() ? "" : fmt::format("; did you mean {}?", near));
+          },
+          fmt::format("{{{}}}", fmt::join(words, ", "))};
 }
 
 int apply_threads(const CommonFlags& flags) {

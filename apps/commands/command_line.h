@@ -10,8 +10,11 @@
 #include <fmt/format.h>
 
 #include "sim/pictures/picture_format.h"
+#include "sim/scene/quantity.h"
 
 namespace touchfield {
+
+inline constexpr double kMostThreads = 4096;
 
 /// Flags that every command takes.
 struct CommonFlags {
@@ -49,27 +52,42 @@ void add_overrides(CLI::App* command, std::vector<std::string>& overrides);
 /// --device: what computes, in place of the scene's solve.device.
 void add_compute_device(CLI::App* command, std::vector<std::string>& overrides);
 
-/// A length that is given in millimetres and kept in metres; help shows its default.
-CLI::Option* add_millimetres(CLI::App* command, const std::string& name, double& length, const std::string& what);
-CLI::Option* add_millimetres(CLI::App* command, const std::string& name, std::optional<double>& length,
-                             const std::string& what);
+/// An option with a number, decimal and finite, within `range` in the unit that it is typed in; kept times `unit`. Help
+/// shows its bounds. All options with numbers are made by these functions, so that each refuses in the same words:
+/// "--edge-mm 0.01 must be 0.4 to 8".
+/// throws   InputError while the line is parsed
+CLI::Option* add_number(CLI::App* command, const std::string& name, double& value, const schema::Range& range,
+                        const std::string& what, double unit = 1);
+CLI::Option* add_number(CLI::App* command, const std::string& name, std::optional<double>& value,
+                        const schema::Range& range, const std::string& what, double unit = 1);
+/// The same of a list; how many they are is set at the option.
+CLI::Option* add_numbers(CLI::App* command, const std::string& name, std::vector<double>& values,
+                         const schema::Range& range, const std::string& what, double unit = 1);
+/// The same of a whole number.
+CLI::Option* add_whole(CLI::App* command, const std::string& name, int& value, const schema::Range& range,
+                       const std::string& what);
+CLI::Option* add_whole(CLI::App* command, const std::string& name, std::optional<int>& value,
+                       const schema::Range& range, const std::string& what);
+
+/// One of several words; an error lists them.
+CLI::Validator one_of(const std::vector<std::string>& words);
 
 /// A choice of an enumerator by its name; help and errors list the names, not the numbers behind them.
 template <typename Enum>
 CLI::Validator named(const std::map<std::string, Enum>& values) {
-  std::string names;
+  std::vector<std::string> words;
   for (const auto& [name, value] : values) {
-    names += (names.empty() ? "" : ", ") + name;
+    words.push_back(name);
   }
-  return {[values, names](std::string& input) {
-            const auto found = values.find(input);
-            if (found == values.end()) {
-              return fmt::format("{} is none of {}", input, names);
+  CLI::Validator known = one_of(words);
+  return {[values, known](std::string& input) {
+            std::string problem = known(input);
+            if (problem.empty()) {
+              input = std::to_string(static_cast<int>(values.at(input)));
             }
-            input = std::to_string(static_cast<int>(found->second));
-            return std::string();
+            return problem;
           },
-          "{" + names + "}"};
+          known.get_description()};
 }
 
 /// --pictures, the format of what is drawn: a PictureFormat, or an optional one.

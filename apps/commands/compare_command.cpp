@@ -255,10 +255,8 @@ void add_compare_command(CLI::App& app, Invocation& invocation) {
       ->needs(file)
       ->type_name(kAnyFile);
   command->add_flag("--force", points.force, "Replace these files")->needs(file);
-  command
-      ->add_option("--tolerance", compare->tolerance,
-                   "Exit code 1 if a result, or the field at measured points, differs by more than this, relatively")
-      ->check(CLI::NonNegativeNumber);
+  add_number(command, "--tolerance", compare->tolerance, schema::at_least(0),
+             "Exit code 1 if a result, or the field at measured points, differs by more than this, relatively");
   finish_command(command, invocation,
                  [compare](const Invocation& invoked) { return compare_command(*compare, invoked.flags); });
 }

@@ -309,7 +309,7 @@ std::string zsh_completion(const CLI::App& app) {
 void add_completion_command(CLI::App& app, Invocation& invocation) {
   const auto shell = std::make_shared<std::string>();
   CLI::App* command = app.add_subcommand("completion", "Print what completes command lines in a shell");
-  command->add_option("SHELL", *shell, "bash or zsh")->required()->check(CLI::IsMember({"bash", "zsh"}));
+  command->add_option("SHELL", *shell, "bash or zsh")->required()->check(one_of({"bash", "zsh"}));
   command->callback([shell, &app, &invocation] {
     invocation.action = [shell, &app] {
       put(*shell == "bash" ? bash_completion(app) : zsh_completion(app));

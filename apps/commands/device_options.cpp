@@ -48,16 +48,15 @@ void add_device(CLI::App* command, DeviceOptions& options) {
 
 void add_emission(CLI::App* command, DeviceOptions& options) {
   command->add_flag("--emit", options.emit, "Emit sound; without it everything is done but that");
-  command->add_option("--level", options.request.level,
-                      "Drive of a transducer at full amplitude, 0..1; default: 0.5, or 1 where a device has no other");
-  command->add_option("--max-level", options.request.most_level, "Cap on the level")->capture_default_str();
-  command->add_option("--max-seconds", options.request.most_seconds, "Cap on the time of emission [s]")
-      ->capture_default_str();
-  auto* modulation = command->add_option("--modulation", options.device.frequency,
-                                         "Modulate the amplitude by a sine of this frequency [Hz]");
-  command->add_option("--depth", options.device.depth, "Depth of that sine, 0..1")
-      ->needs(modulation)
-      ->capture_default_str();
+  const schema::Range share = schema::above_to(0, 1);
+  add_number(command, "--level", options.request.level, share,
+             "Drive of a transducer at full amplitude; default: 0.5, or 1 where a device has no other");
+  add_number(command, "--max-level", options.request.most_level, share, "Cap on the level");
+  add_number(command, "--max-seconds", options.request.most_seconds, schema::above(0),
+             "Cap on the time of emission [s]");
+  auto* modulation = add_number(command, "--modulation", options.device.frequency, schema::above(0),
+                                "Modulate the amplitude by a sine of this frequency [Hz]");
+  add_number(command, "--depth", options.device.depth, share, "Depth of that sine")->needs(modulation);
   command
       ->add_option("--modulation-samples", options.samples,
                    "File of modulation samples 0..255, played round and round at the device's own rate")

@@ -135,26 +135,19 @@ void add_fit_command(CLI::App& app, Invocation& invocation) {
       ->type_name(kFolder);
   command->add_flag("--force", fit->force, "Replace what the output directory holds of a run");
   command->add_option("--pose", fit->pose, "How the fingers are held")
-      ->check(CLI::IsMember(hand_poses()))
+      ->check(one_of(hand_poses()))
       ->capture_default_str();
-  command->add_option("--side", fit->side, "Which hand")
-      ->check(CLI::IsMember({"right", "left"}))
-      ->capture_default_str();
-  command->add_option("--length-mm", fit->length_mm, "Length of the hand before its shape is learnt")
-      ->check(CLI::Range(120.0, 260.0))
-      ->capture_default_str();
-  command->add_option("--breadth-mm", fit->breadth_mm, "Breadth of the hand before its shape is learnt")
-      ->check(CLI::Range(50.0, 150.0))
-      ->capture_default_str();
-  command->add_option("--edge-mm", fit->edge_mm, "Edge length of the meshes")
-      ->check(CLI::Range(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre))
-      ->capture_default_str();
-  command->add_option("--learn-s", fit->learning, "Time that the shape is learnt from [s]; 0: not at all")
-      ->check(CLI::Range(0.0, 60.0))
-      ->capture_default_str();
-  command
-      ->add_option("--workspace-mm", fit->workspace_mm,
-                   "Two corners of the box that the hand is looked for in: least x, y, z and largest")
+  command->add_option("--side", fit->side, "Which hand")->check(one_of({"right", "left"}))->capture_default_str();
+  add_number(command, "--length-mm", fit->length_mm, schema::between(120, 260),
+             "Length of the hand before its shape is learnt");
+  add_number(command, "--breadth-mm", fit->breadth_mm, schema::between(50, 150),
+             "Breadth of the hand before its shape is learnt");
+  add_number(command, "--edge-mm", fit->edge_mm,
+             schema::between(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre), "Edge length of the meshes");
+  add_number(command, "--learn-s", fit->learning, schema::between(0, 60),
+             "Time that the shape is learnt from [s]; 0: not at all");
+  add_numbers(command, "--workspace-mm", fit->workspace_mm, {},
+              "Two corners of the box that the hand is looked for in: least x, y, z and largest")
       ->expected(6);
   finish_command(command, invocation, [fit](const Invocation& invoked) { return fit_command(*fit, invoked); });
 }

@@ -9,6 +9,7 @@
 #include "sim/body/hand.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/query/inspect.h"
 
 namespace touchfield {
@@ -19,18 +20,19 @@ struct HandCommand {
   std::string output;
   bool force = false;  // replace an existing file
   HandOptions options;
-  double unit = 1e-3;  // metres per file unit
+  std::string unit = "mm";  // of the file
 };
 
 int hand_command(const HandCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
   require_free_output(command.output, command.force);
   const Body body = hand(command.options);
-  write_mesh(command.output, body.mesh, command.unit);
+  const double unit = file_unit(command.unit).metres;
+  write_mesh(command.output, body.mesh, unit);
   const MeshReport report = inspect(body.mesh);
   nlohmann::ordered_json landmarks = nlohmann::ordered_json::object();
   for (const Landmark& landmark : body.landmarks) {
-    const Vector3 at = position(body.mesh, landmark) / command.unit;
+    const Vector3 at = position(body.mesh, landmark) / unit;
     landmarks[landmark.name] = {at.x(), at.y(), at.z()};
   }
   if (flags.json) {
@@ -62,14 +64,17 @@ void add_hand_command(CLI::App& app, Invocation& invocation) {
       ->required()
       ->type_name(kMeshFile);
   command->add_flag("--force", hand->force, "Replace the mesh file if it exists");
-  command->add_option("--pose", hand->options.pose, "Pose")->check(CLI::IsMember(hand_poses()))->capture_default_str();
-  add_millimetres(command, "--breadth-mm", hand->options.breadth, "Hand breadth [mm]");
-  add_millimetres(command, "--length-mm", hand->options.length, "Hand length [mm]");
+  command->add_option("--pose", hand->options.pose, "Pose")->check(one_of(hand_poses()))->capture_default_str();
+  add_number(command, "--breadth-mm", hand->options.breadth, schema::between(50, 150), "Hand breadth [mm]",
+             kMillimetre);
+  add_number(command, "--length-mm", hand->options.length, schema::between(120, 260), "Hand length [mm]", kMillimetre);
   command->add_option("--side", hand->options.side, "Which hand: right (default), its thumb at negative x, or left")
       ->transform(named<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}));
-  add_millimetres(command, "--edge-mm", hand->options.edge, "Edge length [mm]");
+  add_number(command, "--edge-mm", hand->options.edge,
+             schema::between(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre), "Edge length [mm]",
+             kMillimetre);
   command->add_option("--unit", hand->unit, "Unit of the file: mm (default), cm or m")
-      ->transform(CLI::CheckedTransformer(std::map<std::string, double>{{"mm", 1e-3}, {"cm", 1e-2}, {"m", 1.0}}));
+      ->check(one_of({"mm", "cm", "m"}));
   finish_command(command, invocation, [hand](const Invocation& invoked) { return hand_command(*hand, invoked.flags); });
 }
 

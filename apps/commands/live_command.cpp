@@ -56,11 +56,17 @@ const MethodSpec& method_of(const Scene& scene, const std::string& name) {
                                 : fmt::format("the scene has no method '{}', it has {}", name, known));
 }
 
+Scene moving_scene(const LiveCommand& command) {
+  Scene scene = read_scene(command.scene, command.overrides);
+  if (!scene.motion) {
+    throw InputError(
+        fmt::format("{}: the scene has no motion: section; live plays a scene that says how it moves", command.scene));
+  }
+  return scene;
+}
+
 /// The motion of the scene for as long as is asked for.
 MotionSpec motion_of(const Scene& scene, const std::optional<double>& seconds) {
-  if (!scene.motion) {
-    throw InputError("motion: is missing: live takes a scene that says how it moves");
-  }
   MotionSpec motion = *scene.motion;
   if (seconds && !(*seconds <= motion.seconds)) {
     throw InputError(fmt::format("--seconds = {:g} must be <= motion.seconds = {:g}", *seconds, motion.seconds));
@@ -77,7 +83,7 @@ class Live {
       : command_(command),
         flags_(flags),
         progress_(flags.quiet || flags.json),
-        scene_(read_scene(command.scene, command.overrides)),
+        scene_(moving_scene(command)),
         method_(method_of(scene_, command.method)),
         motion_(motion_of(scene_, command.options.request.seconds)) {
     require_apart(command.output, command.scene, scene_);
@@ -254,7 +260,8 @@ void add_live_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--method", live->method, "Which method of the scene; default: the only one there is");
   add_device(command, live->options);
   add_emission(command, live->options);
-  command->add_option("--seconds", live->options.request.seconds, "Time of the loop; default: the whole motion");
+  add_number(command, "--seconds", live->options.request.seconds, schema::above(0),
+             "Time of the loop; default: the whole motion");
   command->add_option("-o,--output", live->output, "Directory for live.csv, a line a frame; default: no file")
       ->type_name(kFolder);
   finish_command(command, invocation, [live](const Invocation& invoked) { return Live(*live, invoked.flags).run(); });

@@ -190,35 +190,32 @@ void add_mesh_command(CLI::App& app, Invocation& invocation) {
   command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only")->type_name(kMeshFile);
   command->add_flag("--force", mesh->force, "Replace the mesh file to write if it exists");
   command->add_option("--unit", mesh->unit, "Unit of FILE: mm, cm or m; default: guessed from its size")
-      ->check(CLI::IsMember({"mm", "cm", "m"}));
+      ->check(one_of({"mm", "cm", "m"}));
   command->add_option("--output-unit", mesh->output_unit, "Unit of the file written: mm, cm or m; default: FILE's")
-      ->check(CLI::IsMember({"mm", "cm", "m"}));
+      ->check(one_of({"mm", "cm", "m"}));
   auto* repair = command->add_flag("--repair", mesh->repair,
                                    "Weld, drop stray pieces, orient, fill small holes; an error says what is left");
-  add_millimetres(
-      command, "--weld-mm", mesh->repair_options.weld,
-      "Points this near become one; default: 1e-5 of the body's diagonal, at most a hundredth of the median "
-      "edge")
-      ->check(CLI::NonNegativeNumber)
+  add_number(command, "--weld-mm", mesh->repair_options.weld, schema::at_least(0),
+             "Points this near become one; default: 1e-5 of the body's diagonal, at most a hundredth of the median "
+             "edge",
+             kMillimetre)
       ->needs(repair);
-  add_millimetres(command, "--hole-mm", mesh->repair_options.hole,
-                  "Longest way round a hole to fill; default: 0.1 of the body's diagonal")
-      ->check(CLI::NonNegativeNumber)
+  add_number(command, "--hole-mm", mesh->repair_options.hole, schema::at_least(0),
+             "Longest way round a hole to fill; default: 0.1 of the body's diagonal", kMillimetre)
       ->needs(repair);
-  command->add_option("--stray-percent", mesh->stray_percent, "Drop pieces below this share of the largest one's area")
-      ->check(CLI::Range(0.0, 100.0))
-      ->needs(repair)
-      ->capture_default_str();
+  add_number(command, "--stray-percent", mesh->stray_percent, schema::between(0, 100),
+             "Drop pieces below this share of the largest one's area")
+      ->needs(repair);
   command->add_option("--cut", mesh->cut,
                       "Cut by a plane and cap: x,y,z,nx,ny,nz (a point and a normal, which points to what is cut "
                       "off), or y=-20, y<=-20 (keeps that side), y>=-20; in FILE's unit");
-  add_millimetres(command, "--resurface", mesh->resurface,
-                  "Make one closed skin with edges of this length of all faces, whatever holes, flaps, crossings or "
-                  "overlaps they have [mm]")
-      ->check(CLI::PositiveNumber)
+  add_number(command, "--resurface", mesh->resurface, schema::above(0),
+             "Make one closed skin with edges of this length of all faces, whatever holes, flaps, crossings or "
+             "overlaps they have [mm]",
+             kMillimetre)
       ->excludes(repair);
-  add_millimetres(command, "--remesh", mesh->edge, "Mesh anew with edges of this length [mm]")
-      ->check(CLI::PositiveNumber);
+  add_number(command, "--remesh", mesh->edge, schema::above(0), "Mesh anew with edges of this length [mm]",
+             kMillimetre);
   finish_command(command, invocation, [mesh](const Invocation& invoked) {
     mesh->repair_options.stray = mesh->stray_percent / 100.0;
     return mesh_command(*mesh, invoked.flags);

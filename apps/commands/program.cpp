@@ -1,6 +1,5 @@
 #include "apps/commands/program.h"
 
-#include <algorithm>
 #include <exception>
 #include <new>
 #include <string>
@@ -11,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/command_line.h"
+#include "apps/commands/command_line_problem.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
@@ -46,18 +46,15 @@ int dispatch(int argc, char** argv) {
   invocation.command_line = joined_command_line(argc, argv);
   add_commands(app, invocation);
 
-  std::vector<std::string> known;
-  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {
-    known.push_back(command->get_name());
-  }
-  if (argc > 1 && argv[1][0] != '-' && std::ranges::find(known, argv[1]) == known.end()) {
-    std::erase_if(known, [&](const std::string& name) { return app.get_subcommand(name)->get_group().empty(); });
-    throw InputError(fmt::format("unknown command '{}'; there are {}", argv[1], fmt::join(known, ", ")));
+  if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {
+    throw InputError(unknown_command(app, argv[1]));
   }
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kBadInput;
+    throw InputError(command_line_problem(app, error));
   }
   return invocation.action();
 }

@@ -22,7 +22,7 @@ void add_schema_command(CLI::App& app, Invocation& invocation) {
   const auto format = std::make_shared<std::string>("markdown");
   CLI::App* command = app.add_subcommand("schema", "Print the schema of scene files");
   command->add_option("--format", *format, "markdown, json (for editors) or template (a scene with every key)")
-      ->check(CLI::IsMember({"markdown", "json", "template"}))
+      ->check(one_of({"markdown", "json", "template"}))
       ->capture_default_str();
   command->callback([format, &invocation] { invocation.action = [format] { return schema_command(*format); }; });
 }

@@ -67,9 +67,9 @@ void add_send_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--method", send->method, "Which method's phases; default: the only one there is");
   add_device(command, send->options);
   add_emission(command, send->options);
-  command->add_option("--seconds", request.seconds,
-                      "Time of emission, the last frame is held; default: 1 s for one run, else once through");
-  command->add_option("--rate", request.rate, "Frames a second of a sequence")->capture_default_str();
+  add_number(command, "--seconds", request.seconds, schema::above(0),
+             "Time of emission, the last frame is held; default: 1 s for one run, else once through");
+  add_number(command, "--rate", request.rate, schema::above(0), "Frames a second of a sequence");
   command->add_flag("--repeat", request.repeat, "Begin a sequence again after its last frame");
   finish_command(command, invocation, [send](const Invocation& invoked) { return send_command(*send, invoked.flags); });
 }

@@ -140,21 +140,12 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
       ->type_name(kFolder);
   command->add_flag("--force", study->force, "Replace what the output directory holds");
   add_pictures(command, study->pictures, "Format of the plot; default: png");
-  auto* budget = command->add_option("--budget", study->budget, "Pick the most accurate way within so many seconds")
-                     ->check(CLI::PositiveNumber);
-  command->add_option("--error", study->error, "Pick the cheapest way within so many percent")
-      ->check(CLI::PositiveNumber)
+  auto* budget = add_number(command, "--budget", study->budget, schema::above(0),
+                            "Pick the most accurate way within so many seconds");
+  add_number(command, "--error", study->error, schema::above(0), "Pick the cheapest way within so many percent")
       ->excludes(budget);
-  command
-      ->add_option_function<std::vector<double>>(
-          "--edges-mm",
-          [study](const std::vector<double>& edges) {
-            for (const double edge : edges) {
-              study->options.edges.push_back(edge * kMillimetre);
-            }
-          },
-          "Edge lengths [mm]; default: 1.4, 1 and 0.7 times the scene's")
-      ->check(CLI::PositiveNumber)
+  add_numbers(command, "--edges-mm", study->options.edges, schema::above(0),
+              "Edge lengths [mm]; default: 1.4, 1 and 0.7 times the scene's", kMillimetre)
       ->delimiter(',');
   std::map<std::string, Scheme> schemes;
   for (const Scheme scheme : all_schemes()) {
@@ -170,9 +161,8 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
   command->add_option("--precisions", study->options.precisions, "Precisions of the matrix; default: both")
       ->transform(named<Precision>({{"double", Precision::kDouble}, {"single", Precision::kSingle}}))
       ->delimiter(',');
-  command->add_option("--rung-seconds", study->options.rung_seconds, "Skip ways expected to take longer")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  add_number(command, "--rung-seconds", study->options.rung_seconds, schema::above(0),
+             "Skip ways expected to take longer");
   finish_command(command, invocation,
                  [study](const Invocation& invoked) { return study_command(*study, invoked.flags); });
 }

@@ -57,7 +57,7 @@ def test_files_and_scenes(tmp_path, finger):
         tf.check(finger, set={"solve.iteration": 3})
     with pytest.raises(tf.InputError, match="target.pressure_pa"):
         tf.run(finger, set={"target.pressure_pa": -1})
-    with pytest.raises(TypeError, match="set: a set is nothing that a scene can hold"):
+    with pytest.raises(TypeError, match="set values must be numbers, strings, lists or dicts, not a set"):
         tf.run(finger, set={"solve.methods": {1, 2}})
     with pytest.raises(tf.InputError, match="threads = 0 must be 1 to 4096"):
         tf.run(finger, threads=0)

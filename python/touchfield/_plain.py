@@ -9,4 +9,4 @@ def plain(value):
         return value.tolist()
     if isinstance(value, os.PathLike):
         return os.fspath(value)
-    raise TypeError(f"set: a {type(value).__name__} is nothing that a scene can hold")
+    raise TypeError(f"set values must be numbers, strings, lists or dicts, not a {type(value).__name__}")

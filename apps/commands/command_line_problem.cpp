@@ -1,0 +1,185 @@
+#include "apps/commands/command_line_problem.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/scene/input.h"
+#include "sim/scene/suggest.h"
+
+namespace touchfield {
+
+namespace {
+
+/// The name of a command as it is typed behind the program's.
+std::string path_of_command(const CLI::App& command) {
+  const CLI::App* parent = command.get_parent();
+  if (parent == nullptr) {
+    return "";
+  }
+  const std::string before = path_of_command(*parent);
+  return before.empty() ? command.get_name() : before + " " + command.get_name();
+}
+
+/// The last command that the line names; the program itself if it names none.
+const CLI::App& named_command(const CLI::App& app) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) {
+    command = command->get_subcommands().front();
+  }
+  return *command;
+}
+
+std::vector<std::string> shown_commands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App* any) { return !any->get_group().empty(); })) {
+    names.push_back(command->get_name());
+  }
+  return names;
+}
+
+bool is_option(const std::string& word) {
+  return word.size() > 1 && word[0] == '-' && word.find_first_of("0123456789.") != 1;
+}
+
+/// A long name as the words that suggestions are made of, which end in units.
+std::string as_word(std::string_view name) {
+  std::string word(name.substr(std::min(name.find_first_not_of('-'), name.size())));
+  std::ranges::replace(word, '-', '_');
+  return word;
+}
+
+/// The option that a misspelt one was probably meant to be, by its shortest name; empty if none is near.
+std::string meant_option(const CLI::App& command, const std::string& typed) {
+  const std::string wanted = as_word(typed);
+  std::vector<std::string> words;
+  std::vector<const CLI::Option*> options;
+  for (const CLI::Option* option : command.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      words.push_back(as_word(name));
+      options.push_back(option);
+    }
+  }
+  const auto begun = [&](const std::string& word) {
+    return wanted.size() > 1 &&
+           (word.starts_with(wanted) || schema::without_unit(word) == schema::without_unit(wanted));
+  };
+  auto found = std::ranges::find_if(words, begun);
+  if (found == words.end()) {
+    found = std::ranges::find(words, schema::nearest_word(words, wanted));
+  }
+  if (found == words.end()) {
+    return "";
+  }
+  const CLI::Option& option = *options[static_cast<std::size_t>(found - words.begin())];
+  return option.get_snames().empty() ? "--" + option.get_lnames().front() : "-" + option.get_snames().front();
+}
+
+std::string unknown_option(const CLI::App& app, const CLI::App& command, const std::string& word) {
+  const std::string typed = word.substr(0, word.find('='));
+  const std::string path = path_of_command(command);
+  if (&command != &app && command.get_option_no_throw(typed) != nullptr) {
+    return fmt::format("{} must follow the command: touchfield {} {}", typed, path, typed);
+  }
+  const std::string shown = schema::quoted_for_message(typed);
+  const std::string meant = meant_option(command, typed);
+  return meant.empty() ? fmt::format("unknown option {}; `touchfield {}{}--help` lists those there are", shown, path,
+                                     path.empty() ? "" : " ")
+                       : fmt::format("unknown option {}; did you mean {}?", shown, meant);
+}
+
+/// Of an option that has too few or too many values.
+std::string count_problem(const CLI::App& command, const std::string& name, const std::string& otherwise) {
+  const CLI::Option* option = command.get_option_no_throw(name);
+  if (option == nullptr) {
+    return otherwise;
+  }
+  const int most = option->get_items_expected_max();
+  const auto count = static_cast<int>(option->results().size());
+  if (most == 0) {
+    return fmt::format("{} takes no value", name);
+  }
+  const std::string wanted = most == 1 ? "a value" : fmt::format("{} values", option->get_items_expected_min());
+  return count > most ? fmt::format("{} takes {}, not {}", name, wanted, count)
+                      : fmt::format("{} needs {}: {}", name, wanted, option->get_description());
+}
+
+std::string replaced(std::string text, std::string_view from, std::string_view to) {
+  if (const std::size_t at = text.find(from); at != std::string::npos) {
+    text.replace(at, from.size(), to);
+  }
+  return text;
+}
+
+std::string missing_problem(const CLI::App& command, const CLI::ParseError& error) {
+  const std::string said = error.what();
+  const std::string path = path_of_command(command);
+  const std::vector<std::string> below = shown_commands(command);
+  const std::string name = said.substr(0, said.find(" is required"));
+  const CLI::Option* option = command.get_option_no_throw(name);
+  if (option == nullptr && !below.empty()) {
+    return path.empty() ? fmt::format("a command is missing; there are {}", fmt::join(below, ", "))
+                        : fmt::format("{} needs one of {}", path, fmt::join(below, ", "));
+  }
+  return option == nullptr ? said : fmt::format("{}: {} is missing: {}", path, name, option->get_description());
+}
+
+}  // namespace
+
+bool is_command(const CLI::App& app, const std::string& word) {
+  return !app.get_subcommands([&](const CLI::App* command) { return command->get_name() == word; }).empty();
+}
+
+std::string unknown_command(const CLI::App& app, const std::string& word) {
+  struct Kind {
+    std::vector<std::string_view> endings;
+    std::string_view what;
+    std::string_view command;
+  };
+  static const Kind kKinds[] = {{{".yaml", ".yml"}, "to run a scene", "run"},
+                                {{".h5"}, "to describe a run", "info"},
+                                {{".stl", ".obj", ".ply", ".off", ".vtp"}, "to inspect a mesh", "mesh"}};
+  const std::string shown = schema::quoted_for_message(word);
+  const std::string path = path_of_command(app);
+  const std::string ending = std::filesystem::path(word).extension().string();
+  for (const Kind& kind : kKinds) {
+    if (path.empty() && std::ranges::find(kind.endings, ending) != kind.endings.end()) {
+      return fmt::format("unknown command '{}'; {}: touchfield {} {}", shown, kind.what, kind.command, shown);
+    }
+  }
+  const std::vector<std::string> known = shown_commands(app);
+  const std::string near = schema::nearest_word(known, word);
+  return near.empty() ? fmt::format("unknown command '{}'; there are {}", shown, fmt::join(known, ", "))
+                      : fmt::format("unknown command '{}'; did you mean {}?", shown, near);
+}
+
+std::string command_line_problem(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App& command = named_command(app);
+  const std::vector<std::string> rest = app.remaining(true);
+  if (const auto option = std::ranges::find_if(rest, is_option); option != rest.end()) {
+    return unknown_option(app, command, *option);
+  }
+  const std::string said = error.what();
+  const std::string about = said.substr(0, said.find(':'));
+  if (!rest.empty() && !shown_commands(command).empty()) {
+    return unknown_command(command, rest.front());
+  }
+  if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !rest.empty()) {
+    return fmt::format("{}: {} is one word too many; quote what holds blanks", path_of_command(command),
+                       schema::quoted_for_message(rest.front()));
+  }
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    return count_problem(command, about, said);
+  }
+  if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
+    return missing_problem(command, error);
+  }
+  return replaced(replaced(said, " requires ", " needs "), " excludes ", " does not go with ");
+}
+
+}  // namespace touchfield

@@ -1,0 +1,139 @@
+"""The command line itself: what is misspelt, left out or no number is refused in one line that names it and what was meant."""
+
+import re
+import unittest
+
+from support import FINGER, CommandTest
+
+NO_NUMBERS = ["nan", "-nan", "inf", "1e400", "0x10", "1,5", "five", ""]
+
+
+class CommandLine(CommandTest):
+    def said(self, *arguments):
+        """The one line that refuses."""
+        done = self.touchfield(*arguments)
+        self.assertEqual(done.returncode, 2, f"{arguments}: {done.stdout}\n{done.stderr}")
+        self.assertEqual(done.stdout, "")
+        line, = done.stderr.splitlines()
+        self.assertTrue(line.startswith("touchfield: error: "), line)
+        return line.removeprefix("touchfield: error: ")
+
+    def help_of(self, *command):
+        said = self.run_ok(*command, "--help").stdout
+        below = re.findall(r"^  ([a-z]+) ", said.partition("\nSubcommands:\n")[2], re.MULTILINE)
+        return below, re.findall(r"^  (-\S+)(?: (\S[^\n]*?))?(?:  |\n)", said, re.MULTILINE)
+
+    def commands(self):
+        rest = [()]
+        while rest:
+            command = rest.pop()
+            below, options = self.help_of(*command)
+            rest += [(*command, name) for name in below]
+            if not below:
+                yield command, options
+
+    def test_commands(self):
+        self.assertEqual(self.said("runn", "x"), "unknown command 'runn'; did you mean run?")
+        self.assertEqual(self.said("scene.yaml"), "unknown command 'scene.yaml'; to run a scene: touchfield run scene.yaml")
+        self.assertIn("touchfield info out/run.h5", self.said("out/run.h5"))
+        self.assertIn("touchfield mesh skin.stl", self.said("skin.stl"))
+        self.assertIn("unknown command 'frobnicate'; there are run, play,", self.said("frobnicate"))
+        self.assertNotIn("sweep-worker", self.said("sweep-work"))
+        self.assertIn("a command is missing; there are run,", self.said())
+        self.assertEqual(self.said("array"), "array needs one of list, test, walk, off")
+        self.assertEqual(self.said("array", "tset"), "unknown command 'tset'; did you mean test?")
+
+    def test_options(self):
+        for command, option, meant in [("run", "--out", "-o"), ("run", "--outptu", "-o"), ("check", "--st", "--set"),
+                                       ("hand", "--edge", "--edge-mm"), ("hand", "--length-cm", "--length-mm"),
+                                       ("send", "--max-secnds", "--max-seconds"), ("sweep", "--collct", "--collect"),
+                                       ("mesh", "--resurfaces", "--resurface")]:
+            said = self.said(command, "x", f"{option}=3")
+            self.assertEqual(said, f"unknown option {option}; did you mean {meant}?")
+        self.assertEqual(self.said("run", "s.yaml", "--out", "x"), "unknown option --out; did you mean -o?")
+        self.assertEqual(self.said("see", "--frames"), "unknown option --frames; `touchfield see --help` lists those there are")
+        self.assertEqual(self.said("--quiet", "run", "s.yaml"), "--quiet must follow the command: touchfield run --quiet")
+        self.assertIn("unknown option --quite", self.said("--quite", "run", "s.yaml"))
+        self.assertIn("b.yaml is one word too many", self.said("check", "a.yaml", "b.yaml"))
+
+    def test_values(self):
+        self.assertEqual(self.said("check"), "check: SCENE is missing: Scene file (YAML)")
+        self.assertIn("hand: --output is missing", self.said("hand"))
+        for command, option in [("run", "--threads"), ("run", "--output"), ("hand", "--edge-mm"), ("send", "--rate"), ("mesh", "--unit")]:
+            self.assertRegex(self.said(command, "x", option), rf"^{option} needs a value: \S")
+        self.assertRegex(self.said("fit", "x", "--workspace-mm", "1", "2"), r"^--workspace-mm needs 6 values")
+        self.assertEqual(self.said("run", "x", "--threads", "1", "--threads", "2"), "--threads takes a value, not 2")
+        self.assertEqual(self.said("mesh", "x", "--hole-mm", "3"), "--hole-mm needs --repair")
+        self.assertIn("--error does not go with --budget", self.said("study", "x", "--error", "3", "--budget", "4"))
+        self.assertIn("did you mean grasp?", self.said("hand", "-o", "x.obj", "--pose", "graps"))
+
+    def test_bounds_are_in_the_unit_as_typed(self):
+        self.assertEqual(self.said("hand", "-o", "x.obj", "--edge-mm", "0.01"), "--edge-mm 0.01 must be 0.4 to 8")
+        self.assertEqual(self.said("hand", "-o", "x.obj", "--breadth-mm", "0.08"), "--breadth-mm 0.08 must be 50 to 150")
+        self.assertEqual(self.said("fit", "x", "--learn-s", "1e2"), "--learn-s 1e2 must be 0 to 60")
+        self.assertEqual(self.said("run", "x", "--threads", "1.5"), "--threads 1.5 must be a whole number, 1 to 4096")
+        self.assertEqual(self.said("sweep", "x", "--case-seconds", "-0"), "--case-seconds -0 must be > 0")
+        self.assertEqual(self.said("run", "x", "--device", "gpu"), "--device gpu: must be auto, cpu, cuda or cuda:N")
+
+    def test_every_number_of_every_command_is_checked(self):
+        seen = 0
+        for command, options in self.commands():
+            for names, kind in options:
+                if not re.match("FLOAT|INT", kind):
+                    self.assertNotRegex(kind, "NUMBER|POSITIVE|UINT", f"{command} {names}: an option of another mechanism")
+                    continue
+                seen += 1
+                count = int(found.group(1)) if (found := re.search(r" x (\d+)$", kind)) else 1
+                name = names.split(",")[-1]
+                for value in NO_NUMBERS if name in ("--edge-mm", "--at-mm", "--count") else ["nan", "1e400"]:
+                    said = self.said(*command, name, *[value] * count)
+                    self.assertRegex(said, rf"^{name} .* must be ", f"{command} {name} {value}")
+        self.assertGreater(seen, 60)
+
+    def test_what_a_command_cannot_do(self):
+        scene = self.write("still.yaml", FINGER)
+        self.assertIn("the scene has no motion: section", self.said("live", scene))
+        self.assertIn("the scene has no motion: section", self.said("play", scene))
+        for action in ("test", "walk", "off"):
+            self.assertIn(f"array {action} needs a device: add --to sonicsurface:PORT or --to autd3:...", self.said("array", action))
+        self.assertIn("; write [10,10,6]", self.said("check", scene, "--set", "target.box.size_mm=10,10,6"))
+
+
+class Arrays(CommandTest):
+    def scene(self, layout):
+        before, rest = FINGER.split("array:", 1)
+        return self.write("scene.yaml", f"{before}array: {layout}\nbody:{rest.split('body:', 1)[1]}")
+
+    def positions(self, header, scale=(1, 1)):
+        rows = [f"{(x - 3.5) * 10.16 * scale[0]:.8g},{(y - 3.5) * 10.16 * scale[1]:.8g},0" for y in range(8) for x in range(8)]
+        self.write("array.csv", "\n".join([*header, *rows]) + "\n")
+        return self.scene("{positions: {file: array.csv}}")
+
+    def line_of(self, scene):
+        said = self.run_ok("check", scene).stdout
+        return re.search(r"^  array    (.*)$", said, re.MULTILINE).group(1)
+
+    def test_check_and_run_say_where_the_array_is(self):
+        whole = "64 transducers, 71.12 x 71.12 mm, pitch 10.16 mm, facing +z"
+        self.assertEqual(self.line_of(self.positions(["x_mm,y_mm,z_mm"])), whole)
+        self.assertEqual(self.line_of(self.positions(["x_m,y_mm,z_mm"], (1e-3, 1))), whole)
+        self.assertEqual(self.line_of(self.positions([])), whole)
+        done = self.run_ok("run", self.scene("{grid: {count: [8, 8]}}"), "-o", "out")
+        self.assertIn(f"  array: {whole}", done.stderr)
+
+    def test_slips_of_units(self):
+        for scene, says in [(self.positions([], (1e-3, 1e-3)), "The header of a file says what they are in"),
+                            (self.scene("{grid: {count: [8, 8], pitch_mm: 0.01016}}"), "is pitch_mm in mm?")]:
+            done = self.touchfield("check", scene)
+            self.assertEqual(done.returncode, 2)
+            self.assertRegex(done.stderr, r"transducers 0 and \d+ are 0.01016 mm apart")
+            self.assertIn(says, done.stderr)
+        done = self.touchfield("check", self.positions(["x_m,y_m,z_m"]))
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("at most 20 m", done.stderr)
+        done = self.run_ok("check", self.scene("{grid: {count: [8, 8], pitch_mm: 1.02}}"))
+        self.assertRegex(done.stdout, r"(?m)^  warning  array_pitch: transducers 0 and \d+ are 1.02 mm apart")
+
+
+if __name__ == "__main__":
+    unittest.main()
