@@ -4,6 +4,7 @@
 
 #include "apps/commands/command_line.h"
 #include "sim/core/errors.h"
+#include "sim/core/file_kind.h"
 #include "sim/core/text_number.h"
 #include "sim/core/whole_file.h"
 #include "sim/scene/text_file.h"
@@ -15,6 +16,7 @@ namespace {
 // Numbers 0..255 between blanks, line ends or commas.
 std::vector<std::uint8_t> read_samples(const std::string& path) {
   std::string text = read_whole_file(path, schema::kMostTextBytes);
+  refuse_foreign(text, path);
   std::replace(text.begin(), text.end(), ',', ' ');
   std::vector<std::uint8_t> samples;
   constexpr const char* kBlanks = " \t\r\n";

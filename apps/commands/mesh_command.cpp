@@ -96,6 +96,7 @@ TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, cons
     throw InputError(fmt::format("{}: the mesh has faults, --repair or --resurface MM may mend them: {}", command.file,
                                  fmt::join(faults, "; ")));
   }
+  const std::optional<CutPlane> plane = command.cut ? std::optional(parse_cut_plane(*command.cut)) : std::nullopt;
   TriangleMesh mesh = [&] {
     if (command.resurface) {
       Resurfaced result = as_stage(progress, "resurface", [&] {
@@ -110,15 +111,21 @@ TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, cons
       WeldedSurface merged = welded(surface, scale.unit.metres, 0.0);
       return TriangleMesh(std::move(merged.points), std::move(merged.triangles));
     }
-    Repaired result = as_stage(
-        progress, "repair", [&] { return repaired(surface, scale.unit.metres, command.repair_options, command.file); });
+    RepairOptions options = command.repair_options;
+    if (plane) {
+      options.unwanted = [&](const Vector3& x) {
+        return (x - plane->point * scale.unit.metres).dot(plane->normal) > 0;
+      };
+    }
+    Repaired result =
+        as_stage(progress, "repair", [&] { return repaired(surface, scale.unit.metres, options, command.file); });
     steps = std::move(result.steps);
     return std::move(result.mesh);
   }();
-  if (command.cut) {
-    const CutPlane plane = parse_cut_plane(*command.cut);
+  if (plane) {
     const double before = mesh.signed_volume();
-    mesh = as_stage(progress, "cut", [&] { return cut_by_plane(mesh, plane.point * scale.unit.metres, plane.normal); });
+    mesh =
+        as_stage(progress, "cut", [&] { return cut_by_plane(mesh, plane->point * scale.unit.metres, plane->normal); });
     steps.push_back(fmt::format("cut off {:.1f} % of the volume", 100.0 * (1.0 - mesh.signed_volume() / before)));
   }
   if (command.edge) {
@@ -143,7 +150,10 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   if (!(size > 0)) {
     throw InputError(fmt::format("{}: all points that faces name are one, the mesh has no size", command.file));
   }
-  const FileScale scale = find_scale(size, command.unit);
+  FileScale scale = find_scale(size, command.unit);
+  for (const std::string& note : surface.notes) {
+    scale.warnings.push_back(fmt::format("{}: {}", command.file, note));
+  }
   for (const std::string& warning : scale.warnings) {
     progress.warn(warning);
   }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <charconv>
+#include <cstddef>
 #include <optional>
 #include <string_view>
 
@@ -14,6 +15,16 @@ std::optional<Number> number_of(std::string_view text) {
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, value);
   return error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
+}
+
+/// A line without its comment, which begins with #. The # of 1.#QNAN, how an old C library spells NaN, begins none: what
+/// is before it would pass for a number.
+inline std::string_view without_comment(std::string_view line) {
+  std::size_t at = line.find('#');
+  while (at != std::string_view::npos && at > 0 && line[at - 1] == '.') {
+    at = line.find('#', at + 1);
+  }
+  return line.substr(0, at);
 }
 
 }  // namespace touchfield

@@ -1,12 +1,14 @@
 #include "sim/motion/mesh_sequence.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/mesh/io/mesh_io.h"
+#include "sim/solve/solver_choice.h"
 
 namespace touchfield {
 
@@ -31,32 +33,56 @@ std::string difference(const TriangleMesh& mesh, Eigen::Index vertices, const Tr
   return {};
 }
 
+void require_memory(const MeshSeries& series, std::size_t files, Eigen::Index vertices) {
+  constexpr double kShare = 0.5;
+  constexpr double kGibibyte = 1073741824.0;
+  const double bytes = static_cast<double>(files) * static_cast<double>(vertices) * sizeof(Vector3);
+  const double free = available_memory();
+  if (free > 0 && bytes > kShare * free) {
+    throw InputError(
+        fmt::format("{}: {} files of {} vertices take {:.3g} GiB; at most {:.3g} GiB, half of the memory that is free, "
+                    "may be taken; name fewer files or coarser meshes",
+                    series.times, files, vertices, bytes / kGibibyte, kShare * free / kGibibyte));
+  }
+}
+
 }  // namespace
 
 MeshSequence::MeshSequence(const MeshShape& shape) {
-  for (const MeshSeries::Mesh& entry : shape.series.value().meshes) {
-    const TriangleMesh mesh = read_mesh(entry.file, shape.unit);
-    if (vertices_.empty()) {
-      triangles_ = mesh.triangles();
-    } else if (const auto fault = difference(mesh, vertices_.front().cols(), triangles_); !fault.empty()) {
-      throw InputError(fmt::format("{} (time_s = {:.15g}): {} as in {}", entry.file, entry.seconds, fault, shape.file));
+  const std::vector<MeshSeries::Mesh>& meshes = shape.series.value().meshes;
+  std::map<std::string, std::size_t> numbers;
+  for (const MeshSeries::Mesh& entry : meshes) {
+    numbers.try_emplace(entry.file, numbers.size());
+  }
+  for (const MeshSeries::Mesh& entry : meshes) {
+    const std::size_t number = numbers.at(entry.file);
+    if (number == vertices_.size()) {
+      const TriangleMesh mesh = read_mesh(entry.file, shape.unit);
+      if (number == 0) {
+        require_memory(*shape.series, numbers.size(), mesh.vertex_count());
+        triangles_ = mesh.triangles();
+      } else if (const auto fault = difference(mesh, vertices_.front().cols(), triangles_); !fault.empty()) {
+        throw InputError(
+            fmt::format("{} (time_s = {:.15g}): {} as in {}", entry.file, entry.seconds, fault, shape.file));
+      }
+      vertices_.push_back(mesh.vertices());
     }
     times_.push_back(entry.seconds);
-    vertices_.push_back(mesh.vertices());
+    file_at_.push_back(number);
   }
 }
 
 Points MeshSequence::state(double seconds) const {
   const auto after = std::ranges::upper_bound(times_, seconds);
   if (after == times_.begin()) {
-    return vertices_.front();
+    return vertices_at(0);
   }
   if (after == times_.end()) {
-    return vertices_.back();
+    return vertices_at(times_.size() - 1);
   }
   const auto next = static_cast<std::size_t>(after - times_.begin());
   const double share = (seconds - times_[next - 1]) / (times_[next] - times_[next - 1]);
-  return (1.0 - share) * vertices_[next - 1] + share * vertices_[next];
+  return (1.0 - share) * vertices_at(next - 1) + share * vertices_at(next);
 }
 
 }  // namespace touchfield

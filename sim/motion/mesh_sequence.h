@@ -8,13 +8,14 @@
 
 namespace touchfield {
 
-/// A body given as meshes of the same triangles at several times, all of them in memory (24 bytes a vertex and mesh). The
+/// A body given as meshes of the same triangles at several times, each file of them once in memory (24 bytes a vertex). The
 /// state is its vertices, so that what predicts linearly in a Trajectory's state does so here.
 class MeshSequence {
  public:
   /// shape    with a series
   /// throws   InputError that names the file, its time and what differs from the first file: how many vertices, how many
-  ///          triangles, or the first triangle with other corners; also as read_mesh
+  ///          triangles, or the first triangle with other corners; if all files take more than half of the memory that is
+  ///          free, before the second is read; also as read_mesh
   explicit MeshSequence(const MeshShape& shape);
 
   const Triangles& triangles() const { return triangles_; }
@@ -24,9 +25,13 @@ class MeshSequence {
   Points state(double seconds) const;
 
  private:
+  /// Of the file at a time, by the time's number.
+  const Points& vertices_at(std::size_t time) const { return vertices_[file_at_[time]]; }
+
   Triangles triangles_;
   std::vector<double> times_;
-  std::vector<Points> vertices_;
+  std::vector<std::size_t> file_at_;  // of each time the number of its file
+  std::vector<Points> vertices_;      // of each file
 };
 
 }  // namespace touchfield

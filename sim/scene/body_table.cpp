@@ -107,9 +107,19 @@ void add_landmarks(Map<MeshShape>& map) {
 }
 
 Codec<MeshShape> mesh_codec() {
+  const auto file = absolute_file();
   Map<MeshShape> map;
-  map.required("file", &MeshShape::file, absolute_file(), "my_hand.stl",
-               "STL, OBJ, PLY, VTP or OFF file of a closed surface; a relative name counts from the scene's folder.");
+  map.add(
+      {.name = "file",
+       .type = file.type,
+       .help = "STL, OBJ, PLY, VTP or OFF file of a closed surface; a relative name counts from the scene's folder.",
+       .required = true,
+       .example = "my_hand.stl"},
+      [file](const Input& in, MeshShape& mesh) {
+        mesh.named = fmt::format("{}: {}", in.reading().place_text(in.node().place), in.path());
+        return file.read(in, mesh.file);
+      },
+      [file](const MeshShape& mesh) { return std::optional(file.write(mesh.file)); });
   add_unit(map);
   map.maybe("resurface_mm", &MeshShape::resurface, number(kMillimetres, above(0)), "1.5",
             "Makes one closed skin with edges of this length of whatever faces the file has: holes, flaps, duplicates, "

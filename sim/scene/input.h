@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,8 +20,14 @@ class Reading {
   /// changes   what messages call an override
   Reading(std::string name, std::vector<std::string> overrides, std::string folder, std::string changes);
 
+  /// A place as messages name it: "scene.yaml:4:11", "--set body.x=1".
+  std::string place_text(const Place& place) const;
+
   /// A problem at a place, its text without the place.
   void add(const Place& place, std::string text);
+  /// Looks through the file's text for characters that are not what they look like: problems in their lines name them.
+  void watch(std::string_view text);
+
   /// A problem in another file that the scene names at `place`; the text names the place in that file.
   void add_elsewhere(const Place& place, std::string text);
 
@@ -43,6 +50,7 @@ class Reading {
   std::string folder_;           // of the scene
   std::string override_folder_;  // of the overrides
   std::string changes_ = "--set";
+  std::map<int, std::string> odd_;  // of the file's lines: what is odd in them
   std::vector<Problem> problems_;
 };
 
@@ -77,7 +85,8 @@ class Input {
 /// The values of a text file that must hold one map: a scene, a sweep.
 ///
 /// what     how messages call the file, e.g. "a scene"
-/// throws   InputError with what `reading` has found: a character that is no UTF-8 text, what is not YAML, no map
+/// throws   InputError with what `reading` has found: a file that is no text, a character that is no UTF-8, what is not
+///          YAML, no map
 Node read_map(const std::string& text, std::string_view what, Reading& reading);
 
 /// A text as a message quotes it: in one line, without control characters, cut after `longest` bytes.

@@ -77,4 +77,38 @@ bool check_near(const Input& edges, const std::vector<std::string>& names) {
   return good;
 }
 
+bool check_box_landmarks(const Input& scene, const std::vector<BodySpec>& bodies) {
+  const Entry* target = scene.node().find("target");
+  if (!target) {
+    return true;
+  }
+  std::vector<std::string> names = landmark_names(bodies);
+  names.emplace_back(kNearestToArray);
+  std::vector<std::string> known = names;
+  for (const BodySpec& body : bodies) {
+    for (const std::string& landmark : landmark_names(body)) {
+      known.push_back(body.name + "." + landmark);
+    }
+  }
+  bool good = true;
+  const auto check = [&](const Input& box) {
+    const Entry* at = box.node().find("at");
+    if (at && !contains(known, at->value.text)) {
+      box.at(*at).must_be(rule(names, at->value.text));
+      good = false;
+    }
+  };
+  const Input table = scene.at(*target);
+  if (const Entry* box = target->value.find("box")) {
+    check(table.at(*box));
+  }
+  if (const Entry* boxes = target->value.find("boxes")) {
+    const Input list = table.at(*boxes);
+    for (std::size_t i = 0; i < boxes->value.items.size(); ++i) {
+      check(list.at(i));
+    }
+  }
+  return good;
+}
+
 }  // namespace touchfield::schema

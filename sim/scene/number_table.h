@@ -7,8 +7,10 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/core/text_number.h"
 #include "sim/scene/input.h"
 #include "sim/scene/quantity.h"
+#include "sim/scene/text_file.h"
 
 /// What files of numbers have in common: lines, # for comments, cells between commas, and how their faults are named.
 namespace touchfield::schema {
@@ -22,16 +24,10 @@ std::vector<std::string_view> cells(std::string_view line, char separator = ',')
 /// Lines of a text without end marks, each with its number from 1, what is before a # and what is behind it.
 template <class Visit>
 void for_each_commented_line(std::string_view text, const Visit& visit) {
-  for (int number = 1; !text.empty(); ++number) {
-    const auto end = text.find('\n');
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
-    if (!line.empty() && line.back() == '\r') {
-      line.remove_suffix(1);
-    }
-    const auto mark = std::min(line.find('#'), line.size());
-    visit(number, line.substr(0, mark), line.substr(std::min(mark + 1, line.size())));
-  }
+  for_each_text_line(text, [&](int number, std::string_view line) {
+    const std::string_view content = without_comment(line);
+    visit(number, content, line.substr(std::min(content.size() + 1, line.size())));
+  });
 }
 
 /// The same without comments.
@@ -53,7 +49,7 @@ class FileReport {
   void add(int line, const std::string& text);
   void add(const std::string& text);
 
-  /// What is in the file, without a byte order mark; reports and returns nothing if it cannot be read.
+  /// What is in the file, without a byte order mark; reports and returns nothing if it cannot be read or is no text.
   std::optional<std::string> text();
   void require_few(std::size_t count, const char* what);
   /// A number within the bounds every number of a scene has; reports and returns nothing otherwise.
@@ -66,6 +62,7 @@ class FileReport {
 
   const Input& in_;
   const std::string& path_;
+  std::map<int, std::string> odd_;  // of lines: what is odd in them
   int count_ = 0;
 };
 

@@ -129,6 +129,7 @@ struct MeshSeries {
 };
 struct MeshShape {
   std::string file;    // absolute or relative to the working directory; of a series its first
+  std::string named;   // where the scene names it, for messages: "scene.yaml:4:11: body.mesh.file"; empty: unknown
   double unit = 1e-3;  // metres per file unit
   std::string unit_name = "mm";
   bool unit_given = false;                   // else mm is a guess that the file's size has to bear out

@@ -174,7 +174,8 @@ Codec<Scene> make_scene_codec() {
       .check([](const Input& in, Scene& scene, bool good) {
         const bool good_targets = check_targets(in, scene);
         const bool good_motion = !good || check_motion(in, scene);
-        return check_judge(in, scene) && good_targets && good_motion;
+        const bool good_landmarks = !good || check_box_landmarks(in, scene.bodies);
+        return check_judge(in, scene) && good_targets && good_motion && good_landmarks;
       })
       .codec();
 }

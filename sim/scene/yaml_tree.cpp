@@ -120,7 +120,43 @@ class TreeBuilder : public YAML::EventHandler {
   void close() {
     Level level = std::move(levels_.back());
     levels_.pop_back();
+    merge(level.node);
     finish(std::move(level.node), level.anchor);
+  }
+
+  /// Takes the keys that a map does not have from the maps of its merge keys.
+  void merge(Node& node) {
+    std::vector<Entry> own;
+    std::vector<Entry> merged;
+    for (Entry& entry : node.entries) {
+      (entry.merges ? merged : own).push_back(std::move(entry));
+    }
+    node.entries = std::move(own);
+    for (Entry& entry : merged) {
+      std::vector<Node> maps;
+      if (entry.value.kind == Node::Kind::kList) {
+        maps = std::move(entry.value.items);
+      } else {
+        maps.push_back(std::move(entry.value));
+      }
+      for (Node& map : maps) {
+        if (map.kind != Node::Kind::kMap) {
+          throw SyntaxError{entry.place, "a merge key (<<) must have a map or a list of maps, as in <<: *name"};
+        }
+        for (Entry& other : map.entries) {
+          if (node.find(other.key) == nullptr) {
+            require_few_keys(node, other.place);
+            node.entries.push_back(std::move(other));
+          }
+        }
+      }
+    }
+  }
+
+  void require_few_keys(const Node& node, const Place& at) const {
+    if (node.entries.size() == kMostKeys) {
+      throw SyntaxError{at, fmt::format("more than {} keys in one map", kMostKeys)};
+    }
   }
 
   void count_copy(const Node& node, const Place& at) {
@@ -167,10 +203,9 @@ class TreeBuilder : public YAML::EventHandler {
       if (node.kind != Node::Kind::kScalar) {
         throw SyntaxError{node.place, "a key that is not a word"};
       }
-      if (parent.node.entries.size() == kMostKeys) {
-        throw SyntaxError{node.place, fmt::format("more than {} keys in one map", kMostKeys)};
-      }
-      parent.node.entries.push_back({std::move(node.text), node.place, {}});
+      require_few_keys(parent.node, node.place);
+      const bool merges = node.text == "<<" && !node.quoted;
+      parent.node.entries.push_back({std::move(node.text), node.place, {}, merges});
       parent.key_read = true;
     }
   }
@@ -183,6 +218,16 @@ class TreeBuilder : public YAML::EventHandler {
   std::size_t values_ = 0;
   std::size_t copied_bytes_ = 0;
 };
+
+/// Lines may end with a carriage return alone, which the parser takes for a character.
+std::string with_line_feeds(std::string text) {
+  for (std::size_t at = text.find('\r'); at != std::string::npos; at = text.find('\r', at + 1)) {
+    if (text.compare(at, 2, "\r\n") != 0) {
+      text[at] = '\n';
+    }
+  }
+  return text;
+}
 
 bool holds_only_scalars(const Node& node) {
   return std::none_of(node.items.begin(), node.items.end(),
@@ -263,14 +308,18 @@ Node map(std::vector<std::pair<std::string, Node>> entries) {
 Node parse_yaml(const std::string& text, int source) {
   TreeBuilder builder(source);
   try {
-    std::istringstream stream(text);
+    std::istringstream stream(with_line_feeds(text));
     YAML::Parser parser(stream);
     while (parser.HandleNextDocument(builder)) {
     }
   } catch (const YAML::Exception& error) {
     const auto& mark = error.mark;
+    namespace message = YAML::ErrorMsg;
+    const bool of_layout = error.msg == message::END_OF_MAP || error.msg == message::END_OF_SEQ ||
+                           error.msg == message::BLOCK_ENTRY || error.msg == message::MAP_KEY ||
+                           error.msg == message::MAP_VALUE;
     throw SyntaxError{mark.is_null() ? Place{source} : Place{source, mark.line + 1, mark.column + 1},
-                      "not YAML: " + error.msg};
+                      "not YAML: " + error.msg, of_layout};
   }
   if (builder.found()) {
     return builder.take();

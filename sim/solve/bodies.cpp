@@ -243,11 +243,9 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
   for (const BodySpec& spec : scene.bodies) {
     if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
       check_unit(*shape, plan.warnings);
-      if (shape->resurface) {
-        std::vector<std::string> notes;
-        body_from_file(spec, kept, &notes);
-        plan.notes.insert(plan.notes.end(), notes.begin(), notes.end());
-      }
+      std::vector<std::string> notes;
+      body_from_file(spec, kept, &notes);
+      plan.notes.insert(plan.notes.end(), notes.begin(), notes.end());
     }
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {

@@ -12,8 +12,8 @@
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
-#include "sim/mesh/query/inspect.h"
 #include "sim/mesh/remesh/surface_remesh.h"
+#include "sim/mesh/repair/repair.h"
 #include "sim/mesh/resurface/resurface.h"
 #include "sim/scene/scene_reader.h"
 
@@ -31,10 +31,27 @@ std::optional<UnitDoubt> doubt_of(const MeshShape& shape, double size) {
   return doubt;
 }
 
+/// What the file says; errors say where the scene names it too.
+FileSurface surface_of(const MeshShape& shape) {
+  try {
+    return read_surface(shape.file);
+  } catch (const InputError& error) {
+    throw InputError(shape.named.empty() ? error.what() : fmt::format("{}: {}", shape.named, error.what()));
+  }
+}
+
+/// Adds a line for each of what was done to a file.
+void add_notes(const std::vector<std::string>& steps, const std::string& file, std::vector<std::string>& notes) {
+  for (const std::string& step : steps) {
+    notes.push_back(fmt::format("{}: {}", file, step));
+  }
+}
+
 /// A landmark goes to the nearest point of the new skin, unless the part of the file's surface that it names has gone.
 MeshedBody resurfaced_body(const MeshShape& shape) {
   const double edge = *shape.resurface;
-  Resurfaced skin = resurfaced(read_surface(shape.file), shape.unit, edge, shape.file, "mesh.resurface_mm");
+  const FileSurface surface = surface_of(shape);
+  Resurfaced skin = resurfaced(surface, shape.unit, edge, shape.file, "mesh.resurface_mm");
   MeshedBody made{{std::move(skin.mesh), {}}, {}, {}};
   for (const auto& [name, point] : shape.landmarks) {
     made.body.landmarks.push_back(nearest_landmark(made.body.mesh, name, point));
@@ -48,9 +65,21 @@ MeshedBody resurfaced_body(const MeshShape& shape) {
                       shape.file, name, place_text(named, 2), distance / kMillimetre, edge / kMillimetre));
     }
   }
-  for (const std::string& step : skin.steps) {
-    made.notes.push_back(fmt::format("{}: {}", shape.file, step));
+  add_notes(surface.notes, shape.file, made.notes);
+  add_notes(skin.steps, shape.file, made.notes);
+  return made;
+}
+
+/// The faces of the file, which are closed. A series is not mended: its meshes must keep the same triangles.
+MeshedBody closed_body(const MeshShape& shape) {
+  const FileSurface surface = surface_of(shape);
+  Repaired mended = closed_mesh(surface, shape.unit, shape.file);
+  MeshedBody made{{shape.series ? read_mesh(shape.file, shape.unit) : std::move(mended.mesh), {}}, {}, {}};
+  for (const auto& [name, point] : shape.landmarks) {
+    made.body.landmarks.push_back(nearest_landmark(made.body.mesh, name, point));
   }
+  add_notes(surface.notes, shape.file, made.notes);
+  add_notes(mended.steps, shape.file, made.notes);
   return made;
 }
 
@@ -61,7 +90,7 @@ HandOptions hand_options(const HandShape& shape, double edge) {
 }
 
 void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
-  const double size = surface_size(read_surface(shape.file));
+  const double size = surface_size(surface_of(shape));
   const auto doubt = doubt_of(shape, size);
   if (doubt && doubt->refuse) {
     throw InputError(doubt->text);
@@ -74,23 +103,13 @@ void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
 
 Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::string>* notes) {
   const auto& shape = std::get<MeshShape>(spec.shape);
-  if (shape.resurface) {
-    const auto make = [&] { return resurfaced_body(shape); };
-    MeshedBody made = kept != nullptr
-                          ? kept->get("resurfaced " + shape.file, shape_text(spec) + file_state(shape.file), make)
-                          : make();
-    if (notes != nullptr) {
-      *notes = std::move(made.notes);
-    }
-    return std::move(made.body);
+  const auto make = [&] { return shape.resurface ? resurfaced_body(shape) : closed_body(shape); };
+  MeshedBody made =
+      kept != nullptr ? kept->get("file " + shape.file, shape_text(spec) + file_state(shape.file), make) : make();
+  if (notes != nullptr) {
+    *notes = std::move(made.notes);
   }
-  const TriangleMesh mesh = read_mesh(shape.file, shape.unit);
-  require_closed_surface(mesh, shape.file);
-  Body body{mesh, {}};
-  for (const auto& [name, point] : shape.landmarks) {
-    body.landmarks.push_back(nearest_landmark(body.mesh, name, point));
-  }
-  return body;
+  return std::move(made.body);
 }
 
 Body plain_body(const BodySpec& spec, double edge, KeptBodies* kept) {
@@ -153,7 +172,7 @@ std::vector<std::string> guess_units(Scene& scene) {
     if (shape == nullptr || shape->unit_given) {
       continue;
     }
-    const double size = surface_size(read_surface(shape->file));
+    const double size = surface_size(surface_of(*shape));
     const auto doubt = doubt_of(*shape, size);
     if (!doubt) {
       continue;

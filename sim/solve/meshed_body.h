@@ -25,10 +25,11 @@ void check_unit(const MeshShape& shape, std::vector<std::string>& warnings);
 ///          not given and not surely mm
 void require_body(const BodySpec& body);
 
-/// The body of a mesh file in its own frame, resurfaced if the scene asks for it.
+/// The body of a mesh file in its own frame: its faces, mended where they have no area, or resurfaced if the scene asks
+/// for it.
 ///
-/// kept    where resurfaced skins are kept; may be null
-/// notes   set to what resurfacing did; may be null
+/// kept    where bodies of files are kept; may be null
+/// notes   set to what was done to the file's faces; may be null
 /// throws  InputError if it is not the closed surface of a body, cannot be resurfaced to one, or loses a landmark
 Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::string>* notes = nullptr);
 

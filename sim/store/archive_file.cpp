@@ -11,6 +11,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/file_kind.h"
 #include "sim/core/version.h"
 #include "sim/store/checksum.h"
 
@@ -29,10 +30,11 @@ void require_hdf5(const std::string& path) {
   if (!file) {
     throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
   }
-  std::array<char, kSignature.size()> begin{};
-  file.read(begin.data(), begin.size());
-  if (std::string_view(begin.data(), static_cast<std::size_t>(file.gcount())) != kSignature) {
-    throw InputError(fmt::format("{}: is no HDF5 file", path));
+  std::array<char, 64> start{};
+  file.read(start.data(), start.size());
+  const std::string_view begin(start.data(), static_cast<std::size_t>(file.gcount()));
+  if (!begin.starts_with(kSignature)) {
+    throw InputError(fmt::format("{}: is no HDF5 file{}", path, and_what_it_is(begin)));
   }
 }
 

@@ -67,6 +67,23 @@ class BadInput(CommandTest):
         self.write("skin.obj", TETRAHEDRON.replace("f 2 3 4\n", ""))
         self.refused("run", self.scene(MESH_SCENE), "-o", "out", says=["skin.obj", "3 boundary edges"])
 
+    def test_mesh_that_cannot_be_read_names_the_key(self):
+        self.refused("check", self.scene(MESH_SCENE), says=["scene.yaml:3:20: body.mesh.file: ", "skin.obj: no such file"])
+        self.write("skin.obj", "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n")
+        self.refused("check", self.scene(MESH_SCENE), says=["body.mesh.file: ", "skin.obj: this is a Git LFS pointer"])
+
+    def test_files_of_other_kinds(self):
+        (self.folder / "wide.yaml").write_text(FINGER, encoding="utf-16")
+        self.refused("check", "wide.yaml", says="wide.yaml:1:1: this is UTF-16 text: save it as UTF-8")
+        (self.folder / "a.csv").write_text("0,0,0\n10,0,0\n", encoding="utf-16")
+        positions = "array: {positions: {file: a.csv}}"
+        scene = self.scene(MESH_SCENE.replace("array: {grid: {count: [4, 4], pitch_mm: 10}, at_mm: [0, 0, -60]}", positions))
+        self.refused("check", scene, says="a.csv: this is UTF-16 text: save it as UTF-8")
+        self.write("a.csv", "x_mm,y_mm,z_mm\n0,0,0\n\u00a010,0,0\n")
+        self.refused("check", scene, says=["a.csv:3: ", "there is a no-break space (U+00A0) at column 1"])
+        self.write("run.h5", "<!DOCTYPE html><html></html>")
+        self.refused("info", "run.h5", says="run.h5: is no HDF5 file: it is an HTML page")
+
     def test_mesh_with_a_nan(self):
         self.write("skin.obj", TETRAHEDRON.replace("v 20 0 0", "v nan 0 0"))
         self.refused("run", self.scene(MESH_SCENE), "-o", "out", says="skin.obj")

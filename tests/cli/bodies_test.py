@@ -74,7 +74,7 @@ class Bodies(CommandTest):
         scene = self.write("scene.yaml", TWO)
         said = self.refused("check", scene, "--set", "target.box.at=bottom")
         self.assertIn("landmark 'bottom' is on 2 bodies; say which: finger.bottom", said)
-        self.assertIn("landmark 'nose' is on none of the bodies", self.refused("check", scene, "--set", "target.box.at=nose"))
+        self.assertIn("target.box.at = nose must be one of", self.refused("check", scene, "--set", "target.box.at=nose"))
 
     def test_edges_by_place(self):
         scene = self.write("scene.yaml", FINGER.replace("length_mm: 10", "length_mm: 40"))

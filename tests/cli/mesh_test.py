@@ -165,6 +165,19 @@ class Work(Mesh):
                       ",,,,,", "y>30"]:
             self.refused(path, f"--cut={plane}", "-o", "out3.ply", says="--cut")
 
+    def test_a_cut_takes_a_hole_of_any_length(self):
+        side = numpy.isin(CUBE, [2, 3, 6, 7]).all(axis=1)  # y = 100
+        path = self.cube(CUBE[~side])
+        self.refused(path, "--cut", "y<=30", "-o", "out.ply", says="--repair")
+        self.report(path, "--repair", "--cut", "y<=30", "-o", "out.ply")
+        self.assertAlmostEqual(self.volume("out.ply", "--unit", "mm"), 300, delta=1e-3)
+        self.refused(path, "--repair", "--cut", "y>=30", "-o", "out2.ply", says=["--hole-mm", "--resurface"])
+
+    def test_bytes_behind_are_warned_of(self):
+        self.report(self.cube(), "--unit", "mm", "-o", "cube.stl")
+        (self.folder / "cube.stl").open("ab").write(b"x" * 92)
+        self.assertIn("cube.stl: 92 bytes behind the last face are ignored", self.report("cube.stl", "--unit", "mm")["warnings"][0])
+
     def test_a_foreign_hand(self):
         said = self.report_of_hand("fine.obj")
         fingertip = numpy.array(said["landmarks"]["index_pad"])
@@ -310,6 +323,21 @@ class Broken(Mesh):
         self.assertEqual(self.report(mixed)["collapsed_faces"], 1)
         self.refused(mixed, "-o", "out.ply", says=["1 face has two corners in one point", "--repair"])
         self.assertEqual(len(self.report(mixed, "--repair")["steps"]), 1)
+
+    def test_a_scene_takes_faces_without_area(self):
+        # A corner on the middle of the diagonal of the side z = 0, and the face that closes the crack there.
+        vertices = numpy.vstack([CORNERS, [[50, 50, 0]]]) * 0.2
+        cracked = numpy.concatenate([CUBE[1:], [[0, 8, 1], [8, 3, 1], [0, 3, 8]]])
+        self.cube(cracked, vertices)
+        scene = self.write("scene.yaml", """\
+name: flat
+array: {grid: {count: [4, 4]}}
+body: {mesh: {file: skin.obj, unit: mm}, place: {at_mm: [0, 0, 100]}, edge_mm: 4}
+solve: {methods: [{fixed: {phases_rad: 0}}]}
+""")
+        notes = json.loads(self.run_ok("check", scene, "--json").stdout)["mesh_notes"]
+        self.assertEqual(len(notes), 1, notes)
+        self.assertIn("skin.obj: removed 1 face with next to no area", notes[0])
 
     def test_one_triangle(self):
         path = self.obj([[0, 0, 0], [150, 0, 0], [0, 150, 0]], [[0, 1, 2]])

@@ -112,6 +112,36 @@ TEST(SceneReader, RefusesBinaryData) {
   EXPECT_THAT(problems_of(file), ElementsAre(HasSubstr(":1:1: not a character of UTF-8 text")));
 }
 
+TEST(SceneReader, NamesAFileOfAnotherKind) {
+  const TempFolder folder;
+  const auto file = folder.write("pointer.yaml", "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n");
+  EXPECT_THAT(problems_of(file),
+              ElementsAre(file + ":1:1: this is a Git LFS pointer, not the file itself: run git lfs pull"));
+}
+
+TEST(SceneReader, ReadsLinesOfAnyEnd) {
+  const TempFolder folder;
+  const std::string text = kSmallScene;
+  for (const std::string end : {"\r\n", "\r"}) {
+    const auto file = folder.write("scene.yaml", "\xEF\xBB\xBF" + std::regex_replace(text, std::regex("\n"), end));
+    EXPECT_EQ(resolved_yaml(read_scene(file)), resolved_yaml(scene_from(text)));
+  }
+}
+
+TEST(SceneReader, TakesTheKeysOfMergedMaps) {
+  const std::string shared = "bodies:\n  - &finger {name: one, sphere: {radius_mm: 8}, edge_mm: 3}\n  - ";
+  const std::string others =
+      "\nname: merge\narray: {grid: {count: [4, 4]}}\nsolve: {methods: [{fixed: {phases_rad: 0}}]}\n";
+  const auto second = [&](const std::string& body) { return scene_from(shared + body + others).bodies[1]; };
+  const BodySpec merged = second("{<<: *finger, name: two, place: {at_mm: [30, 0, 0]}}");
+  EXPECT_EQ(merged.name, "two");
+  EXPECT_DOUBLE_EQ(std::get<SphereShape>(merged.shape).radius, 8e-3);
+  EXPECT_DOUBLE_EQ(merged.place.at.x(), 30e-3);
+  // The map's own keys come first, then those of the first map in a list.
+  EXPECT_DOUBLE_EQ(second("{name: two, edge_mm: 2, <<: *finger}").edge->far, 2e-3);
+  EXPECT_DOUBLE_EQ(second("{name: two, <<: [{edge_mm: 4}, *finger]}").edge->far, 4e-3);
+}
+
 TEST(SceneReader, StopsAliasesThatMultiply) {
   const TempFolder folder;
   std::string text = "a0: &a0 [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]\n";

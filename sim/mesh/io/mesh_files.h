@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@ namespace touchfield {
 struct FileSurface {
   std::vector<Vector3> points;
   std::vector<std::array<std::int64_t, 3>> triangles;  // numbers of points
+  std::vector<std::string> notes;                      // what of the file was left out, a line each
 };
 
 /// The most that a file may hold. A detailed scan has a million faces; beyond five no remeshing here goes, and a file
@@ -46,6 +48,14 @@ FileSurface parse_vtp(const std::string& content, const std::string& name);
 /// polygon that cuts itself
 void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64_t>>& polygons,
                   const std::string& name);
+
+/// The note on bytes behind all that a file announces.
+std::string bytes_behind_text(std::size_t bytes);
+
+/// Adds a strip's triangles to polygons: each corner from the third on makes one with the two before it, and every other
+/// one runs the other way round. A corner of -1 ends the strip and begins another. Triangles that name a point twice,
+/// which only join the strips, are left out.
+void add_strip(std::vector<std::vector<std::int64_t>>& polygons, std::span<const std::int64_t> corners);
 
 /// A mesh as the content of a file, in file units of `unit` metres: binary STL, binary PLY, OFF and OBJ as text, VTP
 /// with its arrays inline and compressed.

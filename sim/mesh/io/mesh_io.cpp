@@ -14,6 +14,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/file_kind.h"
 #include "sim/core/whole_file.h"
 
 namespace touchfield {
@@ -107,9 +108,16 @@ void require_few(std::int64_t points, std::int64_t faces, const std::string& nam
   }
 }
 
+std::string bytes_behind_text(std::size_t bytes) {
+  return fmt::format("{} behind the last face {} ignored", bytes == 1 ? "1 byte" : fmt::format("{} bytes", bytes),
+                     bytes == 1 ? "is" : "are");
+}
+
 FileSurface read_surface(const std::string& path) {
   const Format& format = format_of(path);
-  FileSurface surface = format.parse(content_of(path), path);
+  const std::string content = content_of(path);
+  refuse_foreign(content, path);
+  FileSurface surface = format.parse(content, path);
   if (surface.triangles.empty()) {
     throw InputError(fmt::format("{}: the file has no face", path));
   }

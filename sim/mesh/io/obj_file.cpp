@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/text_number.h"
 #include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/text_cursor.h"
 
@@ -28,18 +29,41 @@ std::vector<std::int64_t> parse_face(TextCursor& cursor, std::string_view line, 
   return corners;
 }
 
+/// The statement that begins with a line, without its comment: a backslash at its end joins the next line. Others than
+/// vertices and faces may end with one, as names and paths do.
+std::string_view statement(TextCursor& cursor, std::string_view line, std::string& joined) {
+  const auto shortened = [](std::string_view text) {
+    text = without_comment(text);
+    return text.substr(0, text.find_last_not_of(" \t") + 1);
+  };
+  std::string_view text = shortened(line);
+  if (!text.ends_with('\\')) {
+    return text;
+  }
+  joined.clear();
+  for (bool more = true; more;) {
+    more = text.ends_with('\\');
+    joined += text.substr(0, text.size() - (more ? 1 : 0));
+    joined += ' ';
+    more = more && cursor.next_line(line);
+    text = shortened(line);
+  }
+  return joined;
+}
+
 }  // namespace
 
 FileSurface parse_obj(const std::string& content, const std::string& name) {
   FileSurface surface;
   std::vector<std::vector<std::int64_t>> polygons;
   TextCursor cursor(content, name);
+  std::string joined;
   for (std::string_view line; cursor.next_line(line);) {
     const std::string_view keyword = take_word(line);
     if (keyword == "v") {
-      surface.points.push_back(take_point(cursor, line));
+      surface.points.push_back(take_point(cursor, statement(cursor, line, joined)));
     } else if (keyword == "f") {
-      polygons.push_back(parse_face(cursor, line, surface.points.size()));
+      polygons.push_back(parse_face(cursor, statement(cursor, line, joined), surface.points.size()));
     }
     require_few(static_cast<std::int64_t>(surface.points.size()), static_cast<std::int64_t>(polygons.size()), name);
     // Groups, materials, normals and textures do not matter to the surface.

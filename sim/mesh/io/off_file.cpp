@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 #include "sim/mesh/io/mesh_files.h"
 #include "sim/mesh/io/text_cursor.h"
 
@@ -15,7 +16,7 @@ namespace {
 /// The next line that says something, without its comment; empty at the end of the text.
 std::string_view next_statement(TextCursor& cursor) {
   for (std::string_view line; cursor.next_line(line);) {
-    line = line.substr(0, line.find('#'));
+    line = without_comment(line);
     std::string_view rest = line;
     if (!take_word(rest).empty()) {
       return line;
@@ -33,7 +34,7 @@ std::string_view required_statement(TextCursor& cursor, const char* what, std::i
 }
 
 /// The keyword [ST][C][N][4][n]OFF. What the letters add stands behind a vertex' coordinates and does not matter, but
-/// 4 and n change what these are. Returns what follows the keyword in its line.
+/// 4 and n change what these are. Returns what follows the keyword in its line, with or without a blank.
 std::string_view parse_keyword(TextCursor& cursor) {
   std::string_view line = next_statement(cursor);
   const std::string_view word = take_word(line);
@@ -44,7 +45,7 @@ std::string_view parse_keyword(TextCursor& cursor) {
   if (letters == "4OFF" || letters == "nOFF" || letters == "4nOFF") {
     cursor.fail(fmt::format("'{}' has points that are not in three dimensions, OFF is needed", word));
   }
-  if (letters != "OFF") {
+  if (!letters.starts_with("OFF") || letters.find_first_not_of("0123456789", 3) != std::string_view::npos) {
     cursor.fail(
         fmt::format("not an OFF file: it begins with '{}', not with OFF, COFF, NOFF or STOFF", word.substr(0, 40)));
   }
@@ -52,6 +53,7 @@ std::string_view parse_keyword(TextCursor& cursor) {
   if (take_word(rest) == "BINARY") {
     cursor.fail("binary OFF is not supported, only text");
   }
+  line = {letters.data() + 3, line.data() + line.size()};
   return line;
 }
 

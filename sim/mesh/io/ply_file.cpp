@@ -122,7 +122,10 @@ Header parse_header(const std::string& content, const std::string& name) {
       if (!encoding) {
         cursor.fail("the header has no 'format'");
       }
-      return {*encoding, std::move(elements), cursor.position()};
+      // Where lines end with a carriage return alone, a line feed that follows is the body's.
+      const std::size_t end = cursor.position();
+      const bool lone_returns = content.compare(content.find_first_of("\r\n"), 2, "\r\n") != 0;
+      return {*encoding, std::move(elements), lone_returns && content.compare(end - 2, 2, "\r\n") == 0 ? end - 1 : end};
     } else if (keyword != "comment" && keyword != "obj_info") {
       cursor.fail(fmt::format("'{}' is no line of a PLY header", keyword.substr(0, 40)));
     }
@@ -174,6 +177,24 @@ class Body {
     return static_cast<std::int64_t>(value);
   }
 
+  /// Passes over a number that does not matter, however it is spelt.
+  void pass(Scalar type) {
+    if (encoding_ != Encoding::kText) {
+      next(type);
+    } else if (cursor_.next_word().empty()) {
+      fail("the file ends before all its elements are read");
+    }
+  }
+
+  /// Bytes that are left, from the first that is no blank of a text.
+  std::size_t left() {
+    if (encoding_ != Encoding::kText) {
+      return content_.size() - at_;
+    }
+    const std::size_t word = cursor_.next_word().size();
+    return word == 0 ? 0 : content_.size() - cursor_.position() + word;
+  }
+
   [[noreturn]] void fail(const std::string& message) const {
     if (encoding_ == Encoding::kText) {
       cursor_.fail(message);
@@ -201,7 +222,7 @@ class Body {
 void skip(Body& body, const Property& property) {
   std::int64_t count = property.count_type ? body.next_integer(*property.count_type, "the length of a list") : 1;
   for (; count > 0; --count) {
-    body.next(property.type);
+    body.pass(property.type);
   }
 }
 
@@ -226,7 +247,8 @@ bool is_corner_list(const Property& property) {
   return property.count_type && (property.name == "vertex_indices" || property.name == "vertex_index");
 }
 
-std::vector<std::int64_t> parse_face(Body& body, const Element& element) {
+/// The corners of a face or a strip. `left` is how many the file may have.
+std::vector<std::int64_t> parse_corners(Body& body, const Element& element, std::int64_t& left) {
   std::vector<std::int64_t> corners;
   for (const Property& property : element.properties) {
     if (!is_corner_list(property)) {
@@ -234,6 +256,10 @@ std::vector<std::int64_t> parse_face(Body& body, const Element& element) {
       continue;
     }
     const std::int64_t count = body.next_integer(*property.count_type, "the number of corners of a face");
+    left -= std::max(count, std::int64_t{0});
+    if (left < 0) {
+      body.fail(fmt::format("its faces have more than {} corners", kMostFileCorners));
+    }
     for (std::int64_t c = 0; c < count; ++c) {
       corners.push_back(body.next_integer(property.type, "a corner of a face"));
     }
@@ -241,26 +267,40 @@ std::vector<std::int64_t> parse_face(Body& body, const Element& element) {
   return corners;
 }
 
-const Element& required_element(const Header& header, const char* element, const std::string& name) {
+constexpr const char* kStrips = "tristrips";
+
+const Element* find_element(const Header& header, std::string_view name) {
   const auto found = std::find_if(header.elements.begin(), header.elements.end(),
-                                  [&](const Element& candidate) { return candidate.name == element; });
-  if (found == header.elements.end()) {
-    throw InputError(fmt::format("{}: the PLY header has no element '{}'", name, element));
-  }
-  return *found;
+                                  [&](const Element& candidate) { return candidate.name == name; });
+  return found == header.elements.end() ? nullptr : &*found;
 }
 
-void require_properties(const Header& header, const std::string& name) {
-  const Element& vertex = required_element(header, "vertex", name);
+/// How many faces or strips an element announces, 0 without it.
+std::int64_t corner_lists(const Element* element, const std::string& name) {
+  if (element != nullptr && std::none_of(element->properties.begin(), element->properties.end(), is_corner_list)) {
+    throw InputError(
+        fmt::format("{}: the element '{}' of the PLY file has no list 'vertex_indices'", name, element->name));
+  }
+  return element == nullptr ? 0 : element->count;
+}
+
+void require_elements(const Header& header, const std::string& name) {
+  const Element* vertex = find_element(header, "vertex");
+  const Element* face = find_element(header, "face");
+  const Element* strips = find_element(header, kStrips);
+  if (vertex == nullptr || (face == nullptr && strips == nullptr)) {
+    throw InputError(
+        fmt::format("{}: the PLY header has no element '{}'", name, vertex == nullptr ? "vertex" : "face"));
+  }
   for (const char* axis : {"x", "y", "z"}) {
-    if (std::none_of(vertex.properties.begin(), vertex.properties.end(),
+    if (std::none_of(vertex->properties.begin(), vertex->properties.end(),
                      [&](const Property& property) { return property.name == axis && !property.count_type; })) {
       throw InputError(fmt::format("{}: the vertices of the PLY file have no property '{}'", name, axis));
     }
   }
-  const Element& face = required_element(header, "face", name);
-  if (std::none_of(face.properties.begin(), face.properties.end(), is_corner_list)) {
-    throw InputError(fmt::format("{}: the faces of the PLY file have no list 'vertex_indices'", name));
+  require_few(vertex->count, 0, name);
+  for (const Element* element : {face, strips}) {
+    require_few(0, corner_lists(element, name), name);
   }
 }
 
@@ -268,25 +308,31 @@ void require_properties(const Header& header, const std::string& name) {
 
 FileSurface parse_ply(const std::string& content, const std::string& name) {
   const Header header = parse_header(content, name);
-  require_properties(header, name);
-  require_few(required_element(header, "vertex", name).count, required_element(header, "face", name).count, name);
+  require_elements(header, name);
   FileSurface surface;
   std::vector<std::vector<std::int64_t>> polygons;
+  std::int64_t corners_left = kMostFileCorners;
   Body body(content, name, header);
   for (const Element& element : header.elements) {
     const bool is_vertex = element.name == "vertex";
     const bool is_face = element.name == "face";
+    const bool is_strip = element.name == kStrips;
     // An element without properties takes no bytes, however many entries it has.
     for (std::int64_t i = 0; i < element.count && !element.properties.empty(); ++i) {
       if (is_vertex) {
         surface.points.push_back(parse_vertex(body, element));
       } else if (is_face) {
-        polygons.push_back(parse_face(body, element));
+        polygons.push_back(parse_corners(body, element, corners_left));
+      } else if (is_strip) {
+        add_strip(polygons, parse_corners(body, element, corners_left));
       } else {
         std::for_each(element.properties.begin(), element.properties.end(),
                       [&](const Property& property) { skip(body, property); });
       }
     }
+  }
+  if (const std::size_t left = body.left(); left > 0) {
+    surface.notes.push_back(bytes_behind_text(left));
   }
   add_polygons(surface, polygons, name);
   return surface;

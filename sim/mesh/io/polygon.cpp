@@ -91,4 +91,22 @@ void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64
   }
 }
 
+void add_strip(std::vector<std::vector<std::int64_t>>& polygons, std::span<const std::int64_t> corners) {
+  constexpr std::int64_t kEnd = -1;
+  std::size_t first = 0;  // of the strip
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    if (corners[i] == kEnd) {
+      first = i + 1;
+    } else if (i >= first + 2) {
+      const std::size_t odd = (i - first) % 2;
+      const std::int64_t a = corners[i - 2 + odd];
+      const std::int64_t b = corners[i - 1 - odd];
+      const std::int64_t c = corners[i];
+      if (a != b && b != c && c != a) {
+        polygons.push_back({a, b, c});
+      }
+    }
+  }
+}
+
 }  // namespace touchfield

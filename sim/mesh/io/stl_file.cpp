@@ -86,7 +86,7 @@ FileSurface parse_text(const std::string& content, const std::string& name) {
     for (word = cursor.next_word(); lower_case(word) == "facet"; word = cursor.next_word()) {
       expect(cursor, cursor.next_word(), "normal");
       for (int i = 0; i < 3; ++i) {
-        cursor.number("a normal's component");  // NaN for a face without area, in files of some programs
+        cursor.next_word();  // not used, and of a face without area no number that all programs spell alike
       }
       expect(cursor, cursor.next_word(), "outer");
       expect(cursor, cursor.next_word(), "loop");
@@ -106,14 +106,30 @@ FileSurface parse_text(const std::string& content, const std::string& name) {
   return surface;
 }
 
+/// What follows the last face that a binary file announces is passed over: colours, or what some programs pad with.
+FileSurface parse_longer(const std::string& content, const std::string& name) {
+  const std::size_t faces = announced_faces(content);
+  const std::size_t end = kHeader + kFace * faces;
+  const std::size_t behind = content.size() - end;
+  if (behind % kFace == 0 && content.find_first_not_of('\0', end) != std::string::npos) {
+    throw InputError(
+        fmt::format("{}: its header announces {} faces, but there are {} more behind them; the header is damaged", name,
+                    faces, behind / kFace));
+  }
+  FileSurface surface = parse_binary(content, name);
+  surface.notes.push_back(bytes_behind_text(behind));
+  return surface;
+}
+
 }  // namespace
 
 FileSurface parse_stl(const std::string& content, const std::string& name) {
   const bool has_header = content.size() >= kHeader;
-  if (has_header && content.size() == kHeader + kFace * announced_faces(content)) {
+  const std::size_t announced = has_header ? kHeader + kFace * announced_faces(content) : 0;
+  if (has_header && content.size() == announced) {
     return parse_binary(content, name);
   }
-  std::string_view start(content);
+  std::string_view start = std::string_view(content).substr(after_mark(content));
   const bool text = lower_case(take_word(start)) == "solid" && content.find('\0') == std::string::npos;
   if (text) {
     return parse_text(content, name);
@@ -122,10 +138,12 @@ FileSurface parse_stl(const std::string& content, const std::string& name) {
     throw InputError(fmt::format(
         "{}: not an STL file: it neither begins with 'solid' nor has the {} bytes of a binary header", name, kHeader));
   }
-  const std::size_t faces = announced_faces(content);
+  if (content.size() > announced && announced > kHeader) {
+    return parse_longer(content, name);
+  }
   throw InputError(
       fmt::format("{}: not a whole binary STL file: its header announces {} faces, which take {} bytes, but it has {}",
-                  name, faces, kHeader + kFace * faces, content.size()));
+                  name, announced_faces(content), announced, content.size()));
 }
 
 std::string as_stl(const TriangleMesh& mesh, double unit) {

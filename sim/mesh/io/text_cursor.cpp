@@ -41,12 +41,9 @@ bool TextCursor::next_line(std::string_view& line) {
     return false;
   }
   last_ = at_;
-  const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+  const std::size_t end = std::min(text_.find_first_of("\r\n", at_), text_.size());
   line = std::string_view(text_).substr(at_, end - at_);
-  if (!line.empty() && line.back() == '\r') {
-    line.remove_suffix(1);
-  }
-  at_ = std::min(end + 1, text_.size());
+  at_ = std::min(end + (text_.compare(end, 2, "\r\n") == 0 ? 2 : 1), text_.size());
   return true;
 }
 
@@ -71,7 +68,11 @@ double TextCursor::number(const char* what) {
 }
 
 void TextCursor::fail(const std::string& message) const {
-  const auto line = 1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(last_), '\n');
+  const std::string_view before = std::string_view(text_).substr(0, last_);
+  std::ptrdiff_t line = 1 + std::count(before.begin(), before.end(), '\n');
+  for (std::size_t at = before.find('\r'); at != std::string_view::npos; at = before.find('\r', at + 1)) {
+    line += text_.compare(at, 2, "\r\n") != 0 ? 1 : 0;
+  }
   throw InputError(fmt::format("{}:{}: {}", name_, line, message));
 }
 

@@ -9,12 +9,16 @@
 
 namespace touchfield {
 
-/// Goes through a text word by word; its errors name file, line and what was found.
+/// Where a text begins: behind its byte order mark of UTF-8, if it has one.
+inline std::size_t after_mark(std::string_view text) { return text.starts_with("\xEF\xBB\xBF") ? 3 : 0; }
+
+/// Goes through a text word by word; its errors name file, line and what was found. Lines end with a line feed, a
+/// carriage return or both; a byte order mark before the first is passed over.
 class TextCursor {
  public:
   /// text   outlives this
   TextCursor(const std::string& text, std::string name, std::size_t start = 0)
-      : text_(text), name_(std::move(name)), at_(start) {}
+      : text_(text), name_(std::move(name)), at_(start == 0 ? after_mark(text) : start) {}
   TextCursor(const std::string&&, std::string, std::size_t = 0) = delete;
 
   /// The next line without its end; false at the end of the text.

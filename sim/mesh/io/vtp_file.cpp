@@ -227,12 +227,10 @@ class SurfaceReader {
       std::vector<std::int64_t>& polygon = polygons_.emplace_back(begin, end);
       std::for_each(polygon.begin(), polygon.end(), [&](std::int64_t& corner) { corner += first; });
     });
-    // Every other triangle of a strip runs the other way round.
     for_each_cell(piece, "Strips", points, [&](const std::int64_t* begin, const std::int64_t* end) {
-      for (std::ptrdiff_t i = 0; i + 2 < end - begin; ++i) {
-        const std::ptrdiff_t odd = i % 2;
-        polygons_.push_back({first + begin[i + odd], first + begin[i + 1 - odd], first + begin[i + 2]});
-      }
+      std::vector<std::int64_t> corners(begin, end);
+      std::for_each(corners.begin(), corners.end(), [&](std::int64_t& corner) { corner += first; });
+      add_strip(polygons_, corners);
     });
   }
 

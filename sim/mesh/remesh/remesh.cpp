@@ -13,6 +13,7 @@
 #include "sim/core/errors.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/remesh/flat_faces.h"
 #include "sim/mesh/subset.h"
 
 namespace touchfield {
@@ -74,7 +75,10 @@ class Remesher {
     smooth_and_project();
   }
 
-  CreasedMesh result() const {
+  /// Where the surface is sharp, moving vertices leaves some in one line or one place: such faces are opened last.
+  CreasedMesh result() {
+    constexpr double kFlat = 1e-6;  // area over longest edge squared
+    remove_flat_faces(mesh_, as_columns(points_), kFlat);
     std::vector<int> numbers;
     Triangles triangles = mesh_.compact(numbers);
     std::vector<char> held;

@@ -9,6 +9,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/repair/repair_steps.h"
 #include "sim/mesh/repair/surface_report.h"
@@ -75,6 +76,10 @@ double weld_tolerance(const RawSurface& exact) {
                    kOfShortest * shortest_genuine_edge(lengths)});
 }
 
+std::string collapsed_text(Index faces) {
+  return fmt::format("dropped {} with two corners in one point", counted(faces, "face", "faces"));
+}
+
 /// The first step; says what it left out.
 RawSurface welded_surface(const FileSurface& surface, double unit, double tolerance, std::vector<bool>& copied,
                           StepLog& log) {
@@ -88,8 +93,7 @@ RawSurface welded_surface(const FileSurface& surface, double unit, double tolera
                     tolerance > 0 ? fmt::format("within {:.3g} mm", tolerance / kMillimetre) : "in the same place"));
   }
   if (merged.collapsed_faces > 0) {
-    log.push_back(
-        fmt::format("dropped {} with two corners in one point", counted(merged.collapsed_faces, "face", "faces")));
+    log.push_back(collapsed_text(merged.collapsed_faces));
   }
   Triangles triangles = without_duplicates(merged.triangles, copied);
   if (const Index duplicates = merged.triangles.cols() - triangles.cols(); duplicates > 0) {
@@ -139,7 +143,7 @@ Repaired repaired(const FileSurface& file, double unit, const RepairOptions& opt
   drop_stray_pieces(surface, options.stray, log);
   make_consistent(surface, log);
   require_orientable(surface, name);
-  std::vector<std::string> faults = fill_small_holes(surface, hole_limit, log);
+  std::vector<std::string> faults = fill_small_holes(surface, hole_limit, log, options.unwanted);
   if (faults.empty()) {
     split_pinched_vertices(surface, log);
     remove_slivers(surface, log);
@@ -154,6 +158,38 @@ Repaired repaired(const FileSurface& file, double unit, const RepairOptions& opt
   faults.insert(faults.end(), report.faults.begin(), report.faults.end());
   if (!faults.empty()) {
     give_up(name, faults);
+  }
+  return {TriangleMesh(std::move(surface.points), std::move(surface.triangles)), std::move(log)};
+}
+
+Repaired closed_mesh(const FileSurface& file, double unit, const std::string& name) {
+  StepLog log;
+  WeldedSurface merged = welded(file, unit, 0.0);
+  if (merged.collapsed_faces > 0) {
+    log.push_back(collapsed_text(merged.collapsed_faces));
+  }
+  RawSurface surface{std::move(merged.points), std::move(merged.triangles)};
+  const auto flat_faces = [&] {
+    const auto columns = surface.triangles.colwise();
+    return std::count_if(columns.begin(), columns.end(),
+                         [&](const auto& face) { return is_flat(surface.points, face); });
+  };
+  std::vector<std::string> faults;
+  if (surface.triangles.cols() == 0) {
+    faults.emplace_back("no face has an area");
+  } else {
+    faults = inspect(surface.points, surface.triangles).faults;
+  }
+  if (faults.empty() && flat_faces() > 0) {
+    remove_slivers(surface, log);
+    if (const Index left = flat_faces(); left > 0) {
+      faults.push_back(counted(left, "face", "faces") + " without area");
+    }
+  }
+  if (!faults.empty()) {
+    throw InputError(fmt::format(
+        "{}: the mesh must be a closed surface with outward normals: {}; try touchfield mesh {} --repair -o fixed.obj",
+        name, fmt::join(faults, "; "), name));
   }
   return {TriangleMesh(std::move(surface.points), std::move(surface.triangles)), std::move(log)};
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,7 +17,9 @@ struct RepairOptions {
                                // tenth of the shortest edge of faces that are no needles
   std::optional<double> hole;  // the longest way round a hole that is filled [m], >= 0; by default a tenth of the
                                // surface's diagonal
-  double stray = 0.01;         // pieces below this share of the largest one's area are dropped, 0 to 1
+  std::function<bool(const Vector3&)>
+      unwanted;         // points that will be cut off: a hole wholly there is filled however long
+  double stray = 0.01;  // pieces below this share of the largest one's area are dropped, 0 to 1
 };
 
 struct Repaired {
@@ -45,5 +48,15 @@ struct Repaired {
 /// throws    InputError that names count and place of everything that is left: a surface that is not orientable, edges
 ///           of three faces or more, holes above the limit, faces that cut each other; or on an option out of range
 Repaired repaired(const FileSurface& surface, double unit, const RepairOptions& options, const std::string& name);
+
+/// The mesh of a file that is a closed surface already. Points with equal coordinates are merged; faces with two corners
+/// in one point are left out, and those without area (as TriangleMesh counts them) flipped or collapsed away, with
+/// everything that is next to as flat. A surface without such faces stays as it is, to the bit.
+///
+/// surface   as read
+/// unit      metres per file unit, > 0
+/// name      the file, for messages
+/// throws    InputError that names what is left: holes and the like, faces without area that nothing removes
+Repaired closed_mesh(const FileSurface& surface, double unit, const std::string& name);
 
 }  // namespace touchfield

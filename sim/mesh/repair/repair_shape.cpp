@@ -17,6 +17,7 @@
 #include "sim/mesh/query/pieces.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/remesh/flat_faces.h"
 #include "sim/mesh/repair/fill_holes.h"
 #include "sim/mesh/repair/repair_steps.h"
 #include "sim/mesh/subset.h"
@@ -99,40 +100,6 @@ std::string hole_text(const Points& points, const Loop& loop) {
 // Faces this thin do not survive the digits of a single-precision file: on a 10 mm edge 20 nm high.
 constexpr double kSliver = 1e-6;  // area over longest edge squared
 
-Eigen::Vector3i face_of(const EditMesh& mesh, int side) { return {mesh.from(side), mesh.to(side), mesh.apex(side)}; }
-
-/// Exchanges the sliver's longest edge for the other diagonal, if that leaves two faces with area.
-bool flip_away(EditMesh& mesh, const Points& points, int longest) {
-  const auto [a, b, c, d] = mesh.corners_about(longest);
-  if (!mesh.can_flip(longest) || is_flat(points, {d, c, a}, kSliver) || is_flat(points, {c, d, b}, kSliver)) {
-    return false;
-  }
-  mesh.flip(longest);
-  return true;
-}
-
-bool collapse_away(EditMesh& mesh, int shortest) {
-  for (const int side : {shortest, mesh.opposite(shortest)}) {
-    if (mesh.can_collapse(side)) {
-      mesh.collapse(side);
-      return true;
-    }
-  }
-  return false;
-}
-
-bool remove_sliver(EditMesh& mesh, const Points& points, int first_side) {
-  std::array<int, 3> sides = {first_side, first_side + 1, first_side + 2};
-  const auto side_length = [&](int side) { return (points.col(mesh.to(side)) - points.col(mesh.from(side))).norm(); };
-  std::sort(sides.begin(), sides.end(), [&](int s, int t) { return side_length(s) < side_length(t); });
-  // A needle's ends may become one: the skin moves by its short side. Others move nothing by a flip.
-  constexpr double kNeedle = 1e-3;
-  if (side_length(sides[0]) < kNeedle * side_length(sides[2]) && collapse_away(mesh, sides[0])) {
-    return true;
-  }
-  return flip_away(mesh, points, sides[2]);
-}
-
 bool is_closed_manifold(const RawSurface& surface) {
   bool closed = true;
   for_each_edge(sorted_sides(surface.triangles), [&](std::span<const Side> edge) {
@@ -175,7 +142,8 @@ std::optional<double> cut_out(RawSurface& surface, const std::vector<std::pair<I
 
 }  // namespace
 
-std::vector<std::string> fill_small_holes(RawSurface& surface, double limit, StepLog& log) {
+std::vector<std::string> fill_small_holes(RawSurface& surface, double limit, StepLog& log,
+                                          const std::function<bool(const Vector3&)>& unwanted) {
   constexpr std::size_t kMostEdges = 2000;  // of fill_loop
   constexpr std::size_t kMostNamed = 5;
   std::vector<std::string> left;
@@ -185,12 +153,15 @@ std::vector<std::string> fill_small_holes(RawSurface& surface, double limit, Ste
   std::unordered_set<std::uint64_t> edges;
   std::optional<FacesRound> round;
   for (const Loop& loop : boundary_loops(surface.triangles, static_cast<int>(surface.points.cols()))) {
-    if (length(surface.points, loop) > limit || loop.size() > kMostEdges) {
+    const bool cut_off = unwanted && std::ranges::all_of(loop, [&](int v) { return unwanted(surface.points.col(v)); });
+    if ((length(surface.points, loop) > limit && !cut_off) || loop.size() > kMostEdges) {
       if (++left_count <= kMostNamed) {
         left.push_back(fmt::format("a hole of {} is {}", hole_text(surface.points, loop),
                                    loop.size() > kMostEdges
                                        ? fmt::format("longer than {} edges", kMostEdges)
-                                       : fmt::format("above the limit of {:.2f} mm", limit / kMillimetre)));
+                                       : fmt::format("above the limit of {:.2f} mm (--hole-mm raises it, "
+                                                     "--resurface MM closes any hole)",
+                                                     limit / kMillimetre)));
       }
       continue;
     }
@@ -228,31 +199,15 @@ void remove_slivers(RawSurface& surface, StepLog& log) {
     return;
   }
   EditMesh mesh(surface.triangles, surface.points.cols());
-  Index removed = 0;
-  Vector3 first = Vector3::Zero();
-  constexpr int kRounds = 20;  // neighbours in a row of slivers wait for each other
-  bool changed = true;
-  for (int round = 0; round < kRounds && changed; ++round) {
-    changed = false;
-    for (int side = 0; side < mesh.side_count(); side += 3) {
-      if (!mesh.alive(side) || !is_sliver(face_of(mesh, side))) {
-        continue;
-      }
-      const Vector3 place = surface.points.col(mesh.from(side));
-      if (remove_sliver(mesh, surface.points, side)) {
-        first = removed++ == 0 ? place : first;
-        changed = true;
-      }
-    }
-  }
-  if (removed == 0) {
+  const FlatFaces done = remove_flat_faces(mesh, surface.points, kSliver);
+  if (done.removed == 0) {
     return;
   }
   std::vector<int> old_numbers;
   surface.triangles = mesh.compact(old_numbers);
   surface.points = surface.points(Eigen::all, old_numbers).eval();
-  log.push_back(fmt::format("removed {} with next to no area, the first at {}", counted(removed, "face", "faces"),
-                            place_text(first, 2)));
+  log.push_back(fmt::format("removed {} with next to no area, the first at {}",
+                            counted(done.removed, "face", "faces"), place_text(done.first, 2)));
 }
 
 void turn_outwards(RawSurface& surface, StepLog& log) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -47,11 +48,13 @@ void drop_stray_pieces(RawSurface& surface, double share, StepLog& log);
 /// Edges of more than two faces connect nothing. What is not orientable keeps misoriented edges.
 void make_consistent(RawSurface& surface, StepLog& log);
 
-/// Fills the holes that are no longer than `limit` [m] round.
+/// Fills the holes that are no longer than `limit` [m] round, and those wholly in what is unwanted.
 ///
+/// unwanted  whether a point will be cut off; may be empty
 /// surface   edge-manifold and consistently oriented
 /// returns   a line for each of the first holes left
-std::vector<std::string> fill_small_holes(RawSurface& surface, double limit, StepLog& log);
+std::vector<std::string> fill_small_holes(RawSurface& surface, double limit, StepLog& log,
+                                          const std::function<bool(const Vector3&)>& unwanted = {});
 
 /// Gives each fan of faces at a vertex a vertex of its own, moved towards the fan's rim.
 void split_pinched_vertices(RawSurface& surface, StepLog& log);

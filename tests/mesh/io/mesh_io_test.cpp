@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -277,6 +278,147 @@ TEST_F(MeshIo, ReadsBinaryPlyOfEitherByteOrder) {
       const std::string file = write("cut.ply", bytes.substr(0, cut));
       EXPECT_THROW(read_mesh(file, kMm), InputError) << cut;
     }
+  }
+}
+
+/// A text with these line ends, and a byte order mark before it if it is marked.
+std::string with_ends(const std::string& text, const std::string& end, bool marked) {
+  std::string other = marked ? "\xEF\xBB\xBF" : "";
+  for (const char c : text) {
+    other += c == '\n' ? end : std::string(1, c);
+  }
+  return other;
+}
+
+TEST_F(MeshIo, ReadsLinesOfAnyEnd) {
+  const std::string ply = std::string(kPlyHeader) + kPlyBody;
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    for (const bool marked : {false, true}) {
+      SCOPED_TRACE(std::to_string(end.size()) + (marked ? " marked" : ""));
+      const auto read = [&](const std::string& name, const std::string& text) {
+        return read_mesh(write(name, with_ends(text, end, marked)), kMm);
+      };
+      expect_tetrahedron(read("a.obj", kObj), kMm);
+      expect_tetrahedron(read("a.off", kOff), kMm);
+      expect_tetrahedron(read("a.ply", ply), kMm);
+      expect_tetrahedron(read("a.stl", ascii_stl()), kMm);
+      const std::size_t head = std::string(kVtp).find("<VTKFile");  // a mark stands before the XML declaration too
+      expect_tetrahedron(read("a.vtp", std::string(kVtp).substr(head)), kMm);
+      expect_refused("n.obj", with_ends(with(kObj, "v 1 0 0", "v 1 zero 0"), end, marked), "n.obj:4: a coordinate");
+    }
+  }
+}
+
+// The body's first byte is a line feed, which belongs to a carriage return only where the others have one too.
+TEST_F(MeshIo, FindsTheBodyBehindLoneReturns) {
+  std::string header = with(with(kPlyHeader, "ascii", "binary_little_endian"), "property uchar red\n", "");
+  header = with(header, "property float quality\n", "");
+  const float odd = std::bit_cast<float>(0x3F80000AU);  // about 1, its first byte 0x0A
+  std::string body;
+  const auto put = [&](auto value) { body.append(reinterpret_cast<const char*>(&value), sizeof value); };
+  for (const auto& vertex : std::vector<std::array<float, 3>>{{odd, 0, 0}, {2, 0, 0}, {odd, 1, 0}, {odd, 0, 1}}) {
+    std::for_each(vertex.begin(), vertex.end(), put);
+  }
+  for (const auto& face : std::vector<std::array<int, 3>>{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}) {
+    put(std::uint8_t{3});
+    std::for_each(face.begin(), face.end(), put);
+  }
+  for (const std::string end : {"\n", "\r\n", "\r"}) {
+    const FileSurface surface = read_surface(write("b.ply", with_ends(header, end, false) + body));
+    EXPECT_EQ(surface.points.front().x(), odd);
+    EXPECT_THAT(surface.notes, IsEmpty());
+  }
+}
+
+TEST_F(MeshIo, JoinsContinuedLinesOfObj) {
+  const std::string split = with(with(kObj, "f 1 3 2", "f 1 \\\n 3\\\n\t2"), "v 1 0 0", "v 1 \\ \n0 0 # end \\");
+  expect_tetrahedron(read_mesh(write("a.obj", split), kMm), kMm);
+  expect_tetrahedron(read_mesh(write("b.obj", with_ends(split, "\r\n", false)), kMm), kMm);
+  // A path and a comment that end in a backslash join nothing.
+  const std::string path = with(kObj, "f 1 3 2", "usemtl C:\\skin\\\nf 1 3 2 # here \\\n# and here \\");
+  expect_tetrahedron(read_mesh(write("c.obj", path), kMm), kMm);
+  expect_tetrahedron(read_mesh(write("d.obj", with(kObj, "f -3/1/1 -2/1/1 -1/1/1\n", "f 2 3 4 \\")), kMm), kMm);
+}
+
+// Faces 021, 123 turned by a strip's second, 013, 032: the strip of vtk_tetrahedron() and others of the same surface.
+TEST_F(MeshIo, ReadsStrips) {
+  const std::string header =
+      with(with(kPlyHeader, "element face 4\nproperty list uchar int vertex_indices\nproperty float quality\n",
+                "element tristrips 1\nproperty list int int vertex_indices\n"),
+           "property uchar red\n", "");
+  const std::string points = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
+  for (const char* strips : {"6 0 2 1 3 0 2", "7 0 2 1 3 0 2 -1", "9 0 2 1 3 -1 1 3 0 2", "11 -1 0 2 1 3 -1 -1 1 3 0 2",
+                             "10 0 2 1 3 3 1 1 3 0 2"}) {
+    SCOPED_TRACE(strips);
+    expect_tetrahedron(read_mesh(write("s.ply", header + points + strips + "\n"), kMm), kMm);
+  }
+  const std::string two = with(header, "tristrips 1", "tristrips 2");
+  expect_tetrahedron(read_mesh(write("s.ply", two + points + "4 0 2 1 3\n4 1 3 0 2\n"), kMm), kMm);
+  expect_refused("n.ply", header + points + "6 0 2 1 4 0 2\n", "names vertex 4");
+  expect_refused("n.ply", header + points + "2 0 2\n", "has no face");
+  expect_refused("n.ply", with(header, "vertex_indices", "corners") + points,
+                 "'tristrips' of the PLY file has no list");
+}
+
+TEST_F(MeshIo, PassesOverNumbersThatDoNotMatter) {
+  for (const char* spelling :
+       {"nan nan nan", "-nan(ind) -nan(ind) -nan(ind)", "1.#QNAN -1.#IND 1.#INF", "0,5 0,5 0,7"}) {
+    SCOPED_TRACE(spelling);
+    std::string stl = ascii_stl();
+    for (std::size_t at = 0; (at = stl.find("normal 0 0 0", at)) != std::string::npos; at += 7) {
+      stl.replace(at + 7, 5, spelling);
+    }
+    expect_tetrahedron(read_mesh(write("a.stl", stl), kMm), kMm);
+    const std::string first(spelling, std::string(spelling).find(' '));
+    expect_tetrahedron(
+        read_mesh(write("a.ply", std::string(kPlyHeader) + with(kPlyBody, "0 0 0 255", "0 0 0 " + first)), kMm), kMm);
+    expect_tetrahedron(read_mesh(write("a.obj", with(kObj, "vn 0 0 1", std::string("vn ") + spelling)), kMm), kMm);
+    expect_refused("n.stl", with(ascii_stl(), "1e0", first), "a coordinate is");
+    expect_refused("n.obj", with(kObj, "v 1 0 0", "v 1 0 " + first), "a coordinate is");
+    expect_refused("n.off", with(kOff, "1 0 0", "1 0 " + first), "a coordinate is");
+  }
+  expect_refused("n.stl", with(ascii_stl(), "normal 0 0 0", "normal 0 0"), "'loop' where 'outer' is expected");
+}
+
+TEST_F(MeshIo, NotesBytesBehindTheLastFace) {
+  const TriangleMesh mesh = icosphere(0.02, 1);
+  write_mesh(path("a.stl"), mesh, kMm);
+  write_mesh(path("a.ply"), mesh, kMm);
+  for (const char* name : {"a.stl", "a.ply"}) {
+    const FileSurface surface =
+        read_surface(write(std::string("b") + name, content(path(name)) + std::string(92, 'x')));
+    EXPECT_EQ(surface.triangles.size(), 20u);
+    EXPECT_THAT(surface.notes, ::testing::ElementsAre("92 bytes behind the last face are ignored"));
+    EXPECT_THAT(read_surface(path(name)).notes, IsEmpty());
+  }
+  const std::string stl = content(path("a.stl"));
+  EXPECT_THAT(read_surface(write("zero.stl", stl + std::string(100, '\0'))).notes, ::testing::SizeIs(1));
+  expect_refused("more.stl", stl + stl.substr(84, 100), "announces 20 faces, but there are 2 more behind them");
+  const std::string ply = std::string(kPlyHeader) + kPlyBody;
+  EXPECT_THAT(read_surface(write("t.ply", ply + "1 2 3\n \n")).notes, ::testing::SizeIs(1));
+  EXPECT_THAT(read_surface(write("t.ply", ply + "\n \n")).notes, IsEmpty());
+}
+
+TEST_F(MeshIo, ReadsCountsGluedToOff) {
+  const std::string off = kOff;
+  expect_tetrahedron(read_mesh(write("a.off", with(off, "OFF\n4 4 6", "OFF4 4 6")), kMm), kMm);
+  expect_tetrahedron(read_mesh(write("b.off", with(off, "OFF\n4 4 6", "OFF4 4")), kMm), kMm);
+  expect_refused("n.off", with(off, "OFF\n4 4 6", "OFFx4 4 6"), "not an OFF file");
+}
+
+TEST_F(MeshIo, NamesFilesOfOtherKinds) {
+  const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:00\nsize 12345\n";
+  const std::string page = "\n<!DOCTYPE html>\n<html><body>v 1 2 3</body></html>\n";
+  std::string wide = "\xFF\xFE";
+  for (const char c : std::string(kObj)) {
+    wide += {c, '\0'};
+  }
+  for (const char* name : {"n.stl", "n.obj", "n.ply", "n.off", "n.vtp"}) {
+    expect_refused(name, pointer, "this is a Git LFS pointer, not the file itself: run git lfs pull");
+    expect_refused(name, page, "this is an HTML page");
+    expect_refused(name, std::string("\x1F\x8B\x08") + std::string(100, 'x'), "this is a gzip file");
+    expect_refused(name, wide, "this is UTF-16 text: save it as UTF-8");
+    expect_refused(name, wide.substr(2), "this is UTF-16 text: save it as UTF-8");
   }
 }
 

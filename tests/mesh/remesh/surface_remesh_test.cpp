@@ -23,8 +23,10 @@
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/edit_mesh.h"
 #include "sim/mesh/remesh/mesh_quality.h"
+#include "sim/mesh/remesh/remesh.h"
 #include "sim/mesh/topology.h"
 #include "tests/support/mesh_support.h"
+#include "tests/support/surface_support.h"
 
 namespace touchfield {
 namespace {
@@ -174,6 +176,23 @@ void expect_sound(const TriangleMesh& mesh, const TriangleMesh& original) {
 }
 
 // 12 faces with edges of 20 to 50 mm, or 48,000 of half a millimetre: the same box.
+// Creases hold all corners of a face without area, which no collapse may then remove and no normal lets flip.
+TEST(Remesh, LeavesNoFaceWithoutArea) {
+  const TriangleMesh whole = cube();
+  Points vertices(3, 9);
+  vertices << whole.vertices(), Vector3(0.005, 0.005, 0.01);  // on the diagonal 4-7 of faces 2 and 3
+  Triangles triangles(3, 14);
+  triangles << whole.triangles(), Eigen::Vector3i(5, 7, 8), Eigen::Vector3i(4, 8, 7);
+  triangles.col(2) << 4, 5, 8;
+  const CreasedTarget target{[](const Points& points) { return Eigen::VectorXd::Constant(points.cols(), 0.011); },
+                             [](Points&, const Points&, const Points&) {},
+                             {{{4, 8}}, {{8, 7}}},
+                             {0, 1, 2, 3, 5, 6}};
+  const CreasedMesh result = remeshed(vertices, triangles, target, 1);
+  EXPECT_EQ(result.mesh.face_count(), 14);
+  EXPECT_NEAR(result.mesh.signed_volume(), 1e-6, 1e-15);
+}
+
 TEST(SurfaceRemesh, KeepsTheShapeOfABoxExactly) {
   const Vector3 size(20 * kMm, 30 * kMm, 40 * kMm);
   const EdgeSizing sizing(1.4 * kMm);

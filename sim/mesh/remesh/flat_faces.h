@@ -1,0 +1,21 @@
+#pragma once
+
+#include "sim/mesh/remesh/edit_mesh.h"
+#include "sim/mesh/triangle_mesh.h"
+
+namespace touchfield {
+
+/// What remove_flat_faces() did.
+struct FlatFaces {
+  Eigen::Index removed = 0;
+  Vector3 first = Vector3::Zero();  // a corner of the first [m]
+};
+
+/// Removes faces with next to no area: needles, whose shortest edge is below a thousandth of their longest, by a collapse of
+/// that edge, others by a flip of their longest edge where that leaves two faces with area. What cannot be had so stays.
+///
+/// points   of the mesh's vertices
+/// least    area over the longest edge squared; a face below is flat
+FlatFaces remove_flat_faces(EditMesh& mesh, const Points& points, double least);
+
+}  // namespace touchfield
