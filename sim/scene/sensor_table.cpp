@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include "sim/scene/camera_models.h"
 #include "sim/scene/scene_table.h"
 
@@ -42,6 +44,20 @@ Codec<CameraSpec> camera_codec() {
         return good;
       })
       .codec();
+}
+
+bool check_pixels(const Input& in, const MotionSpec::Sensor& sensor) {
+  const auto* cameras = std::get_if<std::vector<CameraSpec>>(&sensor.sight);
+  std::int64_t pixels = 0;
+  for (const CameraSpec& camera : cameras == nullptr ? std::vector<CameraSpec>() : *cameras) {
+    pixels += std::int64_t{camera.resolution[0]} * camera.resolution[1];
+  }
+  if (pixels > kMostCameraPixels) {
+    in.at(*in.node().find("cameras"))
+        .problem(fmt::format("their images have {} pixels together, must be at most {}", pixels, kMostCameraPixels));
+    return false;
+  }
+  return true;
 }
 
 Codec<RecordedSpec> recorded_codec() {
@@ -89,7 +105,7 @@ Codec<MotionSpec::Sensor> sensor_codec() {
           in.at(*in.node().find("workspace_mm")).at(1).must_be("beyond the first corner in x, y and z");
           return false;
         }
-        return good;
+        return good && check_pixels(in, sensor);
       })
       .codec();
 }

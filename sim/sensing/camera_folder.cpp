@@ -1,11 +1,14 @@
 #include "sim/sensing/camera_folder.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -20,6 +23,7 @@
 #include "sim/scene/text_file.h"
 #include "sim/sensing/camera_table.h"
 #include "sim/sensing/depth_png.h"
+#include "sim/sensing/recording_check.h"
 
 namespace touchfield {
 
@@ -30,6 +34,7 @@ namespace fs = std::filesystem;
 constexpr const char* kCamerasFile = "cameras.yaml";
 constexpr const char* kTimesFile = "times.csv";
 constexpr const char* kTimeColumn = "time_s";
+constexpr double kLatest = 1e10;  // [s]: more than since 1970, to be told from that in milliseconds
 
 std::string path_in(const std::string& folder, const std::string& file) {
   return (fs::path(folder) / file).lexically_normal().string();
@@ -56,9 +61,29 @@ std::optional<std::vector<std::size_t>> header_order(schema::FileReport& report,
   return order;
 }
 
+/// A time of a row; reports and returns nothing if it is none, and once whatever is too large.
+std::optional<double> row_seconds(schema::FileReport& report, int line, std::string_view text, bool& too_large) {
+  const auto seconds = schema::parse_decimal(text);
+  if (!seconds) {
+    report.number(line, text);
+    return std::nullopt;
+  }
+  if (std::abs(*seconds) <= kLatest) {
+    return seconds;
+  }
+  if (!too_large) {
+    report.add(line,
+               fmt::format("time_s = {} must be at most {:g} in magnitude: it is in seconds, from any start; divide "
+                           "ms, us or ns of a clock",
+                           schema::quoted_for_message(std::string(text)), kLatest));
+  }
+  too_large = true;
+  return std::nullopt;
+}
+
 }  // namespace
 
-CameraFolder::CameraFolder(std::string folder) : folder_(std::move(folder)) {
+CameraFolder::CameraFolder(std::string folder, Progress* progress) : folder_(std::move(folder)) {
   std::error_code error;
   if (!fs::is_directory(folder_, error)) {
     throw InputError(
@@ -73,7 +98,11 @@ CameraFolder::CameraFolder(std::string folder) : folder_(std::move(folder)) {
   }
   cameras_ = read_cameras_text(read_whole_file(cameras, schema::kMostTextBytes), cameras);
   read_rows(table);
-  check_images(table);
+  std::vector<double> seconds;
+  std::ranges::transform(rows_, std::back_inserter(seconds), &Row::seconds);
+  warnings_ = recording_warnings(cameras_, seconds);
+  Progress silent;
+  check_images(table, progress != nullptr ? *progress : silent);
 }
 
 void CameraFolder::read_rows(const std::string& table) {
@@ -85,6 +114,7 @@ void CameraFolder::read_rows(const std::string& table) {
   std::vector<std::string> columns{kTimeColumn};
   std::ranges::transform(cameras_, std::back_inserter(columns), &DepthCamera::name);
   std::optional<std::vector<std::size_t>> order;
+  bool too_large = false;
   schema::for_each_line(text.value_or(""), [&](int line, std::string_view content) {
     if (schema::trimmed(content).empty() || report.full() || (!order && report.failed())) {
       return;
@@ -99,7 +129,7 @@ void CameraFolder::read_rows(const std::string& table) {
                                    parts.size() == 1 ? "" : "s", columns.size()));
       return;
     }
-    const auto seconds = report.number(line, parts[order->front()]);
+    const auto seconds = row_seconds(report, line, parts[order->front()], too_large);
     if (!seconds) {
       return;
     }
@@ -123,26 +153,39 @@ void CameraFolder::read_rows(const std::string& table) {
   }
 }
 
-void CameraFolder::check_images(const std::string& table) const {
+void CameraFolder::check_images(const std::string& table, Progress& progress) const {
   constexpr std::size_t kMostNamed = 10;
+  std::map<std::tuple<std::string, int, int>, std::string> checked;  // what is wrong with a file as one of such a size
   std::vector<std::string> faults;
   std::size_t images = 0;
   std::size_t faulty = 0;
-  for (const Row& row : rows_) {
+  const auto fault_of = [&](const std::string& file, const Camera& view) -> const std::string& {
+    const auto [entry, is_new] = checked.try_emplace({file, view.width, view.height});
+    if (is_new) {
+      try {
+        check_depth_png(file, view.width, view.height);
+      } catch (const InputError& error) {
+        entry->second = error.what();
+      }
+    }
+    return entry->second;
+  };
+  progress.begin(fmt::format("check the images of {} frame{}", rows_.size(), rows_.size() == 1 ? "" : "s"));
+  const auto begun = std::chrono::steady_clock::now();
+  for (std::size_t row = 0; row < rows_.size(); ++row) {
     for (std::size_t c = 0; c < cameras_.size(); ++c) {
-      if (row.files[c].empty()) {
+      if (rows_[row].files[c].empty()) {
         continue;
       }
       ++images;
-      try {
-        check_depth_png(path_in(folder_, row.files[c]), cameras_[c].view.width, cameras_[c].view.height);
-      } catch (const InputError& error) {
-        if (++faulty <= kMostNamed) {
-          faults.push_back(fmt::format("{}:{}: {}: {}", table, row.line, cameras_[c].name, error.what()));
-        }
+      const std::string& fault = fault_of(path_in(folder_, rows_[row].files[c]), cameras_[c].view);
+      if (!fault.empty() && ++faulty <= kMostNamed) {
+        faults.push_back(fmt::format("{}:{}: {}: {}", table, rows_[row].line, cameras_[c].name, fault));
       }
     }
+    progress.advance((static_cast<double>(row) + 1) / static_cast<double>(rows_.size()));
   }
+  progress.end(std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
   if (faulty > kMostNamed) {
     faults.push_back(
         fmt::format("{}: {} of {} images are faulty, these are the first {}", table, faulty, images, kMostNamed));

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/core/progress.h"
 #include "sim/sensing/depth_camera.h"
 
 namespace touchfield {
@@ -11,17 +12,20 @@ namespace touchfield {
 /// Recorded depth images (docs/cameras.md): cameras.yaml, times.csv, which has a row a frame, and the images that it
 /// names. A camera without a file in a row saw nothing.
 ///
-/// Everything is checked here but what only unpacking an image can tell, and nothing of the images is kept.
+/// Everything is checked here but what only unpacking an image can tell, each file once, and nothing of the images is kept.
 class CameraFolder {
  public:
-  /// throws   InputError naming file, line and rule: what cameras.yaml or times.csv lacks or has wrong, and the first ten
-  ///          images that are missing, cut off, of another format or size, with how many more there are
-  explicit CameraFolder(std::string folder);
+  /// progress   hears of the check; may be null
+  /// throws     InputError naming file, line and rule: what cameras.yaml or times.csv lacks or has wrong, and the first ten
+  ///            images that are missing, cut off, of another format or size, with how many more there are
+  explicit CameraFolder(std::string folder, Progress* progress = nullptr);
 
   const std::vector<DepthCamera>& cameras() const { return cameras_; }
+  /// What can be read and is hardly meant (recording_warnings).
+  const std::vector<std::string>& warnings() const { return warnings_; }
   /// Frames, at least 1.
   std::size_t size() const { return rows_.size(); }
-  /// When a frame was taken [s]; rising.
+  /// When a frame was taken [s], by the recording's own clock; rising.
   double seconds(std::size_t frame) const { return rows_.at(frame).seconds; }
   /// Reads a frame's images, one a camera, each of its camera's size.
   ///
@@ -36,11 +40,12 @@ class CameraFolder {
   };
 
   void read_rows(const std::string& table);
-  void check_images(const std::string& table) const;
+  void check_images(const std::string& table, Progress& progress) const;
 
   std::string folder_;
   std::vector<DepthCamera> cameras_;
   std::vector<Row> rows_;
+  std::vector<std::string> warnings_;
 };
 
 /// The files that CameraFolderWriter writes of so many frames, named from the folder.

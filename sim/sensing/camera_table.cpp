@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/scene/camera_models.h"
 #include "sim/scene/scene_table.h"
 #include "sim/scene/schema.h"
 
@@ -262,6 +263,14 @@ std::vector<DepthCamera> read_cameras_text(const std::string& text, const std::s
   schema::file_codec().read({root, "", reading}, file);
   if (reading.failed()) {
     throw InputError(reading.message());
+  }
+  std::int64_t pixels = 0;
+  for (const DepthCamera& camera : file.cameras) {
+    pixels += std::int64_t{camera.view.width} * camera.view.height;
+  }
+  if (pixels > kMostCameraPixels) {
+    throw InputError(fmt::format("{}: the images of all cameras have {} pixels together, must be at most {}", path,
+                                 pixels, kMostCameraPixels));
   }
   return file.cameras;
 }

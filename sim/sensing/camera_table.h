@@ -19,7 +19,7 @@ std::string cameras_text(const std::vector<DepthCamera>& cameras);
 ///
 /// path     what messages call it
 /// throws   InputError naming file, line, field, value and rule: what is missing, unknown or out of range, no rotation,
-///          a distortion that cannot be undone within the image
+///          a distortion that cannot be undone within the image, more than kMostCameraPixels together
 std::vector<DepthCamera> read_cameras_text(const std::string& text, const std::string& path);
 
 }  // namespace touchfield

@@ -27,7 +27,6 @@ namespace {
 constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
 constexpr std::size_t kChunkFrame = 12;                                     // length, type and CRC of a chunk
 constexpr std::size_t kHeaderBytes = kSignature.size() + kChunkFrame + 13;  // until the image's format has been said
-constexpr int kMostChunks = 100'000;                                        // of a file; an image has tens
 constexpr int kPngEffort = 3;                                               // of zlib: noise gains little from more
 constexpr std::size_t kMostAtLast = std::size_t{256} << 10U;  // [bytes] of the file from an image's last row on
 
@@ -79,6 +78,9 @@ std::size_t most_png_bytes(int width, int height) {
   const std::size_t image = (2 * static_cast<std::size_t>(width) + 1) * static_cast<std::size_t>(height);
   return image + image / 64 + (std::size_t{1} << 20U);
 }
+
+/// And into how many parts that may be cut: of a file of many, finding the end of each would take longer than unpacking it.
+std::size_t most_png_parts(int width, int height) { return 100 + most_png_bytes(width, height) / 2048; }
 
 // libpng leaves by longjmp where it fails. So what it calls keeps no object with a destructor, and neither does the
 // function that it returns to.
@@ -277,7 +279,8 @@ void check_depth_png(const std::string& path, int width, int height) {
     refuse_png(path, fmt::format("too long, must be at most {} bytes", most_png_bytes(width, height)));
   }
   std::size_t at = kSignature.size();
-  for (int chunk = 0; chunk < kMostChunks; ++chunk) {
+  const std::size_t most_parts = most_png_parts(width, height);
+  for (std::size_t part = 0; part < most_parts; ++part) {
     std::array<char, 8> head{};
     file.seekg(static_cast<std::streamoff>(at));
     if (!file.read(head.data(), head.size())) {
@@ -291,7 +294,7 @@ void check_depth_png(const std::string& path, int width, int height) {
       return;
     }
   }
-  refuse_png(path, "more than 100,000 parts, must be a PNG image");
+  refuse_png(path, fmt::format("more than {} parts, must be a PNG image as programs write it", most_parts));
 }
 
 }  // namespace touchfield

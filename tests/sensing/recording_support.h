@@ -50,6 +50,7 @@ inline std::vector<DepthCamera> two_cameras() {
   std::vector<DepthCamera> cameras{small_camera("left"), small_camera("right", 32, 20)};
   cameras[1].distortion = {0.08, -0.02, 1e-3, -2e-3, 0.005};
   cameras[1].depth_unit = 1e-3;
+  cameras[1].view.eye = {-0.21, -0.13, 0.0401};
   return cameras;
 }
 
