@@ -4,9 +4,12 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sim/core/units.h"
 
@@ -46,6 +49,33 @@ Box box_round(const Points& points, double margin) {
 }
 
 }  // namespace
+
+std::string lost_text(const HandFit& fit) {
+  if (!fit.lost) {
+    return {};
+  }
+  const int points = std::accumulate(fit.points.begin(), fit.points.end(), 0);
+  if (points < kLeastFitPoints) {
+    return fmt::format("points where the hand is looked for {} ({} asked)", points, kLeastFitPoints);
+  }
+  if (!fit.placed) {
+    return "nothing as large as a hand";
+  }
+  std::vector<std::string> reasons;
+  const auto require = [&](bool good, const std::string& reason) {
+    if (!good) {
+      reasons.push_back(reason);
+    }
+  };
+  require(fit.near >= kLeastFitPoints, fmt::format("points near the skin {} ({} asked)", fit.near, kLeastFitPoints));
+  require(fit.share >= fit.asked.share, fmt::format("share {:.3f} ({:g} asked)", fit.share, fit.asked.share));
+  require(fit.explained >= fit.asked.explained,
+          fmt::format("explained {:.3f} ({:g} asked)", fit.explained, fit.asked.explained));
+  require(fit.residual <= fit.asked.residual,
+          fmt::format("residual {:.2f} mm ({:g} asked)", fit.residual / kMillimetre, fit.asked.residual / kMillimetre));
+  require(fit.digits, "a digit's end is not where it is fitted");
+  return fmt::format("{}", fmt::join(reasons, "; "));
+}
 
 PoseVector HandFit::pose() const {
   const Eigen::AngleAxisd turn(state.place.rotation);
@@ -147,15 +177,19 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
     weights += match.weight;
   }
   check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, options_.points.baseline, check_);
+  fit.placed = true;
+  fit.asked = belief;
+  fit.near = static_cast<Eigen::Index>(near);
+  fit.confirmed = check_.confirmed_by;
+  fit.digits = digits_confirmed(kOfDigits * belief.share);
   const TriangleMesh& mesh = hand_->mesh();
   fit.seen_vertex = check_.confirmed.cwiseMin(1.0);
   fit.seen = confidence(fit).dot(mesh.areas()) / mesh.total_area();
   fit.explained = explained / std::max(near, 1.0);
   fit.share = check_.share();
   fit.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
-  fit.lost =
-      !(near >= static_cast<double>(kLeastFitPoints) && fit.explained >= belief.explained &&
-        fit.share >= belief.share && fit.residual <= belief.residual && digits_confirmed(kOfDigits * belief.share));
+  fit.lost = !(fit.near >= kLeastFitPoints && fit.explained >= belief.explained && fit.share >= belief.share &&
+               fit.residual <= belief.residual && fit.digits);
 }
 
 /// freedom   deviation of the joints from where they start [rad]
@@ -208,7 +242,10 @@ HandFit HandTracker::found(const DepthFrame& frame, const HandPoints& points) {
   for (std::size_t k = 0; k < most && fit.lost; ++k) {
     const HandState near = brought_closer(points, starts_.back());
     starts_.pop_back();
-    fit = fitted(frame, points, near, kStartTurn, options_.found);
+    HandFit other = fitted(frame, points, near, kStartTurn, options_.found);
+    if (!other.lost || other.share + other.explained >= fit.share + fit.explained) {
+      fit = std::move(other);
+    }
   }
   return fit;
 }
@@ -248,6 +285,10 @@ HandFit HandTracker::track_points(const DepthFrame& frame, HandPoints& points) {
     points = reader_.read(frame, following ? region(from) : workspace_);
   }
   HandFit fit = following ? fitted(frame, points, from, kFollowTurn, options_.followed) : found(frame, points);
+  fit.points.assign(cameras().size(), 0);
+  for (const int camera : points.camera) {
+    ++fit.points[static_cast<std::size_t>(camera)];
+  }
   if (fit.lost) {
     past_.clear();
     shifts_.resize(3, 0);
@@ -270,13 +311,13 @@ HandFit HandTracker::track(const DepthFrame& frame) {
   return fit;
 }
 
-bool HandTracker::learn(const std::vector<DepthFrame>& frames) {
+bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::size_t)>& frame) {
   learning_ = true;
   std::vector<HandPoints> points;
   std::vector<HandState> states;
-  for (const DepthFrame& frame : frames) {
+  for (std::size_t k = 0; k < count; ++k) {
     HandPoints of_frame;
-    const HandFit fit = track_points(frame, of_frame);
+    const HandFit fit = track_points(frame(k), of_frame);
     if (!fit.lost) {
       points.push_back(std::move(of_frame));
       states.push_back(fit.state);
@@ -286,11 +327,11 @@ bool HandTracker::learn(const std::vector<DepthFrame>& frames) {
   if (states.size() < kLeastLearningFrames) {
     return false;
   }
-  const std::size_t count = std::min(states.size(), kLearningFrames);
+  const std::size_t taken = std::min(states.size(), kLearningFrames);
   std::vector<HandPoints> chosen_points;
   std::vector<HandState> chosen_states;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t from = (i * (states.size() - 1)) / std::max<std::size_t>(count - 1, 1);
+  for (std::size_t i = 0; i < taken; ++i) {
+    const std::size_t from = (i * (states.size() - 1)) / std::max<std::size_t>(taken - 1, 1);
     chosen_points.push_back(std::move(points[from]));
     chosen_states.push_back(states[from]);
   }

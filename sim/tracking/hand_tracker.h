@@ -1,7 +1,10 @@
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "sim/tracking/deformation_fit.h"
@@ -33,14 +36,20 @@ struct FitOptions {
   FitBelief followed{0.85, 0.85, 2.5e-3, 1.2e-3};  // from frame to frame
 };
 
-/// A hand as it was fitted to one frame.
+/// A hand as it was fitted to one frame. Where it is lost, what was fitted best is not to be believed; asked says why.
 struct HandFit {
   double seconds = 0;
-  bool lost = true;      // nothing below holds
-  double residual = 0;   // rms distance of the matched points from the skin, robustly weighted [m]
-  double explained = 0;  // share of the points near the hand's skin that lie on it (FitBelief)
-  double share = 0;      // of what the images say of the skin, confirmed
-  double seen = 0;       // share of the template's area that a camera saw where the fit has it
+  bool lost = true;
+  bool placed = false;         // something was fitted; if not, nothing below the points holds
+  std::vector<int> points;     // that each camera saw where the hand is looked for
+  std::vector<int> confirmed;  // vertices that each camera saw where the fit has them
+  Eigen::Index near = 0;       // points near the skin, of which `explained` is
+  bool digits = true;          // whether the ends of all digits are where the images can have them
+  FitBelief asked{};           // what had to be reached
+  double residual = 0;         // rms distance of the matched points from the skin, robustly weighted [m]
+  double explained = 0;        // share of the points near the hand's skin that lie on it (FitBelief)
+  double share = 0;            // of what the images say of the skin, confirmed
+  double seen = 0;             // share of the template's area that a camera saw where the fit has it
   HandState state{};
   Points deformation;           // 3 x N shifts of the graph's nodes (DeformationGraph::shifts); empty for none
   Eigen::VectorXd seen_vertex;  // of the template: 1 seen, 0 not
@@ -48,6 +57,10 @@ struct HandFit {
   /// Unknowns in a row: the place's turn as angle times axis [rad], its shift [m], the joints [rad].
   PoseVector pose() const;
 };
+
+/// Why a hand is lost, values against what was asked: "share 0.61 (0.9 asked); residual 1.31 mm (0.9 asked)". Empty of one
+/// that is not lost.
+std::string lost_text(const HandFit& fit);
 
 /// What a track() took [s].
 struct FitTimes {
@@ -78,8 +91,12 @@ class HandTracker {
   /// Learns the hand's shape from frames that follow each other: finds and follows the hand by the template's shape, or
   /// what was learnt before, then learns from up to twelve of the frames.
   ///
+  /// frame     makes number 0, 1, ... of so many; one is in memory at a time
   /// returns   whether the hand was found in three frames or more; if not the shape is as it was
-  bool learn(const std::vector<DepthFrame>& frames);
+  bool learn(std::size_t count, const std::function<DepthFrame(std::size_t)>& frame);
+  bool learn(const std::vector<DepthFrame>& frames) {
+    return learn(frames.size(), [&](std::size_t k) { return frames[k]; });
+  }
 
   /// The fit to the next frame in time.
   HandFit track(const DepthFrame& frame);

@@ -49,6 +49,7 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
                  const Points& normals, double tolerance, double baseline, SightCheck& check) {
   check.confirmed.setZero(vertices.cols());
   check.refuted.setZero(vertices.cols());
+  check.confirmed_by.assign(cameras.size(), 0);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const DepthImage& image = frame.images[c];
     for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
@@ -65,6 +66,7 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
       const double depth = depth_round(image, column, row);
       if (depth > 0 && std::abs(depth - point->depth) <= tolerance) {
         check.confirmed(v) += 1;
+        ++check.confirmed_by[c];
       } else if (depth > point->depth ||
                  (depth == 0 && !hidden_from_second_eye(image, column, row, point->depth, tolerance,
                                                         cameras[c].view.focal.x() * baseline))) {

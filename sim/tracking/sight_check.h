@@ -13,6 +13,8 @@ struct SightCheck {
   Eigen::VectorXd confirmed;
   /// and how many looked past it, or saw nothing there.
   Eigen::VectorXd refuted;
+  /// How many vertices each camera saw where they are thought to be.
+  std::vector<int> confirmed_by;
 
   /// Of what could be said of all vertices: 0 to 1.
   double share() const { return confirmed.sum() / std::max(confirmed.sum() + refuted.sum(), 1.0); }

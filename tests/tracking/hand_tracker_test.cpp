@@ -218,9 +218,15 @@ TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
   for (DepthImage& image : nothing.images) {
     std::ranges::fill(image.depth, 0.0F);
   }
-  EXPECT_FALSE(sight.tracker.track(sight.at(moving_hand(), 26)).lost);
+  const HandFit followed = sight.tracker.track(sight.at(moving_hand(), 26));
+  EXPECT_FALSE(followed.lost);
+  EXPECT_EQ(lost_text(followed), "");
+  for (const int confirmed : followed.confirmed) {  // by each camera
+    EXPECT_GT(confirmed, 100);
+  }
   const HandFit lost = sight.tracker.track(nothing);
   EXPECT_TRUE(lost.lost);
+  EXPECT_EQ(lost_text(lost), "points where the hand is looked for 0 (150 asked)");
   EXPECT_EQ(sight.tracker.confidence(lost).sum(), 0);
   EXPECT_TRUE(sight.tracker.track(nothing).lost);
   int frame = 60;
@@ -232,6 +238,32 @@ TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
   fit = sight.tracker.track(sight.at(moving_hand(), frame));
   ASSERT_FALSE(fit.lost);
   EXPECT_LT(sight.error(fit, moving_hand(), frame).seen.rms, 0.6e-3);
+}
+
+TEST(HandTracker, LearnsFromFramesOneByOne) {
+  Sight sight;
+  std::vector<std::size_t> asked;
+  EXPECT_TRUE(sight.tracker.learn(4, [&](std::size_t k) {
+    asked.push_back(k);
+    return sight.at(moving_hand(), static_cast<int>(5 * k));
+  }));
+  EXPECT_EQ(asked, (std::vector<std::size_t>{0, 1, 2, 3}));
+}
+
+TEST(HandTracker, SaysWhatOfAFitIsNotBelieved) {
+  HandFit fit;
+  fit.points = {600, 200};
+  EXPECT_EQ(lost_text(fit), "nothing as large as a hand");
+  fit.placed = true;
+  fit.near = 400;
+  fit.asked = {0.9, 0.92, 2.5e-3, 0.9e-3};
+  fit.share = 0.61;
+  fit.explained = 0.95;
+  fit.residual = 1.312e-3;
+  EXPECT_EQ(lost_text(fit), "share 0.610 (0.9 asked); residual 1.31 mm (0.9 asked)");
+  fit.digits = false;
+  fit.residual = 0.5e-3;
+  EXPECT_EQ(lost_text(fit), "share 0.610 (0.9 asked); a digit's end is not where it is fitted");
 }
 
 TEST(HandTracker, TakesNothingElseForAHand) {
