@@ -13,6 +13,7 @@
 #include "sim/motion/whole_skin.h"
 #include "sim/sensing/camera_folder.h"
 #include "sim/sensing/simulated_camera.h"
+#include "sim/solve/stages.h"
 
 namespace touchfield {
 
@@ -95,8 +96,8 @@ HandImages simulated_images(const MovingModel& truth, KeptBodies* kept) {
           motion.seconds};
 }
 
-HandImages recorded_images(const std::string& folder) {
-  const auto images = std::make_shared<CameraFolder>(folder);
+HandImages recorded_images(const std::string& folder, Progress* progress) {
+  const auto images = std::make_shared<CameraFolder>(folder, progress);
   const double begin = images->seconds(0);
   const auto last = std::make_shared<std::pair<std::size_t, DepthFrame>>(images->size(), DepthFrame());
   return {images->cameras(),
@@ -113,7 +114,7 @@ HandImages recorded_images(const std::string& folder) {
             }
             return last->second;
           },
-          covered_seconds(*images)};
+          covered_seconds(*images), images->warnings()};
 }
 
 FittedSensor::FittedSensor(const Scene& scene, HandImages images, const MovingModel* truth, KeptBodies* kept)
@@ -131,33 +132,43 @@ double FittedSensor::time_of(std::int64_t number) const { return to_seconds(inst
 void FittedSensor::start(Progress& progress) {
   tracker_.emplace(hand_, images_.cameras, Box(workspace_[0], workspace_[1]));
   last_.reset();
-  notes_.clear();
-  learn();
+  notes_ = images_.warnings;
+  const bool learnt = learn(progress);
   if (truth_ == nullptr && rehearsed_.empty()) {
-    rehearse(progress);
+    std::vector<std::pair<std::string, double>> seconds;
+    timed(progress, seconds, "", "fit the hand to all images", [&] { rehearse(progress); });
   }
-  find();
+  if (const std::string why = find(); !learnt && !why.empty()) {
+    notes_.push_back("lost: the hand is not found in the first images: " + why);
+  }
 }
 
 /// The images that the shape was learnt from; none if it was not.
-std::optional<FittedSensor::Scan> FittedSensor::scan(HandTracker& tracker) const {
+std::optional<FittedSensor::Scan> FittedSensor::scan(HandTracker& tracker, Progress& progress) const {
   const auto step = static_cast<std::int64_t>(std::ceil(hz_ / kScanHz));
-  for (std::int64_t k = 0; time_of(k) < seconds_;) {  // the hand may come into the images later
-    std::vector<DepthFrame> frames;
-    const double begin = time_of(k);
-    for (; time_of(k) < std::min(begin + kScan, seconds_); k += step) {
-      frames.push_back(images_.at(kScanFrames + k, time_of(k)));
+  for (std::int64_t first = 0; time_of(first) < seconds_;) {  // the hand may come into the images later
+    const double begin = time_of(first);
+    std::size_t count = 0;
+    while (time_of(first + static_cast<std::int64_t>(count) * step) < std::min(begin + kScan, seconds_)) {
+      ++count;
     }
-    if (tracker.learn(frames)) {
-      return Scan{frames.size(), begin};
+    const auto image = [&](std::size_t k) {
+      const std::int64_t number = first + static_cast<std::int64_t>(k) * step;
+      progress.advance(time_of(number) / seconds_);
+      return images_.at(kScanFrames + number, time_of(number));
+    };
+    if (tracker.learn(count, image)) {
+      return Scan{count, begin};
     }
+    first += static_cast<std::int64_t>(count) * step;
   }
   return std::nullopt;
 }
 
-void FittedSensor::learn() {
+bool FittedSensor::learn(Progress& progress) {
   const double length = hand_.hand().length;
-  if (const auto from = scan(*tracker_)) {
+  const auto from = scan(*tracker_, progress);
+  if (from) {
     const HandProportions& by = tracker_->shape().proportions;
     notes_.push_back(fmt::format(
         "scan: before the clock starts the hand's shape was learnt from {} images of the second from {:g} s on; its "
@@ -173,15 +184,16 @@ void FittedSensor::learn() {
     other.side = other_side(other.side);
     HandTracker tracker(HandTemplate(other, HandTemplate::kUsualEdge), images_.cameras,
                         Box(workspace_[0], workspace_[1]));
-    if (scan(tracker)) {
+    if (scan(tracker, progress)) {
       const char* side = other.side == HandSide::kLeft ? "left" : "right";
       notes_.push_back(
           fmt::format("scan: the images show a {0} hand: the hand that is fitted must have side: {0}", side));
     }
   }
+  return from.has_value();
 }
 
-void FittedSensor::rehearse(Progress& /*progress*/) {
+void FittedSensor::rehearse(Progress& progress) {
   find();
   const std::int64_t count = last_instant(to_ticks(seconds_), hz_) + 1;
   const std::int64_t step = std::max<std::int64_t>(1, count / kMostKept);
@@ -190,15 +202,19 @@ void FittedSensor::rehearse(Progress& /*progress*/) {
     if (k % step == 0 && !seen.lost) {
       rehearsed_.emplace_back(*seen.state.skin, solved_.first().body.mesh.triangles());
     }
+    progress.advance(static_cast<double>(k + 1) / static_cast<double>(count));
   }
 }
 
-void FittedSensor::find() {
+std::string FittedSensor::find() {
   tracker_->forget();
   last_.reset();
   const DepthFrame first = images_.at(0, 0.0);
-  for (int look = 0; look < kFirstLooks && tracker_->track(first).lost; ++look) {
+  HandFit fit;
+  for (int look = 0; look < kFirstLooks && fit.lost; ++look) {
+    fit = tracker_->track(first);
   }
+  return lost_text(fit);
 }
 
 Seen FittedSensor::seen(const DepthFrame& frame) {

@@ -26,7 +26,8 @@ struct HandImages {
   std::vector<DepthCamera> cameras;  // as they are told to stand
   /// The images of sample `number`, taken at most at `seconds`; its own time is that of the motion.
   std::function<DepthFrame(std::int64_t number, double seconds)> at;
-  double seconds = 0;  // that there are images for
+  double seconds = 0;                   // that there are images for
+  std::vector<std::string> warnings{};  // CameraFolder's
 };
 
 /// Simulated cameras that look at the true skin, whole.
@@ -37,7 +38,9 @@ HandImages simulated_images(MovingModel&&, KeptBodies* kept = nullptr) = delete;
 
 /// A folder of images (CameraFolder), whose first image is the motion's beginning. At each time the newest image by then,
 /// until as long after the last one as the median of the times between the last 32.
-HandImages recorded_images(const std::string& folder);
+///
+/// progress   hears of the check of its images; may be null
+HandImages recorded_images(const std::string& folder, Progress* progress = nullptr);
 
 /// Sees the hand that HandTracker fits to images. It never knows the true one.
 ///
@@ -60,14 +63,15 @@ class FittedSensor final : public MotionSensor {
   std::vector<std::string> notes() const override { return notes_; }
 
  private:
-  void learn();
   struct Scan {
     std::size_t images;
     double begin;  // [s]
   };
-  std::optional<Scan> scan(HandTracker& tracker) const;
+  std::optional<Scan> scan(HandTracker& tracker, Progress& progress) const;
+  bool learn(Progress& progress);
   void rehearse(Progress& progress);
-  void find();
+  /// Why the hand is not found in the first image; empty if it is.
+  std::string find();
   Seen seen(const DepthFrame& frame);
   double time_of(std::int64_t number) const;
 

@@ -27,8 +27,8 @@ MotionState seen_state(const MovingModel& moving, double seconds, int frame) {
 }
 
 /// The median time of some frames [s], without the first one, which also makes what the others keep.
-double frame_seconds(const Scene& scene) {
-  const MovingModel moving(scene);
+double frame_seconds(const Scene& scene, Progress* progress) {
+  const MovingModel moving(scene, nullptr, progress);
   const MethodSpec& method = moving.first().scene.solve.methods.front();
   FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
   std::vector<double> took;
@@ -64,10 +64,10 @@ const std::vector<FrameSetting>& frame_settings() {
   return settings;
 }
 
-FrameChoice choose_frame(const Scene& scene) {
+FrameChoice choose_frame(const Scene& scene, Progress* progress) {
   const std::vector<FrameSetting>& settings = frame_settings();
   const FrameSetting& quickest = settings.front();
-  const double slower = 1e3 * frame_seconds(with_setting(scene, quickest)) / quickest.milliseconds;
+  const double slower = 1e3 * frame_seconds(with_setting(scene, quickest), progress) / quickest.milliseconds;
   FrameChoice choice{quickest, slower * quickest.milliseconds};
   for (const FrameSetting& setting : settings) {
     if (slower * setting.milliseconds <= 1e3 * kMargin * scene.motion->frame->budget) {
@@ -77,11 +77,11 @@ FrameChoice choose_frame(const Scene& scene) {
   return choice;
 }
 
-Scene within_budget(const Scene& scene, std::vector<std::string>& notes) {
+Scene within_budget(const Scene& scene, std::vector<std::string>& notes, Progress* progress) {
   if (!scene.motion || !scene.motion->frame) {
     return scene;
   }
-  const FrameChoice choice = choose_frame(scene);
+  const FrameChoice choice = choose_frame(scene, progress);
   const double budget = 1e3 * scene.motion->frame->budget;
   notes.push_back(
       fmt::format("frame: edges of {:.3g} and {:.3g} mm, {}, {} steps: about {:.0f} ms a frame here, {} the {:.4g} ms "

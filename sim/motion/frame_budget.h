@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/core/progress.h"
 #include "sim/scene/scene.h"
 
 namespace touchfield {
@@ -29,12 +30,13 @@ struct FrameChoice {
 /// The nearest setting whose frames take at most 0.8 of motion.frame.budget_ms here, or else the quickest: how fast this
 /// machine is with this scene's body, array and first method is told by frames of the quickest one.
 ///
-/// scene    with motion.frame
-/// throws   as MovingModel and FrameSolver
-FrameChoice choose_frame(const Scene& scene);
+/// scene      with motion.frame
+/// progress   hears of what takes its time; may be null
+/// throws     as MovingModel and FrameSolver
+FrameChoice choose_frame(const Scene& scene, Progress* progress = nullptr);
 
 /// The scene with the setting that choose_frame chose, and a note of what that means; the scene itself without motion.frame.
-Scene within_budget(const Scene& scene, std::vector<std::string>& notes);
+Scene within_budget(const Scene& scene, std::vector<std::string>& notes, Progress* progress = nullptr);
 
 /// The scene with a setting in it: edges of every body that has some, scheme and iterations.
 Scene with_setting(const Scene& scene, const FrameSetting& setting);

@@ -26,12 +26,16 @@ SolverSpec frame_solver_spec(const SolverSpec& scene) {
 
 /// The body at so many of the places where it may be seen.
 std::vector<std::unique_ptr<SkinScattering>> places(const MotionSensor& sensor, Scheme scheme, int count,
-                                                    std::vector<SolveRecord>& records, Progress& progress) {
+                                                    std::vector<SolveRecord>& records, Progress* progress) {
   const Model& model = sensor.solved().first();
   std::vector<std::unique_ptr<SkinScattering>> all;
+  Progress silent;
   for (const TriangleMesh& mesh : sensor.places(count)) {
     all.push_back(std::make_unique<SkinScattering>(mesh, model.wave, scheme, model.scene.solve.solver, model.array,
-                                                   records, progress));
+                                                   records, silent));
+    if (progress != nullptr) {  // those of all rounds before are about as many
+      progress->advance(static_cast<double>(count - 3 + static_cast<int>(all.size())) / (2 * kMostPlaces + 1));
+    }
   }
   return all;
 }
@@ -49,28 +53,27 @@ double left_out(const std::vector<std::unique_ptr<SkinScattering>>& all, const E
 
 }  // namespace
 
-Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme) {
+Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Progress* progress) {
   std::vector<SolveRecord> records;
-  Progress silent;
   int count = 3;
-  auto known = places(sensor, scheme, count, records, silent);
+  auto known = places(sensor, scheme, count, records, progress);
   for (;;) {
     Eigen::MatrixXcd drives = spanning_drives(known, 0.5 * kDriveTolerance);
     if (count >= kMostPlaces) {
       return drives;
     }
     count = 2 * count - 1;  // those between, too
-    known = places(sensor, scheme, count, records, silent);
+    known = places(sensor, scheme, count, records, progress);
     if (left_out(known, drives) <= kDriveTolerance) {
       return drives;
     }
   }
 }
 
-Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method) {
+Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method, Progress* progress) {
   const bool whole_skin = method.kind->model == MethodModel::kSkin && method.kind->minds_quiet &&
                           sensor.solved().first().scene.solve.quiet_weight > 0;
-  return whole_skin ? drives_of_motion(sensor, method.scheme) : Eigen::MatrixXcd();
+  return whole_skin ? drives_of_motion(sensor, method.scheme, progress) : Eigen::MatrixXcd();
 }
 
 Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& array, const Wave& wave,

@@ -17,11 +17,12 @@ bool presses(const Model& model);
 /// Drives that span what all channels do to a body wherever its sensor may see it (MotionSensor::places), N x r, to 5e-3
 /// of b.
 ///
-/// scheme   of the frames
-Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme);
+/// scheme     of the frames
+/// progress   hears how far it is; may be null
+Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Progress* progress = nullptr);
 
 /// The same for a method, by its scheme, if it works on what all channels do to the whole skin; else nothing.
-Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method);
+Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method, Progress* progress = nullptr);
 
 /// What is expected of phases that turn with a patch that moves: of channel n, at x_n,
 ///

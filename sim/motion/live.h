@@ -161,7 +161,9 @@ class LiveLoop {
 ///
 /// sensor   started; its model has to outlive the solver
 /// first    gets that solution
+/// progress   hears how far it is; may be null
 /// throws   NumericalError as FrameSolver
-LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first);
+LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first,
+                       Progress* progress = nullptr);
 
 }  // namespace touchfield

@@ -107,11 +107,11 @@ void SampleStore::forget(double seconds) {
   taken_.erase(taken_.begin(), taken_.lower_bound(last_instant(to_ticks(std::max(0.0, seconds)), hz_)));
 }
 
-SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept) {
+SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept, Progress* progress) {
   const auto& sight = scene.motion->sensor.sight;
   SensedMotion motion{scene, nullptr, nullptr};
   if (const auto* recorded = std::get_if<RecordedSpec>(&sight)) {
-    HandImages images = recorded_images(recorded->folder);
+    HandImages images = recorded_images(recorded->folder, progress);
     if (to_ticks(scene.motion->seconds) > to_ticks(images.seconds) + 1) {  // times of images are rounded to a tick
       throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of what is recorded in {}",
                                    scene.motion->seconds, images.seconds, recorded->folder));
@@ -122,7 +122,7 @@ SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept) {
   if (std::holds_alternative<std::vector<CameraSpec>>(sight)) {
     fitted_scene(scene);  // what is wrong with it is said before the true hand is meshed
   }
-  motion.truth = std::make_unique<const MovingModel>(scene, kept);
+  motion.truth = std::make_unique<const MovingModel>(scene, kept, progress);
   if (const auto* noise = std::get_if<SensingNoise>(&sight)) {
     motion.sensor = std::make_unique<NoisySensor>(*motion.truth, *noise);
     motion.sensor->sample(0, 0.0);  // what it cannot be is found before anything is written

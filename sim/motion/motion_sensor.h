@@ -125,10 +125,11 @@ struct SensedMotion {
 
 /// The motion of a scene with the sensor that it says.
 ///
-/// kept     meshes of scenes before this one; may be null
-/// throws   InputError as MovingModel, FittedSensor and CameraFolder, where the first sample's noise leaves no skin, and
+/// kept       meshes of scenes before this one; may be null
+/// progress   hears of what takes its time; may be null
+/// throws     InputError as MovingModel, FittedSensor and CameraFolder, where the first sample's noise leaves no skin, and
 ///          where the motion goes on for longer than recorded images
-SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept = nullptr);
+SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept = nullptr, Progress* progress = nullptr);
 
 /// "noise of 0.5 mm rms over 5 mm, 30 samples a second": what a scene's sensor is, for a person.
 std::string sensor_text(const MotionSpec::Sensor& sensor);

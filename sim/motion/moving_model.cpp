@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <string>
+#include <unordered_set>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/mixed_bits.h"
 #include "sim/core/rotation.h"
+#include "sim/solve/stages.h"
 
 namespace touchfield {
 
@@ -57,6 +62,36 @@ Vector3 mean_centre(const std::vector<TargetBox>& boxes) {
     centre += box.centre / static_cast<double>(boxes.size());
   }
   return centre;
+}
+
+/// The times, kCheckStep apart, at which the numbers are where they were not before: in another thousandth of the range that
+/// one of them goes through. All times where meshes move as well.
+std::vector<double> places_in_time(const Trajectory& trajectory, double seconds, bool meshes_move) {
+  constexpr double kCells = 1000;
+  const auto steps = static_cast<int>(std::ceil(seconds / kCheckStep));
+  const auto time_of = [&](int i) { return std::min(i * kCheckStep, seconds); };
+  Eigen::VectorXd low = trajectory.state(0.0);
+  Eigen::VectorXd high = low;
+  for (int i = 0; i <= steps && !meshes_move; ++i) {
+    const Eigen::VectorXd numbers = trajectory.state(time_of(i));
+    low = low.cwiseMin(numbers);
+    high = high.cwiseMax(numbers);
+  }
+  std::vector<double> times;
+  std::unordered_set<std::uint64_t> known;
+  for (int i = 0; i <= steps; ++i) {
+    const Eigen::VectorXd numbers = trajectory.state(time_of(i));
+    std::uint64_t cell = 0;
+    for (Eigen::Index n = 0; n < numbers.size(); ++n) {
+      const double range = high(n) - low(n);
+      const double part = range > 0 ? std::floor(kCells * (numbers(n) - low(n)) / range) : 0.0;
+      cell = mixed_bits(cell ^ static_cast<std::uint64_t>(part));
+    }
+    if (known.insert(cell).second || meshes_move) {
+      times.push_back(time_of(i));
+    }
+  }
+  return times;
 }
 
 /// "at 0.35 s: " before what is wrong there.
@@ -133,7 +168,7 @@ TriangleMesh MovingSkin::at(const Scene& scene, const BodyPlan& plan, const Moti
   return {std::move(world), triangles_};
 }
 
-MovingModel::MovingModel(const Scene& scene, KeptBodies* kept)
+MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progress)
     : first_(build_model(scene, kept)),
       trajectory_(scene),
       sequence_(sequence_of(scene)),
@@ -158,7 +193,8 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept)
   if (!first_.boxes.empty()) {
     patch_ = nearest_landmark(first_.body.mesh, "patch", mean_centre(first_.boxes));
   }
-  check_motion();
+  Progress silent;
+  check_motion(progress != nullptr ? *progress : silent);
 }
 
 MotionState MovingModel::state(double seconds) const {
@@ -223,7 +259,7 @@ Vector3 MovingModel::patch(const Model& model) const {
   return mean_centre(model.boxes);
 }
 
-void MovingModel::check_motion() const {
+void MovingModel::check_motion(Progress& progress) const {
   const Scene& scene = first_.scene;
   std::vector<std::optional<HandContacts>> contacts(scene.bodies.size());
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -231,25 +267,33 @@ void MovingModel::check_motion() const {
       contacts[b].emplace(skeleton_of(*hand), hand->side);
     }
   }
-  const auto steps = static_cast<int>(std::ceil(scene.motion->seconds / kCheckStep));
-  for (int i = 0; i <= steps; ++i) {
-    const double seconds = std::min(i * kCheckStep, scene.motion->seconds);
-    const Model model = at(state(seconds));
-    for (std::size_t b = 0; b < contacts.size(); ++b) {
-      if (!contacts[b]) {
-        continue;
-      }
-      auto contact = contacts[b]->at(skeleton_of(std::get<HandShape>(model.scene.bodies[b].shape)));
-      contact = contact ? contact : solving_.fold(model.scene, b);
-      if (contact) {
-        fail_at(seconds, contact_text(*contact) + "; triangles that are the same for all poses cannot follow that");
-      }
+  const std::vector<double> times = places_in_time(trajectory_, scene.motion->seconds, sequence_.has_value());
+  std::vector<std::pair<std::string, double>> taken;
+  timed(progress, taken, "", fmt::format("check {:g} s of motion at {} times", scene.motion->seconds, times.size()),
+        [&] {
+          for (std::size_t i = 0; i < times.size(); ++i) {
+            check_at(times[i], contacts);
+            progress.advance((static_cast<double>(i) + 1) / static_cast<double>(times.size()));
+          }
+        });
+}
+
+void MovingModel::check_at(double seconds, const std::vector<std::optional<HandContacts>>& contacts) const {
+  const Model model = at(state(seconds));
+  for (std::size_t b = 0; b < contacts.size(); ++b) {
+    if (!contacts[b]) {
+      continue;
     }
-    try {
-      require_clear(model);
-    } catch (const InputError& error) {
-      fail_at(seconds, error.what());
+    auto contact = contacts[b]->at(skeleton_of(std::get<HandShape>(model.scene.bodies[b].shape)));
+    contact = contact ? contact : solving_.fold(model.scene, b);
+    if (contact) {
+      fail_at(seconds, contact_text(*contact) + "; triangles that are the same for all poses cannot follow that");
     }
+  }
+  try {
+    require_clear(model);
+  } catch (const InputError& error) {
+    fail_at(seconds, error.what());
   }
 }
 

@@ -8,6 +8,7 @@
 
 #include "sim/body/hand_contact.h"
 #include "sim/body/skinned_hand.h"
+#include "sim/core/progress.h"
 #include "sim/motion/mesh_sequence.h"
 #include "sim/motion/trajectory.h"
 #include "sim/solve/model.h"
@@ -63,13 +64,15 @@ class MovingSkin {
 /// A scene's model while it moves.
 class MovingModel {
  public:
-  /// Checks the whole motion as well, every 10 ms of it.
+  /// Checks the whole motion as well, every 10 ms of it at which any number has moved by a thousandth of its range since
+  /// they were there.
   ///
   /// scene    with a motion
   /// throws   InputError as build_model and Trajectory; where a path leads into the array or its boards, bodies into each
   ///          other, or fingers into contact, with the time
-  /// kept     meshes of scenes before this one; may be null
-  explicit MovingModel(const Scene& scene, KeptBodies* kept = nullptr);
+  /// kept       meshes of scenes before this one; may be null
+  /// progress   hears of that check; may be null
+  explicit MovingModel(const Scene& scene, KeptBodies* kept = nullptr, Progress* progress = nullptr);
 
   /// The model as the motion begins.
   const Model& first() const { return first_; }
@@ -95,7 +98,8 @@ class MovingModel {
 
  private:
   BodyPlan plan_at(const Scene& scene) const;
-  void check_motion() const;
+  void check_motion(Progress& progress) const;
+  void check_at(double seconds, const std::vector<std::optional<HandContacts>>& contacts) const;
 
   Model first_;
   Trajectory trajectory_;

@@ -6,10 +6,12 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "sim/core/errors.h"
 #include "sim/core/text_hash.h"
 #include "sim/core/version.h"
 #include "sim/field/pressure_metrics.h"
@@ -20,6 +22,7 @@
 #include "sim/solve/judge.h"
 #include "sim/solve/run_field.h"
 #include "sim/solve/solve_model.h"
+#include "sim/solve/solver_choice.h"
 #include "sim/solve/stages.h"
 
 namespace touchfield {
@@ -41,8 +44,8 @@ class MethodLoop {
         clock_(motion_),
         solver_(sensed.solved(), method, std::move(drives)) {}
 
-  /// Frames that start before `end`.
-  void go_on(Tick end, std::vector<MotionFrame>& frames) {
+  /// Frames that start before `end`; `solved_at` hears when each of them started [s].
+  void go_on(Tick end, std::vector<MotionFrame>& frames, const std::function<void(double)>& solved_at) {
     while (!over_) {
       if (!next_) {
         next_ = clock_.next();
@@ -52,6 +55,7 @@ class MethodLoop {
         return;
       }
       frames.push_back(solved(*next_));
+      solved_at(frames.back().started);
       next_.reset();
     }
   }
@@ -214,29 +218,27 @@ class Player {
       if (own.size() == 0 && method.kind->model == MethodModel::kSkin) {
         const std::string name = to_string(method.scheme);
         own = timed(progress, motion_.timings, "drives_" + name, "drives that span the motion by " + name,
-                    [&] { return drives_for(*sensed.sensor, method); });
+                    [&] { return drives_for(*sensed.sensor, method, &progress); });
       }
       loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own));
       pending_.emplace_back();
       motion_.methods.push_back({method.name, std::string(method.kind->name), scheme_of(method)});
     }
+    reached_.assign(loops_.size() + (scorer_ ? 1 : 0), 0.0);
   }
 
   Motion played() {
     const Tick end = to_ticks(motion_.seconds);
     const auto second = static_cast<Tick>(kTicksASecond);
-    const std::size_t stage = motion_.timings.size();
-    motion_.timings.emplace_back("play", 0.0);
-    for (Tick until = std::min(second, end);; until = std::min(until + second, end)) {
-      std::vector<std::pair<std::string, double>> taken;
-      timed(progress_, taken, "play", fmt::format("play to {:.2f} of {:.2f} s", to_seconds(until), motion_.seconds),
-            [&] { play_until(until); });
-      motion_.timings[stage].second += taken.front().second;
-      if (until == end) {
-        break;
+    timed(progress_, motion_.timings, "play", fmt::format("play {:.4g} s of motion", motion_.seconds), [&] {
+      for (Tick until = std::min(second, end);; until = std::min(until + second, end)) {
+        play_until(until);
+        if (until == end) {
+          break;
+        }
+        options_.second(motion_);
       }
-      options_.second(motion_);
-    }
+    });
     note_unconverged();
     motion_.complete = true;
     motion_.provenance.end = utc_now();
@@ -263,7 +265,7 @@ class Player {
     // Those behind every loop, with a second to spare for what is late or predicted.
     samples_.forget(to_seconds(until) - 2 - sensed_.scene.motion->sensor.latency - 2 / sensed_.scene.motion->sensor.hz);
     for (std::size_t m = 0; m < loops_.size(); ++m) {
-      loops_[m]->go_on(until, motion_.methods[m].frames);
+      loops_[m]->go_on(until, motion_.methods[m].frames, [&](double at) { advance(m, at); });
       motion_.methods[m].dropped = static_cast<int>(loops_[m]->dropped());
       while (const auto score = loops_[m]->next_score()) {
         if (scorer_) {
@@ -277,6 +279,13 @@ class Player {
     }
   }
 
+  /// Where the loop of a method is, or behind them all the scores [s]; each counts as much as another.
+  void advance(std::size_t part, double at) {
+    reached_[part] = at;
+    const double sum = std::accumulate(reached_.begin(), reached_.end(), 0.0);
+    progress_.advance(sum / (motion_.seconds * static_cast<double>(reached_.size())));
+  }
+
   void score() {
     const double at = to_seconds(pending_.front().front().at);
     Eigen::MatrixXcd drives = Eigen::MatrixXcd::Zero(motion_.array.size(), static_cast<Eigen::Index>(loops_.size()));
@@ -288,6 +297,7 @@ class Player {
       }
     }
     const Scorer::Scored scored = scorer_->at(at, drives);
+    advance(loops_.size(), at);
     std::optional<MotionInstant> instant;
     if (scored.mesh) {
       instant.emplace(MotionInstant{at, *scored.mesh, scored.target, {}});
@@ -339,11 +349,36 @@ class Player {
   Motion motion_;
   std::vector<std::unique_ptr<MethodLoop>> loops_;
   std::vector<std::deque<ScoreInstant>> pending_;
+  std::vector<double> reached_;  // of advance()
 };
+
+constexpr double kMebibyte = 1024.0 * 1024.0;
+
+/// What is kept of a motion's frames and scores.
+double kept_bytes(const Scene& scene, Eigen::Index channels) {
+  const MotionSpec& motion = *scene.motion;
+  const double frame = 16.0 * static_cast<double>(channels) + sizeof(MotionFrame);
+  return static_cast<double>(scene.solve.methods.size()) * motion.seconds *
+         (motion.frames_hz * frame + motion.score_hz * sizeof(MotionScore));
+}
 
 }  // namespace
 
-MotionCost expected_cost(const SensedMotion& sensed) {
+void require_motion_memory(const Scene& scene) {
+  const Wave wave(build_medium(scene.medium, scene.frequency), scene.frequency);
+  const double needed = kept_bytes(scene, build_array(scene.array, wave).size());
+  const double free = available_memory();
+  if (free > 0 && needed > free) {
+    throw InputError(
+        fmt::format("motion: {:g} s of {:g} frames and {:g} scores per second need {:.1f} GiB of memory; {:.1f} GiB "
+                    "are free: lower "
+                    "motion.seconds, frames_hz or score_hz",
+                    scene.motion->seconds, scene.motion->frames_hz, scene.motion->score_hz,
+                    needed / (1024.0 * kMebibyte), free / (1024.0 * kMebibyte)));
+  }
+}
+
+MotionCost expected_cost(const SensedMotion& sensed, Progress* progress) {
   const Scene& scene = sensed.scene;
   const MotionSpec& motion = *scene.motion;
   MotionCost cost;
@@ -363,7 +398,9 @@ MotionCost expected_cost(const SensedMotion& sensed) {
   if (sensor.remembers()) {
     Progress silent;
     const auto begin = Clock::now();
-    sensor.start(silent);
+    std::vector<std::pair<std::string, double>> taken;
+    timed(progress != nullptr ? *progress : silent, taken, "", "what the sensor learns before the clock starts",
+          [&] { sensor.start(progress != nullptr ? *progress : silent); });
     cost.seconds += seconds_since(begin);
   }
   std::int64_t number = 0;
@@ -386,11 +423,7 @@ MotionCost expected_cost(const SensedMotion& sensed) {
     const auto [first_score, score] = timed_twice([&](double share) { scorer.at(share * motion.seconds, drives); });
     cost.seconds += first_score + static_cast<double>(cost.scores - 1) * score;
   }
-  const double frame_bytes = 16.0 * static_cast<double>(solved.first().array.size()) + sizeof(MotionFrame);
-  cost.memory_mib =
-      methods *
-      (static_cast<double>(cost.frames) * frame_bytes + static_cast<double>(cost.scores) * sizeof(MotionScore)) /
-      (1024.0 * 1024.0);
+  cost.memory_mib = kept_bytes(scene, solved.first().array.size()) / kMebibyte;
   return cost;
 }
 

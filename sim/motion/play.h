@@ -19,6 +19,12 @@ struct MotionOptions {
   std::function<void(const MotionInstant&)> scored = [](const MotionInstant&) {};  // after each score by a judge
 };
 
+/// Refuses a motion whose frames and scores would not fit the memory that is free now.
+///
+/// scene    with a motion
+/// throws   InputError naming what they need and what there is
+void require_motion_memory(const Scene& scene);
+
 /// What playing a motion takes.
 struct MotionCost {
   std::int64_t frames = 0;  // of a method
@@ -27,7 +33,8 @@ struct MotionCost {
   double sample = 0;      // of them, about what one sample takes
   double memory_mib = 0;  // beside that of the still: what is kept of frames and scores
 };
-MotionCost expected_cost(const SensedMotion& sensed);
+/// progress   hears of what takes its time; may be null
+MotionCost expected_cost(const SensedMotion& sensed, Progress* progress = nullptr);
 
 /// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases for
 /// what the sensor saw, and what is then on the array is scored on the true skin, by the scene's judge, at motion.score_hz.

@@ -1,6 +1,10 @@
 #include "sim/motion/play.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -24,6 +28,55 @@ Motion played(const std::vector<std::string>& overrides = {}, const MotionOption
 }
 
 const char* const kRest = "motion.change=[{path: 'body.place.at_mm[0]', rate: 0}]";
+
+/// Hears what begins and how far it comes.
+class Hearing : public Progress {
+ public:
+  void begin(std::string_view what) override { stages.emplace_back(std::string(what), 0.0); }
+  void advance(double fraction) override {
+    EXPECT_GE(fraction, stages.back().second) << stages.back().first;
+    stages.back().second = fraction;
+    ++steps;
+  }
+  std::vector<std::pair<std::string, double>> stages;
+  int steps = 0;
+};
+
+// An hour that swings is looked through where it is somewhere else: a thousandth of the way.
+TEST(PlayMotion, ALongMotionIsCheckedWhereItGoes) {
+  const auto swinging = [](double amplitude) {
+    return std::vector<std::string>{"motion.seconds=3600",
+                                    "motion.change=[{path: 'body.place.at_mm[2]', sine: {amplitude: " +
+                                        std::to_string(amplitude) + ", hz: 0.37}}]"};
+  };
+  Hearing hearing;
+  MovingModel(scene_from(kMovingCapsule, swinging(10)), nullptr, &hearing);
+  ASSERT_EQ(hearing.stages.size(), 1U);
+  EXPECT_THAT(hearing.stages[0].first, ::testing::MatchesRegex("check 3600 s of motion at [0-9]+ times"));
+  EXPECT_EQ(hearing.stages[0].second, 1.0);
+  EXPECT_LE(hearing.steps, 1001);
+  EXPECT_GT(hearing.steps, 200);
+  // The capsule's lowest point is above the array by less than that.
+  EXPECT_THAT(message_of<InputError>([&] { MovingModel(scene_from(kMovingCapsule, swinging(90))); }),
+              HasSubstr("motion: at 1."));
+}
+
+TEST(PlayMotion, SaysHowFarItIs) {
+  Hearing hearing;
+  play_motion(sensed_motion(scene_from(kMovingCapsule, {"motion.seconds=1.2"})), {}, hearing);
+  const auto play = std::ranges::find(hearing.stages, "play 1.2 s of motion", &std::pair<std::string, double>::first);
+  ASSERT_NE(play, hearing.stages.end());
+  EXPECT_GT(play->second, 0.9);
+  EXPECT_GT(hearing.steps, 2 * 24);
+}
+
+TEST(PlayMotion, WhatDoesNotFitTheMemoryIsRefused) {
+  EXPECT_NO_THROW(require_motion_memory(scene_from(kMovingCapsule)));
+  EXPECT_THAT(message_of<InputError>([] {
+                require_motion_memory(scene_from(kMovingCapsule, {"motion.seconds=3600", "motion.frames_hz=1e5"}));
+              }),
+              HasSubstr("motion: 3600 s of 100000 frames"));
+}
 
 TEST(PlayMotion, ABodyAtRestComesToTheErrorOfARun) {
   const Motion motion = played({kRest, "motion.seconds=0.55"});
