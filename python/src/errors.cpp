@@ -20,6 +20,8 @@ struct Names {
   PyObject* io = nullptr;
   PyObject* device = nullptr;
   PyObject* not_built = nullptr;
+  PyObject* warning = nullptr;
+  PyObject* note = nullptr;
 };
 Names names;
 
@@ -67,6 +69,14 @@ void translate(const std::exception_ptr& error, void* /*payload*/) {
 
 }  // namespace
 
+void say(const Remark& remark) {
+  PyObject* type = remark.kind == Remark::Kind::kNote ? names.note : names.warning;
+  const nb::object text = nb::steal(PyUnicode_DecodeFSDefault(remark.text.c_str()));
+  if (!text.is_valid() || PyErr_WarnFormat(type, 1, "%U", text.ptr()) != 0) {
+    throw nb::python_error();
+  }
+}
+
 void add_errors(nb::module_& module) {
   names.error = made(module, "Error", "Base of every error of touchfield's.", PyExc_Exception);
   names.input = made(module, "InputError", "What the caller can mend: a scene, a file, an argument.", names.error,
@@ -79,6 +89,8 @@ void add_errors(nb::module_& module) {
       made(module, "DeviceError", "A device that is missing, silent or lost.", names.error, PyExc_RuntimeError);
   names.not_built =
       made(module, "NotBuiltError", "Something this build was made without.", names.error, PyExc_RuntimeError);
+  names.warning = made(module, "TouchfieldWarning", "What makes a result less than trustworthy.", PyExc_UserWarning);
+  names.note = made(module, "TouchfieldNote", "What is worth knowing about a result that is trustworthy.", names.warning);
   nb::register_exception_translator(translate, nullptr);
 }
 

@@ -8,8 +8,10 @@
 #include <exception>
 #include <mutex>
 #include <nanobind/nanobind.h>
+#include <pthread.h>
 #include <thread>
 #include <unistd.h>
+#include <vector>
 
 #include <fmt/format.h>
 #include <omp.h>
@@ -38,6 +40,13 @@ std::atomic<int>& working() {
   return count;
 }
 
+/// True in a child that was forked while another thread computed. Locks of that thread, of OpenMP and of OpenBLAS stay
+/// as they were, with nobody to release them.
+std::atomic<bool>& forked_amid_work() {
+  static std::atomic<bool> forked{false};
+  return forked;
+}
+
 /// Shared by the thread that works and the one that waits, whichever ends first.
 struct Job {
   std::mutex mutex;
@@ -45,23 +54,26 @@ struct Job {
   bool done = false;
   std::exception_ptr error;
   std::atomic<bool> stopped{false};
+  std::vector<Remark> remarks;  // of the working thread alone until it is done
 };
 
 class StoppingProgress : public Progress {
  public:
-  explicit StoppingProgress(const std::atomic<bool>& stopped) : stopped_(stopped) {}
+  explicit StoppingProgress(Job& job) : job_(job) {}
   void begin(std::string_view /*what*/) override { look(); }
   void advance(double /*fraction*/) override { look(); }
   void end(double /*seconds*/) override { look(); }
+  void remark(std::string_view message) override { job_.remarks.push_back({Remark::Kind::kNote, std::string(message)}); }
+  void warn(std::string_view message) override { job_.remarks.push_back({Remark::Kind::kWarning, std::string(message)}); }
 
  private:
   void look() const {
-    if (stopped_) {
+    if (job_.stopped) {
       throw Stopped{};
     }
   }
 
-  const std::atomic<bool>& stopped_;
+  Job& job_;
 };
 
 void work_on(const std::shared_ptr<Job>& job, int threads, Work work) {
@@ -74,7 +86,7 @@ void work_on(const std::shared_ptr<Job>& job, int threads, Work work) {
         omp_set_num_threads(threads);  // of this thread alone
       }
       take_blas_buffers(omp_get_max_threads());
-      StoppingProgress progress(job->stopped);
+      StoppingProgress progress(*job);
       progress.advance(0);
       work(progress);
     } catch (...) {
@@ -98,6 +110,11 @@ bool ended_within(Job& job, Milliseconds time) {
 }  // namespace
 
 void do_work(int threads, Work work) {
+  if (forked_amid_work()) {
+    throw std::runtime_error(
+        "this process was forked while another thread computed, so it cannot compute; fork before the computation "
+        "starts, or start processes by multiprocessing's \"spawn\"");
+  }
   const auto job = std::make_shared<Job>();
   ++working();
   std::thread thread(work_on, job, threads, std::move(work));
@@ -114,6 +131,9 @@ void do_work(int threads, Work work) {
     }
   }
   thread.join();
+  for (const Remark& remark : job->remarks) {
+    say(remark);
+  }
   if (job->error) {
     std::rethrow_exception(job->error);
   }
@@ -126,7 +146,13 @@ int thread_count(std::optional<int> threads) {
   return threads.value_or(0);
 }
 
-void end_with_work_left() {
+void watch_process() {
+  pthread_atfork(nullptr, nullptr, [] {
+    if (working() > 0) {
+      forked_amid_work() = true;
+      working() = 0;
+    }
+  });
   on_exit(
       [](int status, void*) {
         if (working() > 0) {  // it would read what the end of the process takes apart

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "sim/core/progress.h"
@@ -13,15 +14,29 @@ namespace touchfield::python {
 /// error to go on from.
 struct Stopped {};
 
+/// What is to be said of a result beside it.
+struct Remark {
+  enum class Kind { kWarning, kNote };
+  Kind kind;
+  std::string text;
+};
+
+/// Hands a remark to Python's warnings.warn, as a TouchfieldWarning or a TouchfieldNote.
+/// throws   nanobind's python_error where a filter makes it an error
+void say(const Remark& remark);
+
 using Work = std::function<void(Progress&)>;
 
 /// Does work on a thread of its own while this one lets go of the interpreter and looks for signals. On Ctrl-C the work is
 /// told so by its Progress, which throws Stopped; work that does not hear of it within a moment is left to end by itself.
 /// One piece of work is done at a time: the next one waits.
 ///
+/// Warnings and notes of the Progress are said when the work has ended.
+///
 /// threads   of OpenMP and OpenBLAS; 0: as many as OMP_NUM_THREADS or the processor says
 /// work      must own what it reads, and touch nothing of Python's
-/// throws    what the work throws; nanobind's python_error on a signal whose handler raises
+/// throws    what the work throws; nanobind's python_error on a signal whose handler raises; std::runtime_error in a
+///           process that was forked while another thread computed
 void do_work(int threads, Work work);
 
 /// The same for work that returns something.
@@ -36,7 +51,8 @@ auto computed(int threads, Make make) {
 /// throws   InputError unless it is 1 to 4096
 int thread_count(std::optional<int> threads);
 
-/// Has the process end without waiting for work that was left, once it ends.
-void end_with_work_left();
+/// Has the process end without waiting for work that was left, once it ends, and a child that is forked amid work know
+/// of it.
+void watch_process();
 
 }  // namespace touchfield::python

@@ -8,6 +8,7 @@
 #include "sim/core/errors.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/solve/warnings.h"
 #include "sim/store/run_layout.h"
 
 namespace touchfield::python {
@@ -15,7 +16,13 @@ namespace touchfield::python {
 namespace {
 
 SharedModel model_of(const std::string& path, const std::vector<std::string>& overrides) {
-  return computed(0, [path, overrides](Progress&) { return shared(build_model(read_scene(path, overrides))); });
+  return computed(0, [path, overrides](Progress& progress) {
+    Model model = build_model(read_scene(path, overrides));
+    for (const std::string& warning : model_remarks(model).warnings) {
+      progress.warn(warning);
+    }
+    return shared(std::move(model));
+  });
 }
 
 /// None of a scene without a target.

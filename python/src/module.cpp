@@ -10,7 +10,7 @@ NB_MODULE(_core, module) {
   using namespace touchfield;
   using namespace touchfield::python;
   take_better_blas_core();
-  end_with_work_left();
+  watch_process();
   module.doc() = "The C++ library of touchfield.";
   module.attr("__version__") = build_info().version;
   module.attr("revision") = build_info().revision;

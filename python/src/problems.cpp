@@ -32,6 +32,12 @@ Scheme scheme_of_name(const std::string& name) {
   throw InputError(fmt::format("transfer: scheme = '{}' must be one of {}", name, names));
 }
 
+/// What a scene's body and array have to be, too.
+void require_scatterer(const TriangleMesh& mesh, const TransducerArray& array, const char* who) {
+  require_closed_surface(mesh, fmt::format("{}: mesh", who));
+  require_clear(array, mesh, false);
+}
+
 nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::optional<Wave>& wave, nb::handle faces,
                     const std::string& scheme, const std::optional<std::string>& device, std::optional<int> threads) {
   SolverSpec spec;
@@ -48,13 +54,13 @@ nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::o
   const Scheme chosen = scheme_of_name(scheme);
   if (faces.is_none()) {
     return owned(computed(count, [=](Progress& progress) {
-      require_closed_surface(*mesh, "transfer: mesh");
+      require_scatterer(*mesh, *array, "transfer");
       return transfer_matrix(*mesh, sound, *array, chosen, spec, progress);
     }));
   }
   const auto rows = index_list(faces, "transfer: faces", mesh->face_count());
   return owned(computed(count, [=](Progress& progress) {
-    require_closed_surface(*mesh, "transfer: mesh");
+    require_scatterer(*mesh, *array, "transfer");
     std::vector<SolveRecord> records;
     SkinScattering scattering(*mesh, sound, chosen, spec, *array, records, progress,
                               static_cast<Eigen::Index>(rows.size()));
@@ -178,7 +184,7 @@ nb::object field(const SkinMesh& skin, const SharedArray& array, nb::handle pres
   require_count("field: drives", q.size(), array->size(), "a channel");
   const Wave sound = wave_or_default(wave);
   return owned(computed(thread_count(threads), [=](Progress&) {
-    require_closed_surface(*mesh, "field: mesh");
+    require_scatterer(*mesh, *array, "field");
     return Eigen::VectorXcd(evaluate_field(*mesh, *array, sound, at, p, q).pressure.col(0));
   }));
 }

@@ -1,6 +1,9 @@
 #include "sim/body/shapes.h"
 
+#include <algorithm>
 #include <functional>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -9,7 +12,9 @@
 #include "python/src/parts.h"
 #include "sim/body/hand.h"
 #include "sim/core/errors.h"
+#include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
+#include "sim/mesh/io/unit_guess.h"
 
 namespace touchfield::python {
 
@@ -22,6 +27,40 @@ nb::dict landmark_dict(const SkinMesh& skin) {
     landmarks[name.c_str()] = owned(Eigen::VectorXd(point));
   }
   return landmarks;
+}
+
+/// Refuses what is not the size of any body; warns of what is none of a person.
+void check_size(const TriangleMesh& mesh, const std::string& name) {
+  FileSurface surface;
+  for (const auto& point : mesh.vertices().colwise()) {
+    surface.points.emplace_back(point);
+  }
+  for (const auto& corners : mesh.triangles().colwise()) {
+    surface.triangles.push_back({corners(0), corners(1), corners(2)});
+  }
+  const double size = surface_size(surface);
+  require_body_size(size, name);
+  if (const auto doubt = unit_doubt(size, "m")) {
+    say({Remark::Kind::kWarning, fmt::format("mesh_unit: {}: {}", name, doubt->text)});
+  }
+}
+
+/// A mesh of a file in units of so many metres, or in mm where its size leaves no doubt of that.
+SkinMesh mesh_of_file(const std::string& file, const std::optional<double>& unit, Progress& progress) {
+  const double size = surface_size(read_surface(file));
+  const auto known = std::ranges::find(kFileUnits, unit.value_or(0), &LengthUnit::metres);
+  if (!unit || known != kFileUnits.end()) {
+    const auto doubt = unit_doubt(size, unit ? std::optional<std::string>(known->name) : std::nullopt);
+    if (doubt && doubt->refuse) {
+      throw InputError(fmt::format("{}: {} by unit=1e-3, 1e-2 or 1.0", file, doubt->text));
+    }
+    if (doubt) {
+      progress.warn(fmt::format("mesh_unit: {}: {}", file, doubt->text));
+    }
+  }
+  TriangleMesh mesh = read_mesh(file, unit.value_or(kMillimetre));
+  require_body_size(size * unit.value_or(kMillimetre), file);
+  return {shared(std::move(mesh))};
 }
 
 SkinMesh hand_mesh(const std::string& pose, double edge, double breadth, double length, const std::string& side) {
@@ -47,8 +86,9 @@ void add_mesh_class(nb::module_& module) {
       .def(
           "__init__",
           [](SkinMesh* self, nb::handle vertices, nb::handle triangles) {
-            new (self) SkinMesh{shared(
-                TriangleMesh(point_rows(vertices, "Mesh: vertices"), triangle_rows(triangles, "Mesh: triangles")))};
+            TriangleMesh mesh(point_rows(vertices, "Mesh: vertices"), triangle_rows(triangles, "Mesh: triangles"));
+            check_size(mesh, "Mesh: vertices in m");
+            new (self) SkinMesh{shared(std::move(mesh))};
           },
           nb::arg("vertices"), nb::arg("triangles"),
           nb::sig("def __init__(self, vertices: numpy.typing.ArrayLike, triangles: numpy.typing.ArrayLike) -> None"))
@@ -94,21 +134,27 @@ void add_shapes(nb::module_& module) {
   add_mesh_class(module);
   module.def(
       "read_mesh",
-      [](nb::handle path, double unit) {
-        return computed(0, [file = path_of(path), unit](Progress&) { return SkinMesh{shared(read_mesh(file, unit))}; });
+      [](nb::handle path, std::optional<double> unit) {
+        return computed(0, [file = path_of(path), unit](Progress& progress) {
+          return mesh_of_file(file, unit, progress);
+        });
       },
-      nb::arg("path"), nb::arg("unit") = 1e-3,
-      nb::sig("def read_mesh(path: str | os.PathLike, unit: float = 1e-3) -> Mesh"),
-      "A mesh of an STL, OBJ, PLY, OFF or VTP file in units of so many metres.");
+      nb::arg("path"), nb::arg("unit") = nb::none(),
+      nb::sig("def read_mesh(path: str | os.PathLike, unit: float | None = None) -> Mesh"),
+      "A mesh of an STL, OBJ, PLY, OFF or VTP file in units of so many metres; without a unit in mm, an error if the "
+      "file's size does not bear that out.");
   module.def("hand", &hand_mesh, nb::arg("pose") = HandOptions{}.pose, nb::kw_only(),
              nb::arg("edge") = HandOptions{}.edge, nb::arg("breadth") = HandOptions{}.breadth,
              nb::arg("length") = HandOptions{}.length, nb::arg("side") = "right",
              "The built-in hand in its own frame [m]: the wrist at the origin, y to the fingertips, z out of its back; "
-             "a right "
-             "hand's thumb is at negative x.");
+             "a right hand's thumb is at negative x.");
   module.def(
-      "sphere", [](double radius, double edge) { return skin_mesh(sphere(radius, edge)); }, nb::arg("radius"),
-      nb::arg("edge"), "A sphere about the origin [m].");
+      "sphere",
+      [](double radius, double edge) {
+        require_body_size(2 * radius, "sphere: radius in m");
+        return skin_mesh(sphere(radius, edge));
+      },
+      nb::arg("radius"), nb::arg("edge"), "A sphere about the origin [m].");
 }
 
 }  // namespace touchfield::python

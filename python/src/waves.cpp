@@ -2,7 +2,9 @@
 #include <fmt/format.h>
 
 #include "python/src/arrays.h"
+#include "python/src/job.h"
 #include "python/src/parts.h"
+#include "sim/acoustics/array_geometry.h"
 #include "sim/core/errors.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_layout.h"
@@ -14,6 +16,10 @@ namespace {
 constexpr double kCelsius = 273.15;  // [K]
 
 Wave wave_of(double frequency, double temperature, bool absorption) {
+  if (!(frequency >= kLeastFrequency && frequency <= kMostFrequency)) {
+    throw InputError(fmt::format("Wave: frequency = {:g} Hz must be {:g} to {:g} Hz", frequency, kLeastFrequency,
+                                 kMostFrequency));
+  }
   MediumSpec medium;
   medium.temperature = temperature + kCelsius;
   medium.absorption = absorption;
@@ -34,6 +40,13 @@ SharedArray array_of(nb::handle positions, nb::handle axes, const std::string& d
   ArraySpec spec;
   PositionsArray layout{point_rows(positions, "Array: positions"), point_rows(axes, "Array: normals")};
   require_count("Array: normals", layout.axes.cols(), layout.points.cols(), "a position");
+  TransducerArray bare;
+  bare.positions = layout.points;
+  bare.axes = layout.axes;
+  require_real_array(bare, wave.wavelength(), "Array: positions", "are they in m?");
+  for (const std::string& warning : array_warnings(bare, wave.wavelength())) {
+    say({Remark::Kind::kWarning, warning});
+  }
   spec.layout = std::move(layout);
   spec.directivity = directivity_of(directivity);
   spec.level = level;

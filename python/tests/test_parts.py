@@ -62,7 +62,7 @@ def test_meshes(tmp_path):
     assert ball.volume == pytest.approx(4 / 3 * np.pi * 1e-6) and ball.areas.sum() == pytest.approx(4 * np.pi * 1e-4, rel=0.01)
     assert np.allclose(np.einsum("ij,ij->i", ball.normals, ball.centroids) / np.linalg.norm(ball.centroids, axis=1), 1, atol=0.02)
     ball.save(tmp_path / "ball.ply")
-    read = tf.read_mesh(tmp_path / "ball.ply")
+    read = tf.read_mesh(tmp_path / "ball.ply", unit=1e-3)
     assert np.allclose(read.vertices, ball.vertices, atol=1e-7) and len(read) == len(ball)
     hand = tf.hand("fist", edge=6e-3, side="left")
     assert {"index_pad", "wrist"} <= set(hand.landmarks) and hand.volume > 2e-4

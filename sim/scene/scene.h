@@ -357,6 +357,10 @@ struct MotionSpec {
   double stale = 0.15;  // of a sample: older ones are not felt, `live` is quiet [s]
 };
 
+/// Frequencies of a scene [Hz].
+inline constexpr double kLeastFrequency = 1e3;
+inline constexpr double kMostFrequency = 200e3;
+
 /// A scene as read and checked, in SI units, every default filled in.
 struct Scene {
   std::string name;

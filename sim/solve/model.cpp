@@ -74,36 +74,6 @@ Directivity build_directivity(const ArraySpec& spec, const Wave& wave) {
   throw std::logic_error("unknown directivity");
 }
 
-/// A transducer inside a body or on its skin has no pressure there that means anything, and a body cannot reach through
-/// the boards that carry them. Listed positions have no board.
-void require_clear_array(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards) {
-  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kClearance)) {
-    return;
-  }
-  const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
-  for (Eigen::Index n = 0; n < array.size(); ++n) {
-    const Vector3 x = array.positions.col(n);
-    const PointClearance& clearance = clearances[static_cast<std::size_t>(n)];
-    if (clearance.inside) {
-      throw InputError(
-          fmt::format("array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n,
-                      place_text(x, 2)));
-    }
-    if (clearance.distance < kClearance) {
-      throw InputError(
-          fmt::format("array: transducer {} at {} is {:.3f} mm from face {} of the body, it must be >= {} mm away", n,
-                      place_text(x, 2), clearance.distance / kMillimetre, clearance.face, kClearance / kMillimetre));
-    }
-  }
-  if (on_boards) {
-    if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
-      throw InputError(
-          fmt::format("array: the body crosses the board of unit {} at {}; move body.place.at_mm or array.at_mm",
-                      hit->plate, place_text(hit->at, 2)));
-    }
-  }
-}
-
 /// The point of a surface that is nearest to a transducer, or that a plane wave meets first.
 Vector3 nearest_to_array(const TransducerArray& array, const TriangleMesh& mesh) {
   if (array.kind == TransducerArray::Kind::kPlaneWave) {
@@ -144,9 +114,37 @@ Run read_previous(const MethodSpec& method) {
 
 }  // namespace
 
+void require_clear(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kClearance)) {
+    return;
+  }
+  const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
+  for (Eigen::Index n = 0; n < array.size(); ++n) {
+    const Vector3 x = array.positions.col(n);
+    const PointClearance& clearance = clearances[static_cast<std::size_t>(n)];
+    if (clearance.inside) {
+      throw InputError(
+          fmt::format("array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n,
+                      place_text(x, 2)));
+    }
+    if (clearance.distance < kClearance) {
+      throw InputError(
+          fmt::format("array: transducer {} at {} is {:.3f} mm from face {} of the body, it must be >= {} mm away", n,
+                      place_text(x, 2), clearance.distance / kMillimetre, clearance.face, kClearance / kMillimetre));
+    }
+  }
+  if (on_boards) {
+    if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
+      throw InputError(
+          fmt::format("array: the body crosses the board of unit {} at {}; move body.place.at_mm or array.at_mm",
+                      hit->plate, place_text(hit->at, 2)));
+    }
+  }
+}
+
 void require_clear(const Model& model) {
   const bool on_boards = !std::holds_alternative<PositionsArray>(model.scene.array.layout);
-  require_clear_array(model.array, model.body.mesh, on_boards);
+  require_clear(model.array, model.body.mesh, on_boards);
   if (model.scene.bodies.size() > 1) {
     require_apart(model.scene, parted(model.body.mesh, model.owner));
   }
@@ -287,7 +285,7 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   PlacedBodies bodies = build_bodies(scene, plan, nullptr, false, kept);
   require_closed_surface(bodies.body.mesh, "body");
   const bool on_boards = !std::holds_alternative<PositionsArray>(scene.array.layout);
-  require_clear_array(array, bodies.body.mesh, on_boards);
+  require_clear(array, bodies.body.mesh, on_boards);
   for (const MethodSpec& method : scene.solve.methods) {
     require_fitting_phases(method, array.size());
   }
@@ -316,7 +314,7 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   if (scene.sensing) {
     model.truth = model.body.mesh;
     model.body.mesh = perturbed(*model.truth, *scene.sensing).mesh;
-    require_clear_array(model.array, model.body.mesh, on_boards);
+    require_clear(model.array, model.body.mesh, on_boards);
   }
   model.report = inspect(model.body.mesh);
   if (scene.target) {

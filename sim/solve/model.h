@@ -79,6 +79,13 @@ TransducerArray build_array(const ArraySpec& spec, const Wave& wave);
 /// Whether boxes about the transducers and the mesh are further apart than so much [m]: no question then of what lies nearer.
 bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double distance);
 
+/// A transducer inside a body or on its skin has no pressure there that means anything, and a body cannot reach through
+/// the boards that carry transducers.
+///
+/// on_boards   whether the transducers of a device sit on one; listed positions have no board
+/// throws      InputError if a transducer is inside the body or nearer than 1 mm to its skin, or the body crosses a board
+void require_clear(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards);
+
 /// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses the
 ///          board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
 void require_clear(const Model& model);

@@ -1,0 +1,124 @@
+"""The program's own checks, where a scene does not make them: units, sizes, clearance, frequency; and what warnings.warn hears."""
+
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+
+import touchfield as tf
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return tf.sphere(8e-3, 4e-3)
+
+
+def array_at(z, scale=1.0):
+    return tf.Array(np.array([[0, 0, z], [0.0105, 0, z]]) * scale, [[0, 0, 1], [0, 0, 1]])
+
+
+def test_a_file_in_metres_is_not_read_as_one_in_millimetres(tmp_path):
+    hand = tf.hand(edge=8e-3)
+    for unit in (1.0, 1e-2):
+        hand.save(tmp_path / "hand.obj", unit)
+        with pytest.raises(tf.InputError, match="hand.obj: no unit is stated, and the"):
+            tf.read_mesh(tmp_path / "hand.obj")
+        with pytest.warns(tf.TouchfieldWarning, match="mesh_unit: .*hand.obj: unit mm makes the body"):
+            tf.read_mesh(tmp_path / "hand.obj", 1e-3)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert np.ptp(tf.read_mesh(tmp_path / "hand.obj", unit).vertices[:, 1]) == pytest.approx(np.ptp(hand.vertices[:, 1]), rel=1e-4)
+    hand.save(tmp_path / "hand.stl", 1e-3)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert len(tf.read_mesh(tmp_path / "hand.stl")) == len(hand)
+    with pytest.raises(tf.InputError, match="the body is .* across, it must be"):
+        tf.read_mesh(tmp_path / "hand.stl", 1.0)
+    for unit in (0, -1, float("nan"), float("inf")):
+        with pytest.raises(tf.InputError, match="unit"):
+            tf.read_mesh(tmp_path / "hand.stl", unit)
+
+
+def test_sizes_of_no_body_are_refused(ball):
+    for scale in (1e3, 1e-4):
+        with pytest.raises(tf.InputError, match="Mesh: vertices in m: the body is .* across, it must be 0.01 to 10000 mm"):
+            tf.Mesh(ball.vertices * scale, ball.triangles)
+    with pytest.raises(tf.InputError, match="sphere: radius in m: the body is 1.6e.04 mm across"):
+        tf.sphere(8, 2)
+    with pytest.warns(tf.TouchfieldWarning, match="mesh_unit: Mesh: vertices in m: unit m makes the body 1.6 m across; it looks like mm"):
+        tf.Mesh(ball.vertices * 1e2, ball.triangles)
+
+
+def test_arrays_that_nobody_can_have_built_are_refused():
+    for scale, words in ((1e3, "Array: positions.*are they in m"), (1e-3, "Array: positions.*are they in m")):
+        with pytest.raises(tf.InputError, match=words):
+            tf.Array(np.array([[0, 0, -0.1], [0.0105, 0, -0.1], [0.05, 0, -0.1]]) * scale, np.tile([0, 0, 1], (3, 1)))
+    with pytest.raises(tf.InputError, match="Array: positions"):
+        tf.Array([[0, 0, 0], [0, 0, 0]], [[0, 0, 1], [0, 0, 1]])
+    with pytest.warns(tf.TouchfieldWarning, match="array_pitch"):
+        tf.Array([[0, 0, 0], [0.001001, 0, 0]], [[0, 0, 1], [0, 0, 1]])
+    with pytest.warns(tf.TouchfieldWarning, match="array_size"):
+        tf.Array([[0, 0, 0], [3, 0, 0]], [[0, 0, 1], [0, 0, 1]])
+
+
+@pytest.mark.parametrize("frequency", [40, 40e6, 0, -40e3, float("nan"), float("inf"), 999, 200001])
+def test_frequencies_of_no_ultrasound_are_refused(frequency):
+    with pytest.raises(tf.InputError, match="Wave: frequency = .* Hz must be 1000 to 200000 Hz"):
+        tf.Wave(frequency)
+
+
+def test_transducers_keep_clear_of_the_body(ball):
+    far = array_at(-0.1)
+    pressure = tf.transfer(ball, far) @ [1, 1]
+    for z, words in ((0.0, "lies inside the body"), (-0.0085, "it must be >= 1 mm away")):
+        array = array_at(z)
+        for faces in (None, [0]):
+            with pytest.raises(tf.InputError, match=f"array: transducer 0 at .* {words}|array: transducer 0 at .*{words}"):
+                tf.transfer(ball, array, faces=faces)
+        with pytest.raises(tf.InputError, match=words):
+            tf.field(ball, array, pressure, [1, 1], [[0, 0, 0.1]])
+
+
+def test_warnings_and_notes_are_those_of_the_run(finger):
+    with warnings.catch_warnings(record=True) as heard:
+        warnings.simplefilter("always")
+        run = tf.run(finger, set={"body.edge_mm": 4, "judge": "same"})
+    assert run.warnings and run.notes
+    ours = [each for each in heard if issubclass(each.category, tf.TouchfieldWarning)]
+    assert {str(each.message) for each in ours if each.category is tf.TouchfieldWarning} >= set(run.warnings)
+    assert {str(each.message) for each in ours if each.category is tf.TouchfieldNote} >= set(run.notes)
+    assert {each.filename for each in ours} == {__file__}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", tf.TouchfieldWarning)
+        with pytest.raises(tf.TouchfieldWarning, match=run.warnings[0].split(":")[0]):
+            tf.Model(finger, set={"body.edge_mm": 4})
+
+
+def test_a_child_forked_while_another_thread_computes_does_not_hang(finger):
+    """Locks of the computing thread stay locked in the child: it says so and computes nothing."""
+    code = """if True:
+        import os, sys, threading, time
+        import touchfield as tf
+        model = tf.Model(sys.argv[1], set={"body.edge_mm": 1.5})
+        started = threading.Event()
+        def compute():
+            started.set()
+            for _ in range(100):
+                tf.run(model)
+        threading.Thread(target=compute, daemon=True).start()
+        started.wait()
+        time.sleep(0.3)
+        child = os.fork()
+        if child == 0:
+            try:
+                tf.sphere(0.01, 0.005), tf.run(sys.argv[1])
+            except RuntimeError as error:
+                os._exit(7 if "forked while another thread computed" in str(error) and "spawn" in str(error) else 8)
+            os._exit(9)
+        ended = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        os._exit(ended)
+        """
+    for _ in range(3):
+        assert subprocess.run([sys.executable, "-W", "ignore", "-c", code, str(finger)], timeout=60).returncode == 7
