@@ -21,7 +21,6 @@ if(TOUCHFIELD_KERNEL)
 endif()
 
 find_package(yaml-cpp 0.7 REQUIRED)
-find_package(spdlog REQUIRED)
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(EXPAT REQUIRED)

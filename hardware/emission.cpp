@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <utility>
 
 #include <fmt/format.h>
@@ -77,13 +78,27 @@ void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modula
   }
 }
 
+// throws   InputError if one of the files of a dry run is one that is read, by whatever name
+void require_unread(const DryRunFiles& files, const std::vector<std::string>& read) {
+  for (std::size_t frame = 0; frame < files.frames && !files.file.empty(); ++frame) {
+    for (const std::string& input : read) {
+      std::error_code error;
+      if (std::filesystem::equivalent(files.of(frame), input, error)) {
+        throw InputError(fmt::format("dry-run: {} is read, as {}; give another file to write", files.of(frame), input));
+      }
+    }
+  }
+}
+
 // What is done without a device: a stream is played all the same, and a dry run writes its files.
 void play_dry(const EmissionPlan& plan, const std::vector<DriveFrame>& frames, const Playing& playing,
               const ArrayLink& device, EmissionReport& report) {
   // Between two frames of a stream there may be a quiet one.
   const auto most = static_cast<std::size_t>(2 * std::ceil(report.seconds * report.rate)) + 1;
+  const std::size_t count = plan.stream ? most : frames.size();
+  require_unread({parse_link_address(plan.device.link).path, count}, plan.read);
   const std::unique_ptr<ArrayLink> writer =
-      report.dry ? local_link(plan.device, plan.array, plan.stream ? most : frames.size())
+      report.dry ? local_link(plan.device, plan.array, count)
                  : std::make_unique<DryRunLink>(device.layout(), device.abilities().steps.phase_levels, DryRunFiles{});
   writer->open();
   if (plan.stream) {

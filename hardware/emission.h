@@ -94,6 +94,7 @@ struct EmissionPlan {
   StopSignals* signals = nullptr;     // of a caller who has threads, and of every stream; else they are made here
   FrameObserver observer;             // told of each frame that was sent
   std::vector<std::string> watchdog;  // program and arguments that GuardedLink starts
+  std::vector<std::string> read;      // files that the caller reads: a dry run writes to none of them
 };
 
 /// What was found and done.

@@ -14,6 +14,7 @@
 #include "hardware/link_address.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/store/run_file.h"
 
@@ -72,6 +73,7 @@ EmissionPlan plan_of(const ArrayCommand& command) {
   if (const auto array = array_of(command.run)) {
     plan.array = layout_of(*array);
     plan.must_match.push_back(*array);
+    plan.read.push_back(run_file_at(command.run));
   }
   return plan;
 }
@@ -114,12 +116,12 @@ int list(const ArrayCommand& command, const CommonFlags& flags) {
     json["serial_ports"] = serial_ports();
   }
   if (flags.json) {
-    put(fmt::format("{}\n", json.dump(2)));
+    put(json_text(json, 2) + "\n");
     return 0;
   }
   if (!json.contains("links")) {
     for (const auto& [key, value] : json.items()) {
-      put(fmt::format("{:<30} {}\n", key, value.is_string() ? value.get<std::string>() : value.dump()));
+      put(fmt::format("{:<30} {}\n", key, value.is_string() ? value.get<std::string>() : json_text(value)));
     }
     return 0;
   }
@@ -151,7 +153,7 @@ int off(const ArrayCommand& command, const CommonFlags& flags) {
   link->quiet();
   link->close();
   if (flags.json) {
-    put(fmt::format("{}\n", nlohmann::ordered_json{{"device", link->describe()}, {"off", true}}.dump(2)));
+    put(json_text(nlohmann::ordered_json{{"device", link->describe()}, {"off", true}}, 2) + "\n");
   } else if (!flags.quiet) {
     put(fmt::format("{}: every transducer is off\n", link->describe()));
   }

@@ -13,6 +13,7 @@
 #include "sim/assess/check.h"
 #include "sim/batch/check_scene.h"
 #include "sim/batch/sweep_case.h"
+#include "sim/core/json_text.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/sweep_reader.h"
 #include "sim/solve/named_files.h"
@@ -61,13 +62,13 @@ int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
     text += fmt::format("  and {} bodies more\n", bodies - kMostShown);
   }
   if (flags.json) {
-    put(fmt::format("{}\n", nlohmann::ordered_json{{"name", plan.name},
-                                                   {"cases", scenes.size()},
-                                                   {"bodies", bodies},
-                                                   {"memory_mib", largest},
-                                                   {"available_mib", available_memory() / (1024.0 * 1024.0)},
-                                                   {"first_cases", shown}}
-                                .dump(2)));
+    const nlohmann::ordered_json json = {{"name", plan.name},
+                                         {"cases", scenes.size()},
+                                         {"bodies", bodies},
+                                         {"memory_mib", largest},
+                                         {"available_mib", available_memory() / (1024.0 * 1024.0)},
+                                         {"first_cases", shown}};
+    put(json_text(json, 2) + "\n");
   } else if (!flags.quiet) {
     put(text);
   }

@@ -57,6 +57,10 @@ void require_apart(const std::string& output, const std::vector<std::string>& re
 }
 
 void require_apart(const std::string& output, const std::string& scene_file, const Scene& scene) {
+  require_apart(output, read_by(scene_file, scene));
+}
+
+std::vector<std::string> read_by(const std::string& scene_file, const Scene& scene) {
   const std::set<std::string> named = named_files(scene);
   std::vector<std::string> read(named.begin(), named.end());
   if (!scene_file.empty()) {
@@ -67,7 +71,7 @@ void require_apart(const std::string& output, const std::string& scene_file, con
       read.push_back(recorded->folder);
     }
   }
-  require_apart(output, read);
+  return read;
 }
 
 ClaimedDirectory::ClaimedDirectory(const std::string& kept) {

@@ -19,8 +19,11 @@ namespace touchfield {
 /// throws   InputError if the output is a folder that is read or lies in one, or if a file that is read, or one in such a
 ///          folder, is of the run that the output holds: --force would remove it
 void require_apart(const std::string& output, const std::vector<std::string>& read);
-/// The same of a scene: its file, the files that it names and recorded images.
+/// The same of what a scene reads.
 void require_apart(const std::string& output, const std::string& scene_file, const Scene& scene);
+
+/// What a scene reads: its file unless that is "", the files that it names and the folder of recorded images.
+std::vector<std::string> read_by(const std::string& scene_file, const Scene& scene);
 
 /// The directory of a command's results, closed by an interrupt as well: from this object's making on signals are taken by a
 /// thread of their own, so it is made before any other thread.

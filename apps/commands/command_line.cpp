@@ -9,7 +9,9 @@
 #include <fmt/ranges.h>
 #include <omp.h>
 
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/utf8.h"
 #include "sim/core/version.h"
 #include "sim/gpu/compute_device.h"
 #include "sim/scene/input.h"
@@ -21,6 +23,28 @@
 namespace touchfield {
 
 namespace {
+
+/// A word as a shell reads it back, in characters that every reader of UTF-8 takes.
+std::string quoted_word(const std::string& word) {
+  bool plain = !word.empty();
+  bool text = true;
+  std::string quoted;  // between apostrophes
+  std::string coded;   // between $' and '
+  for (std::size_t i = 0; i < word.size();) {
+    const std::size_t length = character_length(word, i);
+    const std::string character = word.substr(i, std::max<std::size_t>(length, 1));
+    const bool readable = length > 0 && one_line(character) == character;
+    text = text && readable;
+    plain = plain && character.find_first_of(" \t\n'\"\\$*?[]{}()<>|&;#~`!") == std::string::npos;
+    quoted += character == "'" ? "'\\''" : character;
+    coded += character == "'" || character == "\\" ? "\\" + character : readable ? character : "";
+    for (const char byte : readable ? "" : character) {
+      coded += fmt::format("\\x{:02x}", static_cast<unsigned char>(byte));
+    }
+    i += character.size();
+  }
+  return !text ? "$'" + coded + "'" : plain ? word : "'" + quoted + "'";
+}
 
 /// What a number of the command line must be.
 struct NumberRule {
@@ -171,28 +195,24 @@ std::string first_log_line(const std::string& scene, int threads) {
                      scene, threads, blas_core(), to_string(instruction_level()));
 }
 
-void require_free_output(const std::string& path, bool force) {
+void require_free_output(const std::string& path, bool force, const std::vector<std::string>& read) {
   std::error_code error;
+  for (const std::string& input : read) {
+    if (std::filesystem::equivalent(path, input, error)) {
+      throw InputError(fmt::format("{}: is read, as {}; give another file to write", path, input));
+    }
+  }
   if (!force && std::filesystem::exists(std::filesystem::symlink_status(path, error))) {
     throw InputError(
         fmt::format("{}: there is a file of that name; give another with -o, or --force to replace it", path));
   }
+  remove_leftovers_of({path});
 }
 
 std::string joined_command_line(int argc, char** argv) {
   std::string line;
   for (int i = 0; i < argc; ++i) {
-    const std::string word = argv[i];
-    const bool plain = !word.empty() && word.find_first_of(" \t\n'\"\\$*?[]{}()<>|&;#~`!") == std::string::npos;
-    std::string quoted = word;
-    if (!plain) {
-      quoted = "'";
-      for (const char c : word) {
-        quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-      }
-      quoted += "'";
-    }
-    line += (i > 0 ? " " : "") + quoted;
+    line += (i > 0 ? " " : "") + quoted_word(argv[i]);
   }
   return line;
 }

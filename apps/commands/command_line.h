@@ -11,10 +11,9 @@
 
 #include "sim/pictures/picture_format.h"
 #include "sim/scene/quantity.h"
+#include "solvers/linear/system_limits.h"
 
 namespace touchfield {
-
-inline constexpr double kMostThreads = 4096;
 
 /// Flags that every command takes.
 struct CommonFlags {
@@ -106,10 +105,15 @@ int apply_threads(const CommonFlags& flags);
 /// The first line of a log: which program computes the scene, and by what on this machine.
 std::string first_log_line(const std::string& scene, int threads);
 
-/// throws   InputError if there is a file of the name that the command is to write and --force does not replace it
-void require_free_output(const std::string& path, bool force);
+/// What a process that was killed left of it half-written is removed.
+///
+/// read     files that the command reads
+/// throws   InputError if there is a file of the name that the command is to write and --force does not replace it, or if
+///          it is one of those that are read, by whatever name
+void require_free_output(const std::string& path, bool force, const std::vector<std::string>& read = {});
 
-/// The command as it was typed, quoted for a shell.
+/// The command as it was typed, quoted for a shell; words that are no plain UTF-8 text as bash and zsh write them,
+/// $'\xff'.
 std::string joined_command_line(int argc, char** argv);
 
 }  // namespace touchfield

@@ -14,6 +14,8 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/scene_changes.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
+#include "sim/core/utf8.h"
 #include "sim/store/run_compare.h"
 #include "sim/store/run_file.h"
 
@@ -194,7 +196,8 @@ struct CompareCommand {
 };
 
 std::string heading(char letter, const std::string& path, const Run& run) {
-  return fmt::format("{:<9} {}: {}, {}\n", letter, path, run.name, run.complete ? "complete" : "NOT COMPLETE");
+  return fmt::format("{:<9} {}: {}, {}\n", letter, path, one_line(run.name),
+                     run.complete ? "complete" : "NOT COMPLETE");
 }
 
 std::string tolerance_line(double tolerance, const Deviation& largest) {
@@ -224,7 +227,7 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
     json["tolerance"] = command.tolerance ? Json(*command.tolerance) : nullptr;
     json["within_tolerance"] = command.tolerance ? Json(within) : nullptr;
     json.update(difference_json(difference));
-    put(fmt::format("{}\n", json.dump(2)));
+    put(json_text(json, 2) + "\n");
   } else {
     put(fmt::format("{}{}{}", heading('A', path_a, a), heading('B', path_b, b), describe_difference(difference)));
     if (command.tolerance) {

@@ -8,6 +8,7 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/scan_comparison.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/pictures/scan_picture.h"
 #include "sim/scene/scene_reader.h"
@@ -79,15 +80,15 @@ void draw(const std::string& picture, const Run& run, const std::string& method,
 int compare_points(const std::string& run_path, const PointsComparison& asked, const std::optional<double>& tolerance,
                    const CommonFlags& flags) {
   apply_threads(flags);
+  const std::string path = run_file_at(run_path);
   for (const std::string& output : {asked.rows, asked.picture}) {
     if (!output.empty()) {
-      require_free_output(output, asked.force);
+      require_free_output(output, asked.force, {path, asked.points});
     }
   }
   if (!asked.picture.empty()) {
     format_of(asked.picture);
   }
-  const std::string path = run_file_at(run_path);
   const Run run = read_run_file(path);
   if (run.methods.empty()) {
     throw InputError(fmt::format("{}: no method has finished", path));
@@ -111,7 +112,7 @@ int compare_points(const std::string& run_path, const PointsComparison& asked, c
     json["tolerance"] = tolerance ? Json(*tolerance) : nullptr;
     json["within_tolerance"] = tolerance ? Json(within) : nullptr;
     json.update(scan_json(comparison, measured.complex));
-    put(fmt::format("{}\n", json.dump(2)));
+    put(json_text(json, 2) + "\n");
     return within ? 0 : 1;
   }
   put(fmt::format("{:<12} {}: {}, method {}\n{:<12} {}\n{}", "run", path, run.name, method, "measured", asked.points,

@@ -6,10 +6,8 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
-#include <spdlog/sinks/basic_file_sink.h>
 
 #include "apps/commands/standard_streams.h"
-#include "sim/core/errors.h"
 
 namespace touchfield {
 
@@ -17,21 +15,14 @@ ConsoleProgress::ConsoleProgress(bool quiet) : quiet_(quiet), terminal_(isatty(f
 
 ConsoleProgress::~ConsoleProgress() { clear_bar(); }
 
-void ConsoleProgress::log_to(const std::string& path) {
-  try {
-    log_ = std::make_shared<spdlog::logger>("run", std::make_shared<spdlog::sinks::basic_file_sink_mt>(path, true));
-  } catch (const spdlog::spdlog_ex& error) {
-    throw IoError(fmt::format("{} cannot be written: {}", path, error.what()));
-  }
-  log_->set_pattern("%Y-%m-%dT%H:%M:%S %v");
-  log_->flush_on(spdlog::level::info);
-}
+void ConsoleProgress::log_to(const std::string& path) { log_.emplace(path); }
 
 void ConsoleProgress::begin(std::string_view what) {
   stages_.emplace_back(what);
   shown_percent_ = -1;
   if (terminal_ && !quiet_) {
-    say(fmt::format("\r\033[K  {} ...", stages_.back()));
+    clear_line();
+    say(fmt::format("  {} ...", stages_.back()));
     bar_shown_ = true;
   }
 }
@@ -44,7 +35,8 @@ void ConsoleProgress::advance(double fraction) {
   shown_percent_ = percent;
   constexpr int kWidth = 24;
   const int full = percent * kWidth / 100;
-  say(fmt::format("\r\033[K  {} [{}{}] {:3d} %", stages_.back(), std::string(static_cast<std::size_t>(full), '#'),
+  clear_line();
+  say(fmt::format("  {} [{}{}] {:3d} %", stages_.back(), std::string(static_cast<std::size_t>(full), '#'),
                   std::string(static_cast<std::size_t>(kWidth - full), '.'), percent));
   bar_shown_ = true;
 }
@@ -60,7 +52,7 @@ void ConsoleProgress::remark(std::string_view message) {
     say(fmt::format("touchfield: note: {}\n", message));
   }
   if (log_) {
-    log_->info("note: {}", message);
+    log_->line(fmt::format("note: {}", message));
   }
 }
 
@@ -68,7 +60,7 @@ void ConsoleProgress::warn(std::string_view message) {
   clear_bar();
   say(fmt::format("touchfield: warning: {}\n", message));
   if (log_) {
-    log_->warn("warning: {}", message);
+    log_->line(fmt::format("warning: {}", message));
   }
 }
 
@@ -78,13 +70,13 @@ void ConsoleProgress::note(std::string_view line) {
     say(fmt::format("{}\n", line));
   }
   if (log_) {
-    log_->info("{}", line);
+    log_->line(line);
   }
 }
 
 void ConsoleProgress::clear_bar() {
   if (bar_shown_) {
-    say("\r\033[K");
+    clear_line();
     bar_shown_ = false;
   }
 }

@@ -1,11 +1,10 @@
 #pragma once
 
-#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include <spdlog/logger.h>
-
+#include "sim/core/log_file.h"
 #include "sim/core/progress.h"
 
 namespace touchfield {
@@ -19,7 +18,7 @@ class ConsoleProgress : public Progress {
   ~ConsoleProgress() override;
 
   /// From now on every line also goes to this file.
-  /// throws   IoError if it cannot be opened
+  /// throws   as LogFile
   void log_to(const std::string& path);
 
   void begin(std::string_view what) override;
@@ -37,7 +36,7 @@ class ConsoleProgress : public Progress {
   bool bar_shown_ = false;
   int shown_percent_ = -1;
   std::vector<std::string> stages_;  // begun and not ended, one within another
-  std::shared_ptr<spdlog::logger> log_;
+  std::optional<LogFile> log_;
 };
 
 }  // namespace touchfield

@@ -72,6 +72,7 @@ EmissionPlan plan_of(const DeviceOptions& options) {
   plan.device = options.device;
   if (!options.samples.empty()) {
     plan.device.samples = read_samples(options.samples);
+    plan.read.push_back(options.samples);
   }
   plan.request = options.request;
   plan.emit = options.emit;

@@ -5,6 +5,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/doctor.h"
+#include "sim/core/json_text.h"
 
 namespace touchfield {
 
@@ -17,7 +18,7 @@ int doctor_command(const CommonFlags& flags) {
     for (const Finding& finding : findings) {
       json[finding.subject] = {{"state", finding.state}, {"advice", finding.advice}};
     }
-    put(json.dump(2) + "\n");
+    put(json_text(json, 2) + "\n");
     return 0;
   }
   for (const Finding& finding : findings) {

@@ -6,6 +6,7 @@
 #include "apps/commands/device_options.h"
 #include "apps/commands/standard_streams.h"
 #include "hardware/stop_signals.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
@@ -95,7 +96,7 @@ int said_exit_code(const EmissionReport& report) {
 int print_emission(const EmissionReport& report, const CommonFlags& flags, const std::string& heading) {
   const int code = said_exit_code(report);
   if (flags.json) {
-    put(emission_json(report).dump(2) + "\n");
+    put(json_text(emission_json(report), 2) + "\n");
   } else if (!flags.quiet) {
     put(heading + describe_emission(report));
   }

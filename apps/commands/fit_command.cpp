@@ -11,6 +11,7 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/fit_folder.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/store/motion_summary.h"
 
@@ -114,7 +115,7 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
     const FittedFolder fitted = fit_folder(folder, how, directory, progress);
     directory.settle();
     progress.note(fmt::format("meshes in {}", directory.path()));
-    put(flags.json ? fmt::format("{}\n", fit_json(fitted, directory.path()).dump(2))
+    put(flags.json ? fmt::format("{}\n", json_text(fit_json(fitted, directory.path()), 2))
                    : fmt::format("{}{}", fit_text(fitted), flags.quiet ? directory.path() + "\n" : ""));
   });
   return 0;

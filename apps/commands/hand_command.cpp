@@ -7,6 +7,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/body/hand.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
@@ -41,7 +42,7 @@ int hand_command(const HandCommand& command, const CommonFlags& flags) {
                                          {"area_cm2", report.area * 1e4},
                                          {"volume_cm3", report.volume * 1e6},
                                          {"landmarks", landmarks}};
-    put(fmt::format("{}\n", json.dump(2)));
+    put(json_text(json, 2) + "\n");
   } else if (!flags.quiet) {
     put(fmt::format("{}: {} faces, {:.1f} cm2, {:.1f} cm3, edges {:.2f} to {:.2f} mm\n", command.output, report.faces,
                     report.area * 1e4, report.volume * 1e6, report.shortest_edge / kMillimetre,

@@ -7,6 +7,7 @@
 #include "apps/commands/commands.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
+#include "sim/core/json_text.h"
 #include "sim/store/archive_file.h"
 #include "sim/store/motion_file.h"
 #include "sim/store/motion_summary.h"
@@ -62,7 +63,7 @@ nlohmann::ordered_json json_of(const Motion& motion) {
 int info_command(const std::string& path, const CommonFlags& flags) {
   const std::string file = result_file_at(path);
   const auto print = [&](const auto& result, const auto& describe) {
-    put(flags.json ? fmt::format("{}\n", json_of(result).dump(2)) : describe(result));
+    put(flags.json ? fmt::format("{}\n", json_text(json_of(result), 2)) : describe(result));
   };
   if (archive_format(file) == kMotionArchive.name()) {
     print(read_motion_file(file), describe_motion);

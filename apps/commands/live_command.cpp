@@ -21,6 +21,7 @@
 #include "hardware/stop_signals.h"
 #include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_file.h"
@@ -95,6 +96,7 @@ class Live {
     plan.request.rate = motion_.frames_hz;
     plan.request.seconds = motion_.seconds;
     plan.signals = &signals_;
+    std::ranges::copy(read_by(command_.scene, scene_), std::back_inserter(plan.read));
     plan.array = layout_of(sensed_->solved().first().array);
     plan.must_match = {sensed_->solved().first().array};
     plan.drives = [this](const ArrayLayout&) { return std::vector<Drive>{prepared()}; };
@@ -227,7 +229,7 @@ class Live {
     if (flags_.json) {
       nlohmann::ordered_json json = emission_json(report);
       json["live"] = live_json(result);
-      put(json.dump(2) + "\n");
+      put(json_text(json, 2) + "\n");
     } else if (!flags_.quiet) {
       put(describe_emission(report) + describe_live(result));
     }

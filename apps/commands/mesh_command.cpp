@@ -13,6 +13,7 @@
 #include "apps/commands/mesh_text.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/io/mesh_io.h"
@@ -143,7 +144,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     parse_cut_plane(*command.cut);  // a slip in it is said before the work begins
   }
   if (!command.output.empty()) {
-    require_free_output(command.output, command.force);
+    require_free_output(command.output, command.force, {command.file});
   }
   const FileSurface surface = read_surface(command.file);
   const double size = surface_size(surface);
@@ -183,7 +184,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     }
   }
   if (flags.json) {
-    put(fmt::format("{}\n", mesh_json(text).dump(2)));
+    put(json_text(mesh_json(text), 2) + "\n");
   } else if (!flags.quiet) {
     put(describe_mesh(text));
   }

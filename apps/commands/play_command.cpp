@@ -12,6 +12,7 @@
 #include "sim/acoustics/array_geometry.h"
 #include "sim/batch/play_scene.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
@@ -76,7 +77,7 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
     const Motion motion = play_scene(sensed, options, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
-    put(flags.json ? fmt::format("{}\n", motion_json(motion, directory.path()).dump(2))
+    put(flags.json ? fmt::format("{}\n", json_text(motion_json(motion, directory.path()), 2))
                    : fmt::format("{}{}", motion_table(motion), flags.quiet ? directory.path() + "\n" : ""));
   });
   return 0;

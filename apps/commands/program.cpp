@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <new>
+#include <sstream>
 #include <string>
 #include <sys/resource.h>
 #include <system_error>
@@ -52,7 +53,10 @@ int dispatch(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
-    return app.exit(asked);
+    std::ostringstream text;
+    const int code = app.exit(asked, text, text);
+    put(text.str());
+    return code;
   } catch (const CLI::ParseError& error) {
     throw InputError(command_line_problem(app, error));
   }

@@ -12,6 +12,7 @@
 #include "sim/assess/check.h"
 #include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/run_file.h"
 
@@ -84,7 +85,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
-      put(fmt::format("{}\n", run_json(run, directory.path()).dump(2)));
+      put(fmt::format("{}\n", json_text(run_json(run, directory.path()), 2)));
     } else {
       put(fmt::format("{}{}", methods_table(run), flags.quiet ? directory.path() + "\n" : ""));
     }

@@ -9,6 +9,7 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/see_scene.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/scene/scene_reader.h"
 
@@ -69,7 +70,7 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
     const std::vector<SightSummary> sights = see_scene(seen, directory, command.pictures, progress);
     directory.settle();
     progress.note(fmt::format("images in {}", directory.path()));
-    put(flags.json ? fmt::format("{}\n", sights_json(seen, sights, directory.path()).dump(2))
+    put(flags.json ? fmt::format("{}\n", json_text(sights_json(seen, sights, directory.path()), 2))
                    : fmt::format("{}{}", sights_text(sights), flags.quiet ? directory.path() + "\n" : ""));
   });
   return 0;

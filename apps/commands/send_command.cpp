@@ -38,7 +38,8 @@ int send_command(const SendCommand& command, const CommonFlags& flags) {
   EmissionPlan plan = plan_of(command.options);
   std::vector<Drive> drives;
   for (const std::string& path : command.runs) {
-    const Run run = read_run_file(run_file_at(path));
+    plan.read.push_back(run_file_at(path));
+    const Run run = read_run_file(plan.read.back());
     if (!run.complete) {
       throw InputError(
           fmt::format("{}: complete = 0: the run did not finish, so its phases are not sent; "

@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/utf8.h"
+
 namespace touchfield {
 
 namespace {
@@ -32,9 +34,11 @@ void hold_standard_streams() {
   }
 }
 
-void put(std::string_view text) { print(stdout, text); }
+void put(std::string_view text) { print(stdout, visible_text(text)); }
 
-void say(std::string_view text) { print(stderr, text); }
+void say(std::string_view text) { print(stderr, visible_text(text)); }
+
+void clear_line() { print(stderr, "\r\033[K"); }
 
 int finish_output(int code) {
   errno = 0;

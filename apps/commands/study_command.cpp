@@ -13,6 +13,7 @@
 #include "sim/batch/run_directory.h"
 #include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/pictures/study_picture.h"
 #include "sim/scene/scene_reader.h"
@@ -83,17 +84,17 @@ nlohmann::ordered_json rung_json(const StudyRung& rung) {
 }
 
 int study_command(const StudyCommand& command, const CommonFlags& flags) {
+  ClaimedDirectory claimed("study.csv holds the ways that are finished, {} says that they are not all");
   apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   const Scene scene = read_scene(command.scene, command.overrides);
   require_apart(command.output, command.scene, scene);
   // What is wrong with the scene or the options is found before the directory exists.
   std::vector<Model> models = study_models(scene, command.options);
-  RunDirectory directory =
-      command.output.empty()
-          ? RunDirectory::next_free("results/runs", scene.name + "_study", study_files(command.pictures))
-          : RunDirectory::at(command.output, study_files(command.pictures), command.force);
-  try {
+  RunDirectory& directory =
+      claimed.claim(command.output, command.force, scene.name + "_study", study_files(command.pictures));
+  bool fits = true;
+  claimed.fill(progress, [&] {
     progress.log_to(directory.file("study.log"));
     const auto keep = [&](const Study& so_far) { write_study_csv(directory.file("study.csv"), so_far.rungs); };
     const Study study = run_study(scene, std::move(models), command.options, progress, keep);
@@ -116,15 +117,13 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
       }
       nlohmann::ordered_json json = {{"name", scene.name}, {"directory", directory.path()}, {"rungs", rungs}};
       json["picked"] = picked ? rung_json(study.rungs[*picked]) : nlohmann::ordered_json(nullptr);
-      put(fmt::format("{}\n", json.dump(2)));
+      put(json_text(json, 2) + "\n");
     } else {
       put(report);
     }
-    return (command.budget || command.error) && !picked ? 1 : 0;
-  } catch (const std::exception& error) {
-    directory.fail(error.what());
-    throw;
-  }
+    fits = picked || !(command.budget || command.error);
+  });
+  return fits ? 0 : 1;
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -19,6 +20,7 @@
 #include "sim/batch/sweep_case.h"
 #include "sim/batch/sweep_input.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/text_number.h"
 #include "sim/pictures/sweep_picture.h"
 
@@ -76,7 +78,7 @@ std::string inputs_text(const SweepRecord& record) {
 }
 
 Json record_json(const SweepRecord& record, const SweepProgress& progress) {
-  Json json = Json::parse(to_json(record, -1));
+  Json json = json_from_text<Json>(to_json(record, -1));
   json.erase("crc32");  // of the record alone
   json["event"] = "case";
   json["done"] = progress.done;
@@ -102,23 +104,24 @@ class Reporter {
 
   void on_case(const SweepRecord& record, const SweepProgress& progress) const {
     if (json_) {
-      put(fmt::format("{}\n", record_json(record, progress).dump()));
+      put(json_text(record_json(record, progress)) + "\n");
       std::fflush(stdout);
     }
     const bool failed = record.status != "ok";
     if (quiet_ && !failed) {
       return;
     }
-    const std::string bar = terminal_ && !quiet_ ? "\r\033[K" : "";
+    if (terminal_ && !quiet_) {
+      clear_line();
+    }
     if (failed) {
-      say(fmt::format("{}touchfield: case {} ({}) failed: {}\n", bar, record.number, inputs_text(record),
-                      record.reason));
+      say(fmt::format("touchfield: case {} ({}) failed: {}\n", record.number, inputs_text(record), record.reason));
     }
     const std::string count = fmt::format("{} of {} cases{}, {} left", progress.done, progress.cases,
                                           progress.failed > 0 ? fmt::format(", {} failed", progress.failed) : "",
                                           duration(progress.seconds_left));
     if (!quiet_ && terminal_) {
-      say(fmt::format("{}  {}{}", bar, count, progress.done == progress.cases ? "\n" : ""));
+      say(fmt::format("  {}{}", count, progress.done == progress.cases ? "\n" : ""));
     } else if (!quiet_ && !failed) {
       say(fmt::format(
           "  case {} ({}): {:.1f} s{}; {}\n", record.number, inputs_text(record), record.seconds,
@@ -148,15 +151,15 @@ int report(const SweepSummary& summary, const std::string& directory, const Comm
   const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
   const auto missing = summary.cases - static_cast<int>(summary.records.size());
   if (flags.json) {
-    put(fmt::format("{}\n", Json{{"event", "end"},
-                                 {"name", summary.name},
-                                 {"directory", directory},
-                                 {"cases", summary.cases},
-                                 {"done", summary.records.size()},
-                                 {"computed", computed},
-                                 {"failed", failed},
-                                 {"missing", missing}}
-                                .dump()));
+    const Json json = {{"event", "end"},
+                       {"name", summary.name},
+                       {"directory", directory},
+                       {"cases", summary.cases},
+                       {"done", summary.records.size()},
+                       {"computed", computed},
+                       {"failed", failed},
+                       {"missing", missing}};
+    put(json_text(json) + "\n");
   } else {
     put(sweep_table(summary));
     put(fmt::format("{} of {} cases done, {} failed{}; table in {}/sweep.csv and sweep.h5\n", summary.records.size(),
@@ -166,6 +169,10 @@ int report(const SweepSummary& summary, const std::string& directory, const Comm
 }
 
 int collect(const SweepCommand& command, const CommonFlags& flags) {
+  std::optional<OwnDirectory> own;
+  if (std::error_code error; std::filesystem::is_directory(command.collect, error)) {
+    own.emplace(own_sweep_directory(command.collect));
+  }
   const SweepCollection found = collect_sweep(command.collect);
   for (const std::string& gap : found.gaps) {
     Reporter::warn(gap);
@@ -182,7 +189,12 @@ std::string output_directory(const SweepCommand& command, const SweepPlan& plan,
     }
     return RunDirectory::next_free("results/runs", plan.name + "_sweep", {}).path();
   }
-  return shard_directory(command.output, shard);
+  std::string path = shard_directory(command.output, shard);
+  if (std::error_code error; shard.count > 1 && std::filesystem::is_symlink(path, error)) {
+    throw InputError(
+        fmt::format("output directory {}: is a link, which would lead results elsewhere; remove it", path));
+  }
+  return path;
 }
 
 int sweep_command(const SweepCommand& command, const Invocation& invoked) {

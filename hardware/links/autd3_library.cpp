@@ -39,6 +39,9 @@ std::string main_file(const std::string& path) {
       throw InputError(fmt::format("autd3: library: the folder {} holds no {}", path, kMainFile));
     }
   }
+  if (!std::filesystem::is_regular_file(file, failed)) {  // the loader would wait for a pipe
+    throw InputError(fmt::format("autd3: library: {} must be a file", file.string()));
+  }
   // Without a slash the loader would look the name up in the system's folders.
   return std::filesystem::absolute(file).lexically_normal().string();
 }

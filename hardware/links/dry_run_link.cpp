@@ -56,15 +56,18 @@ LinkAbilities DryRunLink::abilities() const {
 }
 
 void DryRunLink::open() {
-  if (files_.file.empty() || files_.replace) {
+  if (files_.file.empty()) {
     return;
   }
+  std::vector<std::string> paths;
   for (std::size_t frame = 0; frame < files_.frames; ++frame) {
+    paths.push_back(files_.of(frame));
     std::error_code error;
-    if (std::filesystem::exists(std::filesystem::symlink_status(files_.of(frame), error))) {
-      throw InputError(fmt::format("dry-run: {} is there already; --force replaces it", files_.of(frame)));
+    if (!files_.replace && std::filesystem::exists(std::filesystem::symlink_status(paths.back(), error))) {
+      throw InputError(fmt::format("dry-run: {} is there already; --force replaces it", paths.back()));
     }
   }
+  remove_leftovers_of(paths);
 }
 
 void DryRunLink::set_modulation(const Modulation& modulation) {

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sim/core/json_text.h"
 #include "sim/solve/meshed_body.h"
 #include "sim/solve/warnings.h"
 
@@ -60,7 +61,7 @@ std::string to_json(const SceneCheck& checked) {
                       {"seconds", motion->seconds},       {"sensor", sensor_text(model.scene.motion->sensor)},
                       {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
   }
-  return json.dump(2);  // what is no number as null
+  return json_text(json, 2);  // what is no number as null
 }
 
 }  // namespace touchfield

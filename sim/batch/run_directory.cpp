@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
+#include <map>
+#include <set>
 #include <system_error>
 #include <utility>
 
@@ -11,7 +12,9 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/version.h"
+#include "sim/core/whole_file.h"
 #include "sim/store/run_file.h"
 
 namespace touchfield {
@@ -19,9 +22,11 @@ namespace touchfield {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 constexpr const char* kManifest = "files.json";
 constexpr const char* kManifestFormat = "touchfield-files";
+constexpr std::size_t kMostManifestBytes = std::size_t{1} << 26U;
 
 /// What runs and studies wrote before they kept a manifest, whatever the scene.
 const std::vector<std::string>& older_files() {
@@ -31,11 +36,6 @@ const std::vector<std::string>& older_files() {
   return kNames;
 }
 
-bool there(const fs::path& file) {
-  std::error_code error;
-  return fs::symlink_status(file, error).type() != fs::file_type::not_found;
-}
-
 bool holds_an_older_run(const fs::path& directory) {
   const auto has = [&](const char* name) { return there(directory / name); };
   return has("run.h5") || has("failed.json") || (has("metrics.csv") && has("run.log")) ||
@@ -43,7 +43,8 @@ bool holds_an_older_run(const fs::path& directory) {
 }
 
 bool is_plain_name(const std::string& name) {
-  return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos;
+  constexpr std::string_view kNeither("/\0", 2);
+  return !name.empty() && name != "." && name != ".." && name.find_first_of(kNeither) == std::string::npos;
 }
 
 /// A file in the directory itself or in a folder of it.
@@ -54,14 +55,20 @@ bool is_own_name(const std::string& name) {
 
 /// The names in a directory's manifest; nothing if there is none, or another file of its name.
 std::optional<std::vector<std::string>> manifest(const fs::path& directory) {
-  std::ifstream file(directory / kManifest);
-  const nlohmann::json json = nlohmann::json::parse(file, nullptr, false);
-  if (!json.is_object() || json.value("format", nlohmann::json()) != kManifestFormat || !json.contains("files") ||
+  Json json;
+  try {
+    json = json_from_text<Json>(read_whole_file((directory / kManifest).string(), kMostManifestBytes));
+  } catch (const InputError&) {
+    return std::nullopt;
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  }
+  if (!json.is_object() || json.value("format", Json()) != kManifestFormat || !json.contains("files") ||
       !json["files"].is_array()) {
     return std::nullopt;
   }
   std::vector<std::string> names;
-  for (const nlohmann::json& name : json["files"]) {
+  for (const Json& name : json["files"]) {
     if (name.is_string() && is_own_name(name.get<std::string>())) {
       names.push_back(name.get<std::string>());
     }
@@ -86,18 +93,19 @@ void make_directory(const std::string& path) {
 }
 
 void write_manifest(const fs::path& directory, const std::vector<std::string>& files) {
-  const nlohmann::ordered_json json = {{"format", kManifestFormat}, {"files", files}};
-  write_atomically((directory / kManifest).string(), {json.dump(1), "\n"});
+  const Json json = {{"format", kManifestFormat}, {"files", files}};
+  write_atomically((directory / kManifest).string(), {json_text(json, 1), "\n"});
 }
 
-void remove_leftovers(const fs::path& directory, const std::vector<std::string>& files) {
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(directory, error)) {
-    const std::string name = entry.path().filename().string();
-    if (std::ranges::any_of(files, [&](const std::string& file) { return is_leftover(name, file); })) {
-      fs::remove(entry.path(), error);
-    }
+/// The names in each folder; of the directory itself under "".
+std::map<std::string, std::set<std::string>> by_folder(const std::vector<std::string>& names) {
+  std::map<std::string, std::set<std::string>> folders;
+  for (const std::string& name : names) {
+    const std::size_t slash = name.find('/');
+    const bool in_folder = slash != std::string::npos;
+    folders[in_folder ? name.substr(0, slash) : ""].insert(in_folder ? name.substr(slash + 1) : name);
   }
+  return folders;
 }
 
 void require_nothing_in_the_way(const fs::path& directory, const std::vector<std::string>& files,
@@ -114,6 +122,11 @@ void require_nothing_in_the_way(const fs::path& directory, const std::vector<std
 
 }  // namespace
 
+bool there(const fs::path& file) {
+  std::error_code error;
+  return fs::symlink_status(file, error).type() != fs::file_type::not_found;
+}
+
 std::optional<std::vector<std::string>> own_files(const std::string& directory, const std::vector<std::string>& files) {
   std::optional<std::vector<std::string>> own = manifest(directory);
   if (!own && holds_an_older_run(directory)) {
@@ -127,21 +140,21 @@ std::optional<std::vector<std::string>> own_files(const std::string& directory, 
 }
 
 RunDirectory::RunDirectory(RunDirectory&& other) noexcept
-    : path_(std::move(other.path_)),
+    : own_(std::move(other.own_)),
       files_(std::move(other.files_)),
       planned_(std::move(other.planned_)),
       finished_(std::move(other.finished_)),
       failed_(other.failed_) {}
 
-void RunDirectory::claim(const std::vector<std::string>& files) {
+void RunDirectory::begin(const std::vector<std::string>& files) {
   if (files.empty()) {
     return;
   }
   files_ = files;
   try {
-    write_manifest(path_, files_);
+    write_manifest(path(), files_);
   } catch (const IoError& error) {
-    throw InputError(fmt::format("output directory {} cannot be written to: {}", path_, error.what()));
+    throw InputError(fmt::format("output directory {} cannot be written to: {}", path(), error.what()));
   }
 }
 
@@ -154,7 +167,7 @@ RunDirectory RunDirectory::next_free(const std::string& root, const std::string&
     // create_directory is atomic: false means that somebody else has this number.
     if (fs::create_directory(path, error)) {
       RunDirectory directory(path);
-      directory.claim(files);
+      directory.begin(files);
       return directory;
     }
     if (error) {
@@ -165,6 +178,7 @@ RunDirectory RunDirectory::next_free(const std::string& root, const std::string&
 
 RunDirectory RunDirectory::at(const std::string& path, const std::vector<std::string>& files, bool force) {
   make_directory(path);
+  RunDirectory directory(path);
   const std::optional<std::vector<std::string>> older = own_files(path, files);
   if (older && !force) {
     throw InputError(
@@ -173,36 +187,38 @@ RunDirectory RunDirectory::at(const std::string& path, const std::vector<std::st
   std::vector<std::string> all = files;
   all.emplace_back(kManifest);
   require_nothing_in_the_way(path, all, older.value_or(std::vector<std::string>()));
-  RunDirectory directory(path);
-  if (older) {
-    directory.clear(*older);
+  for (const auto& [folder, names] : by_folder(files)) {
+    if (!folder.empty()) {
+      directory.own_.require_own_folder(folder);
+    }
   }
-  directory.claim(files);
+  if (older) {
+    std::ranges::for_each(*older, [&](const std::string& name) { directory.own_.remove(name); });
+    directory.remove_leftovers(*older);
+  }
+  directory.remove_leftovers(all);
+  directory.begin(files);
   return directory;
 }
 
 RunDirectory RunDirectory::made(const std::string& path, const std::vector<std::string>& files) {
   RunDirectory directory(path);
-  directory.claim(files);
+  directory.begin(files);
   return directory;
 }
 
-void RunDirectory::clear(const std::vector<std::string>& names) const {
-  for (const std::string& name : names) {
-    const fs::path file = fs::path(path_) / name;
-    std::error_code error;
-    if (!fs::is_directory(fs::symlink_status(file, error)) && !fs::remove(file, error) && error) {
-      throw InputError(fmt::format("output directory {} cannot be written to: {}: {}", path_, name, error.message()));
-    }
+void RunDirectory::remove_leftovers(const std::vector<std::string>& names, bool even_living) const {
+  for (const auto& [folder, own] : by_folder(names)) {
+    own_.remove_leftovers(
+        folder, [&own = own](const std::string& name) { return own.contains(name); }, even_living);
   }
-  remove_leftovers(path_, names);
 }
 
 void RunDirectory::settle() {
   const std::lock_guard lock(mutex_);
-  std::erase_if(files_, [&](const std::string& name) { return !there(fs::path(path_) / name); });
+  std::erase_if(files_, [&](const std::string& name) { return !there(file(name)); });
   try {
-    write_manifest(path_, files_);
+    write_manifest(path(), files_);
   } catch (const IoError&) {  // the one that is there names them all, and some more
   }
 }
@@ -226,10 +242,10 @@ void RunDirectory::fail(const std::string& reason) {
   std::vector<std::string> missing;
   std::ranges::copy_if(planned_, std::back_inserter(missing),
                        [&](const std::string& method) { return !contains(finished_, method); });
-  const nlohmann::ordered_json record = {
+  const Json record = {
       {"reason", reason}, {"time", utc_now()}, {"finished_methods", finished_}, {"missing_methods", missing}};
-  remove_leftovers(path_, files_);
-  write_text_file(file("failed.json"), record.dump(2) + "\n");
+  remove_leftovers(files_, true);
+  write_text_file(file("failed.json"), json_text(record, 2) + "\n");
 }
 
 }  // namespace touchfield

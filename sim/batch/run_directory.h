@@ -1,9 +1,12 @@
 #pragma once
 
+#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
+
+#include "sim/core/own_directory.h"
 
 namespace touchfield {
 
@@ -11,9 +14,13 @@ namespace touchfield {
 /// neither. A run that is older than manifests owns the names that every run had, and those of `files`.
 std::optional<std::vector<std::string>> own_files(const std::string& directory, const std::vector<std::string>& files);
 
-/// The directory a run lands in, claimed before anything is computed, and the record of what it holds. Its manifest,
-/// files.json, names the files that the run writes, in the directory or a folder of it: no other file is ever replaced
-/// or removed.
+/// Whether there is something of a name, be it a link that leads nowhere.
+bool there(const std::filesystem::path& file);
+
+/// The directory a run lands in, claimed before anything is computed and to this object's end, and the record of what it
+/// holds. Its manifest, files.json, names the files that the run writes, in the directory or a folder of it: no other
+/// file is ever replaced or removed, and nothing outside of the directory. What a process that was killed left of them
+/// half-written goes at the next start.
 /// Safe to call from several threads: an interrupt is handled beside the run.
 class RunDirectory {
  public:
@@ -25,8 +32,8 @@ class RunDirectory {
 
   /// An explicit directory, made if it is not there.
   /// force    remove the files of an older run first; without it a directory that holds a run is refused
-  /// throws   InputError if it holds a run and force is false, if one of the files is there and no run's, if it is no
-  ///          directory, or cannot be made or written to
+  /// throws   InputError if another process works in it, if it holds a run and force is false, if one of the files is
+  ///          there and no run's, if the folder of one is a link, if it is no directory, or cannot be made or written to
   static RunDirectory at(const std::string& path, const std::vector<std::string>& files, bool force);
 
   /// A directory that was made for one run.
@@ -34,8 +41,8 @@ class RunDirectory {
 
   RunDirectory(RunDirectory&& other) noexcept;
 
-  const std::string& path() const { return path_; }
-  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  const std::string& path() const { return own_.path(); }
+  std::string file(const std::string& name) const { return path() + "/" + name; }
 
   /// What the run set out to find, and what is found and written.
   void plan(const std::vector<std::string>& methods);
@@ -49,12 +56,12 @@ class RunDirectory {
   void fail(const std::string& reason);
 
  private:
-  explicit RunDirectory(std::string path) : path_(std::move(path)) {}
+  explicit RunDirectory(std::string path) : own_(std::move(path)) {}
 
-  void claim(const std::vector<std::string>& files);
-  void clear(const std::vector<std::string>& names) const;
+  void begin(const std::vector<std::string>& files);
+  void remove_leftovers(const std::vector<std::string>& names, bool even_living = false) const;
 
-  std::string path_;
+  OwnDirectory own_;
   std::vector<std::string> files_;
   std::mutex mutex_;
   std::vector<std::string> planned_;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <new>
@@ -19,6 +18,8 @@
 #include "sim/batch/run_directory.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
+#include "sim/core/log_file.h"
 #include "sim/core/text_number.h"
 #include "sim/core/version.h"
 #include "sim/motion/frame_budget.h"
@@ -34,23 +35,32 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kExpected = "expected";
 
-/// Writes what a computation does into a log, a line a stage, each with the time and on the disk at once. A file that
-/// cannot be opened leaves the log empty: it is no part of the result.
+/// Writes what a computation does into a log, a line a stage. Where none can be made there is none: it is no part of the
+/// result.
 class FileProgress : public Progress {
  public:
-  explicit FileProgress(const std::string& path) : log_(path) {}
+  explicit FileProgress(const std::string& path) {
+    try {
+      log_.emplace(path);
+    } catch (const IoError&) {  // NOLINT(bugprone-empty-catch)
+    }
+  }
 
   void begin(std::string_view what) override { stages_.emplace_back(what); }
   void end(double seconds) override {
     note(fmt::format("  {}: {:.2f} s", stages_.back(), seconds));
     stages_.pop_back();
   }
-  void note(std::string_view line) override { log_ << utc_now() << ' ' << line << std::endl; }
+  void note(std::string_view line) override {
+    if (log_) {
+      log_->line(line);
+    }
+  }
   void remark(std::string_view message) override { note(fmt::format("note: {}", message)); }
   void warn(std::string_view message) override { note(fmt::format("warning: {}", message)); }
 
  private:
-  std::ofstream log_;
+  std::optional<LogFile> log_;
   std::vector<std::string> stages_;  // begun and not ended, one within another
 };
 
@@ -156,11 +166,11 @@ std::string sharing_key(const Scene& scene) {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseJob, number, scratch, scene, inputs, scenes, command_line, threads)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseCost, faces, channels, memory_mib, available_mib, seconds)
 
-std::string to_json(const CaseJob& job) { return nlohmann::json(job).dump(); }
+std::string to_json(const CaseJob& job) { return json_text(nlohmann::json(job)); }
 
 CaseJob job_from_json(const std::string& text) {
   try {
-    return nlohmann::json::parse(text).get<CaseJob>();
+    return json_from_text<nlohmann::json>(text).get<CaseJob>();
   } catch (const Json::exception& error) {
     throw IoError(fmt::format("a case's job cannot be read: {}", error.what()));
   }
@@ -203,7 +213,7 @@ std::string to_json(const CaseCost& cost) { return nlohmann::json{{kExpected, co
 
 CaseAnswer answer_from_json(const std::string& line) {
   try {
-    const Json json = Json::parse(line);
+    const auto json = json_from_text<nlohmann::json>(line);
     if (json.contains(kExpected)) {
       return {json.at(kExpected).get<CaseCost>(), std::nullopt};
     }

@@ -1,11 +1,9 @@
 #include "sim/batch/sweep_directory.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <fcntl.h>
 #include <filesystem>
 #include <iterator>
-#include <sys/file.h>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
@@ -15,6 +13,7 @@
 
 #include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/text_number.h"
 #include "sim/core/version.h"
 #include "sim/core/whole_file.h"
@@ -31,9 +30,8 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
 constexpr int kPlanVersion = 2;
 constexpr const char* kRecordName = "case.json";
+constexpr std::string_view kFormer = ".old";  // of the folder of a case that another one takes the place of
 constexpr std::size_t kMostRecordBytes = std::size_t{1} << 28U;  // of a plan or a record
-
-std::string system_text(int error) { return std::system_category().message(error); }
 
 std::string case_name(int number) { return fmt::format("{:05d}", number); }
 
@@ -68,7 +66,7 @@ void write_identity(const std::string& directory, const SweepIdentity& identity)
                      {"cases", cases},
                      {"sweep", identity.text},
                      {"base", identity.base_text}};
-  write_text_file(directory + "/sweep.json", json.dump(1) + "\n");
+  write_text_file(directory + "/sweep.json", json_text(json, 1) + "\n");
 }
 
 std::string describe(const std::vector<SceneChange>& changes) {
@@ -105,30 +103,6 @@ std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
 bool same_texts(const SweepIdentity& kept, const SweepIdentity& asked) {
   return kept.common == asked.common && kept.base_text == asked.base_text &&
          std::ranges::equal(kept.cases, asked.cases, {}, &SweepCase::changes, &SweepCase::changes);
-}
-
-Descriptor lock_directory(const std::string& path) {
-  const std::string file = path + "/sweep.lock";
-  // Not handed on to child processes: the lock has to end with this one.
-  Descriptor lock(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
-  const int number = lock.number();
-  if (number >= 0 && flock(number, LOCK_EX | LOCK_NB) != 0) {
-    const int error = errno;
-    std::string owner(32, '\0');
-    owner.resize(static_cast<std::size_t>(std::max<ssize_t>(0, read(number, owner.data(), owner.size()))));
-    owner.erase(std::find(owner.begin(), owner.end(), '\n'), owner.end());
-    throw InputError(error == EWOULDBLOCK
-                         ? fmt::format("output directory {}: another process{} works in it; wait for it, or give "
-                                       "another directory with -o",
-                                       path, owner.empty() ? "" : " (" + owner + ")")
-                         : fmt::format("output directory {} cannot be locked: {}", path, system_text(error)));
-  }
-  const std::string owner = fmt::format("{}\n", getpid());
-  if (number < 0 || ftruncate(number, 0) != 0 ||
-      pwrite(number, owner.data(), owner.size(), 0) != static_cast<ssize_t>(owner.size())) {
-    throw InputError(fmt::format("output directory {} cannot be written to: {}", path, system_text(errno)));
-  }
-  return lock;
 }
 
 /// Files of a case's folder that are results: without its record, the log and what was left half-written.
@@ -184,7 +158,7 @@ bool is_scratch(const std::string& name) {
     return false;
   }
   const std::string end = name.substr(point + 1);
-  return number_of<int>(name.substr(1, point - 1)) && (end == "old" || number_of<int>(end));
+  return number_of<int>(name.substr(1, point - 1)) && ("." + end == kFormer || number_of<int>(end));
 }
 
 /// Renames survive a power failure once the folder they are in is flushed.
@@ -193,33 +167,61 @@ void flush_folder(const std::string& path) {
   fsync(folder.number());
 }
 
-/// Moves what no case wrote from a case's former folder into its new one, unless the new one has a file of that name.
+/// Moves what no case wrote from a case's former folder into its new one, unless the new one has a file of that name. A
+/// link is no folder of the sweep's: what it leads to stays.
 void keep_files_of_others(const fs::path& former, const fs::path& place) {
+  std::error_code error;
+  if (!fs::is_directory(fs::symlink_status(former, error))) {
+    return;
+  }
   const std::vector<std::string> own =
       own_files(former.string(), own_files(place.string(), {}).value_or(std::vector<std::string>()))
           .value_or(std::vector<std::string>());
-  std::error_code error;
   for (const auto& entry : fs::directory_iterator(former, error)) {
     const fs::path name = entry.path().filename();
-    if (name != "case.json" && std::find(own.begin(), own.end(), name.string()) == own.end() &&
-        !fs::exists(fs::symlink_status(place / name, error))) {
+    if (name != "case.json" && std::find(own.begin(), own.end(), name.string()) == own.end() && !there(place / name)) {
       fs::rename(entry.path(), place / name, error);
     }
   }
 }
 
+/// After a kill between the two renames of SweepDirectory::land, or behind them.
+void put_back(const fs::path& former, const fs::path& place) {
+  std::error_code error;
+  if (there(place)) {
+    keep_files_of_others(former, place);
+  } else {
+    fs::rename(former, place, error);
+  }
+}
+
 }  // namespace
+
+OwnDirectory own_sweep_directory(const std::string& path, const std::string& lock_file) {
+  OwnDirectory own(path, lock_file);
+  own.remove_leftovers("", [](const std::string& name) { return name.starts_with("sweep"); });
+  return own;
+}
+
+SweepDirectory::SweepDirectory(const std::string& path) : own_(own_sweep_directory(path, "sweep.lock")) {
+  own_.require_own_folder("cases");
+  std::error_code error;
+  fs::create_directory(path + "/cases", error);
+  if (error) {
+    throw InputError(fmt::format("output directory {} cannot be written to: cases: {}", path, error.message()));
+  }
+}
 
 SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity, bool resume) {
   std::error_code error;
   if (fs::exists(path, error) && !fs::is_directory(path, error)) {
     throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
   }
-  fs::create_directories(path + "/cases", error);
+  fs::create_directories(path, error);
   if (error) {
     throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
   }
-  SweepDirectory directory(path, lock_directory(path));
+  SweepDirectory directory(path);
   if (fs::exists(path + "/sweep.json")) {
     if (!resume) {
       throw InputError(fmt::format(
@@ -251,17 +253,25 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
 /// What a killed owner left half done.
 void SweepDirectory::clear_leftovers() const {
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(path_ + "/cases", error)) {
+  std::vector<fs::path> found;
+  for (const auto& entry : fs::directory_iterator(file("cases"), error)) {
     if (is_scratch(entry.path().filename().string())) {
-      fs::remove_all(entry.path(), error);
+      found.push_back(entry.path());
     }
+  }
+  for (const fs::path& folder : found) {
+    const std::string name = folder.filename().string();
+    if (name.ends_with(kFormer)) {
+      put_back(folder, folder.parent_path() / name.substr(1, name.size() - 1 - kFormer.size()));
+    }
+    fs::remove_all(folder, error);
   }
 }
 
-CaseRecords SweepDirectory::records() const { return read_records(path_); }
+CaseRecords SweepDirectory::records() const { return read_records(path()); }
 
 std::string SweepDirectory::scratch(int number) const {
-  std::string path = fmt::format("{}/cases/.{}.{}", path_, case_name(number), getpid());
+  std::string path = file(fmt::format("cases/.{}.{}", case_name(number), getpid()));
   std::error_code error;
   fs::remove_all(path, error);
   if (!fs::create_directory(path, error) && !error) {
@@ -277,10 +287,10 @@ void SweepDirectory::land(SweepRecord& record, const std::string& scratch) const
   record.files = files_of(scratch);
   write_text_file(fmt::format("{}/{}", scratch, kRecordName), to_json(record));
   flush_folder(scratch);
-  const std::string place = fmt::format("{}/cases/{}", path_, case_name(record.number));
-  const std::string old = fmt::format("{}/cases/.{}.old", path_, case_name(record.number));
+  const std::string place = file("cases/" + case_name(record.number));
+  const std::string old = file(fmt::format("cases/.{}{}", case_name(record.number), kFormer));
   std::error_code error;
-  if (fs::exists(place, error)) {
+  if (there(place)) {
     fs::remove_all(old, error);
     fs::rename(place, old, error);
   }
@@ -290,10 +300,8 @@ void SweepDirectory::land(SweepRecord& record, const std::string& scratch) const
   if (error) {
     throw IoError(fmt::format("{} cannot be put in its place: {}", place, error.message()));
   }
-  if (fs::exists(old, error)) {
-    keep_files_of_others(old, place);
-  }
-  flush_folder(path_ + "/cases");
+  keep_files_of_others(old, place);
+  flush_folder(file("cases"));
   fs::remove_all(old, error);
 }
 
@@ -308,7 +316,7 @@ SweepIdentity read_identity(const std::string& directory) {
     throw InputError(fmt::format("{} holds no sweep: there is no sweep.json", directory));
   }
   try {
-    const Json json = Json::parse(read_whole_file(path, kMostRecordBytes));
+    const Json json = json_from_text<Json>(read_whole_file(path, kMostRecordBytes));
     if (json.at("format") != kPlanFormat) {
       throw InputError(fmt::format("{}: is no plan of a sweep (its format must be {})", path, kPlanFormat));
     }

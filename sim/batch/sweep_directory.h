@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/core/child_process.h"
+#include "sim/core/own_directory.h"
 #include "sim/scene/sweep_reader.h"
 #include "sim/store/sweep_files.h"
 
@@ -38,10 +38,11 @@ struct CaseRecords {
 ///   sweep.json            the plan; there before the first case
 ///   cases/00001/          a case: its run and case.json, there whole or not at all
 ///   cases/.00002.PID/     one that is being computed
-///   sweep.lock            held by the process that computes, by flock: a process that is killed leaves no lock
+///   sweep.lock            locked with the directory by the process that computes: for other machines and version 0.2
 ///   sweep.csv, sweep.h5   the table
 ///
-/// Everything lands by a rename after it has been flushed to the disk.
+/// Everything lands by a rename after it has been flushed to the disk. Nothing outside of the directory is written to or
+/// removed, whatever links it holds.
 class SweepDirectory {
  public:
   /// Makes the directory, or opens it to go on, and locks it.
@@ -52,12 +53,12 @@ class SweepDirectory {
   ///          difference), if another process works in it, or if it cannot be made or written to
   static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool resume);
 
-  const std::string& path() const { return path_; }
+  const std::string& path() const { return own_.path(); }
   /// Whether a version began it whose `side: right` was a left hand.
   bool has_exchanged_sides() const { return has_exchanged_sides_; }
   /// Whether a version with other defaults began it.
   bool of_other_defaults() const { return of_other_defaults_; }
-  std::string file(const std::string& name) const { return path_ + "/" + name; }
+  std::string file(const std::string& name) const { return path() + "/" + name; }
 
   CaseRecords records() const;
 
@@ -74,14 +75,18 @@ class SweepDirectory {
   static void drop(const std::string& scratch) noexcept;
 
  private:
-  SweepDirectory(std::string path, Descriptor lock) : path_(std::move(path)), lock_(std::move(lock)) {}
+  explicit SweepDirectory(const std::string& path);
   void clear_leftovers() const;
 
-  std::string path_;
-  Descriptor lock_;
+  OwnDirectory own_;
   bool has_exchanged_sides_ = false;
   bool of_other_defaults_ = false;
 };
+
+/// The directory of a sweep, of which nobody else writes files meanwhile. What killed processes left of its own files
+/// half-written is removed.
+/// lock_file, throws   as of OwnDirectory
+OwnDirectory own_sweep_directory(const std::string& path, const std::string& lock_file = {});
 
 /// The plan of a directory.
 /// throws   InputError if it holds none, IoError if it cannot be read

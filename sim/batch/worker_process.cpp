@@ -8,6 +8,7 @@
 #include <iterator>
 #include <string_view>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
 
@@ -21,6 +22,19 @@ namespace {
 
 [[noreturn]] void fail(const char* what) {
   throw IoError(fmt::format("a worker process cannot be started: {}: {}", what, std::system_category().message(errno)));
+}
+
+/// Of a file that has no other name, so that nothing elsewhere is written to.
+Descriptor opened_log(const std::string& path) {
+  Descriptor log(open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644));
+  if (log.number() < 0) {
+    fail(path.c_str());
+  }
+  struct stat about {};
+  if (fstat(log.number(), &about) != 0 || !S_ISREG(about.st_mode) || about.st_nlink > 1) {
+    throw IoError(fmt::format("{}: must be a file of one name; remove it", path));
+  }
+  return log;
 }
 
 /// In the child, between fork and exec: only calls that are safe there.
@@ -41,10 +55,7 @@ namespace {
 
 WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::string& log, std::string variable) {
   SocketPair ends;
-  const Descriptor errors(open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
-  if (errors.number() < 0) {
-    fail(log.c_str());
-  }
+  const Descriptor errors = opened_log(log);
   std::vector<char*> pointers;
   std::ranges::transform(arguments, std::back_inserter(pointers), [](std::string& word) { return word.data(); });
   pointers.push_back(nullptr);

@@ -4,9 +4,13 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <dirent.h>
 #include <fcntl.h>
 #include <filesystem>
+#include <set>
+#include <sys/file.h>
 #include <sys/random.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -23,20 +27,12 @@ class TemporaryFile {
  public:
   explicit TemporaryFile(const std::filesystem::path& target) : target_(target) {
     do {
-      temporary_ = target.parent_path() /
-                   fmt::format(".{}{}{:0{}x}", target.filename().string(), kMark, random_number(), kDigits);
-      descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666);
-    } while (descriptor_ < 0 && errno == EEXIST);
-    if (descriptor_ < 0) {
-      fail();
-    }
+      make();
+    } while (!hold());
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
-    if (descriptor_ >= 0) {
-      ::close(descriptor_);
-    }
     if (!renamed_) {
       ::unlink(temporary_.c_str());
     }
@@ -44,7 +40,7 @@ class TemporaryFile {
 
   void write(std::string_view bytes) {
     while (!bytes.empty()) {
-      const ssize_t written = ::write(descriptor_, bytes.data(), std::min(bytes.size(), kLargestWrite));
+      const ssize_t written = ::write(file_.number(), bytes.data(), std::min(bytes.size(), kLargestWrite));
       if (written < 0 && errno != EINTR) {
         fail();
       }
@@ -53,18 +49,33 @@ class TemporaryFile {
   }
 
   void commit() {
-    if (::fsync(descriptor_) != 0) {
-      fail();
-    }
-    const int closed = ::close(descriptor_);
-    descriptor_ = -1;
-    if (closed != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0) {
+    if (::fsync(file_.number()) != 0 || ::rename(temporary_.c_str(), target_.c_str()) != 0) {
       fail();
     }
     renamed_ = true;
   }
 
  private:
+  void make() {
+    do {
+      temporary_ = target_.parent_path() /
+                   fmt::format(".{}{}{:0{}x}", target_.filename().string(), kMark, random_number(), kDigits);
+      // Read too: a network file system locks for a reader only what may be read.
+      file_ = Descriptor(::open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0666));
+    } while (file_.number() < 0 && errno == EEXIST);
+    if (file_.number() < 0) {
+      fail();
+    }
+  }
+
+  /// Marks the file as that of a living process, until it is closed under its own name. Shared, so that nobody who reads
+  /// it there, as HDF5 does under a shared lock, is refused. False if remove_leftovers was quicker.
+  bool hold() const {
+    struct stat about {};
+    const bool refused = ::flock(file_.number(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    return !refused && (::lstat(temporary_.c_str(), &about) == 0 || errno != ENOENT);
+  }
+
   std::uint64_t random_number() const {
     std::uint64_t number = 0;
     if (::getrandom(&number, sizeof number, 0) != sizeof number) {
@@ -88,7 +99,7 @@ class TemporaryFile {
 
   std::filesystem::path target_;
   std::filesystem::path temporary_;
-  int descriptor_ = -1;
+  Descriptor file_;
   bool renamed_ = false;
 };
 
@@ -102,10 +113,45 @@ void write_atomically(const std::string& path, std::initializer_list<std::string
   file.commit();
 }
 
-bool is_leftover(std::string_view name, std::string_view target) {
-  const std::string begin = fmt::format(".{}{}", target, kMark);
-  return name.size() == begin.size() + kDigits && name.starts_with(begin) &&
-         name.find_first_not_of("0123456789abcdef", begin.size()) == std::string_view::npos;
+std::optional<std::string> target_of_temporary(std::string_view name) {
+  const std::size_t end = kMark.size() + kDigits;
+  if (!name.starts_with('.') || name.size() < 2 + end || name.substr(name.size() - end, kMark.size()) != kMark ||
+      name.find_first_not_of("0123456789abcdef", name.size() - kDigits) != std::string_view::npos) {
+    return std::nullopt;
+  }
+  return std::string(name.substr(1, name.size() - 1 - end));
+}
+
+void remove_leftovers(const Descriptor& directory, const std::function<bool(const std::string&)>& is_own,
+                      bool even_living) {
+  const int copy = ::openat(directory.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  DIR* const listed = copy >= 0 ? ::fdopendir(copy) : nullptr;
+  if (listed == nullptr) {
+    return;
+  }
+  while (const dirent* entry = ::readdir(listed)) {
+    const auto target = target_of_temporary(entry->d_name);
+    if (!target || !is_own(*target)) {
+      continue;
+    }
+    const Descriptor file(::openat(directory.number(), entry->d_name, O_WRONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+    if (file.number() >= 0 && (even_living || ::flock(file.number(), LOCK_EX | LOCK_NB) == 0)) {
+      ::unlinkat(directory.number(), entry->d_name, 0);
+    }
+  }
+  ::closedir(listed);
+}
+
+void remove_leftovers_of(const std::vector<std::string>& paths) {
+  std::set<std::string> names;
+  std::filesystem::path folder;
+  for (const std::string& path : paths) {
+    const std::filesystem::path file(path);
+    names.insert(file.filename().string());
+    folder = file.has_parent_path() ? file.parent_path() : ".";
+  }
+  remove_leftovers(Descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)),
+                   [&](const std::string& name) { return names.contains(name); });
 }
 
 }  // namespace touchfield

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/core/json_text.h"
 #include "sim/scene/number_table.h"
 #include "sim/scene/suggest.h"
 
@@ -333,9 +334,9 @@ Codec<std::string> file() {
   return kept_as<std::string, std::string>(
       named,
       [](const Input& in, const std::string& path) {
-        return std::optional(in.reading().resolve(in.node().place, path));
+        return std::optional(in.reading().resolve(in.node().place, characters_in_bytes(path)));
       },
-      [](const std::string& path) { return path; });
+      bytes_in_characters);  // a folder may have any name, the text of a scene has characters alone
 }
 
 Codec<std::string> absolute_file() {

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/units.h"
+#include "sim/core/utf8.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/result_text.h"
@@ -131,7 +132,7 @@ std::string motion_table(const Motion& motion) {
 }
 
 std::string describe_motion(const Motion& motion) {
-  std::string text = fmt::format("{}: a motion of {:.6g} s, {}\n", motion.name, motion.seconds,
+  std::string text = fmt::format("{}: a motion of {:.6g} s, {}\n", one_line(motion.name), motion.seconds,
                                  motion.complete ? "complete" : "NOT COMPLETE");
   text += "mesh      " + mesh_size_text(motion.mesh);
   text += motion.judge ? "judge     " + mesh_size_text(*motion.judge) : "judge     on the solving mesh\n";

@@ -8,6 +8,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/units.h"
+#include "sim/core/utf8.h"
 #include "sim/store/result_text.h"
 #include "sim/store/run_file.h"
 #include "sim/store/run_layout.h"
@@ -109,7 +110,7 @@ std::string provenance_text(const Provenance& provenance) {
   text += fmt::format("on        {}, {} threads{}\n", provenance.machine, provenance.threads, kernels);
   text += provenance.card.empty() ? "" : fmt::format("card      {}\n", provenance.card);
   text += fmt::format("when      {}\n", period);
-  text += fmt::format("command   {}\n", provenance.command_line);
+  text += fmt::format("command   {}\n", one_line(provenance.command_line));
   if (!provenance.seeds.empty()) {
     text += fmt::format("seeds     {}\n", provenance.seeds);
   }
@@ -120,10 +121,10 @@ std::string provenance_text(const Provenance& provenance) {
 std::string remarks_text(const std::vector<std::string>& warnings, const std::vector<std::string>& notes) {
   std::string text;
   for (const std::string& warning : warnings) {
-    text += fmt::format("warning   {}\n", warning);
+    text += fmt::format("warning   {}\n", one_line(warning));
   }
   for (const std::string& note : notes) {
-    text += fmt::format("note      {}\n", note);
+    text += fmt::format("note      {}\n", one_line(note));
   }
   return text;
 }
@@ -167,7 +168,7 @@ std::string methods_table(const Run& run) {
 }
 
 std::string describe_run(const Run& run) {
-  std::string text = fmt::format("{}: {}\n", run.name, run.complete ? "complete" : "NOT COMPLETE");
+  std::string text = fmt::format("{}: {}\n", one_line(run.name), run.complete ? "complete" : "NOT COMPLETE");
   text += "mesh      " + mesh_size_text(run.mesh);
   text += array_line(run.array);
   text += channels_text(run);

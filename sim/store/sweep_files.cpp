@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/errors.h"
+#include "sim/core/json_text.h"
 #include "sim/core/text_number.h"
 #include "sim/store/archive_file.h"
 #include "sim/store/checksum.h"
@@ -235,16 +236,16 @@ std::string to_json(const SweepRecord& record, int indent) {
                {"warnings", record.warnings},
                {"revision", record.revision},
                {"files", files}};
-  json[kRecordChecksum] = checksum(json.dump());
-  return json.dump(indent) + "\n";
+  json[kRecordChecksum] = checksum(json_text(json));
+  return json_text(json, indent) + "\n";
 }
 
 SweepRecord record_from_json(const std::string& text, const std::string& path) {
   try {
-    Json json = Json::parse(text);
+    Json json = json_from_text<Json>(text);
     const auto written = json.at(kRecordChecksum).get<std::string>();
     json.erase(kRecordChecksum);
-    if (checksum(json.dump()) != written) {
+    if (checksum(json_text(json)) != written) {
       throw IoError(fmt::format("{}: its checksum is not what it was", path));
     }
     SweepRecord record;

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/core/utf8.h"
+
 namespace touchfield {
 
 namespace {
@@ -39,14 +41,16 @@ std::string csv_number(double value) {
 }
 
 std::string aligned_table(const std::vector<std::vector<std::string>>& rows, const std::vector<std::size_t>& left) {
+  std::vector<std::vector<std::string>> shown = rows;
   std::vector<std::size_t> widths(rows.front().size(), 0);
-  for (const auto& row : rows) {
+  for (auto& row : shown) {
+    std::ranges::transform(row, row.begin(), one_line);
     for (std::size_t c = 0; c < row.size(); ++c) {
       widths[c] = std::max(widths[c], row[c].size());
     }
   }
   std::string text;
-  for (const auto& row : rows) {
+  for (const auto& row : shown) {
     std::string line;
     for (std::size_t c = 0; c < row.size(); ++c) {
       const bool to_the_left = c == 0 || std::ranges::find(left, c) != left.end();

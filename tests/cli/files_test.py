@@ -93,6 +93,32 @@ class Files(CommandTest):
             self.assertEqual(self.entries(), before)
             self.assertNotEqual((self.folder / "x.stl").read_bytes(), b"mine")
 
+    def test_no_command_writes_to_what_it_reads(self):
+        self.assertEqual(self.run_scene().returncode, 0)
+        points = self.write("p.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,60,1\n5,0,60,2\n0,5,60,3\n")
+        self.write("samples.txt", "0 255\n")
+        os.symlink("p.csv", self.folder / "soft.csv")
+        os.link(points, self.folder / "hard.csv")
+        os.symlink("skin.obj", self.folder / "soft.obj")
+        os.symlink("out", self.folder / "again")
+        compare = ["compare", "out", "--points", "p.csv", "--force"]
+        send = ["send", "out", "--force", "--to"]
+        commands = [[*compare, "--out", "p.csv"], [*compare, "--out", "./p.csv"], [*compare, "--out", "soft.csv"],
+                    [*compare, "--out", "hard.csv"], [*compare, "--out", points], [*compare, "--out", "again/run.h5"],
+                    ["mesh", "skin.obj", "--unit", "mm", "-o", "skin.obj", "--force"],
+                    ["mesh", "soft.obj", "--unit", "mm", "-o", "skin.obj", "--force"],
+                    ["mesh", "skin.obj", "--unit", "mm", "-o", "soft.obj", "--force"],
+                    [*send, "dry-run:out/run.h5"], [*send, "dry-run:again/run.h5?levels=16"],
+                    [*send, "dry-run:samples.txt", "--modulation-samples", "samples.txt"],
+                    ["array", "test", "--run", "out", "--force", "--to", "dry-run:out/run.h5"]]
+        before = {path: path.read_bytes() for path in self.folder.rglob("*") if path.is_file()}
+        for command in commands:
+            with self.subTest(command=command):
+                self.refused(self.touchfield(*command), "is read, as")
+        self.assertEqual({path: path.read_bytes() for path in self.folder.rglob("*") if path.is_file()}, before)
+        self.run_ok(*compare, "--out", "rows.csv")
+        self.run_ok(*compare, "--out", "rows.csv")
+
     def test_every_command_says_the_same_of_a_damaged_run(self):
         self.assertEqual(self.run_scene().returncode, 0)
         whole = (self.folder / "out/run.h5").read_bytes()

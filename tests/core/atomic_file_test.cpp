@@ -2,11 +2,13 @@
 
 #include "sim/core/atomic_file.h"
 
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 
 #include <gmock/gmock.h>
@@ -76,12 +78,29 @@ TEST_F(AtomicFile, AFailureLeavesNothing) {
 }
 
 TEST(Leftover, IsKnownByItsName) {
-  EXPECT_TRUE(is_leftover(".a.txt.tmp-0123456789abcdef", "a.txt"));
+  EXPECT_EQ(target_of_temporary(".a.txt.tmp-0123456789abcdef"), "a.txt");
   for (const char* other :
        {"a.txt", ".a.txt.tmp-", ".a.txt.tmp-0123456789abcde", ".a.txt.tmp-0123456789abcdeg",
         ".b.txt.tmp-0123456789abcdef", ".a.txt.tmp-0123456789abcdef0", "a.txt.tmp-0123456789abcdef"}) {
-    EXPECT_FALSE(is_leftover(other, "a.txt")) << other;
+    EXPECT_NE(target_of_temporary(other), "a.txt") << other;
   }
+}
+
+// A cleaner that comes between the steps of a writer makes it begin again, and takes nothing of what it has written.
+TEST_F(AtomicFile, AWriterOutlivesACleaner) {
+  std::atomic<bool> done = false;
+  std::thread cleaner([&] {
+    while (!done) {
+      remove_leftovers_of({(folder_ / "a.txt").string()});
+    }
+  });
+  for (int i = 0; i < 200; ++i) {
+    write_atomically((folder_ / "a.txt").string(), {std::to_string(i)});
+    EXPECT_EQ(text_of(folder_ / "a.txt"), std::to_string(i));
+  }
+  done = true;
+  cleaner.join();
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), fs::directory_iterator()), 1);
 }
 
 }  // namespace

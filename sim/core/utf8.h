@@ -1,0 +1,20 @@
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace touchfield {
+
+/// Length of the UTF-8 character that begins at a place of a text [bytes]; 0 if none does: overlong forms and surrogates
+/// are none.
+std::size_t character_length(std::string_view text, std::size_t place);
+
+/// A text as a terminal may show it: each control character but tab and end of line, and each mark that turns the
+/// direction of writing, as JSON writes it, \u001b. So JSON stays the same JSON, and no text moves the cursor.
+std::string visible_text(std::string_view text);
+
+/// The same of what is part of a line: tabs and ends of lines too.
+std::string one_line(std::string_view text);
+
+}  // namespace touchfield

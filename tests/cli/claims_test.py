@@ -1,0 +1,253 @@
+"""A directory of results is of one process at a time, what links in it lead to stays, and the killed leave nothing."""
+
+import fcntl
+import json
+import os
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+import h5py
+
+from fit_test import SEEN as HAND_SEEN
+from live_test import SCENE as SWING
+from see_test import SEEN
+from support import PROGRAM, CommandTest
+from sweep_test import TINY
+
+MOVING = TINY.replace("methods: [focus, paper]", "methods: [focus]") + "motion: {seconds: 0.1, change: [{path: 'body.place.at_mm[0]', rate: 40}]}\n"
+DEAD = "0123456789abcdef"
+
+
+class Claims(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.write("tiny.yaml", TINY)
+        self.write("sweep.yaml", "base: tiny.yaml\ngrid: {array.level: [1, 0.9]}\n")
+        self.out = self.folder / "out"
+
+    def start(self, *arguments):
+        return subprocess.Popen([PROGRAM, *map(str, arguments)], cwd=self.folder, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True)
+
+    def refused(self, done, *phrases):
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        for phrase in phrases:
+            self.assertIn(phrase, done.stderr)
+
+    def level(self):
+        with h5py.File(self.out / "run.h5") as run:
+            return re.search(r"level: ([\d.]+)", run["scene"][()].decode())[1]
+
+    # Two processes
+
+    def pair(self, *options):
+        """Two runs at once: their levels, exit codes and what they say."""
+        runs = {level: self.start("run", "tiny.yaml", "-o", "out", "--quiet", "--threads", 1, "--set", f"array.level={level}",
+                                  *options) for level in ("0.9", "0.8")}
+        return {level: (run.communicate(timeout=300)[1], run.returncode) for level, run in runs.items()}
+
+    def test_of_two_that_start_together_one_is_refused(self):
+        for number in range(8):
+            shutil.rmtree(self.out, ignore_errors=True)
+            ended = self.pair(*["--force"][:number % 2])
+            won = [level for level, (_, code) in ended.items() if code == 0]
+            if number % 2 == 0:
+                self.assertEqual(len(won), 1, ended)
+            for said, code in ended.values():
+                if code != 0:
+                    self.assertEqual(code, 2, said)
+                    self.assertRegex(said, r"another process( \(\d+\))? works in it|already holds a run")
+            self.assertIn(self.level(), won)
+            self.assertEqual({path.name for path in self.out.iterdir()}, {"run.h5", "metrics.csv", "run.log", "files.json"})
+
+    def test_every_command_is_refused_beside_a_process_at_work(self):
+        self.write("moving.yaml", MOVING)
+        self.write("seen.yaml", SEEN)
+        self.write("swing.yaml", SWING)
+        self.run_ok("see", self.write("hand.yaml", HAND_SEEN), "-o", "images", "--quiet", "--set", "motion.seconds=0.01")
+        self.out.mkdir()
+        commands = [["run", "tiny.yaml"], ["play", "moving.yaml"], ["see", "seen.yaml"], ["fit", "images"], ["study", "tiny.yaml"],
+                    ["live", "swing.yaml", "--method", "unscattered"], ["sweep", "sweep.yaml"]]
+        held = os.open(self.out, os.O_RDONLY)
+        self.addCleanup(os.close, held)
+        fcntl.flock(held, fcntl.LOCK_EX)
+        for command in commands:
+            for force in [[], ["--force"]]:
+                with self.subTest(command=command, force=force):
+                    if command[0] == "sweep" and force:
+                        force = ["--resume"]
+                    done = self.touchfield(*command, "-o", "out", "--quiet", *force)
+                    self.refused(done, "output directory out: another process", f"({os.getpid()})", "wait for it, or give another")
+                    self.assertEqual(list(self.out.iterdir()), [])
+        fcntl.flock(held, fcntl.LOCK_UN)
+        self.run_ok("run", "tiny.yaml", "-o", "out", "--quiet")
+
+    def test_force_beside_a_run_that_works_is_refused(self):
+        first = self.start("run", "tiny.yaml", "-o", "out", "--set", "body.edge_mm=0.8", "--set", "array.level=0.9")
+        while not (self.out / "run.log").exists():
+            self.assertIsNone(first.poll())
+            time.sleep(0.01)
+        first.send_signal(signal.SIGSTOP)
+        before = sorted(self.out.iterdir())
+        self.refused(self.touchfield("run", "tiny.yaml", "-o", "out", "--force"), f"another process ({first.pid})")
+        os.symlink("out", self.folder / "link")
+        self.refused(self.touchfield("run", "tiny.yaml", "-o", "link", "--force"), f"another process ({first.pid})")
+        self.assertEqual(sorted(self.out.iterdir()), before)
+        first.send_signal(signal.SIGCONT)
+        self.assertEqual(first.communicate(timeout=300) and first.returncode, 0)
+        self.assertEqual(self.level(), "0.9")
+
+    def test_a_run_that_was_killed_holds_nothing(self):
+        first = self.start("run", "tiny.yaml", "-o", "out", "--set", "body.edge_mm=0.8")
+        while not (self.out / "run.log").exists():
+            self.assertIsNone(first.poll())
+            time.sleep(0.01)
+        first.kill()
+        first.communicate()
+        self.run_ok("run", "tiny.yaml", "-o", "out", "--force", "--quiet")
+
+    # What killed processes leave
+
+    def test_leftovers_of_the_dead_go_and_of_the_living_stay(self):
+        self.run_ok("run", "tiny.yaml", "-o", "out", "--quiet")
+        dead, living, other = (self.write(f"out/.{name}.tmp-{digits}", "half") for name, digits in
+                               [("run.h5", DEAD), ("metrics.csv", DEAD), ("mine.txt", DEAD)])
+        with open(living) as file:
+            fcntl.flock(file, fcntl.LOCK_SH)
+            self.run_ok("run", "tiny.yaml", "-o", "out", "--force", "--quiet")
+            self.assertEqual([path.exists() for path in (dead, living, other)], [False, True, True])
+        self.run_ok("run", "tiny.yaml", "-o", "out", "--force", "--quiet")
+        self.assertEqual([path.exists() for path in (dead, living, other)], [False, False, True])
+
+    def test_leftovers_of_sweeps_and_single_files_go(self):
+        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
+        names = [f"out/.{name}.tmp-{DEAD}" for name in ("sweep.h5", "sweep.csv", "sweep.json", "sweep_relative_error.png")]
+        for arguments in [["sweep.yaml", "-o", "out", "--resume"], ["--collect", "out"]]:
+            for name in names:
+                self.write(name, "half")
+            self.run_ok("sweep", *arguments, "--quiet")
+            self.assertEqual([path for path in self.out.iterdir() if path.name.startswith(".")], [])
+        self.write(f".hand.stl.tmp-{DEAD}", "half")
+        self.run_ok("hand", "-o", "hand.stl", "--edge-mm", 8)
+        self.write(f".frame.txt.tmp-{DEAD}", "half")
+        self.run_ok("send", "out/cases/00001", "--method", "focus", "--to", "dry-run:frame.txt")
+        self.assertEqual([name for name in self.entries() if name.startswith(".")], [])
+
+    def test_a_killed_sweep_gives_back_what_was_others(self):
+        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
+        cases = self.out / "cases"
+        self.write("out/cases/00001/notes.txt", "mine")
+        # Between the two renames, and behind them.
+        shutil.copytree(cases / "00002", cases / ".00002.old")
+        self.write("out/cases/.00002.old/notes.txt", "mine too")
+        (cases / "00001").rename(cases / ".00001.old")
+        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--resume", "--quiet")
+        self.assertEqual(sorted(path.name for path in cases.iterdir()), ["00001", "00002"])
+        self.assertEqual((cases / "00001/notes.txt").read_text(), "mine")
+        self.assertEqual((cases / "00002/notes.txt").read_text(), "mine too")
+
+    # Links
+
+    def elsewhere(self):
+        """A folder of somebody's, and how it is now."""
+        folder = self.folder / "elsewhere"
+        folder.mkdir(exist_ok=True)
+        self.write("elsewhere/precious", "mine")
+        return folder
+
+    def unharmed(self):
+        return {path.name: path.read_text() for path in (self.folder / "elsewhere").iterdir()} == {"precious": "mine"}
+
+    def test_force_removes_nothing_behind_a_link(self):
+        self.elsewhere()
+        for names, links in [(["cam/precious"], {"cam": "../elsewhere"}), (["cam/precious"], {"cam": str(self.folder / "elsewhere")}),
+                             (["../elsewhere/precious", "/precious", "//precious", "./precious"], {}),
+                             (["a/../precious", "a/precious", "..", "a/..", "a/."], {"a": "../elsewhere/../elsewhere"}),
+                             (["precious\0x", "cam\0/x", ""], {"precious": "../elsewhere/precious"}),
+                             (["b/precious"], {"a": "../elsewhere", "b": "a"}), (["f", "precious"], {"f": "../elsewhere/precious"})]:
+            with self.subTest(names=names):
+                shutil.rmtree(self.out, ignore_errors=True)
+                self.out.mkdir()
+                for name, target in links.items():
+                    os.symlink(target, self.out / name)
+                self.write("out/files.json", json.dumps({"format": "touchfield-files", "files": names}))
+                self.run_ok("run", "tiny.yaml", "-o", "out", "--force", "--quiet")
+                self.assertTrue(self.unharmed())
+
+    def test_a_directory_that_is_given_as_a_link_is_written_to(self):
+        self.out.mkdir()
+        os.symlink("out", self.folder / "link")
+        self.run_ok("run", "tiny.yaml", "-o", "link", "--quiet")
+        self.run_ok("run", "tiny.yaml", "-o", "link", "--force", "--quiet")
+        self.assertTrue((self.out / "run.h5").is_file())
+
+    def test_files_are_written_behind_no_link(self):
+        self.elsewhere()
+        scene = self.write("seen.yaml", SEEN)
+        self.out.mkdir()
+        os.symlink("../elsewhere", self.out / "camera_2")
+        self.refused(self.touchfield("see", scene, "-o", "out", "--quiet"), "output directory out: its folder camera_2 is a link")
+        os.remove(self.out / "camera_2")
+        self.write("out/camera_2", "mine")
+        self.refused(self.touchfield("see", scene, "-o", "out", "--quiet"), "its camera_2 must be a folder")
+        for log in ["run.log", "metrics.csv"]:
+            shutil.rmtree(self.out)
+            self.out.mkdir()
+            os.symlink("../elsewhere/precious", self.out / log)
+            self.refused(self.touchfield("run", "tiny.yaml", "-o", "out", "--quiet"), log, "of no run")
+            self.write("out/files.json", json.dumps({"format": "touchfield-files", "files": [log]}))
+            self.run_ok("run", "tiny.yaml", "-o", "out", "--force", "--quiet")
+        self.assertTrue(self.unharmed())
+
+    def test_a_sweep_writes_and_removes_behind_no_link(self):
+        self.elsewhere()
+        for name, target, says in [("sweep.lock", "../elsewhere/precious", "sweep.lock is a link"),
+                                   ("sweep.lock", "../elsewhere/new", "sweep.lock is a link"),
+                                   ("cases", "../elsewhere", "cases is a link"), ("cases", "../new", "cases is a link"),
+                                   ("sweep.log", "../elsewhere/precious", "sweep.log"), ("sweep.log", "../elsewhere/new", "sweep.log")]:
+            with self.subTest(name=name, target=target):
+                shutil.rmtree(self.out, ignore_errors=True)
+                self.out.mkdir()
+                os.symlink(target, self.out / name)
+                done = self.touchfield("sweep", "sweep.yaml", "-o", "out", "--quiet")
+                self.assertNotEqual(done.returncode, 0)
+                self.assertIn(says, done.stderr)
+                self.assertTrue(self.unharmed())
+        for name in ["sweep.lock", "sweep.log"]:
+            shutil.rmtree(self.out)
+            self.out.mkdir()
+            os.link(self.folder / "elsewhere/precious", self.out / name)
+            self.touchfield("sweep", "sweep.yaml", "-o", "out", "--quiet")
+            self.assertTrue(self.unharmed())
+        shutil.rmtree(self.out)
+        for name in ["sweep.csv", "sweep.h5", "sweep_relative_error.png"]:
+            self.out.mkdir(exist_ok=True)
+            os.symlink("../elsewhere/precious", self.out / name)
+        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
+        self.assertTrue(self.unharmed())
+
+    def test_a_case_that_is_a_link_takes_nothing_along(self):
+        self.elsewhere()
+        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
+        for target in ["../../elsewhere", "../../none"]:
+            case = self.out / "cases/00002"
+            shutil.rmtree(case, ignore_errors=True)
+            case.symlink_to(target)
+            (self.out / f"cases/.00001.{os.getpid()}").symlink_to("../../elsewhere")
+            self.run_ok("sweep", "sweep.yaml", "-o", "out", "--resume", "--quiet")
+            self.assertFalse(case.is_symlink())
+            self.assertTrue(self.unharmed())
+        for shard in ["shard-1-of-2"]:
+            os.symlink(self.folder / "elsewhere", self.out / shard)
+            self.refused(self.touchfield("sweep", "sweep.yaml", "-o", "out", "--shard", "1/2"), shard, "is a link")
+        self.assertTrue(self.unharmed())
+
+
+if __name__ == "__main__":
+    unittest.main()
