@@ -14,6 +14,7 @@
 #include "sim/batch/check_scene.h"
 #include "sim/batch/sweep_case.h"
 #include "sim/core/json_text.h"
+#include "sim/motion/play.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/sweep_reader.h"
 #include "sim/solve/named_files.h"
@@ -104,6 +105,9 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
     }
   }
   require_memory(report);
+  if (motion) {
+    require_motion_memory(model.scene);
+  }
   return 0;
 }
 

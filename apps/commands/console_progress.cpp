@@ -11,6 +11,22 @@
 
 namespace touchfield {
 
+namespace {
+
+constexpr std::chrono::seconds kFirstLine{2};
+constexpr std::chrono::seconds kLongestWait{60};
+constexpr std::chrono::seconds kRedraw{1};  // of a bar that stands still: the time that is left does not
+
+/// "12 s", "34 min", "5.6 h"
+std::string span_text(double seconds) {
+  if (seconds < 100) {
+    return fmt::format("{:.0f} s", seconds);
+  }
+  return seconds < 6000 ? fmt::format("{:.0f} min", seconds / 60) : fmt::format("{:.1f} h", seconds / 3600);
+}
+
+}  // namespace
+
 ConsoleProgress::ConsoleProgress(bool quiet) : quiet_(quiet), terminal_(isatty(fileno(stderr)) == 1) {}
 
 ConsoleProgress::~ConsoleProgress() { clear_bar(); }
@@ -18,31 +34,60 @@ ConsoleProgress::~ConsoleProgress() { clear_bar(); }
 void ConsoleProgress::log_to(const std::string& path) { log_.emplace(path); }
 
 void ConsoleProgress::begin(std::string_view what) {
-  stages_.emplace_back(what);
+  const auto now = Clock::now();
+  stages_.push_back({std::string(what), now, now + kFirstLine, kFirstLine});
   shown_percent_ = -1;
   if (terminal_ && !quiet_) {
     clear_line();
-    say(fmt::format("  {} ...", stages_.back()));
+    say(fmt::format("  {} ...", stages_.back().what));
     bar_shown_ = true;
   }
 }
 
 void ConsoleProgress::advance(double fraction) {
-  const int percent = static_cast<int>(100.0 * std::clamp(fraction, 0.0, 1.0));
-  if (!terminal_ || quiet_ || percent == shown_percent_ || stages_.empty()) {
+  if (stages_.empty()) {
     return;
   }
+  Stage& stage = stages_.back();
+  const double share = std::clamp(fraction, 0.0, 1.0);
+  const int percent = static_cast<int>(100.0 * share);
+  const auto now = Clock::now();
+  const double taken = std::chrono::duration<double>(now - stage.begun).count();
+  const std::string left =
+      share > 0 && share < 1 && taken > 1 ? ", about " + span_text(taken * (1 / share - 1)) + " left" : "";
+  if (terminal_ && !quiet_ && (percent != shown_percent_ || now - drawn_ > kRedraw)) {
+    drawn_ = now;
+    draw_bar(percent, left);
+  }
+  if (now >= stage.next && share < 1) {
+    stage.wait = std::min<Clock::duration>(2 * stage.wait, kLongestWait);
+    stage.next = now + stage.wait;
+    write_line(fmt::format("  {}: {:.{}f} %{}", stage.what, 100 * share, share < 0.1 ? 1 : 0, left));
+  }
+}
+
+/// Into the log, and to where no bar shows it.
+void ConsoleProgress::write_line(const std::string& line) {
+  if (!terminal_ && !quiet_) {
+    say(line + "\n");
+  }
+  if (log_) {
+    log_->line(line);
+  }
+}
+
+void ConsoleProgress::draw_bar(int percent, const std::string& left) {
   shown_percent_ = percent;
   constexpr int kWidth = 24;
   const int full = percent * kWidth / 100;
   clear_line();
-  say(fmt::format("  {} [{}{}] {:3d} %", stages_.back(), std::string(static_cast<std::size_t>(full), '#'),
-                  std::string(static_cast<std::size_t>(kWidth - full), '.'), percent));
+  say(fmt::format("  {} [{}{}] {:3d} %{}", stages_.back().what, std::string(static_cast<std::size_t>(full), '#'),
+                  std::string(static_cast<std::size_t>(kWidth - full), '.'), percent, left));
   bar_shown_ = true;
 }
 
 void ConsoleProgress::end(double seconds) {
-  note(fmt::format("  {}: {:.2f} s", stages_.back(), seconds));
+  note(fmt::format("  {}: {:.2f} s", stages_.back().what, seconds));
   stages_.pop_back();
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,7 +11,8 @@
 namespace touchfield {
 
 /// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in
-/// a log file if there is one.
+/// a log file if there is one. A stage that lasts says in the log, and where there is no terminal, how far it is and how
+/// long it goes on: after 2 s, then each time twice as late, at most a minute apart.
 class ConsoleProgress : public Progress {
  public:
   /// quiet   show warnings only
@@ -29,13 +31,24 @@ class ConsoleProgress : public Progress {
   void warn(std::string_view message) override;
 
  private:
+  using Clock = std::chrono::steady_clock;
+  struct Stage {
+    std::string what;
+    Clock::time_point begun;
+    Clock::time_point next;  // when a line is due
+    Clock::duration wait;    // until the one after that
+  };
+
   void clear_bar();
+  void draw_bar(int percent, const std::string& left);
+  void write_line(const std::string& line);
 
   bool quiet_;
   bool terminal_;
   bool bar_shown_ = false;
   int shown_percent_ = -1;
-  std::vector<std::string> stages_;  // begun and not ended, one within another
+  Clock::time_point drawn_;
+  std::vector<Stage> stages_;  // begun and not ended, one within another
   std::optional<LogFile> log_;
 };
 

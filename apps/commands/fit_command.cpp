@@ -85,19 +85,20 @@ nlohmann::ordered_json fit_json(const FittedFolder& fitted, const std::string& d
           {"breadth_ratio", std::exp(fitted.proportions(kBreadthRatio))},
           {"residual_mm_median", summary.residual},
           {"seen_median", summary.seen},
-          {"fit_ms_p95", summary.milliseconds}};
+          {"fit_ms_p95", summary.milliseconds},
+          {"warnings", fitted.warnings}};
 }
 
 std::string fit_text(const FittedFolder& fitted) {
   const FitSummary summary = summary_of(fitted);
   return fmt::format(
-      "{} frames, the hand lost in {}\n"
+      "{} frames, the hand lost in {}{}\n"
       "  shape {}: length x {:.3f}, breadth x {:.3f}\n"
       "  points off the skin by {:.2f} mm rms, {:.0f} % of the skin seen (medians)\n"
       "  {:.1f} ms a frame at 95 %\n",
-      summary.frames, summary.lost, fitted.learnt ? "learnt" : "as built in",
-      std::exp(fitted.proportions(kLengthRatio)), std::exp(fitted.proportions(kBreadthRatio)), summary.residual,
-      100 * summary.seen, summary.milliseconds);
+      summary.frames, summary.lost, summary.lost > 0 ? "; fit.csv says why" : "",
+      fitted.learnt ? "learnt" : "as built in", std::exp(fitted.proportions(kLengthRatio)),
+      std::exp(fitted.proportions(kBreadthRatio)), summary.residual, 100 * summary.seen, summary.milliseconds);
 }
 
 int fit_command(const FitCommand& command, const Invocation& invoked) {
@@ -106,8 +107,8 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
   const int threads = apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   const FolderFit how = fit_of(command);
-  const CameraFolder folder(command.folder);
   require_apart(command.output, {command.folder});
+  const CameraFolder folder(command.folder, &progress);
   RunDirectory& directory = claimed.claim(command.output, command.force, "fit", fit_files(folder));
   claimed.fill(progress, [&] {
     progress.log_to(directory.file("fit.log"));

@@ -24,6 +24,7 @@
 #include "sim/core/json_text.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/solve/stages.h"
 #include "sim/store/run_file.h"
 
 namespace touchfield {
@@ -140,10 +141,11 @@ class Live {
     progress_.note(fmt::format("live: building {}", scene_.name));
     std::future<SensedMotion> built = std::async(std::launch::async, [this] {
       leave_one_to_the_sensor(apply_threads(flags_), *scene_.motion);
-      const Scene scene = within_budget(scene_, notes_);
+      const Scene scene = within_budget(scene_, notes_, &progress_);
       apply_threads(flags_);
-      SensedMotion sensed = sensed_motion(scene);
-      sensed.sensor->start(silent_);
+      SensedMotion sensed = sensed_motion(scene, nullptr, &progress_);
+      std::vector<std::pair<std::string, double>> taken;
+      timed(progress_, taken, "", "what the sensor learns", [&] { sensed.sensor->start(progress_); });
       return sensed;
     });
     while (built.wait_for(std::chrono::duration<double>(kLook)) != std::future_status::ready) {
@@ -169,7 +171,9 @@ class Live {
     MotionFrame first;
     const auto prepare = [&] {
       const int threads = apply_threads(flags_);
-      LiveSolver solver = live_solver(*sensed_->sensor, method_, first);
+      std::vector<std::pair<std::string, double>> taken;
+      LiveSolver solver = timed(progress_, taken, "", "prepare the solver",
+                                [&] { return live_solver(*sensed_->sensor, method_, first, &progress_); });
       leave_one_to_the_sensor(threads, motion_);
       return solver;
     };
@@ -244,7 +248,6 @@ class Live {
   MethodSpec method_;
   MotionSpec motion_;
   std::vector<std::string> notes_;  // of the frame that was chosen for a budget
-  Progress silent_;
   std::optional<SensedMotion> sensed_;
   std::optional<RunDirectory> directory_;
   SteadyTime time_;

@@ -14,6 +14,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
 #include "sim/motion/frame_budget.h"
+#include "sim/motion/play.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/motion_text.h"
@@ -45,7 +46,8 @@ nlohmann::ordered_json motion_json(const Motion& motion, const std::string& dire
 
 int play_command(const PlayCommand& command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
-  ClaimedDirectory claimed("motion.h5 holds its last whole second, {} says that it is not all");
+  ClaimedDirectory claimed(
+      "motion.h5 holds all up to the last whole second that was written, {} says that it is not the whole motion");
   const int threads = apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   // All that can be wrong with the input is found before the output directory exists.
@@ -56,7 +58,8 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
   }
   require_apart(command.output, command.scene, scene);
   MotionOptions options{.command_line = invoked.command_line, .threads = threads};
-  const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes));
+  require_motion_memory(scene);
+  const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes, &progress), nullptr, &progress);
   RunDirectory& directory =
       claimed.claim(command.output, command.force, scene.name, motion_files(sensed, command.pictures));
   claimed.fill(progress, [&] {

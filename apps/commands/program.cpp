@@ -3,6 +3,7 @@
 #include <exception>
 #include <new>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <sys/resource.h>
 #include <system_error>
@@ -60,7 +61,13 @@ int dispatch(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     throw InputError(command_line_problem(app, error));
   }
-  return invocation.action();
+  try {
+    return invocation.action();
+  } catch (const std::bad_alloc&) {
+    // Of a scene's commands its mesh takes most.
+    const bool of_scene = app.get_subcommands().front()->get_option_no_throw("--set") != nullptr;
+    throw std::runtime_error(out_of_memory() + (of_scene ? "; a larger body.edge_mm needs less" : ""));
+  }
 }
 
 /// A level that TOUCHFIELD_LEVEL misnames, and variables that libraries crash by, are found before anything is computed.

@@ -61,7 +61,7 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = read_scene(command.scene, command.overrides);
   require_apart(command.output, command.scene, scene);
-  const SeenScene seen = seen_scene(scene);
+  const SeenScene seen = seen_scene(scene, &progress);
   RunDirectory& directory =
       claimed.claim(command.output, command.force, scene.name, sight_files(seen, command.pictures));
   claimed.fill(progress, [&] {

@@ -22,7 +22,7 @@ SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
   }
   if (scene.motion && !scene.sensing) {  // which is of the still alone: `play` refuses it
     require_memory(checked.report);
-    checked.motion = expected_cost(sensed_motion(scene));
+    checked.motion = expected_cost(sensed_motion(scene, nullptr, &progress), &progress);
   }
   return checked;
 }

@@ -9,6 +9,7 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/scene/quantity.h"
 #include "sim/scene/yaml_tree.h"
@@ -27,17 +28,18 @@ std::string skin_name(std::size_t frame) { return fmt::format("skin_{:04}.vtp", 
 
 /// Learns from the first part of a recording, so many seconds long, in which the hand is found, at most kMostLearnt frames
 /// of it: it may come into the images later.
-bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker) {
+bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker, Progress& progress) {
   for (std::size_t first = 0, end = 0; first < folder.size(); first = end) {
     while (end < folder.size() && (end == first || folder.seconds(end) - folder.seconds(first) < seconds)) {
       ++end;
     }
     const std::size_t step = (end - first + kMostLearnt - 1) / kMostLearnt;
-    std::vector<DepthFrame> frames;
-    for (std::size_t k = first; k < end; k += step) {
-      frames.push_back(folder.frame(k));
-    }
-    if (tracker.learn(frames)) {
+    const auto frame = [&, first](std::size_t k) {
+      const std::size_t number = first + k * step;
+      progress.advance(static_cast<double>(number) / static_cast<double>(folder.size()));
+      return folder.frame(number);
+    };
+    if (tracker.learn((end - first + step - 1) / step, frame)) {
       return true;
     }
   }
@@ -45,23 +47,112 @@ bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker) {
 }
 
 /// Whether the other hand is in the images.
-bool finds_other_hand(const CameraFolder& folder, const FolderFit& how) {
+bool finds_other_hand(const CameraFolder& folder, const FolderFit& how, Progress& progress) {
   HandShape other = how.hand;
   other.side = other_side(other.side);
   HandTracker tracker(HandTemplate(other, HandTemplate::kUsualEdge), folder.cameras(),
                       Box{how.workspace[0], how.workspace[1]});
-  return learn(folder, std::max(how.learning, 1.0), tracker);
+  return learn(folder, std::max(how.learning, 1.0), tracker, progress);
 }
 
 std::string frames_csv(const std::vector<FittedFrame>& frames) {
-  std::string text = "time_s,lost,residual_mm,explained,seen,fit_ms,file\n";
+  std::string text = "time_s,lost,residual_mm,explained,share,seen,fit_ms,file,reason\n";
   for (const FittedFrame& frame : frames) {
     const HandFit& fit = frame.fit;
-    text += schema::decimal_text(fit.seconds);
-    text += fit.lost ? fmt::format(",1,,,,{:.4g},\n", frame.milliseconds)
-                     : fmt::format(",0,{:.4g},{:.4g},{:.4g},{:.4g},{}\n", fit.residual / kMillimetre, fit.explained,
-                                   fit.seen, frame.milliseconds, frame.file);
+    text += fmt::format("{},{:d},", schema::decimal_text(fit.seconds), fit.lost);
+    text += fit.placed ? fmt::format("{:.4g},{:.4g},{:.4g},{:.4g}", fit.residual / kMillimetre, fit.explained,
+                                     fit.share, fit.seen)
+                       : ",,,";
+    text += fmt::format(",{:.4g},{},{}\n", frame.milliseconds, frame.file, lost_text(fit));
   }
+  return text;
+}
+
+/// What a camera saw in all frames so far.
+struct CameraUse {
+  std::size_t frames = 0;        // with any depth
+  std::size_t with_hand = 0;     // of these, in which the hand was found
+  std::size_t confirming = 0;    // of these, in which it saw the skin
+  std::size_t in_workspace = 0;  // of those in which the hand was lost, with points where it is looked for
+  std::vector<double> depths{};  // median of each frame with any depth [m]
+};
+
+/// The median of the depths in an image, of some of its pixels [m]; 0 if it saw nothing.
+double median_depth(const DepthImage& image) {
+  constexpr std::size_t kEvery = 61;  // pixels: no divisor of usual widths
+  std::vector<float> depths;
+  for (std::size_t pixel = 0; pixel < image.depth.size(); pixel += kEvery) {
+    if (image.depth[pixel] > 0) {
+      depths.push_back(image.depth[pixel]);
+    }
+  }
+  if (depths.empty()) {
+    return 0;
+  }
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::ranges::nth_element(depths, middle);
+  return static_cast<double>(*middle);
+}
+
+void add_use(const DepthFrame& frame, const HandFit& fit, std::vector<CameraUse>& uses) {
+  constexpr int kLeastConfirmed = 20;  // vertices: some agree by chance
+  for (std::size_t c = 0; c < uses.size(); ++c) {
+    const double depth = median_depth(frame.images[c]);
+    if (depth == 0) {
+      continue;
+    }
+    CameraUse& use = uses[c];
+    ++use.frames;
+    use.depths.push_back(depth);
+    use.in_workspace += fit.lost && fit.points[c] > 0 ? 1 : 0;
+    if (!fit.lost) {
+      ++use.with_hand;
+      use.confirming += fit.confirmed[c] >= kLeastConfirmed ? 1 : 0;
+    }
+  }
+}
+
+/// Cameras that see something and not the skin where the fit has it.
+std::vector<std::string> cameras_apart(const std::vector<DepthCamera>& cameras, const std::vector<CameraUse>& uses) {
+  constexpr double kFew = 0.1;  // of the frames
+  std::vector<std::string> warnings;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const CameraUse& use = uses[c];
+    if (use.with_hand > 0 && static_cast<double>(use.confirming) < kFew * static_cast<double>(use.with_hand)) {
+      warnings.push_back(fmt::format(
+          "cameras: in {1} of {2} frames {0} sees something, but not the skin where the fit has it; correct "
+          "its pose in cameras.yaml (translation_mm, the rotation from camera to world), or leave it out",
+          cameras[c].name, use.with_hand - use.confirming, use.with_hand));
+    }
+  }
+  return warnings;
+}
+
+/// Why the hand is in no frame, and what to try.
+std::string nothing_found(const std::vector<DepthCamera>& cameras, const std::vector<CameraUse>& uses,
+                          const std::vector<FittedFrame>& frames, const FolderFit& how) {
+  const auto reached = [](const FittedFrame& frame) {
+    return frame.fit.placed ? 1 + frame.fit.share + frame.fit.explained : 0.0;
+  };
+  const auto nearest = std::ranges::max_element(frames, {}, reached);
+  std::string text = fmt::format("the hand was found in none of {} frames; nearest was that at {} s: {}", frames.size(),
+                                 schema::decimal_text(nearest->fit.seconds), lost_text(nearest->fit));
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const CameraUse& use = uses[c];
+    if (use.frames == 0) {
+      text += fmt::format("\n  {}: nothing seen in any frame", cameras[c].name);
+      continue;
+    }
+    const auto [least, most] = std::ranges::minmax(use.depths);
+    text +=
+        fmt::format("\n  {}: what it sees is {:.0f} to {:.0f} mm away (medians), in the workspace in {} of {} frames",
+                    cameras[c].name, least / kMillimetre, most / kMillimetre, use.in_workspace, use.frames);
+  }
+  text += fmt::format(
+      "\n  if that is not in the workspace, {} to {}: --workspace-mm, or depth_unit_mm and pose in cameras.yaml;"
+      "\n  if it is: --side, --pose and --length-mm say which hand is looked for, --learn-s 0 leaves its shape as it "
+      "is",
+      place_text(how.workspace[0], 0), place_text(how.workspace[1], 0));
   return text;
 }
 
@@ -104,59 +195,121 @@ std::vector<std::string> fit_files(const CameraFolder& folder) {
   return files;
 }
 
-FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress) {
-  const HandTemplate hand(how.hand, HandTemplate::kUsualEdge);
-  const Body body = touchfield::hand(hand_options(how.hand, how.edge));
-  const HandTemplate::Carrier carrier = hand.carrier(body.mesh.vertices());
-  HandTracker tracker(hand, folder.cameras(), Box{how.workspace[0], how.workspace[1]});
-  FittedFolder fitted;
-  std::vector<std::pair<std::string, double>> seconds;
-  if (how.learning > 0) {
-    fitted.learnt =
-        timed(progress, seconds, "learn", "the hand's shape", [&] { return learn(folder, how.learning, tracker); });
-    if (!fitted.learnt) {
-      progress.warn(fmt::format(
-          "shape: within no {:g} s the hand was found in three frames, so that its shape is the built-in hand's",
-          how.learning));
-    }
-  }
-  fitted.proportions = tracker.shape().proportions;
-  tracker.forget();
-  std::vector<SeriesStep> steps;
-  timed(progress, seconds, "fit", fmt::format("{} frames", folder.size()), [&] {
-    Points world;
-    for (std::size_t k = 0; k < folder.size(); ++k) {
-      const DepthFrame frame = folder.frame(k);
-      const auto begin = std::chrono::steady_clock::now();
-      FittedFrame& own = fitted.frames.emplace_back();
-      own.fit = tracker.track(frame);
-      own.milliseconds = 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-      if (!own.fit.lost) {
-        tracker.skin(own.fit, carrier, world);
-        const TriangleMesh skin(world, body.mesh.triangles());
-        const SeenDistance seen = seen_distance(folder.cameras(), frame, skin);
-        own.file = skin_name(k);
-        write_faces_vtp(directory.file(own.file), skin,
-                        {{"cameras", seen.cameras.cast<double>()}, {"distance_m", seen.distance}});
-        steps.push_back({own.fit.seconds - folder.seconds(0), own.file});
-        if (steps.size() == 1) {
-          write_atomically(directory.file("body.yaml"), {body_yaml(directory.path(), skin, body.landmarks)});
-        }
+namespace {
+
+/// The frames of a recording one by one, with the tables of those until now.
+class FolderFitter {
+ public:
+  FolderFitter(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory)
+      : folder_(folder),
+        how_(how),
+        directory_(directory),
+        hand_(how.hand, HandTemplate::kUsualEdge),
+        body_(touchfield::hand(hand_options(how.hand, how.edge))),
+        carrier_(hand_.carrier(body_.mesh.vertices())),
+        tracker_(hand_, folder.cameras(), Box{how.workspace[0], how.workspace[1]}),
+        uses_(folder.cameras().size()) {}
+
+  FittedFolder fitted(Progress& progress) {
+    const auto warn = [&](const std::string& warning) {
+      fitted_.warnings.push_back(warning);
+      progress.warn(warning);
+    };
+    std::ranges::for_each(folder_.warnings(), warn);
+    std::vector<std::pair<std::string, double>> seconds;
+    if (how_.learning > 0) {
+      fitted_.learnt = timed(progress, seconds, "learn", "the hand's shape",
+                             [&] { return learn(folder_, how_.learning, tracker_, progress); });
+      if (!fitted_.learnt) {
+        warn(
+            fmt::format("shape: within no {:g} s the hand was found in three frames, so that its shape is the built-in "
+                        "hand's; a longer --learn-s takes more frames together",
+                        how_.learning));
       }
-      progress.advance((static_cast<double>(k) + 1) / static_cast<double>(folder.size()));
     }
-  });
-  write_atomically(directory.file("fit.csv"), {frames_csv(fitted.frames)});
-  if (steps.empty()) {
-    const char* side = how.hand.side == HandSide::kRight ? "left" : "right";
-    throw InputError(fmt::format("the hand was found in none of {} frames; {}", folder.size(),
-                                 finds_other_hand(folder, how)
-                                     ? fmt::format("the images show a {0} hand: give --side {0}", side)
-                                     : "is it in the workspace, and are the cameras' places theirs?"));
+    fitted_.proportions = tracker_.shape().proportions;
+    tracker_.forget();
+    timed(progress, seconds, "fit", fmt::format("{} frames", folder_.size()), [&] {
+      try {
+        fit_all(progress);
+      } catch (...) {
+        write_tables();
+        throw;
+      }
+    });
+    write_tables();
+    if (steps_.empty()) {
+      const char* other = how_.hand.side == HandSide::kRight ? "left" : "right";
+      throw InputError(finds_other_hand(folder_, how_, progress)
+                           ? fmt::format("the hand was found in none of {} frames; the images show a {1} hand: give "
+                                         "--side {1}",
+                                         folder_.size(), other)
+                           : nothing_found(folder_.cameras(), uses_, fitted_.frames, how_));
+    }
+    std::ranges::for_each(cameras_apart(folder_.cameras(), uses_), warn);
+    return std::move(fitted_);
   }
-  write_atomically(directory.file("times.csv"), {times_csv(steps)});
-  write_series(directory.file("skin.pvd"), steps);
-  return fitted;
+
+ private:
+  void fit_all(Progress& progress) {
+    constexpr std::size_t kTableEvery = 100;  // frames
+    for (std::size_t k = 0; k < folder_.size(); ++k) {
+      const DepthFrame frame = folder_.frame(k);
+      const auto begin = std::chrono::steady_clock::now();
+      FittedFrame& own = fitted_.frames.emplace_back();
+      own.fit = tracker_.track(frame);
+      own.milliseconds = 1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      add_use(frame, own.fit, uses_);
+      if (!own.fit.lost) {
+        write_skin(frame, own, skin_name(k));
+      }
+      own.fit.deformation.resize(3, 0);  // of ten thousand frames it would be a gigabyte
+      own.fit.seen_vertex.resize(0);
+      if ((k + 1) % kTableEvery == 0) {
+        write_tables();
+      }
+      progress.advance((static_cast<double>(k) + 1) / static_cast<double>(folder_.size()));
+    }
+  }
+
+  void write_skin(const DepthFrame& frame, FittedFrame& own, const std::string& file) {
+    Points world;
+    tracker_.skin(own.fit, carrier_, world);
+    const TriangleMesh skin(world, body_.mesh.triangles());
+    const SeenDistance seen = seen_distance(folder_.cameras(), frame, skin);
+    write_faces_vtp(directory_.file(file), skin,
+                    {{"cameras", seen.cameras.cast<double>()}, {"distance_m", seen.distance}});
+    own.file = file;
+    steps_.push_back({own.fit.seconds - folder_.seconds(0), file});
+    if (steps_.size() == 1) {
+      write_atomically(directory_.file("body.yaml"), {body_yaml(directory_.path(), skin, body_.landmarks)});
+    }
+  }
+
+  void write_tables() const {
+    write_atomically(directory_.file("fit.csv"), {frames_csv(fitted_.frames)});
+    if (!steps_.empty()) {
+      write_atomically(directory_.file("times.csv"), {times_csv(steps_)});
+      write_series(directory_.file("skin.pvd"), steps_);
+    }
+  }
+
+  const CameraFolder& folder_;
+  const FolderFit& how_;
+  RunDirectory& directory_;
+  HandTemplate hand_;
+  Body body_;
+  HandTemplate::Carrier carrier_;
+  HandTracker tracker_;
+  std::vector<CameraUse> uses_;
+  std::vector<SeriesStep> steps_;
+  FittedFolder fitted_;
+};
+
+}  // namespace
+
+FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress) {
+  return FolderFitter(folder, how, directory).fitted(progress);
 }
 
 }  // namespace touchfield

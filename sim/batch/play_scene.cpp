@@ -1,7 +1,9 @@
 #include "sim/batch/play_scene.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -46,6 +48,21 @@ std::vector<int> strip_scores(const MotionSpec& motion) {
   return numbers;
 }
 
+/// Keeps work that takes longer each time to a tenth of the time.
+class Rest {
+ public:
+  bool over() const { return Clock::now() >= next_; }
+  void work(const std::function<void()>& work) {
+    const auto begun = Clock::now();
+    work();
+    next_ = Clock::now() + 10 * (Clock::now() - begun);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  Clock::time_point next_;
+};
+
 }  // namespace
 
 std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<PictureFormat> asked) {
@@ -84,12 +101,17 @@ Motion play_scene(const SensedMotion& sensed, MotionOptions options, RunDirector
     }
     ++number;
   };
+  Rest rest;
   options.second = [&](const Motion& motion) {
-    if (scene.write.h5) {
-      write_motion_file(directory.file("motion.h5"), motion);
+    if (rest.over() || motion.complete) {
+      rest.work([&] {
+        if (scene.write.h5) {
+          write_motion_file(directory.file("motion.h5"), motion);
+        }
+        write_motion_csv(directory.file("motion.csv"), motion);
+        write_frames_csv(directory.file("frames.csv"), motion);
+      });
     }
-    write_motion_csv(directory.file("motion.csv"), motion);
-    write_frames_csv(directory.file("frames.csv"), motion);
     if (!waiting.empty() && series.empty()) {
       write_array_vtp(directory.file("array.vtp"), motion);
     }

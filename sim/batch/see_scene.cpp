@@ -1,6 +1,7 @@
 #include "sim/batch/see_scene.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <fmt/format.h>
@@ -9,6 +10,7 @@
 #include "sim/core/units.h"
 #include "sim/motion/loop_clock.h"
 #include "sim/pictures/sight_picture.h"
+#include "sim/scene/quantity.h"
 #include "sim/scene/schema.h"
 #include "sim/sensing/camera_folder.h"
 #include "sim/solve/stages.h"
@@ -45,40 +47,75 @@ void draw_instant(const std::string& path, const SeenScene& seen, const Instant&
               format);
 }
 
+/// The largest depth that 16 bits hold [m].
+double farthest_depth(const StereoCamera& camera) { return kMostUnits * camera.depth_unit; }
+
 /// Adds a frame to the mean of `frames`.
-void add_sight(const DepthImage& image, const DepthImage& exact, int frames, SightSummary& summary) {
+void add_sight(const StereoCamera& camera, const DepthImage& image, const DepthImage& exact, int frames,
+               SightSummary& summary) {
   int seen = 0;
   int holes = 0;
+  int beyond = 0;
   for (std::size_t p = 0; p < exact.depth.size(); ++p) {
     if (exact.depth[p] > 0) {
       const auto depth = static_cast<double>(exact.depth[p]);
       ++seen;
       holes += image.depth[p] > 0 ? 0 : 1;
+      beyond += depth > farthest_depth(camera) ? 1 : 0;
       summary.nearest = summary.nearest > 0 ? std::min(summary.nearest, depth) : depth;
       summary.farthest = std::max(summary.farthest, depth);
     }
   }
   summary.pixels += static_cast<double>(seen - holes) / frames;
   summary.holes += seen > 0 ? static_cast<double>(holes) / seen / frames : 0.0;
+  summary.beyond += seen > 0 ? static_cast<double>(beyond) / seen / frames : 0.0;
+}
+
+/// What of a camera's images the user should know; empty for nothing.
+std::string sight_warning(const StereoCamera& camera, const SightSummary& own) {
+  if (own.farthest == 0) {
+    return fmt::format("sight: {} sees nothing of the body", own.camera);
+  }
+  const std::string away =
+      fmt::format("{:.0f} to {:.0f} mm away", own.nearest / kMillimetre, own.farthest / kMillimetre);
+  const std::string unit = schema::decimal_text(camera.depth_unit, -3);
+  if (own.beyond > 0) {
+    return fmt::format(
+        "sight: {} has no depth beyond {:.0f} mm, {:.0f} times depth_unit_mm = {}, and the body is {}, {:.0f} % of it "
+        "beyond: a larger depth_unit_mm reaches farther",
+        own.camera, farthest_depth(camera) / kMillimetre, kMostUnits, unit, away, std::ceil(100 * own.beyond));
+  }
+  if (own.pixels == 0 && own.farthest < camera.nearest()) {
+    return fmt::format("sight: {} has no depth of the body, which is {}; it has depth from {:.0f} mm on", own.camera,
+                       away, camera.nearest() / kMillimetre);
+  }
+  if (own.pixels == 0) {
+    return fmt::format(
+        "sight: {} has no depth of the body, which is {}; it has depth from {:.0f} to {:.0f} mm, where both eyes see "
+        "the "
+        "skin less steeply than {:.0f} degrees",
+        own.camera, away, camera.nearest() / kMillimetre, farthest_depth(camera) / kMillimetre, kGrazing / kDegree);
+  }
+  return {};
 }
 
 }  // namespace
 
-SeenScene seen_scene(const Scene& scene) {
+SeenScene seen_scene(const Scene& scene, Progress* progress) {
   const auto* specs = scene.motion ? std::get_if<std::vector<CameraSpec>>(&scene.motion->sensor.sight) : nullptr;
   if (specs == nullptr) {
     throw InputError("motion.sensor.cameras: the scene has none whose images could be made");
   }
-  MovingModel moving(scene);
-  WholeSkin skin(moving.first());
-  std::vector<std::string> models;
-  std::ranges::transform(*specs, std::back_inserter(models), &CameraSpec::model);
   const MotionSpec& motion = *scene.motion;
   const auto frames = last_instant(to_ticks(motion.seconds) - 1, motion.sensor.hz) + 1;
   if (frames > static_cast<std::int64_t>(schema::kMostListed)) {
     throw InputError(fmt::format("motion.sensor.hz: {} images a camera in {} s, must be <= {}", frames, motion.seconds,
                                  schema::kMostListed));
   }
+  MovingModel moving(scene, nullptr, progress);
+  WholeSkin skin(moving.first());
+  std::vector<std::string> models;
+  std::ranges::transform(*specs, std::back_inserter(models), &CameraSpec::model);
   return {std::move(moving), std::move(skin), SimulatedCameras(*specs, motion.sensor.seed), std::move(models),
           static_cast<int>(frames)};
 }
@@ -103,8 +140,8 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
       const Instant instant = instant_of(seen, k);
       folder.add(instant.frame);
       for (std::size_t c = 0; c < told.size(); ++c) {
-        add_sight(instant.frame.images[c], exact_image(seen.cameras.real()[c].view, instant.mesh), seen.frames,
-                  summaries[c]);
+        add_sight(seen.cameras.real()[c], instant.frame.images[c],
+                  exact_image(seen.cameras.real()[c].view, instant.mesh), seen.frames, summaries[c]);
       }
       if (k == 0) {
         draw_instant(directory.file(sight_name(format)), seen, instant, format);
@@ -113,13 +150,8 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
     }
   });
   for (std::size_t c = 0; c < told.size(); ++c) {
-    if (const SightSummary& own = summaries[c]; own.farthest == 0) {
-      progress.warn(fmt::format("sight: {} sees nothing of the body", own.camera));
-    } else if (own.pixels == 0) {
-      progress.warn(fmt::format(
-          "sight: {} has no depth of the body, which is {:.0f} to {:.0f} mm away; it has depth from {:.0f} mm on",
-          own.camera, own.nearest / kMillimetre, own.farthest / kMillimetre,
-          seen.cameras.real()[c].nearest() / kMillimetre));
+    if (const std::string warning = sight_warning(seen.cameras.real()[c], summaries[c]); !warning.empty()) {
+      progress.warn(warning);
     }
   }
   return summaries;

@@ -22,7 +22,9 @@ struct SeenScene {
 
 /// throws   InputError as MovingModel; unless the scene has motion.sensor.cameras; where there are more frames than a
 ///          folder of images holds, 10,000
-SeenScene seen_scene(const Scene& scene);
+///
+/// progress   hears of what takes its time; may be null
+SeenScene seen_scene(const Scene& scene, Progress* progress = nullptr);
 
 /// The names of all files that see_scene writes.
 std::vector<std::string> sight_files(const SeenScene& seen, PictureFormat format);
@@ -34,10 +36,12 @@ struct SightSummary {
   double holes = 0;    // share of the pixels that see skin and have no depth
   double nearest = 0;  // depth of the skin that it sees [m]
   double farthest = 0;
+  double beyond = 0;  // share of the pixels that see skin and whose depth is beyond kMostUnits
 };
 
 /// Writes what the cameras of a scene see of its whole motion: a folder of images (CameraFolderWriter) and sight.png, the
-/// first frame. Nothing in it says where skin and cameras truly are. Warns of a camera that has no depth of it at all.
+/// first frame. Nothing in it says where skin and cameras truly are. Warns of a camera that has no depth of it at all, or
+/// whose unit is so small that 16 bits do not hold how far the skin is.
 ///
 /// throws   IoError on a failed write
 std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directory, PictureFormat format,

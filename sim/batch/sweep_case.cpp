@@ -108,6 +108,7 @@ void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::
   };
   const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
   if (scene.motion) {
+    require_motion_memory(scene);
     MotionOptions options{.command_line = job.command_line};
     const SensedMotion sensed = sensed_motion(within_budget(scene, options.notes), &kept.bodies);
     const CheckReport report = check_model(sensed.solved().first());
@@ -193,7 +194,7 @@ SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
     record.status = kNoRoom;
     record.reason = error.what();
   } catch (const std::bad_alloc&) {
-    record.reason = out_of_memory();
+    record.reason = out_of_memory() + "; a larger body.edge_mm needs less";
   } catch (const std::exception& error) {
     record.reason = error.what();
   }

@@ -202,8 +202,7 @@ double memory_below_limit() {
 
 std::string out_of_memory() {
   const std::string limit = memory_limit();
-  return limit.empty() ? "out of memory; choose a larger body.edge_mm"
-                       : "out of memory under `" + limit + "`; raise the limit, or choose a larger body.edge_mm";
+  return limit.empty() ? "out of memory" : "out of memory under `" + limit + "`: raise the limit";
 }
 
 void require_sound_variables() {

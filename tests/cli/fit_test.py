@@ -138,8 +138,87 @@ class Fit(CommandTest):
                   "--set", "target.box.at=bottom")
         done = self.touchfield("fit", "seen", "-o", "out")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("the hand was found in none of 9 frames", done.stderr)
+        self.assertIn("the hand was found in none of 9 frames; nearest was that at ", done.stderr)
+        self.assertRegex(done.stderr, r"camera_1: what it sees is [23]\d\d to [23]\d\d mm away .*, in the workspace in 9 of 9")
+        self.assertIn("--side, --pose and --length-mm", done.stderr)
         self.assertTrue((self.folder / "out/failed.json").exists())
+        rows = self.rows("out/fit.csv")
+        self.assertEqual(len(rows), 9)
+        for row in rows:
+            self.assertEqual((row["lost"], row["file"]), ("1", ""))
+            self.assertRegex(row["reason"], r" asked\)|nothing as large as a hand")
+
+    def rows(self, name):
+        return list(csv.DictReader((self.folder / name).read_text().splitlines()))
+
+    def test_a_hand_that_is_not_where_it_is_looked_for(self):
+        self.seen()
+        done = self.touchfield("fit", "seen", "-o", "out", "--workspace-mm", "0", "0", "400", "10", "10", "500")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("points where the hand is looked for 0 (150 asked)", done.stderr)
+        self.assertIn("in the workspace in 0 of 9 frames", done.stderr)
+        self.assertIn("(0, 0, 400) mm to (10, 10, 500) mm: --workspace-mm", done.stderr)
+
+    def change(self, name, old, new):
+        path = self.folder / name
+        text = path.read_text()
+        self.assertIn(old, text)
+        path.write_text(text.replace(old, new))
+
+    def test_cameras_that_see_the_hand_in_two_places(self):
+        self.seen()
+        cameras = (self.folder / "seen/cameras.yaml").read_text()
+        self.change("seen/cameras.yaml", "translation_mm: [280, -50, 0]", "translation_mm: [280, 350, 0]")
+        done = self.run_ok("fit", "seen", "-o", "out", "--edge-mm", "6", "--json")
+        self.assertRegex(done.stderr, r"cameras: in \d+ of \d+ frames camera_[12] sees something, but not the skin")
+        self.assertEqual(len(json.loads(done.stdout)["warnings"]), done.stderr.count("touchfield: warning: "))
+        metres = cameras.replace("[280, -50, 0]", "[0.28, -0.05, 0]").replace("[-280, -50, 0]", "[-0.28, -0.05, 0]")
+        (self.folder / "seen/cameras.yaml").write_text(metres)
+        done = self.touchfield("fit", "seen", "-o", "out", "--force", "--edge-mm", "6")
+        self.assertIn("all stand within 0.3 mm of the world's origin; if translation_mm holds metres", done.stderr)
+
+    def test_times_of_other_clocks(self):
+        self.seen()
+        table = self.folder / "seen/times.csv"
+        rows = list(csv.reader(table.read_text().splitlines()))
+
+        def fit(scale, start):
+            changed = [[f"{start + scale * float(t):.6f}", *files] for t, *files in rows[1:]]
+            table.write_text("".join(",".join(row) + "\n" for row in [rows[0], *changed]))
+            return self.run_ok("fit", "seen", "-o", "out", "--edge-mm", "6", "--force", "--json")
+
+        done = fit(1, 1763900000)
+        self.assertEqual(done.stderr, "")
+        self.assertEqual(json.loads(done.stdout)["shape_learnt"], True)
+        self.assertEqual(self.rows("out/times.csv")[0]["time_s"], "0")
+        self.assertAlmostEqual(float(self.rows("out/fit.csv")[8]["time_s"]), 1763900000 + 8 / 30, delta=2e-6)
+        self.assertIn("the images are 33.3 s apart (median)", fit(1000, 0).stderr)
+
+    def test_an_image_that_is_damaged_leaves_what_was_fitted(self):
+        self.seen()
+        image = self.folder / "seen/camera_1/000006.png"
+        data = bytearray(image.read_bytes())
+        data[len(data) // 2] ^= 1
+        image.write_bytes(data)
+        done = self.touchfield("fit", "seen", "-o", "out", "--edge-mm", "6", "--learn-s", "0")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("000006.png: damaged", done.stderr)
+        self.assertEqual(len(self.rows("out/fit.csv")), 6)
+        found = [row["file"] for row in self.rows("out/fit.csv") if row["lost"] == "0"]
+        self.assertEqual([row["file"] for row in self.rows("out/times.csv")], found)
+
+    def test_images_too_large_together(self):
+        """Two kilobytes that would take gigabytes."""
+        names = [f"c{k}" for k in range(8)]
+        (self.folder / "bomb").mkdir()
+        self.write("bomb/times.csv", f"time_s,{','.join(names)}\n" + "".join(f"{k / 30},,,,,,,,\n" for k in range(30)))
+        self.write("bomb/cameras.yaml", "format: touchfield-cameras\nversion: 1\ncameras:\n" + "".join(
+            f"  - {{name: {name}, width: 4096, height: 4096, fx: 4000, fy: 4000, cx: 2048, cy: 2048, depth_unit_mm: 1, "
+            f"distortion: {{model: none}}, pose: {{quaternion_wxyz: [1, 0, 0, 0], translation_mm: [{100 * k}, 0, 0]}}}}\n"
+            for k, name in enumerate(names)))
+        done = self.touchfield("fit", "bomb", "-o", "out")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("134217728 pixels together, must be at most 33554432", done.stderr)
 
     def test_the_other_hand(self):
         """The images are of a right hand, the default."""

@@ -3,6 +3,7 @@
 import csv
 import json
 import pathlib
+import re
 import signal
 import subprocess
 import time
@@ -97,6 +98,28 @@ class Play(CommandTest):
         self.assertEqual(child.returncode, 128 + signal.SIGINT)
         self.assertIn("last whole second", said)
         self.assertTrue((self.folder / "again" / "failed.json").exists())
+
+    def test_a_long_motion_says_how_far_it_is(self):
+        scene = self.write("scene.yaml", MOVING.replace("seconds: 0.5", "seconds: 3600").replace("rate: 40", "rate: 0.002"))
+        child = subprocess.Popen([PROGRAM, "play", scene, "-o", "out", "--set", "write=[h5]"], cwd=self.folder,
+                                 stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        pattern = r"  play 3600 s of motion: 0\.\d %, about \d+(\.\d)? (min|h|s) left"
+        begun = time.monotonic()
+        said = ""
+        while not re.search(pattern, said) and time.monotonic() < begun + 120:
+            said += child.stderr.readline()
+        child.send_signal(signal.SIGINT)
+        child.communicate(timeout=60)
+        self.assertRegex(said, pattern)
+        self.assertLess(len(said.splitlines()), 15)
+        self.assertRegex((self.folder / "out/play.log").read_text(), pattern)
+
+    def test_what_does_not_fit_the_memory_is_refused(self):
+        scene = self.write("scene.yaml", MOVING)
+        done = self.touchfield("play", scene, "-o", "out", "--set", "motion.seconds=3600", "--set", "motion.frames_hz=1e5")
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("motion: 3600 s of 100000 frames", done.stderr)
+        self.assertFalse((self.folder / "out").exists())
 
     def test_a_sensor_that_sees_noise(self):
         scene = self.write("scene.yaml", MOVING)

@@ -93,6 +93,15 @@ class See(CommandTest):
         self.assertIn("it has depth from 439 mm on", done.stderr)
         self.assertIn("camera_2 sees nothing of the body", done.stderr)
 
+    def test_a_unit_that_16_bits_do_not_hold_is_named(self):
+        scene = self.write("scene.yaml", SEEN)
+        done = self.run_ok("see", scene, "-o", "out", "--set=motion.sensor.cameras[0].depth_unit_mm=0.01",
+                           "--set=motion.sensor.cameras[0].at_mm=[800, 0, -150]",
+                           "--set=motion.sensor.cameras[0].resolution=[640, 360]")
+        # 65,535 x 0.01 mm; the capsule is about 830 mm away.
+        self.assertRegex(done.stderr, r"camera_1 has no depth beyond 655 mm, 65535 times depth_unit_mm = 0.01, and the body "
+                                      r"is 8\d\d to 8\d\d mm away, 100 % of it beyond: a larger depth_unit_mm")
+
     def test_refused(self):
         scene = self.write("scene.yaml", SEEN)
         for change, named in ((["motion.sensor={hz: 30}"], "motion.sensor.cameras"),
