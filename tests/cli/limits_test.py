@@ -16,7 +16,6 @@ CORES = ["Opteron", "Barcelona", "Bulldozer", "Excavator", "Sandybridge", "Haswe
          "Cooperlake", "SapphireRapids", "Neoverse", "x"]
 
 
-@unittest.skipIf({"ASAN_OPTIONS", "TSAN_OPTIONS"} & set(os.environ), "sanitizers need more than limits leave")
 class Limits(CommandTest):
     def setUp(self):
         super().setUp()
