@@ -51,13 +51,22 @@ int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
     text += fmt::format("  case {} and {} more: {} faces, {} channels, {}; about {:.0f} MiB, and {:.0f} s on its own\n",
                         plan.cases[first].number, sharing - 1, report.faces, report.channels,
                         to_string(report.decision.options.kind), report.memory_mib, report.seconds);
+    const Remarks remarks = model_remarks(model);
+    for (const std::string& warning : remarks.warnings) {
+      text += fmt::format("    warning  {}\n", warning);
+    }
+    for (const std::string& note : remarks.notes) {
+      text += fmt::format("    note     {}\n", note);
+    }
     shown.push_back({{"case", plan.cases[first].number},
                      {"sharing", sharing},
                      {"faces", report.faces},
                      {"channels", report.channels},
                      {"solver", to_string(report.decision.options.kind)},
                      {"memory_mib", report.memory_mib},
-                     {"seconds", report.seconds}});
+                     {"seconds", report.seconds},
+                     {"warnings", remarks.warnings},
+                     {"notes", remarks.notes}});
   }
   if (bodies > kMostShown) {
     text += fmt::format("  and {} bodies more\n", bodies - kMostShown);
@@ -88,11 +97,11 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
   }
   ConsoleProgress progress(flags.quiet || flags.json);
   const SceneCheck checked = check_scene(std::move(scene), command.accuracy, progress);
-  const auto& [model, report, accuracy, motion] = checked;
+  const auto& [model, report, accuracy, motion, on_the_way] = checked;
   if (flags.json) {
     put(fmt::format("{}\n", to_json(checked)));
   } else if (!flags.quiet) {
-    put(describe_check(model, report));
+    put(describe_check(model, report, on_the_way));
     if (motion) {
       put(fmt::format(
           "motion: {} frames a method and {} scores, about {:.0f} s to play, {:.0f} MiB beside the still's\n",

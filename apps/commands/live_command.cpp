@@ -155,6 +155,12 @@ class Live {
     method_ = method_of(sensed_->scene, command_.method);
     motion_ = motion_of(sensed_->scene, command_.options.request.seconds);
     std::ranges::copy(sensed_->sensor->notes(), std::back_inserter(notes_));
+    const Remarks remarks = moving_remarks(sensed_->truth ? *sensed_->truth : sensed_->solved());
+    std::ranges::copy(remarks.notes, std::back_inserter(notes_));
+    warnings_ = remarks.warnings;
+    for (const std::string& warning : warnings_) {
+      progress_.warn(warning);
+    }
     for (const std::string& note : notes_) {
       progress_.remark(note);
     }
@@ -233,6 +239,8 @@ class Live {
     if (flags_.json) {
       nlohmann::ordered_json json = emission_json(report);
       json["live"] = live_json(result);
+      json["live"]["warnings"] = warnings_;
+      json["live"]["notes"] = notes_;
       put(json_text(json, 2) + "\n");
     } else if (!flags_.quiet) {
       put(describe_emission(report) + describe_live(result));
@@ -247,7 +255,9 @@ class Live {
   Scene scene_;
   MethodSpec method_;
   MotionSpec motion_;
-  std::vector<std::string> notes_;  // of the frame that was chosen for a budget
+  std::vector<std::string> warnings_;
+  std::vector<std::string> notes_;  // of the frame that was chosen for a budget, and of the model
+  Progress silent_;
   std::optional<SensedMotion> sensed_;
   std::optional<RunDirectory> directory_;
   SteadyTime time_;

@@ -81,6 +81,9 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     if (!report.note.empty()) {
       progress.note(fmt::format("  {}", report.note));
     }
+    for (const GivenLandmark& landmark : model.plan.landmarks) {
+      progress.note(fmt::format("  landmark {} is {:.2f} mm off the skin", landmark.name, 1e3 * landmark.off));
+    }
     const Run run = run_model(model, {invoked.command_line, threads}, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));

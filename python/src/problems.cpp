@@ -7,7 +7,9 @@
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
 #include "sim/field/evaluate.h"
+#include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/solve/array_view.h"
 #include "sim/solve/kept_models.h"
 #include "sim/solve/methods.h"
 #include "sim/solve/solve_model.h"
@@ -35,7 +37,18 @@ Scheme scheme_of_name(const std::string& name) {
 /// What a scene's body and array have to be, too.
 void require_scatterer(const TriangleMesh& mesh, const TransducerArray& array, const char* who) {
   require_closed_surface(mesh, fmt::format("{}: mesh", who));
-  require_clear(array, mesh, false);
+  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kLeastClearance)) {
+    return;
+  }
+  const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
+  for (std::size_t n = 0; n < clearances.size(); ++n) {
+    if (clearances[n].inside || clearances[n].distance < kLeastClearance) {
+      throw InputError(fmt::format("{}: transducer {} is {} the body, {:.3g} m from its skin; it must be outside, {:g} m "
+                                   "or more from it",
+                                   who, n, clearances[n].inside ? "inside" : "outside", clearances[n].distance,
+                                   kLeastClearance));
+    }
+  }
 }
 
 nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::optional<Wave>& wave, nb::handle faces,

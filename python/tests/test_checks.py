@@ -72,12 +72,12 @@ def test_frequencies_of_no_ultrasound_are_refused(frequency):
 def test_transducers_keep_clear_of_the_body(ball):
     far = array_at(-0.1)
     pressure = tf.transfer(ball, far) @ [1, 1]
-    for z, words in ((0.0, "lies inside the body"), (-0.0085, "it must be >= 1 mm away")):
+    for z, words in ((0.0, "transducer 0 is inside the body"), (-0.0085, "transducer 0 is outside the body, 0.000")):
         array = array_at(z)
         for faces in (None, [0]):
-            with pytest.raises(tf.InputError, match=f"array: transducer 0 at .* {words}|array: transducer 0 at .*{words}"):
+            with pytest.raises(tf.InputError, match=f"transfer: {words}"):
                 tf.transfer(ball, array, faces=faces)
-        with pytest.raises(tf.InputError, match=words):
+        with pytest.raises(tf.InputError, match=f"field: {words}"):
             tf.field(ball, array, pressure, [1, 1], [[0, 0, 0.1]])
 
 

@@ -16,7 +16,6 @@
 #include "sim/solve/methods.h"
 #include "sim/solve/speed.h"
 #include "sim/solve/transfer.h"
-#include "sim/solve/warnings.h"
 
 namespace touchfield {
 
@@ -230,7 +229,7 @@ void require_memory(const CheckReport& report) {
   }
 }
 
-std::string describe_check(const Model& model, const CheckReport& report) {
+std::string describe_check(const Model& model, const CheckReport& report, const Remarks& more) {
   const Scene& scene = model.scene;
   const MeshReport& mesh = model.report;
   std::string text = fmt::format("scene {}\n", scene.name);
@@ -260,6 +259,9 @@ std::string describe_check(const Model& model, const CheckReport& report) {
   for (const std::string& note : model.plan.notes) {
     text += fmt::format("  mesh     {}\n", note);
   }
+  for (const GivenLandmark& landmark : model.plan.landmarks) {
+    text += fmt::format("  landmark {}: {:.2f} mm off the skin\n", landmark.name, landmark.off / kMillimetre);
+  }
   if (scene.target) {
     text += fmt::format("  target   {} faces in {} box{}\n", report.target_faces, model.boxes.size(),
                         model.boxes.size() == 1 ? "" : "es");
@@ -274,7 +276,8 @@ std::string describe_check(const Model& model, const CheckReport& report) {
     text += fmt::format("  judge    {} on about {} faces{}\n", to_string(scene.judge.scheme), report.judge_faces,
                         whole_text(model));
   }
-  const Remarks remarks = model_remarks(model);
+  Remarks remarks = model_remarks(model);
+  add(more, remarks);
   for (const std::string& warning : remarks.warnings) {
     text += fmt::format("  warning  {}\n", warning);
   }

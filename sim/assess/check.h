@@ -6,6 +6,7 @@
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/solve/model.h"
 #include "sim/solve/solver_choice.h"
+#include "sim/solve/warnings.h"
 
 namespace touchfield {
 
@@ -34,6 +35,8 @@ CheckReport check_model(const Model& model, int sharing = 1);
 void require_memory(const CheckReport& report);
 
 /// The report as text for a person: mesh, its faults and quality, array, target, cost.
-std::string describe_check(const Model& model, const CheckReport& report);
+///
+/// more   remarks beside those of the model
+std::string describe_check(const Model& model, const CheckReport& report, const Remarks& more = {});
 
 }  // namespace touchfield

@@ -49,8 +49,8 @@ struct Study {
 Study run_study(const Scene& scene, std::vector<Model> models, const StudyOptions& options, Progress& progress,
                 const std::function<void(const Study&)>& on_rung);
 
-/// The models of a study's edge lengths, the coarsest first.
+/// The models of a study's edge lengths, the coarsest first, however coarse that is: it measures the error.
 /// throws   InputError as build_model, or on options that leave no rung or do not fit the scene
-std::vector<Model> study_models(const Scene& scene, const StudyOptions& options);
+std::vector<Model> study_models(Scene scene, const StudyOptions& options);
 
 }  // namespace touchfield

@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/core/json_text.h"
+#include "sim/core/units.h"
 #include "sim/solve/meshed_body.h"
-#include "sim/solve/warnings.h"
 
 namespace touchfield {
 
@@ -15,21 +15,28 @@ SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress) {
   Model model = build_model(scene);
   model.plan.warnings.insert(model.plan.warnings.begin(), guesses.begin(), guesses.end());
   CheckReport report = check_model(model);
-  SceneCheck checked{std::move(model), std::move(report), std::nullopt, std::nullopt};
+  SceneCheck checked{std::move(model), std::move(report), std::nullopt, std::nullopt, {}};
   if (accuracy) {
     require_memory(checked.report);
     checked.accuracy = measure_accuracy(checked.model, progress);
   }
   if (scene.motion && !scene.sensing) {  // which is of the still alone: `play` refuses it
     require_memory(checked.report);
-    checked.motion = expected_cost(sensed_motion(scene, nullptr, &progress), &progress);
+    const SensedMotion sensed = sensed_motion(scene, nullptr, &progress);
+    checked.motion = expected_cost(sensed, &progress);
+    checked.on_the_way = (sensed.truth ? *sensed.truth : sensed.solved()).on_the_way();
   }
   return checked;
 }
 
 std::string to_json(const SceneCheck& checked) {
-  const auto& [model, report, accuracy, motion] = checked;
-  const Remarks remarks = model_remarks(model);
+  const auto& [model, report, accuracy, motion, on_the_way] = checked;
+  Remarks remarks = model_remarks(model);
+  add(on_the_way, remarks);
+  nlohmann::ordered_json landmarks = nlohmann::ordered_json::object();
+  for (const GivenLandmark& landmark : model.plan.landmarks) {
+    landmarks[landmark.name] = landmark.off / kMillimetre;
+  }
   nlohmann::ordered_json json = {{"name", model.scene.name},
                                  {"faces", report.faces},
                                  {"channels", report.channels},
@@ -44,6 +51,7 @@ std::string to_json(const SceneCheck& checked) {
                                  {"seconds", report.seconds},
                                  {"note", report.note},
                                  {"mesh_notes", model.plan.notes},
+                                 {"landmarks_off_mm", landmarks},
                                  {"warnings", remarks.warnings},
                                  {"notes", remarks.notes},
                                  {"faults", model.report.faults}};

@@ -7,6 +7,7 @@
 #include "sim/assess/check.h"
 #include "sim/core/progress.h"
 #include "sim/motion/play.h"
+#include "sim/solve/warnings.h"
 
 namespace touchfield {
 
@@ -16,6 +17,7 @@ struct SceneCheck {
   CheckReport report;
   std::optional<AccuracyReport> accuracy;
   std::optional<MotionCost> motion;
+  Remarks on_the_way{};  // of the motion's later instants
 };
 
 /// accuracy   whether the discretisation error is measured on the scene's own mesh, which is solved some times

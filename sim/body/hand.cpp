@@ -132,4 +132,14 @@ Vector3 hand_landmark(const HandOptions& options, const std::string& name) {
   return options.side == HandSide::kLeft ? left : mirrored(left);
 }
 
+Eigen::VectorXd hand_distances(const HandOptions& options, const Points& points) {
+  const auto anatomy = anatomy_of(options);
+  Eigen::VectorXd distances(points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Vector3 x = points.col(i);
+    distances(i) = anatomy->flesh.distance(options.side == HandSide::kRight ? x : mirrored(x));
+  }
+  return distances;
+}
+
 }  // namespace touchfield

@@ -10,6 +10,7 @@ const std::vector<MetricField>& metric_fields() {
       {"correlation", "1", &Metrics::correlation},
       {"leakage", "1", &Metrics::leakage},
       {"mean_inside_pa", "Pa", &Metrics::mean_inside_pa},
+      {"reached_share", "1", &Metrics::reached_share},
       {"cv_inside", "1", &Metrics::cv_inside},
       {"width_mm", "mm", &Metrics::width_mm},
       {"width_wanted_mm", "mm", &Metrics::width_wanted_mm},

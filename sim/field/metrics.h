@@ -16,7 +16,8 @@ struct Metrics {
   double correlation = kNotComputed;
   double leakage = kNotComputed;  // share of sum A |p|^2 outside the target
   double mean_inside_pa = kNotComputed;
-  double cv_inside = kNotComputed;  // standard deviation over mean of |p| inside
+  double reached_share = kNotComputed;  // mean_inside_pa over the mean that is wanted there
+  double cv_inside = kNotComputed;      // standard deviation over mean of |p| inside
   double width_mm = kNotComputed;
   double width_wanted_mm = kNotComputed;
   double peak_pa = kNotComputed;

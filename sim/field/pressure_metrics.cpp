@@ -145,6 +145,11 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
   return crossing(profile, peak, 1, level) - crossing(profile, peak, -1, level);
 }
 
+double wanted_mean(const TriangleMesh& mesh, const Target& target) {
+  const Eigen::VectorXd areas = mesh.areas()(target.faces);
+  return areas.dot(target.amplitudes) / areas.sum();
+}
+
 Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, const Target& target,
                         const Eigen::VectorXcd& pressure) {
   const Eigen::VectorXd& area = mesh.areas();
@@ -174,6 +179,7 @@ Metrics pattern_metrics(const TriangleMesh& mesh, const std::vector<TargetBox>& 
   }
   metrics.leakage = 1.0 - inside_energy / energy;
   metrics.mean_inside_pa = inside_sum / inside_area;
+  metrics.reached_share = metrics.mean_inside_pa / wanted_mean(mesh, target);
   const double variance = inside_energy / inside_area - metrics.mean_inside_pa * metrics.mean_inside_pa;
   metrics.cv_inside = std::sqrt(std::max(variance, 0.0)) / metrics.mean_inside_pa;
   metrics.width_mm = half_maximum_width(mesh, boxes.front(), target, pressure) / kMillimetre;

@@ -27,6 +27,9 @@ double half_maximum_width(const TriangleMesh& mesh, const TargetBox& box, const 
 /// Extent of the target faces of the first box along its width axis, vertices included [m].
 double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target& target);
 
+/// Area-weighted mean of the wanted amplitudes over the target's faces [Pa].
+double wanted_mean(const TriangleMesh& mesh, const Target& target);
+
 /// The metrics of a pattern; the rest stay NaN.
 ///
 ///   relative_error       min over a of || a |p| - p' || / || p' ||, area-weighted over all faces, p' = 0 off target
@@ -34,6 +37,7 @@ double wanted_width(const TriangleMesh& mesh, const TargetBox& box, const Target
 ///   correlation          sum A |p| p' / (|| p || || p' ||), so that relative_error^2 = 1 - correlation^2
 ///   leakage              sum of A |p|^2 off target over that of all faces
 ///   mean_inside_pa, cv_inside   area-weighted mean of |p| on the target, standard deviation over mean
+///   reached_share        mean_inside_pa over wanted_mean
 ///   peak_pa              largest |p| on any face
 ///   width_mm, width_wanted_mm   half_maximum_width, wanted_width
 ///

@@ -27,7 +27,8 @@ MotionState seen_state(const MovingModel& moving, double seconds, int frame) {
 }
 
 /// The median time of some frames [s], without the first one, which also makes what the others keep.
-double frame_seconds(const Scene& scene, Progress* progress) {
+double frame_seconds(Scene scene, Progress* progress) {
+  scene.solve.allow_coarse_mesh = true;  // its time counts, not its result
   const MovingModel moving(scene, nullptr, progress);
   const MethodSpec& method = moving.first().scene.solve.methods.front();
   FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));

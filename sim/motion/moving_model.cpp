@@ -12,6 +12,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/mixed_bits.h"
 #include "sim/core/rotation.h"
+#include "sim/solve/array_view.h"
 #include "sim/solve/stages.h"
 
 namespace touchfield {
@@ -98,6 +99,52 @@ std::vector<double> places_in_time(const Trajectory& trajectory, double seconds,
 [[noreturn]] void fail_at(double seconds, const std::string& what) {
   throw InputError(fmt::format("motion: at {:.3f} s: {}", seconds, what));
 }
+
+/// The instants of a motion at which its target faces the array least and its skin is nearest to it.
+class WorstViews {
+ public:
+  explicit WorstViews(const Model& first) : first_(first), facing_{array_view(first), 0.0}, nearest_(facing_) {}
+
+  void look(const Model& model, double seconds) {
+    const ArrayView view = array_view(model);
+    if (view.worst && (!facing_.view.worst || view.worst->cosine < facing_.view.worst->cosine)) {
+      facing_ = {view, seconds};
+    }
+    if (view.distance < nearest_.view.distance) {
+      nearest_ = {view, seconds};
+    }
+  }
+
+  Remarks remarks() const {
+    Remarks remarks;
+    const ArrayView begin = array_view(first_);
+    if (const std::string warning = facing_warning(facing_.view, first_.scene);
+        !warning.empty() && facing_warning(begin, first_.scene).empty()) {
+      remarks.warnings.push_back(at(facing_, warning));
+    }
+    if (const std::string note = near_field_note(nearest_.view, first_);
+        !note.empty() && near_field_note(begin, first_).empty()) {
+      remarks.notes.push_back(at(nearest_, note));
+    }
+    return remarks;
+  }
+
+ private:
+  struct Instant {
+    ArrayView view;
+    double seconds;
+  };
+
+  /// "name: at 0.35 s: what"
+  static std::string at(const Instant& instant, const std::string& remark) {
+    const std::size_t end = remark.find(": ") + 2;
+    return fmt::format("{}at {:.2f} s: {}", remark.substr(0, end), instant.seconds, remark.substr(end));
+  }
+
+  const Model& first_;
+  Instant facing_;
+  Instant nearest_;
+};
 
 }  // namespace
 
@@ -197,6 +244,12 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progres
   check_motion(progress != nullptr ? *progress : silent);
 }
 
+Remarks moving_remarks(const MovingModel& moving) {
+  Remarks remarks = played_remarks(moving.first());
+  add(moving.on_the_way(), remarks);
+  return remarks;
+}
+
 MotionState MovingModel::state(double seconds) const {
   MotionState state{trajectory_.state(seconds)};
   if (sequence_) {
@@ -259,8 +312,9 @@ Vector3 MovingModel::patch(const Model& model) const {
   return mean_centre(model.boxes);
 }
 
-void MovingModel::check_motion(Progress& progress) const {
+void MovingModel::check_motion(Progress& progress) {
   const Scene& scene = first_.scene;
+  WorstViews views(first_);
   std::vector<std::optional<HandContacts>> contacts(scene.bodies.size());
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     if (const HandShape* hand = turning_hand(scene, b)) {
@@ -272,14 +326,15 @@ void MovingModel::check_motion(Progress& progress) const {
   timed(progress, taken, "", fmt::format("check {:g} s of motion at {} times", scene.motion->seconds, times.size()),
         [&] {
           for (std::size_t i = 0; i < times.size(); ++i) {
-            check_at(times[i], contacts);
+            views.look(checked_at(times[i], contacts), times[i]);
             progress.advance((static_cast<double>(i) + 1) / static_cast<double>(times.size()));
           }
         });
+  on_the_way_ = views.remarks();
 }
 
-void MovingModel::check_at(double seconds, const std::vector<std::optional<HandContacts>>& contacts) const {
-  const Model model = at(state(seconds));
+Model MovingModel::checked_at(double seconds, const std::vector<std::optional<HandContacts>>& contacts) const {
+  Model model = at(state(seconds));
   for (std::size_t b = 0; b < contacts.size(); ++b) {
     if (!contacts[b]) {
       continue;
@@ -295,6 +350,7 @@ void MovingModel::check_at(double seconds, const std::vector<std::optional<HandC
   } catch (const InputError& error) {
     fail_at(seconds, error.what());
   }
+  return model;
 }
 
 }  // namespace touchfield

@@ -12,6 +12,7 @@
 #include "sim/motion/mesh_sequence.h"
 #include "sim/motion/trajectory.h"
 #include "sim/solve/model.h"
+#include "sim/solve/warnings.h"
 
 namespace touchfield {
 
@@ -78,6 +79,10 @@ class MovingModel {
   const Model& first() const { return first_; }
   const Trajectory& trajectory() const { return trajectory_; }
 
+  /// How bodies and target lie to the array at later instants, where that is worth a remark and was not at first: the
+  /// worst instant of each.
+  const Remarks& on_the_way() const { return on_the_way_; }
+
   /// Whether it is one body that keeps its shape, so that in its own frame nothing but array and target moves.
   bool is_rigid() const { return first_.scene.bodies.size() == 1 && !solving_.deforms(); }
 
@@ -98,8 +103,9 @@ class MovingModel {
 
  private:
   BodyPlan plan_at(const Scene& scene) const;
-  void check_motion(Progress& progress) const;
-  void check_at(double seconds, const std::vector<std::optional<HandContacts>>& contacts) const;
+  void check_motion(Progress& progress);
+  /// The model at an instant at which it can be solved.
+  Model checked_at(double seconds, const std::vector<std::optional<HandContacts>>& contacts) const;
 
   Model first_;
   Trajectory trajectory_;
@@ -108,6 +114,10 @@ class MovingModel {
   std::optional<MovingSkin> judging_;
   std::vector<std::optional<SkinnedHand>> anchors_;  // of bodies whose anchor moves with their joints
   Landmark patch_;
+  Remarks on_the_way_;
 };
+
+/// Of a motion as it begins (played_remarks) and on its way.
+Remarks moving_remarks(const MovingModel& moving);
 
 }  // namespace touchfield

@@ -24,6 +24,7 @@
 #include "sim/solve/solve_model.h"
 #include "sim/solve/solver_choice.h"
 #include "sim/solve/stages.h"
+#include "sim/store/motion_summary.h"
 
 namespace touchfield {
 
@@ -199,6 +200,7 @@ class Player {
         samples_(*sensed.sensor, sensed.scene.motion->sensor.hz),
         motion_(begun()) {
     const Scene& scene = sensed.scene;
+    say(moving_remarks(sensed.truth ? *sensed.truth : sensed.solved()));
     if (sensed.truth) {
       scorer_.emplace(*sensed.truth);
     } else {
@@ -239,6 +241,7 @@ class Player {
         options_.second(motion_);
       }
     });
+    warn_of_reach();
     note_unconverged();
     motion_.complete = true;
     motion_.provenance.end = utc_now();
@@ -327,6 +330,34 @@ class Player {
     }
   }
 
+  void say(const Remarks& remarks) {
+    for (const std::string& warning : remarks.warnings) {
+      motion_.warnings.push_back(warning);
+      progress_.warn(warning);
+    }
+    for (const std::string& note : remarks.notes) {
+      motion_.notes.push_back(note);
+      progress_.remark(note);
+    }
+  }
+
+  /// Of a scene that says which pressure it wants, methods that reach less than half of it on the median instant.
+  void warn_of_reach() {
+    if (!sensed_.scene.target || !sensed_.scene.target->pressure) {
+      return;
+    }
+    for (std::size_t m = 0; m < motion_.methods.size(); ++m) {
+      const MotionSummary over = summary(motion_.methods[m]);
+      const Statistics& share = statistics_of(over, &Metrics::reached_share);
+      if (sensed_.scene.solve.methods[m].kind->model != MethodModel::kGiven && share.median < kLeastReached) {
+        say({{fmt::format("below_wanted: {} reaches {:.2g} % of the pressure wanted on the target, the median over the "
+                          "motion: lower target.pressure_pa, or take a larger or nearer array",
+                          motion_.methods[m].name, 100.0 * share.median)},
+             {}});
+      }
+    }
+  }
+
   void note_unconverged() {
     double worst = scorer_ ? scorer_->worst_residual() : 0.0;
     for (const auto& loop : loops_) {
@@ -334,10 +365,10 @@ class Player {
     }
     const double tolerance = sensed_.scene.solve.solver.tolerance;
     if (worst > tolerance) {
-      motion_.warnings.push_back(fmt::format(
-          "residual: the equations of a frame or score were left with {:.1e}, above the tolerance of {:.1e}", worst,
-          tolerance));
-      progress_.warn(motion_.warnings.back());
+      say({{fmt::format(
+               "residual: the equations of a frame or score were left with {:.1e}, above the tolerance of {:.1e}",
+               worst, tolerance)},
+           {}});
     }
   }
 

@@ -233,8 +233,9 @@ struct SolveSpec {
   Scheme scheme = kDefaultScheme;
   int iterations = MethodSettings{}.iterations;
   StartSpec start;
-  double quiet_weight = 1.0;  // of pressure outside the target, in surface and lbfgs
-  bool certificate = false;   // whether a lower bound of surface's cost is computed
+  double quiet_weight = 1.0;       // of pressure outside the target, in surface and lbfgs
+  bool certificate = false;        // whether a lower bound of surface's cost is computed
+  bool allow_coarse_mesh = false;  // whether a mesh that is too coarse at the target is solved all the same
   SolverSpec solver;
 };
 

@@ -333,6 +333,11 @@ Codec<SolveSpec> solve_codec() {
                "Weight of the pressure outside the target in surface and lbfgs.")
           .key("certificate", &SolveForm::certificate, flag(),
                "Whether a lower bound of surface's cost is computed, and how far each method is from it.")
+          .key("allow_coarse_mesh", &SolveForm::allow_coarse_mesh, flag(),
+               "Whether a mesh of fewer than 1.5 edges per wavelength near the target is solved all the same. Else it "
+               "is "
+               "an error: no pressure there means anything.")
+          .before("true")
           .part(&SolveForm::solver, solver_keys())
           .codec(),
       to_solve, [](const SolveSpec& solve) { return to_form(solve); });

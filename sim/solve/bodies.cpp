@@ -1,6 +1,7 @@
 #include "sim/solve/bodies.h"
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <utility>
@@ -23,6 +24,7 @@ namespace touchfield {
 namespace {
 
 constexpr double kMostForetold = 1e7;  // faces
+constexpr double kNearestSkin = 0.5;   // of keep_within: farther from its centre kept_within finds none
 constexpr double kKeptSkin = 0.9;      // of keep_within: nearer to the centre no face is a cap's
 
 /// What is known of a body before it is meshed as it is asked for.
@@ -137,18 +139,25 @@ std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Bod
   return landmarks;
 }
 
-std::string called(const Scene& scene, std::size_t body) {
-  return scene.bodies[body].name.empty() ? "body" : fmt::format("bodies: {}", scene.bodies[body].name);
-}
-
 /// Leaves out what is farther than keep_within from the target; marks what is left as skin or cap.
 void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const EdgeSizing& sizing, MeshedBody& made) {
   Body& body = made.body;
   if (plan.targets.empty()) {
-    throw InputError(called(scene, i) + ".keep_within_mm needs a target, the scene has none");
+    throw InputError(called(scene.bodies[i]) + ".keep_within_mm needs a target, the scene has none");
   }
   const double radius = *scene.bodies[i].keep_within;
   const Vector3& centre = plan.bodies[i].kept_about;
+  const Vector3 nearest = position(body.mesh, nearest_landmark(body.mesh, "", centre));
+  if ((nearest - centre).norm() > kNearestSkin * radius) {
+    const auto world = [&](const Vector3& own) {
+      return place_text(to_world(scene.bodies[i].place, plan.bodies[i].anchor, own));
+    };
+    throw InputError(fmt::format(
+        "target.{}: no skin of {} within {:.4g} mm (half of keep_within_mm) of {} (scene coordinates); the "
+        "nearest is {:.1f} mm away at {}",
+        scene.target->boxes.size() == 1 ? "box" : "boxes", called(scene.bodies[i]), kNearestSkin * radius / kMillimetre,
+        world(centre), (nearest - centre).norm() / kMillimetre, world(nearest)));
+  }
   if (((body.mesh.vertices().colwise() - centre).colwise().norm().array() <= radius).all()) {
     return;
   }
@@ -242,7 +251,7 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
   BodyPlan plan;
   for (const BodySpec& spec : scene.bodies) {
     if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
-      check_unit(*shape, plan.warnings);
+      check_unit(spec, plan.warnings);
       std::vector<std::string> notes;
       body_from_file(spec, kept, &notes);
       plan.notes.insert(plan.notes.end(), notes.begin(), notes.end());
@@ -250,9 +259,13 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
   }
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const std::string& landmark = scene.bodies[i].place.landmark;
+    const auto* shape = std::get_if<MeshShape>(&scene.bodies[i].shape);
     BodyPlan::Entry entry;
     if (!landmark.empty()) {
       entry.anchor = locators[i].landmark(landmark);
+    }
+    if (shape != nullptr && !shape->landmarks.empty()) {
+      std::ranges::move(given_landmarks(scene.bodies[i], locators[i].base().mesh), std::back_inserter(plan.landmarks));
     }
     plan.bodies.push_back(entry);
   }
@@ -293,7 +306,7 @@ EdgeSizing sizing_of(const Scene& scene, const BodyPlan& plan, std::size_t body,
   std::vector<SizingZone> zones;
   if (edge.near_target) {
     if (plan.targets.empty()) {
-      throw InputError(called(scene, body) + ".edge_mm.near_target needs a target, the scene has none");
+      throw InputError(called(scene.bodies[body]) + ".edge_mm.near_target needs a target, the scene has none");
     }
     for (const Vector3& centre : plan.targets) {
       zones.push_back({plan.to_own(scene, body, centre), *edge.near_target, edge.within});
@@ -342,7 +355,7 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
     const bool part = spec.keep_within && !whole;
     const auto make = [&] {
       MeshedBody made{meshed(spec, own, sizing ? &*sizing : nullptr, kept), {}, {}};
-      require_closed_surface(made.body.mesh, called(scene, i));
+      require_closed_surface(made.body.mesh, called(scene.bodies[i]));
       made.skin.assign(static_cast<std::size_t>(made.body.mesh.face_count()), 1);
       if (part) {
         keep_part(scene, plan, i, sizing.value_or(EdgeSizing(made.body.mesh.mean_edge())), made);

@@ -10,6 +10,7 @@
 #include "sim/core/rigid_motion.h"
 #include "sim/scene/scene.h"
 #include "sim/solve/kept_bodies.h"
+#include "sim/solve/meshed_body.h"
 
 namespace touchfield {
 
@@ -21,9 +22,10 @@ struct BodyPlan {
     Vector3 kept_about = Vector3::Zero();  // keep_within's centre in the body's own frame [m]
   };
   std::vector<Entry> bodies;
-  std::vector<Vector3> targets;       // centres of the target's boxes, in the world [m]
-  std::vector<std::string> warnings;  // about the units of mesh files
-  std::vector<std::string> notes;     // what resurfacing did to mesh files, a line each
+  std::vector<Vector3> targets;          // centres of the target's boxes, in the world [m]
+  std::vector<std::string> warnings;     // about the units of mesh files
+  std::vector<std::string> notes;        // what resurfacing did to mesh files, a line each
+  std::vector<GivenLandmark> landmarks;  // of mesh files
 
   /// From the world's frame into a body's own.
   RigidMotion own_frame(const Scene& scene, std::size_t body) const;
@@ -48,8 +50,8 @@ struct PlacedBodies {
 ///
 /// near_array   the point of a surface, in the world's frame, that is nearest to the array
 /// kept         landmarks and resurfaced mesh files of scenes before this one
-/// throws       InputError on an unknown landmark, a mesh file that is not the closed surface of a body or whose
-///              unit is not given and not surely mm, keep_within without a target
+/// throws       InputError on an unknown landmark or one far off its mesh, a mesh file that is not the closed surface
+///              of a body or whose unit is not given and not surely mm or a slip, keep_within without a target
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
                      KeptBodies* kept = nullptr);
 
@@ -58,7 +60,7 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
 /// edge    taken for every body's own edge_mm where it is given
 /// whole   leaves keep_within out
 /// kept    meshes of scenes before this one, used where a body is the same in its own frame
-/// throws  InputError if two bodies touch or one lies in another, or nothing of a body is within keep_within
+/// throws  InputError if two bodies touch or one lies in another, or no skin of a body is within half of keep_within
 PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge = nullptr, bool whole = false,
                           KeptBodies* kept = nullptr);
 

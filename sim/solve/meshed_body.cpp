@@ -23,9 +23,18 @@ namespace {
 
 constexpr double kLostLandmark = 0.5 * kMillimetre;  // farther from what is kept of a body: the landmark went with it
 
-std::optional<UnitDoubt> doubt_of(const MeshShape& shape, double size) {
+std::string shape_key(const BodySpec& body) {
+  return called(body) + (std::get<MeshShape>(body.shape).series ? ".meshes" : ".mesh");
+}
+
+std::optional<UnitDoubt> doubt_of(const BodySpec& body, double size) {
+  const auto& shape = std::get<MeshShape>(body.shape);
   auto doubt = unit_doubt(size, shape.unit_given ? std::optional(shape.unit_name) : std::nullopt);
-  if (doubt) {
+  if (doubt && doubt->refuse && shape.unit_given) {
+    const LengthUnit better = guess_unit(size).unit;
+    doubt->text = fmt::format("{}.file: the mesh is {} across. If the file is in {}, set unit: {}", shape_key(body),
+                              length_text(size * shape.unit), unit_in_words(better), better.name);
+  } else if (doubt) {
     doubt->text = fmt::format("{}: {}", shape.file, doubt->text);
   }
   return doubt;
@@ -45,13 +54,31 @@ void add_notes(const std::vector<std::string>& steps, const std::string& file, s
   for (const std::string& step : steps) {
     notes.push_back(fmt::format("{}: {}", file, step));
   }
+/// A point in a file's unit: "(22, 156.25, -9) mm".
+std::string file_place(const Vector3& point, const MeshShape& shape) {
+  const Vector3 x = point / shape.unit;
+  return fmt::format("({:.5g}, {:.5g}, {:.5g}) {}", x.x(), x.y(), x.z(), shape.unit_name);
+}
+
+/// What a landmark would have to be multiplied by to lie on the skin, said as a remedy; empty if no unit puts it there.
+std::string other_unit(const TriangleMesh& skin, const Vector3& point, const MeshShape& shape) {
+  for (const LengthUnit& unit : kFileUnits) {
+    const Vector3 meant = unit.metres / shape.unit * point;
+    const Vector3 nearest = position(skin, nearest_landmark(skin, "", meant));
+    if (unit.metres != shape.unit && (nearest - meant).norm() < kNotedLandmarkOff) {
+      return fmt::format(". If it is in {}, write {}", unit_in_words(unit), file_place(meant, shape));
+    }
+  }
+  return "";
 }
 
 /// A landmark goes to the nearest point of the new skin, unless the part of the file's surface that it names has gone.
-MeshedBody resurfaced_body(const MeshShape& shape) {
+MeshedBody resurfaced_body(const BodySpec& spec) {
+  const auto& shape = std::get<MeshShape>(spec.shape);
   const double edge = *shape.resurface;
   const FileSurface surface = surface_of(shape);
   Resurfaced skin = resurfaced(surface, shape.unit, edge, shape.file, "mesh.resurface_mm");
+  given_landmarks(spec, skin.original);
   MeshedBody made{{std::move(skin.mesh), {}}, {}, {}};
   for (const auto& [name, point] : shape.landmarks) {
     made.body.landmarks.push_back(nearest_landmark(made.body.mesh, name, point));
@@ -71,10 +98,12 @@ MeshedBody resurfaced_body(const MeshShape& shape) {
 }
 
 /// The faces of the file, which are closed. A series is not mended: its meshes must keep the same triangles.
-MeshedBody closed_body(const MeshShape& shape) {
+MeshedBody closed_body(const BodySpec& spec) {
+  const auto& shape = std::get<MeshShape>(spec.shape);
   const FileSurface surface = surface_of(shape);
   Repaired mended = closed_mesh(surface, shape.unit, shape.file);
   MeshedBody made{{shape.series ? read_mesh(shape.file, shape.unit) : std::move(mended.mesh), {}}, {}, {}};
+  given_landmarks(spec, made.body.mesh);
   for (const auto& [name, point] : shape.landmarks) {
     made.body.landmarks.push_back(nearest_landmark(made.body.mesh, name, point));
   }
@@ -89,21 +118,48 @@ HandOptions hand_options(const HandShape& shape, double edge) {
   return {shape.pose, shape.breadth, shape.length, shape.side, edge, shape.joints};
 }
 
-void check_unit(const MeshShape& shape, std::vector<std::string>& warnings) {
+std::string called(const BodySpec& spec) { return spec.name.empty() ? "body" : fmt::format("bodies: {}", spec.name); }
+
+void check_unit(const BodySpec& body, std::vector<std::string>& warnings) {
+  constexpr double kLongestEdge = 1.0 / 3.0;  // of the body's size
+  const auto& shape = std::get<MeshShape>(body.shape);
   const double size = surface_size(surface_of(shape));
-  const auto doubt = doubt_of(shape, size);
+  const auto doubt = doubt_of(body, size);
   if (doubt && doubt->refuse) {
     throw InputError(doubt->text);
   }
   require_body_size(size * shape.unit, shape.file);
+  if (body.edge && body.edge->finest() > kLongestEdge * size * shape.unit) {
+    throw InputError(fmt::format(
+        "{}.edge_mm: {:.4g} mm is too long for a mesh of {}, it must be at most a third of that{}", called(body),
+        body.edge->finest() / kMillimetre, length_text(size * shape.unit), doubt ? "; " + doubt->text : ""));
+  }
   if (doubt) {
     warnings.push_back("mesh_unit: " + doubt->text);
   }
 }
 
+std::vector<GivenLandmark> given_landmarks(const BodySpec& body, const TriangleMesh& skin) {
+  const auto& shape = std::get<MeshShape>(body.shape);
+  std::vector<GivenLandmark> landmarks;
+  for (const auto& [name, point] : shape.landmarks) {
+    const Vector3 nearest = position(skin, nearest_landmark(skin, name, point));
+    const double off = (nearest - point).norm();
+    std::string text = fmt::format("{}.landmarks.{}: {} is {:.3g} {} off the skin of {}, whose nearest point is {}",
+                                   shape_key(body), name, file_place(point, shape), off / shape.unit, shape.unit_name,
+                                   shape.file, file_place(nearest, shape));
+    if (off >= kMostLandmarkOff) {
+      throw InputError(fmt::format("{}; it must be within {:.4g} {}{}", text, kMostLandmarkOff / shape.unit,
+                                   shape.unit_name, other_unit(skin, point, shape)));
+    }
+    landmarks.push_back({name, off, std::move(text)});
+  }
+  return landmarks;
+}
+
 Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::string>* notes) {
   const auto& shape = std::get<MeshShape>(spec.shape);
-  const auto make = [&] { return shape.resurface ? resurfaced_body(shape) : closed_body(shape); };
+  const auto make = [&] { return shape.resurface ? resurfaced_body(spec) : closed_body(spec); };
   MeshedBody made =
       kept != nullptr ? kept->get("file " + shape.file, shape_text(spec) + file_state(shape.file), make) : make();
   if (notes != nullptr) {
@@ -173,7 +229,7 @@ std::vector<std::string> guess_units(Scene& scene) {
       continue;
     }
     const double size = surface_size(surface_of(*shape));
-    const auto doubt = doubt_of(*shape, size);
+    const auto doubt = doubt_of(spec, size);
     if (!doubt) {
       continue;
     }
@@ -194,7 +250,7 @@ std::vector<std::string> guess_units(Scene& scene) {
 
 void require_body(const BodySpec& body) {
   std::vector<std::string> warnings;  // which a run repeats
-  check_unit(std::get<MeshShape>(body.shape), warnings);
+  check_unit(body, warnings);
   body_from_file(body, nullptr);
 }
 

@@ -15,10 +15,32 @@ namespace touchfield {
 /// throws   InputError if no unit makes the file a body
 std::vector<std::string> guess_units(Scene& scene);
 
-/// Refuses a file whose unit is not given and not certain; adds a warning on one that is doubtful.
+/// What messages call a body of a scene: "body", "bodies: left".
+std::string called(const BodySpec& spec);
+
+/// Refuses a file whose unit is not given and not certain, or is a slip, and edges that are too long for a body of the
+/// file's size, before any work that grows with these; adds a warning on a unit that is doubtful.
 ///
+/// body     of a mesh file
 /// throws   InputError
-void check_unit(const MeshShape& shape, std::vector<std::string>& warnings);
+void check_unit(const BodySpec& body, std::vector<std::string>& warnings);
+
+/// A landmark that a scene gives for a mesh file.
+struct GivenLandmark {
+  std::string name;
+  double off = 0;    // distance from the skin [m]
+  std::string text;  // key, place, distance and the nearest point of the skin, in the file's unit
+};
+
+/// How far a body's landmarks are from its skin: they are put on the nearest point of it.
+///
+/// body     of a mesh file
+/// skin     in the file's frame [m]
+/// throws   InputError if one is kMostLandmarkOff from it or farther
+std::vector<GivenLandmark> given_landmarks(const BodySpec& body, const TriangleMesh& skin);
+
+inline constexpr double kNotedLandmarkOff = 3e-3;  // [m]
+inline constexpr double kMostLandmarkOff = 15e-3;  // [m]
 
 /// body     of a mesh file
 /// throws   InputError if a mesh file is not the closed surface of a body and cannot be resurfaced to one, or its unit is
@@ -30,7 +52,8 @@ void require_body(const BodySpec& body);
 ///
 /// kept    where bodies of files are kept; may be null
 /// notes   set to what was done to the file's faces; may be null
-/// throws  InputError if it is not the closed surface of a body, cannot be resurfaced to one, or loses a landmark
+/// throws  InputError if it is not the closed surface of a body, cannot be resurfaced to one, or loses a landmark; as
+///         given_landmarks
 Body body_from_file(const BodySpec& spec, KeptBodies* kept, std::vector<std::string>* notes = nullptr);
 
 /// A body in its own frame with faces of one size [m], or those of its file.

@@ -316,7 +316,7 @@ double MethodSolver::best_scale(const MethodSpec& method, const TriangleMesh& me
     return 1.0 / judged(1.0).scale;
   }
   constexpr double kLowest = 0.02;
-  const double largest = central_row().cwiseAbs().sum() / target_->amplitudes.maxCoeff();
+  const double largest = most_pressure() / target_->amplitudes.maxCoeff();
   return golden_section([&](double scale) { return judged(scale).relative_error; }, kLowest * largest, largest,
                         kScaleTrials);
 }

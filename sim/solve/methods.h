@@ -49,6 +49,9 @@ class MethodSolver {
   /// The transfer matrix with its quiet rows, as run.h5 keeps it.
   RunTransfer run_transfer(const Eigen::VectorXd& amplitudes, Progress& progress);
 
+  /// The largest pressure that the channels can make on the target's central face: all of them in phase there [Pa].
+  double most_pressure() { return central_row().cwiseAbs().sum(); }
+
   /// The factor on the target's amplitudes for a scene that asks for the best pressure: the one at which `method`
   /// reaches the lowest relative error of |p| after its own best scale. A method that iterates is solved again at each
   /// trial of a golden-section search over 1/50 to 1 of the largest pressure the array can make on the target's central

@@ -15,14 +15,17 @@
 #include "sim/gpu/gpu_library.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/face_tree.h"
+#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/subdivide.h"
+#include "sim/solve/array_view.h"
+#include "sim/solve/judge_comparison.h"
 #include "sim/store/run_file.h"
 
 namespace touchfield {
 
 namespace {
 
-constexpr double kClearance = 1.0 * kMillimetre;  // between a transducer and the skin
+constexpr double kGoodResolution = 3.0;           // edges per wavelength
 
 ArrayLayout placed_layout(const ArrayLayout& layout, const Vector3& at, const Vector3& angles) {
   return transformed(layout, extrinsic_rotation(angles), at);
@@ -74,6 +77,22 @@ Directivity build_directivity(const ArraySpec& spec, const Wave& wave) {
   throw std::logic_error("unknown directivity");
 }
 
+/// Bodies cannot reach through the boards that carry transducers either. Listed positions have no board.
+void require_clear_array(const Scene& scene, const TransducerArray& array, const TriangleMesh& mesh,
+                         const std::vector<int>& owner) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kLeastClearance)) {
+    return;
+  }
+  require_clear_transducers(scene, array, mesh, owner);
+  if (!std::holds_alternative<PositionsArray>(scene.array.layout)) {
+    if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
+      throw InputError(
+          fmt::format("array: the body crosses the board of unit {} at {}; move body.place.at_mm or array.at_mm",
+                      hit->plate, place_text(hit->at, 2)));
+    }
+  }
+}
+
 /// The point of a surface that is nearest to a transducer, or that a plane wave meets first.
 Vector3 nearest_to_array(const TransducerArray& array, const TriangleMesh& mesh) {
   if (array.kind == TransducerArray::Kind::kPlaneWave) {
@@ -104,6 +123,39 @@ void require_skin(const Target& target, const Model& model) {
   }
 }
 
+/// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the judge's.
+void require_fine_mesh(const Model& model, const Target& target) {
+  const Scene& scene = model.scene;
+  if (scene.solve.allow_coarse_mesh) {
+    return;
+  }
+  const double wavelength = model.wave.wavelength();
+  const TriangleMesh& mesh = model.body.mesh;
+  const double own = resolution_where(mesh, wavelength, target_surroundings(mesh, target.faces))->mean;
+  double judged = std::numeric_limits<double>::infinity();
+  if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
+    double edge = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+      const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.judge.edge);
+      for (const Vector3& centre : model.plan.targets) {
+        edge = std::min(edge, sizing.at(model.plan.to_own(scene, i, centre)));
+      }
+    }
+    judged = wavelength / edge;
+  }
+  if (std::min(own, judged) < kFewestSolved) {
+    const BodySpec& pressed =
+        scene.bodies[static_cast<std::size_t>(model.owner[static_cast<std::size_t>(target.faces[0])])];
+    const auto* shape = std::get_if<MeshShape>(&pressed.shape);
+    const std::string own_key = called(pressed) + (shape != nullptr && shape->series ? ".meshes" : ".edge_mm");
+    throw InputError(fmt::format(
+        "{}: {:.2f} edges per wavelength within {:.0f} mm of the target are too few: below {} no pressure means "
+        "anything. Take edges of {:.2g} mm or less there. solve.allow_coarse_mesh: true computes it all the same",
+        own < kFewestSolved ? own_key : "judge.edge_mm", own < kFewestSolved ? own : judged, kTargetReach / kMillimetre,
+        kFewestSolved, wavelength / kGoodResolution / kMillimetre));
+  }
+}
+
 Run read_previous(const MethodSpec& method) {
   try {
     return read_run_file(method.start.file);
@@ -114,37 +166,8 @@ Run read_previous(const MethodSpec& method) {
 
 }  // namespace
 
-void require_clear(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards) {
-  if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kClearance)) {
-    return;
-  }
-  const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
-  for (Eigen::Index n = 0; n < array.size(); ++n) {
-    const Vector3 x = array.positions.col(n);
-    const PointClearance& clearance = clearances[static_cast<std::size_t>(n)];
-    if (clearance.inside) {
-      throw InputError(
-          fmt::format("array: transducer {} at {} lies inside the body; move body.place.at_mm or array.at_mm", n,
-                      place_text(x, 2)));
-    }
-    if (clearance.distance < kClearance) {
-      throw InputError(
-          fmt::format("array: transducer {} at {} is {:.3f} mm from face {} of the body, it must be >= {} mm away", n,
-                      place_text(x, 2), clearance.distance / kMillimetre, clearance.face, kClearance / kMillimetre));
-    }
-  }
-  if (on_boards) {
-    if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
-      throw InputError(
-          fmt::format("array: the body crosses the board of unit {} at {}; move body.place.at_mm or array.at_mm",
-                      hit->plate, place_text(hit->at, 2)));
-    }
-  }
-}
-
 void require_clear(const Model& model) {
-  const bool on_boards = !std::holds_alternative<PositionsArray>(model.scene.array.layout);
-  require_clear(model.array, model.body.mesh, on_boards);
+  require_clear_array(model.scene, model.array, model.body.mesh, model.owner);
   if (model.scene.bodies.size() > 1) {
     require_apart(model.scene, parted(model.body.mesh, model.owner));
   }
@@ -282,10 +305,10 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   array.response = std::move(responses.solver);
   const auto near_array = [&](const TriangleMesh& mesh) { return nearest_to_array(array, mesh); };
   BodyPlan plan = plan_bodies(scene, near_array, kept);
+  require_clear_places(scene, plan, array, kept);
   PlacedBodies bodies = build_bodies(scene, plan, nullptr, false, kept);
   require_closed_surface(bodies.body.mesh, "body");
-  const bool on_boards = !std::holds_alternative<PositionsArray>(scene.array.layout);
-  require_clear(array, bodies.body.mesh, on_boards);
+  require_clear_array(scene, array, bodies.body.mesh, bodies.owner);
   for (const MethodSpec& method : scene.solve.methods) {
     require_fitting_phases(method, array.size());
   }
@@ -314,11 +337,13 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   if (scene.sensing) {
     model.truth = model.body.mesh;
     model.body.mesh = perturbed(*model.truth, *scene.sensing).mesh;
-    require_clear(model.array, model.body.mesh, on_boards);
+    require_clear_array(scene, model.array, model.body.mesh, model.owner);
   }
   model.report = inspect(model.body.mesh);
   if (scene.target) {
-    require_skin(build_target(model), model);
+    const Target target = build_target(model);
+    require_skin(target, model);
+    require_fine_mesh(model, target);
   }
   for (const FieldSpec& field : scene.fields) {
     model.fields.push_back(centred_grid(field.name, field.centre, field.size, field.spacing));

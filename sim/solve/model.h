@@ -35,10 +35,14 @@ struct Model {
 ///
 /// throws   InputError on a mesh that is no closed surface, an unknown landmark, bodies that touch, a transducer inside
 ///          a body or nearer than 1 mm to its skin, a body that crosses the board of an array's unit, a target that
-///          holds no face, every face or a cap of keep_within, phases that do not fit the channels
+///          holds no face, every face or a cap of keep_within, fewer than kFewestSolved edges per wavelength near the
+///          target unless the scene allows it, phases that do not fit the channels
 ///
 /// kept     meshes of scenes before this one
 Model build_model(const Scene& scene, KeptBodies* kept = nullptr);
+
+/// Edges per wavelength near the target, by the mean face, below which no pressure there means anything.
+inline constexpr double kFewestSolved = 1.5;
 
 /// The mesh a judge computes on, and how it corresponds to the one that was solved.
 struct JudgeMesh {
@@ -78,13 +82,6 @@ TransducerArray build_array(const ArraySpec& spec, const Wave& wave);
 
 /// Whether boxes about the transducers and the mesh are further apart than so much [m]: no question then of what lies nearer.
 bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double distance);
-
-/// A transducer inside a body or on its skin has no pressure there that means anything, and a body cannot reach through
-/// the boards that carry transducers.
-///
-/// on_boards   whether the transducers of a device sit on one; listed positions have no board
-/// throws      InputError if a transducer is inside the body or nearer than 1 mm to its skin, or the body crosses a board
-void require_clear(const TransducerArray& array, const TriangleMesh& mesh, bool on_boards);
 
 /// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses the
 ///          board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within

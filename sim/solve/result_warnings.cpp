@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include "sim/acoustics/nonlinearity.h"
+#include "sim/scene/phase_methods.h"
 #include "sim/solve/warnings.h"
+#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -15,6 +17,30 @@ constexpr double kLargestAlarm = 0.1;
 constexpr double kLargestAmplification = 2.0;
 constexpr double kNotableSigma = 0.3;
 constexpr double kShock = 1.0;
+
+/// "3.6 kPa", "4,000 kPa", "120 Pa".
+std::string pressure_text(double pa) {
+  if (pa < 1e3) {
+    return fmt::format("{:.3g} Pa", pa);
+  }
+  return pa < 1e6 ? fmt::format("{:.3g} kPa", 1e-3 * pa) : grouped(std::lround(1e-3 * pa)) + " kPa";
+}
+
+void remark_reach(const Run& run, double most, Remarks& remarks) {
+  std::string reached;
+  double wanted = 0.0;
+  for (const MethodResult* method : methods_below_wanted(run)) {
+    const Metrics& metrics = method->metrics;
+    wanted = metrics.mean_inside_pa / metrics.reached_share;
+    reached += fmt::format("{}{} reaches {} ({:.2g} %)", reached.empty() ? "" : ", ", method->name,
+                           pressure_text(metrics.mean_inside_pa), 100.0 * metrics.reached_share);
+  }
+  if (!reached.empty()) {
+    remarks.warnings.push_back(
+        fmt::format("below_wanted: {} of {} wanted on the target; the most the array makes on its central face is {}",
+                    reached, pressure_text(wanted), pressure_text(most)));
+  }
+}
 
 void remark_unconverged(const Run& run, Remarks& remarks) {
   for (const SolveRecord& solve : run.solves) {
@@ -97,8 +123,21 @@ void remark_nonlinearity(const Run& run, Remarks& remarks) {
 
 }  // namespace
 
-Remarks result_remarks(const Run& run) {
+std::vector<const MethodResult*> methods_below_wanted(const Run& run) {
+  std::vector<const MethodResult*> methods;
+  const bool best = std::ranges::any_of(run.seconds, [](const auto& stage) { return stage.first == kScaleStage; });
+  for (const MethodResult& method : run.methods) {
+    if (!best && phase_method(method.method).model != MethodModel::kGiven &&
+        method.metrics.reached_share < kLeastReached) {
+      methods.push_back(&method);
+    }
+  }
+  return methods;
+}
+
+Remarks result_remarks(const Run& run, double most) {
   Remarks remarks;
+  remark_reach(run, most, remarks);
   remark_unconverged(run, remarks);
   remark_alarms(run, remarks);
   remark_shadow(run, remarks);

@@ -329,7 +329,8 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   if (spec.certificate && run.target) {
     certify_methods(spec.scheme, models, run, progress);
   }
-  say(result_remarks(run), run, progress);
+  say(result_remarks(run, methods_below_wanted(run).empty() ? kNotComputed : models.of(first.scheme).most_pressure()),
+      run, progress);
   Gpu* const gpu = models.of(first.scheme).scattering().gpu();
   for (const FieldGrid& grid : model.fields) {
     run.fields.push_back(timed(progress, run.seconds, "field_" + grid.name,

@@ -14,6 +14,7 @@
 #include "sim/mesh/query/mesh_risks.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/mesh_quality.h"
+#include "sim/solve/array_view.h"
 #include "sim/solve/judge_comparison.h"
 
 namespace touchfield {
@@ -95,28 +96,51 @@ void warn_of_crossings(const TriangleMesh& mesh, Remarks& remarks) {
   }
 }
 
+/// What a mesh of so many edges per wavelength is good for.
+std::string worth(double resolution) {
+  if (resolution < kFewestSolved) {
+    return "no pressure there means anything";
+  }
+  if (resolution < kFewestAnywhere) {
+    return "expect errors of 10 % and more, in the shadow of the body several times that: this is for trying out, not "
+           "for results (check --accuracy measures the error on this mesh)";
+  }
+  return "the pressure of any scheme is an estimate (check --accuracy measures the error on this mesh)";
+}
+
 void warn_of_coarse_mesh(const Model& model, const std::optional<Target>& target, Remarks& remarks) {
   const TriangleMesh& mesh = model.body.mesh;
   const double wavelength = model.wave.wavelength();
   const Resolution all = mesh_quality(mesh, wavelength).resolution;
+  const std::optional<Resolution> near =
+      target ? resolution_where(mesh, wavelength, target_surroundings(mesh, target->faces)) : std::nullopt;
   std::string where;
   if (all.mean < kFewestEdges) {
-    where = fmt::format("{:.2f} edges a wavelength; below {:.0f}", all.mean, kFewestEdges);
+    where = fmt::format("{:.2f} edges per wavelength; below {:.0f}", all.mean, kFewestEdges);
   } else if (all.least_5 < kFewestAnywhere) {
+    where = fmt::format("{:.2f} edges per wavelength on a twentieth of the skin; below {:.0f}", all.least_5,
+                        kFewestAnywhere);
+  } else if (near && near->least_5 < kFewestNearTarget) {
     where =
-        fmt::format("{:.2f} edges a wavelength on a twentieth of the skin; below {:.0f}", all.least_5, kFewestAnywhere);
-  } else if (target) {
-    const auto near = resolution_where(mesh, wavelength, target_surroundings(mesh, target->faces));
-    if (near->least_5 < kFewestNearTarget) {
-      where =
-          fmt::format("{:.2f} edges a wavelength on a twentieth of the skin within {:.0f} mm of the target; below {}",
-                      near->least_5, kTargetReach / kMillimetre, kFewestNearTarget);
-    }
+        fmt::format("{:.2f} edges per wavelength on a twentieth of the skin within {:.0f} mm of the target; below {}",
+                    near->least_5, kTargetReach / kMillimetre, kFewestNearTarget);
+  }
+  if (near && near->mean < kFewestSolved) {
+    where = fmt::format("{:.2f} edges per wavelength within {:.0f} mm of the target; below {}", near->mean,
+                        kTargetReach / kMillimetre, kFewestSolved);
   }
   if (!where.empty()) {
-    remarks.warnings.push_back(fmt::format(
-        "coarse_mesh: {} the pressure of any scheme is an estimate (check --accuracy measures it on this mesh)",
-        where));
+    const double worst = near ? std::min(all.mean, near->mean) : all.mean;
+    remarks.warnings.push_back(fmt::format("coarse_mesh: {}: {}", where, worth(worst)));
+  }
+}
+
+void note_landmarks(const BodyPlan& plan, Remarks& remarks) {
+  for (const GivenLandmark& landmark : plan.landmarks) {
+    if (landmark.off >= kNotedLandmarkOff) {
+      remarks.notes.push_back(
+          fmt::format("landmark_off: {}; that point is taken: check the landmark and the file's unit", landmark.text));
+    }
   }
 }
 
@@ -137,7 +161,7 @@ void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks
       scene.solve.methods, [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
   if (scene.target && found && scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene)) {
     remarks.notes.push_back(
-        fmt::format("judged_by_itself: the pattern is judged by {} on the mesh it was found on, {:.2f} edges a "
+        fmt::format("judged_by_itself: the pattern is judged by {} on the mesh it was found on, {:.2f} edges per "
                     "wavelength, whose errors it fits too; judge: {{scheme, edge_mm}} takes another",
                     to_string(scene.solve.scheme), mean_resolution));
   }
@@ -162,14 +186,26 @@ void note_truncation(const Model& model, Remarks& remarks) {
 
 }  // namespace
 
+void add(const Remarks& more, Remarks& remarks) {
+  remarks.warnings.insert(remarks.warnings.end(), more.warnings.begin(), more.warnings.end());
+  remarks.notes.insert(remarks.notes.end(), more.notes.begin(), more.notes.end());
+}
+
 Remarks model_remarks(const Model& model) {
-  const TriangleMesh& mesh = model.body.mesh;
-  const auto target = model.scene.target ? std::optional(build_target(model)) : std::nullopt;
-  Remarks remarks{model.plan.warnings, {}};
+  Remarks remarks = played_remarks(model);
   if (model.scene.motion) {
-    remarks.notes.push_back(
+    remarks.notes.insert(
+        remarks.notes.begin(),
         "still: `run` leaves the scene's motion out and takes its other keys as they stand; `play` plays it");
   }
+  return remarks;
+}
+
+Remarks played_remarks(const Model& model) {
+  const TriangleMesh& mesh = model.body.mesh;
+  const auto target =
+      model.scene.target && hold_faces(mesh, model.boxes) ? std::optional(build_target(model)) : std::nullopt;
+  Remarks remarks{model.plan.warnings, {}};
   warn_of_crossings(mesh, remarks);
   warn_of_coarse_mesh(model, target, remarks);
   const MeshRisks risks = mesh_risks(mesh);
@@ -199,6 +235,14 @@ Remarks model_remarks(const Model& model) {
   warn_of_near_source(model, remarks);
   if (target) {
     warn_of_both_sides(mesh, *target, remarks);
+  }
+  const ArrayView view = array_view(model);
+  if (std::string warning = facing_warning(view, model.scene); !warning.empty()) {
+    remarks.warnings.push_back(std::move(warning));
+  }
+  note_landmarks(model.plan, remarks);
+  if (std::string note = near_field_note(view, model); !note.empty()) {
+    remarks.notes.push_back(std::move(note));
   }
   note_own_judge(model, edges_per_wavelength(mesh, model.wave.wavelength()), remarks);
   note_truncation(model, remarks);

@@ -14,13 +14,16 @@ struct Remarks {
   std::vector<std::string> notes;     // what is worth knowing besides
 };
 
+/// Appends remarks to others.
+void add(const Remarks& more, Remarks& remarks);
+
 /// What a model says of its results. docs/stability.md says what was measured on such cases.
 ///
 /// Warnings:
 ///   mesh_unit       a mesh file in a unit that makes it no body of a person
 ///   cutting_faces   faces of the body cut each other
-///   coarse_mesh     too few edges a wavelength: below 3 by the mean face; or, on a twentieth of the skin, below 2
-///                   anywhere or below 2.5 within 15 mm of the target
+///   coarse_mesh     too few edges per wavelength: below 3 by the mean face; or, on a twentieth of the skin, below 2
+///                   anywhere or below 2.5 within 15 mm of the target; what it says is the worse the fewer they are
 ///   slivers         an angle below 10 degrees
 ///   size_jump       faces that share an edge differ more than 3 times in size
 ///   narrow_gap      two parts of the skin look at each other through less than one edge of air
@@ -30,21 +33,34 @@ struct Remarks {
 ///   behind_array    more than half of the transducers, which radiate ahead, point away from the target or the body
 ///   near_source     a transducer nearer to the skin than a local edge
 ///   both_sides      a target box holds two sides of a body: more than a tenth of its faces look at each other through it
+///   facing_away     the target's mean normal is more than 78 degrees from the direction to the array (ArrayView)
 /// Notes:
+///   landmark_off      a landmark that the scene gives for a mesh is 3 mm or more off its skin
+///   near_field        the skin is within 2 wavelengths of a transducer
 ///   judged_by_itself  the pattern was found on the very mesh and scheme that it is judged on
 ///   truncated         the judge too lacks what keep_within leaves out
 ///   still             the scene's motion is left out: the results are of its other keys as they stand
 Remarks model_remarks(const Model& model);
+/// The same without `still`: of a motion as it begins.
+Remarks played_remarks(const Model& model);
+
+inline constexpr double kLeastReached = 0.5;  // of the wanted mean pressure
+
+/// Methods that are to reach the target's pressure and reach less than half of it, of a scene that says which.
+std::vector<const MethodResult*> methods_below_wanted(const Run& run);
 
 /// What a run found, in its present state.
 ///
+/// most       the largest pressure that the array can make on the target's central face [Pa]; needed by below_wanted
 /// Warnings:
+///   below_wanted          a method's mean pressure on the target is below half of the wanted one; not of given phases,
+///                         nor where the scene asks for the best pressure
 ///   not_converged         a solve that missed its tolerance
 ///   fictitious_frequency  a scheme without a cure for them differs from Burton-Miller by more than 10 %
 ///   deep_shadow           the target is so quiet that errors of the loud skin count twice or more there
 ///   nonlinear             a method's sound has steepened to a shock: shock_distance_share of 1 and more
 /// Notes:
 ///   nonlinear             the same from 0.3 on
-Remarks result_remarks(const Run& run);
+Remarks result_remarks(const Run& run, double most = kNotComputed);
 
 }  // namespace touchfield

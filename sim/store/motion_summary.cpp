@@ -11,8 +11,8 @@ namespace touchfield {
 namespace {
 
 Worst worst_of(double Metrics::*metric) {
-  const bool more_is_better =
-      metric == &Metrics::correlation || metric == &Metrics::mean_inside_pa || metric == &Metrics::force_target_n;
+  const bool more_is_better = metric == &Metrics::correlation || metric == &Metrics::mean_inside_pa ||
+                              metric == &Metrics::reached_share || metric == &Metrics::force_target_n;
   return more_is_better ? Worst::kSmallest : Worst::kLargest;
 }
 

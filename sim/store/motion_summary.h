@@ -27,7 +27,8 @@ double percentile(std::vector<double> values, double share);
 Statistics statistics(std::vector<double> values, Worst worst = Worst::kLargest);
 
 /// One method over a motion in numbers. The worst of a metric is its largest value over the scores, of correlation,
-/// mean_inside_pa and force_target_n the smallest; its 95th percentile is always the value that 95 % do not exceed.
+/// mean_inside_pa, reached_share and force_target_n the smallest; its 95th percentile is always the value that 95 % do
+/// not exceed.
 struct MotionSummary {
   int frames = 0;
   int quiet = 0;    // of them

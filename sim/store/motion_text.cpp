@@ -115,7 +115,7 @@ void write_frames_csv(const std::string& path, const Motion& motion) {
 }
 
 std::string motion_table(const Motion& motion) {
-  std::vector<std::vector<std::string>> rows = {{"method", "error: median", "95 %", "worst", "inside [Pa]",
+  std::vector<std::vector<std::string>> rows = {{"method", "error: median", "95 %", "worst", "inside [Pa]", "reached",
                                                  "off [mm]: median", "95 %", "age [ms]: median", "95 %",
                                                  "frame [ms]: median", "95 %", "frames", "late", "dropped"}};
   for (const MotionMethod& method : motion.methods) {
@@ -123,6 +123,7 @@ std::string motion_table(const Motion& motion) {
     const Statistics& error = statistics_of(over, &Metrics::relative_error);
     rows.push_back({method.name, percent_text(error.median), percent_text(error.p95), percent_text(error.worst),
                     table_number(statistics_of(over, &Metrics::mean_inside_pa).median, "{:.0f}"),
+                    percent_text(statistics_of(over, &Metrics::reached_share).median),
                     table_number(1e3 * over.displacement.median, "{:.2f}"),
                     table_number(1e3 * over.displacement.p95, "{:.2f}"), in_ms(over.age.median), in_ms(over.age.p95),
                     in_ms(over.frame_seconds.median), in_ms(over.frame_seconds.p95), fmt::to_string(over.frames),

@@ -1,10 +1,12 @@
 #include "sim/store/run_file.h"
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 
 #include <fmt/format.h>
 
+#include "sim/field/pressure_metrics.h"
 #include "sim/store/archive_file.h"
 #include "sim/store/archive_parts.h"
 #include "sim/store/run_archive.h"
@@ -246,6 +248,20 @@ Run read_run(const GroupReader& io) {
   return run;
 }
 
+/// Files from before 0.3 lack the share, which follows from what they hold.
+void add_reached_shares(Run& run) {
+  const std::optional<Target>& target = run.judge_model ? run.judge_model->target : run.target;
+  if (!target) {
+    return;
+  }
+  const double wanted = wanted_mean(run.judge_model ? run.judge_model->mesh : run.mesh, *target);
+  for (MethodResult& method : run.methods) {
+    if (std::isnan(method.metrics.reached_share)) {
+      method.metrics.reached_share = method.metrics.mean_inside_pa / wanted;
+    }
+  }
+}
+
 }  // namespace
 
 void write_run_file(const std::string& path, const Run& run) {
@@ -262,6 +278,7 @@ std::string run_file_at(const std::string& path) {
 Run read_run_file(const std::string& path) {
   Run run = read_run(GroupReader(read_archive(path, kRunArchive)));
   require_undamaged(path, [&] { check_run(run); });
+  add_reached_shares(run);
   return run;
 }
 

@@ -132,9 +132,8 @@ std::string remarks_text(const std::vector<std::string>& warnings, const std::ve
 std::string methods_table(const Run& run) {
   const auto certified = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
   const bool with_gap = std::ranges::any_of(run.methods, certified);
-  std::vector<std::string> header = {"method",         "error",       "width [mm]", "wanted [mm]",
-                                     "leakage",        "inside [Pa]", "peak [Pa]",  "force [mN]",
-                                     "elsewhere [mN]", "steps",       "seconds"};
+  std::vector<std::string> header = {"method",  "error",     "width [mm]", "wanted [mm]",    "leakage", "inside [Pa]",
+                                     "reached", "peak [Pa]", "force [mN]", "elsewhere [mN]", "steps",   "seconds"};
   if (with_gap) {
     header.emplace_back("gap");
   }
@@ -148,6 +147,7 @@ std::string methods_table(const Run& run) {
                                     table_number(metrics.width_wanted_mm, "{:.2f}"),
                                     percent_text(metrics.leakage),
                                     table_number(metrics.mean_inside_pa, "{:.0f}"),
+                                    percent_text(metrics.reached_share),
                                     table_number(metrics.peak_pa, "{:.0f}"),
                                     table_number(1e3 * metrics.force_target_n, "{:.3g}"),
                                     table_number(1e3 * metrics.force_elsewhere_n, "{:.3g}"),

@@ -262,7 +262,9 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
                                  entry.at("status").get<std::string>(),
                                  {}};
       for (const MetricField& field : metric_fields()) {
-        method.metrics.*field.value = json_number(entry.at("metrics").at(field.name));
+        if (const auto found = entry.at("metrics").find(field.name); found != entry.at("metrics").end()) {
+          method.metrics.*field.value = json_number(*found);  // an older record lacks the newer ones
+        }
       }
       if (const auto found = entry.find("over_motion"); found != entry.end()) {
         for (const auto& [name, value] : found->items()) {

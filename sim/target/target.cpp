@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/place_text.h"
+#include "sim/core/units.h"
 #include "sim/mesh/query/mesh_risks.h"
 
 namespace touchfield {
@@ -24,19 +26,35 @@ double distance_to(const TargetBox& box, const Vector3& x) {
   return (in_box_frame(box, x).cwiseAbs() - 0.5 * box.size).cwiseMax(0.0).norm();
 }
 
-void require_face_in(const TriangleMesh& mesh, const TargetBox& box, std::size_t index, Eigen::Index count) {
+/// What messages call a box.
+std::string box_key(const std::vector<TargetBox>& boxes, std::size_t index) {
+  return boxes.size() == 1 ? "target.box" : fmt::format("target.boxes[{}]", index);
+}
+
+void require_face_in(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes, std::size_t index,
+                     Eigen::Index count) {
   if (count > 0) {
     return;
   }
+  const TargetBox& box = boxes[index];
   double nearest = std::numeric_limits<double>::infinity();
+  Eigen::Index face = 0;
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    nearest = std::min(nearest, distance_to(box, mesh.centroids().col(f)));
+    if (const double distance = distance_to(box, mesh.centroids().col(f)); distance < nearest) {
+      nearest = distance;
+      face = f;
+    }
   }
-  const Vector3 at = 1e3 * box.centre;
-  throw InputError(
-      fmt::format("target: box {} at ({:.2f}, {:.2f}, {:.2f}) mm holds the centroid of no face; the nearest is {:.2f} "
-                  "mm outside it",
-                  index, at.x(), at.y(), at.z(), 1e3 * nearest));
+  throw InputError(fmt::format(
+      "{}: the box about {} (scene coordinates) holds the centroid of no face; the nearest is at {}, "
+      "{:.2f} mm outside it",
+      box_key(boxes, index), place_text(box.centre), place_text(mesh.centroids().col(face)), nearest / kMillimetre));
+}
+
+[[noreturn]] void refuse_whole_body(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {
+  const Vector3 size = (mesh.vertices().rowwise().maxCoeff() - mesh.vertices().rowwise().minCoeff()) / kMillimetre;
+  throw InputError(fmt::format("{}.size_mm covers the whole body ({:.3g} x {:.3g} x {:.3g} mm); make it smaller",
+                               boxes.size() == 1 ? "target.box" : "target.boxes", size.x(), size.y(), size.z()));
 }
 
 /// Depth of each target face below the face of its box through which the skin enters [m].
@@ -93,11 +111,10 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
     }
   }
   for (std::size_t b = 0; b < boxes.size(); ++b) {
-    require_face_in(mesh, boxes[b], b, count[b]);
+    require_face_in(mesh, boxes, b, count[b]);
   }
   if (target.size() == mesh.face_count()) {
-    throw InputError(fmt::format("target: the boxes hold all {} faces of the body, at least one must stay outside",
-                                 mesh.face_count()));
+    refuse_whole_body(mesh, boxes);
   }
   target.amplitudes = Eigen::VectorXd::Constant(target.size(), pressure);
   if (profile == TargetProfile::kPenetration) {

@@ -432,6 +432,26 @@ TEST(Hand, LeftIsTheMirrorImageOfRight) {
   }
 }
 
+TEST(Hand, DistancesAreFromTheSkinOfEitherSide) {
+  HandOptions options = options_for("index_up", 2 * kMm);
+  for (const HandSide side : {HandSide::kRight, HandSide::kLeft}) {
+    options.side = side;
+    const Body body = hand(options);
+    const Points& vertices = body.mesh.vertices();
+    EXPECT_LT(hand_distances(options, vertices).cwiseAbs().maxCoeff(), 0.05 * kMm);
+    const Vector3 pad = position(body.mesh, find_landmark(body, "index_pad"));
+    for (const double off : {-2.0, 0.5, 2.0}) {
+      const Points moved = body.mesh.centroids() + off * kMm * body.mesh.normals();
+      const Eigen::VectorXd distances = hand_distances(options, moved);
+      for (Eigen::Index f = 0; f < body.mesh.face_count(); ++f) {
+        if ((body.mesh.centroids().col(f) - pad).norm() < 12 * kMm) {  // where nothing else of the hand is near
+          EXPECT_NEAR(distances(f), off * kMm, 0.2 * kMm);
+        }
+      }
+    }
+  }
+}
+
 TEST(Hand, IsTheSameEveryTime) {
   const Body one = hand(options_for("index_up", 6 * kMm));
   const Body other = hand(options_for("index_up", 6 * kMm));

@@ -98,11 +98,12 @@ class BadInput(CommandTest):
 
     def test_box_that_contains_no_face(self):
         scene = self.scene(FINGER.replace("{at: bottom,", "{at: bottom, offset_mm: [0, 0, -30],"))
-        self.refused("run", scene, "-o", "out", says=["holds the centroid of no face", "the nearest is"])
+        self.refused("run", scene, "-o", "out", says=["target.box: the box about (0.0, 0.0, 30.0) mm (scene coordinates)", "holds the centroid of no face",
+                           "the nearest is at"])
 
     def test_box_that_contains_every_face(self):
         scene = self.scene(FINGER.replace("[8, 12, 6]", "[80, 120, 60]"))
-        self.refused("run", scene, "-o", "out", says="the boxes hold all")
+        self.refused("run", scene, "-o", "out", says="target.box.size_mm covers the whole body (16 x 26 x 16 mm); make it smaller")
 
     def test_array_inside_the_body(self):
         scene = self.scene(FINGER.replace("at_mm: [0, 0, 60]", "at_mm: [5.08, 5.08, -8]"))
@@ -111,7 +112,22 @@ class BadInput(CommandTest):
     def test_transducer_touching_a_face(self):
         # The lowest point of the skin 0.3 mm above a transducer.
         scene = self.scene(FINGER.replace("at_mm: [0, 0, 60]", "at_mm: [5.08, 5.08, 0.3]"))
-        self.refused("run", scene, "-o", "out", says=["transducer", "mm from face", "must be >= 1 mm"])
+        self.refused("run", scene, "-o", "out", says=["body.place.at_mm puts the body 0.3 mm from the array", "transducer", "must be >= 1 mm away"])
+
+    def test_a_place_in_metres(self):
+        text = FINGER.replace("pitch_mm: 10.16}", "pitch_mm: 10.16}\n  at_mm: [5.08, 0, 0]")
+        for at, hint in [("[0, 0, 0.12]", "If 0.12 is in metres write 120"),
+                         ("[0.01, 0, 0.1]", "If [0.01, 0, 0.1] is in metres write [10, 0, 100]")]:
+            self.refused("run", self.scene(text.replace("at_mm: [0, 0, 60]", f"at_mm: {at}")), "-o", "out",
+                         says=["body.place.at_mm puts the body 0.1 mm from the array", hint])
+        self.refused("run", self.scene(text.replace("at_mm: [0, 0, 60]", "at_mm: [0, 0, -8]")), "-o", "out",
+                     says=["body.place.at_mm puts transducer ", "inside the body"])
+
+    def test_a_target_off_the_kept_skin(self):
+        scene = self.scene(FINGER.replace("{at: bottom,", "{at: bottom, offset_mm: [0, 0, -40],"))
+        self.refused("run", scene, "-o", "out", "--set", "body.keep_within_mm=20",
+                     says=["target.box: no skin of body within 10 mm (half of keep_within_mm) of (0.0, 0.0, 20.0) mm (scene coordinates)",
+                           "the nearest is 40.0 mm away at"])
 
     def test_unwritable_output(self):
         self.write("file", "in the way")

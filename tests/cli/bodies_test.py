@@ -148,7 +148,8 @@ class Bodies(CommandTest):
             "place: {landmark: bottom, at_mm: [0, 0, 60]}", "place: {at_mm: [0, 5, 120]}").replace(
             "at: bottom", "at: nearest_array").replace("edge_mm: 2.6", "edge_mm: 8")
         scene = self.write("scene.yaml", text.replace("size_mm: [8, 12, 6]", "size_mm: [30, 30, 20]"))
-        self.run_ok("run", scene, "-o", "out", "--set", "solve.methods=[focus]", "--set", "write=[h5]")
+        self.run_ok("run", scene, "-o", "out", "--set", "solve.methods=[focus]", "--set", "write=[h5]", "--set",
+                    "solve.allow_coarse_mesh=true")
         with open_run(self.folder / "out") as run:
             centroids, area = faces(run)
             target = run["target/face"][:]
@@ -189,7 +190,57 @@ class Bodies(CommandTest):
         self.assertEqual(json.loads(done.stdout)["faces"], 1280)
         said = self.touchfield("check", self.write("mm.yaml", text.replace("ball.ply}", "ball.ply, unit: mm}")), "--set",
                                "target=null", "--set", "solve.methods=[{fixed: {phases_rad: 0}}]")
-        self.assertIn("mesh_unit", said.stdout + said.stderr)
+        self.assertEqual(said.returncode, 2)
+        self.assertIn("body.mesh.file: the mesh is 0.1 mm across. If the file is in metres, set unit: m", said.stderr)
+
+    def test_a_stated_unit_that_is_a_slip(self):
+        text = "name: slip\narray: {plane_wave: {}}\nbody: {mesh: {file: ball.ply, unit: UNIT}EDGE}\n" \
+               "solve: {methods: [{fixed: {phases_rad: 0}}], alarm: never}\n"
+        for across, unit, says in [(0.19, "mm", "the mesh is 0.19 mm across. If the file is in metres, set unit: m"),
+                                   (190, "m", "the mesh is 190 m across. If the file is in millimetres, set unit: mm"),
+                                   (19, "m", "the mesh is 19 m across. If the file is in centimetres, set unit: cm"),
+                                   (0.19, "cm", "the mesh is 1.9 mm across. If the file is in metres, set unit: m"),
+                                   (0.05, "mm", "the mesh is 0.05 mm across. If the file is in metres, set unit: m")]:
+            write_ply(self.folder / "ball.ply", *icosphere(2, across / 2))
+            for edge in ("", ", edge_mm: 2.5"):
+                said = self.refused("check", self.write("scene.yaml", text.replace("UNIT", unit).replace("EDGE", edge)))
+                self.assertIn(f"body.mesh.file: {says}", said)
+        # In inches a hand, in mm a pea.
+        write_ply(self.folder / "ball.ply", *icosphere(2, 3.8))
+        said = self.refused("check", self.write("scene.yaml", text.replace("UNIT", "mm").replace("EDGE", ", edge_mm: 3")))
+        self.assertRegex(said, r"body.edge_mm: 3 mm is too long for a mesh of 7\.\d+ mm.*193 mm if in inches \(scale it by 25.4\)")
+
+    def test_landmarks_off_the_skin(self):
+        write_ply(self.folder / "ball.ply", *icosphere(3, 20.0))
+        text = FINGER.replace("place: {landmark: bottom, at_mm: [0, 0, 60]}", "place: {landmark: low, at_mm: [0, 0, 60]}").replace(
+            "at: bottom", "at: low").replace("  edge_mm: 2.6\n", "")
+        shape = "mesh: {file: ball.ply, unit: mm, landmarks: {low: [0, 0, Z]}}"
+
+        def scene(z, shape=shape):
+            return self.write("scene.yaml", text.replace("capsule: {radius_mm: 8, length_mm: 10}", shape.replace("Z", str(z))))
+        for z, noted in [(-20, False), (-22.5, False), (-24, True), (-34.5, True), (-6, True)]:
+            said = json.loads(self.run_ok("check", scene(z), "--json").stdout)
+            self.assertAlmostEqual(said["landmarks_off_mm"]["low"], abs(z + 20), delta=0.1)
+            notes = [line for line in said["notes"] if line.startswith("landmark_off: ")]
+            self.assertEqual(len(notes), 1 if noted else 0, z)
+        self.assertRegex(notes[0], r"body\.mesh\.landmarks\.low: \(0, 0, -6\) mm is 14 mm off the skin of .*, whose nearest point is \(")
+        self.assertIn("landmark low: 14", self.run_ok("check", scene(-6)).stdout)
+        done = self.run_ok("run", scene(-24), "-o", "out", "--set", "solve.methods=[focus]", "--set", "write=[h5]")
+        self.assertIn("  landmark low is 4.0", done.stderr)
+        self.assertIn("landmark_off: ", done.stderr)
+        for z in (-36, -218, 0, 200):
+            said = self.refused("run", scene(z), "-o", "refused")
+            self.assertRegex(said, rf"body\.mesh\.landmarks\.low: \(0, 0, {z}\) mm is [\d.]+ mm off the skin of .*; it must be within 15 mm")
+        said = self.refused("check", scene(-0.02))
+        self.assertIn(". If it is in metres, write (0, 0, -20) mm", said)
+        # The unit is the file's, and one of several bodies is named.
+        write_ply(self.folder / "metres.ply", *icosphere(3, 0.1))
+        said = self.refused("check", scene(-0.3, shape.replace("ball.ply, unit: mm", "metres.ply, unit: m")))
+        self.assertRegex(said, r"\(0, 0, -0\.3\) m is 0\.2 m off the skin of .*\(0, 0, -0\.1\) m; it must be within 0\.015 m")
+        said = self.refused("check", self.write("two.yaml", text.replace("body:", "bodies:\n- name: other\n  sphere: {radius_mm: 5}\n"
+                            "  edge_mm: 2\n  place: {at_mm: [60, 0, 60]}\n- name: ball").replace(
+                            "capsule: {radius_mm: 8, length_mm: 10}", shape.replace("Z", "-50"))))
+        self.assertIn("bodies: ball.mesh.landmarks.low: (0, 0, -50) mm is 30 mm off the skin", said)
 
     def test_in_the_way_of_the_array(self):
         scene = self.write("scene.yaml", FINGER)

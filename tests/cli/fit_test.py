@@ -17,7 +17,7 @@ body:
   place: {landmark: index_pad, at_mm: [0, 0, 200]}
   edge_mm: 6
 target: {box: {at: index_pad, size_mm: [8, 8, 6]}, pressure_pa: 1000}
-solve: {methods: [focus], scheme: paper_corrected}
+solve: {methods: [focus], scheme: paper_corrected, allow_coarse_mesh: true}
 motion:
   seconds: 0.3
   change: [{path: "body.place.at_mm[0]", rate: 50}]

@@ -115,6 +115,8 @@ class KeptFiles(CommandTest):
         self.assertTrue(known["complete"])
         self.assertEqual([method["name"] for method in known["methods"]], ["focus", "paper"])
         self.assertEqual(known["faces"], 180)
+        for method in known["methods"]:  # which the file lacks: 100 Pa are wanted on every face
+            self.assertAlmostEqual(method["reached_share"], method["mean_inside_pa"] / 100, delta=1e-12)
 
     def test_a_run_of_version_1_is_described_repeated_and_sent(self):
         known = json.loads(self.run_ok("info", "kept/run_v1", "--json").stdout)
@@ -130,8 +132,8 @@ class KeptFiles(CommandTest):
         done = self.touchfield("compare", "kept/run", "again", "--tolerance", "1e-6").stdout
         # Keys that have come since are at their defaults; forces are estimated otherwise since.
         self.assertIn("scene     the same\n", done)
-        self.assertIn("          A lacks 2 keys that B has at their defaults: solve.methods[1].paper.faces, "
-                      "solve.device\n", done)
+        self.assertIn("          A lacks 3 keys that B has at their defaults: solve.methods[1].paper.faces, "
+                      "solve.allow_coarse_mesh, solve.device\n", done)
         self.assertNotIn("scene_hash", done)
         self.assertNotIn("the scene:", done)
         differing = re.findall(r"^  (?:focus|paper) +([a-z_]+) +\S+ +\S+ +\S+$", done, re.MULTILINE)

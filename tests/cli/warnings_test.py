@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import unittest
 
 import numpy
@@ -103,6 +104,95 @@ class Warnings(CommandTest):
         self.assertIn("near_source", self.warned(FINGER, *near, "body.place.at_mm=[0, 0, 1.3]"))
         self.assertNotIn("near_source", self.warned(FINGER, *near, "body.place.at_mm=[0, 0, 4]"))
 
+    def checked(self, *sets, text=FINGER):
+        """What `check` says of a scene with changes."""
+        scene = self.write("scene.yaml", text)
+        return json.loads(self.run_ok("check", scene, "--json", *[f"--set={change}" for change in sets]).stdout)
+
+    def test_facing_away(self):
+        for degrees, names in [(0, []), (60, []), (-60, []), (84, ["facing_away"]), (90, ["facing_away"]), (180, ["facing_away"])]:
+            said = self.checked(f"body.place.rotate_deg=[{degrees}, 0, 0]")["warnings"]
+            self.assertEqual([line.split(":")[0] for line in said], names, degrees)
+        # The lower side of a finger that is turned right over looks straight up.
+        self.assertRegex(said[0], r"^facing_away: .* target\.box is turned 1(79|80) degrees .* body\.place\.rotate_deg, ")
+        self.assertIn(said[0], self.run_ok("check", "scene.yaml", "--set", "body.place.rotate_deg=[180, 0, 0]").stdout)
+
+    def test_a_target_between_two_arrays_faces_one(self):
+        places = [[x, y, z] for z in (0, 120) for x in (-15, -5, 5, 15) for y in (-15, -5, 5, 15)]
+        axes = [[0, 0, 1 if z == 0 else -1] for _, _, z in places]
+        above = f"array={{positions: {{points_mm: {places}, axes: {axes}}}}}"
+        for height in (30, 60, 90):
+            for box in ("bottom", "top"):
+                said = self.checked(above, f"body.place.at_mm=[0, 0, {height}]", f"target.box.at={box}")["warnings"]
+                self.assertEqual(said, [], (height, box))
+        said = self.checked(above, "target.box={at: x_plus, size_mm: [6, 12, 8]}")["warnings"]
+        self.assertRegex(said[0], "^facing_away: ")
+
+    def test_near_field(self):
+        # Two wavelengths are 17.2 mm; the capsule's lowest line is 5.08 mm off the transducers on both sides of it.
+        for height, notes in [(10, ["near_field"]), (14, ["near_field"]), (19, [])]:
+            said = self.checked(f"body.place.at_mm=[0, 0, {height}]", "judge=none")["notes"]
+            self.assertEqual([line.split(":")[0] for line in said], notes, height)
+
+    def test_below_wanted(self):
+        self.warned(SOFT, "target.pressure_pa=4000000", "solve.methods=[focus, {fixed: {phases_rad: 0}}]")
+        with open_run(self.folder / "out") as run:
+            said = run["warnings"].asstr()[0]
+            method = run["methods/focus"].attrs
+            area, faces = run["mesh/area"][:], run["target/face"][:]
+            p = numpy.abs(run["methods/focus/pressure"][:])
+            inside = (area * p)[faces].sum() / area[faces].sum()
+            self.assertAlmostEqual(method["reached_share"], inside / 4e6, delta=1e-12)
+        self.assertRegex(said, r"^below_wanted: focus reaches [\d.]+ Pa \(0\.0\d+ %\) of 4,000 kPa wanted on the target; ")
+        # A focus has all channels in phase on the central face: nothing there is louder.
+        most = float(re.search(r"central face is ([\d.]+) (k?)Pa$", said)[1]) * (1000 if said.endswith("kPa") else 1)
+        self.assertAlmostEqual(most / p[faces].max(), 1, delta=0.02)
+        self.assertNotIn("fixed", said)
+        self.assertIn("reached", (self.folder / "out/metrics.csv").read_text().splitlines()[0])
+        self.assertNotIn("below_wanted", self.warned(SOFT, "target.pressure_pa=best", "solve.methods=[focus]"))
+
+    def test_a_mesh_too_coarse_to_mean_anything(self):
+        ball = "body={sphere: {radius_mm: 20}, edge_mm: 7, place: {landmark: bottom, at_mm: [0, 0, 60]}}"
+        coarse = ["--set", ball, "--set", "target.box={at: bottom, size_mm: [20, 20, 8]}"]
+        scene = self.write("scene.yaml", FINGER)
+        for command in (["check", scene], ["run", scene, "-o", "out"]):
+            done = self.touchfield(*command, *coarse)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertRegex(done.stderr, r"body\.edge_mm: 1\.[0-4]\d edges per wavelength within 15 mm of the target are too few.*"
+                                          r"edges of 2\.9 mm or less.* solve\.allow_coarse_mesh: true")
+        self.assertFalse((self.folder / "out").exists())
+        done = self.run_ok("check", scene, *coarse, "--set", "solve.allow_coarse_mesh=true", "--json")
+        said = json.loads(done.stdout)["warnings"][0]
+        self.assertRegex(said, "^coarse_mesh: .*no pressure there means anything")
+        # 5 mm are 1.7 per wavelength, 3.5 mm 2.5: what is said is the worse the coarser the mesh.
+        for edge, words in [(5, "expect errors of 10 % and more"), (3.5, "an estimate")]:
+            said = self.checked(ball.replace("edge_mm: 7", f"edge_mm: {edge}"), coarse[3])["warnings"][0]
+            self.assertRegex(said, f"^coarse_mesh: .*{words}")
+        done = self.touchfield("check", scene, "--set", "judge={edge_mm: 8}")
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("judge.edge_mm: 1.07 edges per wavelength", done.stderr)
+
+    def test_what_comes_of_a_motion(self):
+        text = FINGER + "motion: {seconds: 0.2, change: [{path: 'body.place.rotate_deg[0]', rate: 900}], solve_ms: 20, score_hz: 10}\n"
+        still = "solve.methods=[focus]"
+        said = self.checked(still, text=text)["warnings"]
+        self.assertEqual(len(said), 1, said)
+        self.assertRegex(said[0], r"^facing_away: at 0\.20 s: .* turned 1(79|80) degrees")
+        scene = self.write("scene.yaml", text)
+        done = self.run_ok("play", scene, "-o", "out", "--json", "--set", still, "--set", "write=[h5]")
+        self.assertIn(said[0], json.loads(done.stdout)["warnings"])
+        done = self.run_ok("live", scene, "--json", "--set", still)
+        self.assertEqual(json.loads(done.stdout)["live"]["warnings"], said)
+
+    def test_a_sweep_says_what_its_cases_warn_of(self):
+        self.write("scene.yaml", FINGER)
+        self.write("sweep.yaml", "base: scene.yaml\nset: {body.place.rotate_deg: [180, 0, 0], solve.methods: [focus]}\n"
+                                 "grid: {array.level: [1]}\n")
+        done = self.run_ok("check", "sweep.yaml", "--json")
+        self.assertRegex(json.loads(done.stdout)["first_cases"][0]["warnings"][0], "^facing_away: ")
+        self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
+        self.assertIn("facing_away", (self.folder / "out/cases/00001/case.json").read_text())
+
     def test_fictitious_frequency(self):
         small = ["mesh_unit"]  # less than 10 mm across: no fingertip
         for ka, names in [(math.pi, ["fictitious_frequency"]), (3.6, [])]:
@@ -112,7 +202,7 @@ class Warnings(CommandTest):
 
     def test_deep_shadow(self):
         fixed = "solve.methods=[{fixed: {phases_rad: 0}}]"
-        self.assertEqual(self.warned(FINGER, fixed, "target.box.at=top"), ["deep_shadow"])
+        self.assertEqual(self.warned(FINGER, fixed, "target.box.at=top"), ["facing_away", "deep_shadow"])
         self.assertEqual(self.warned(FINGER, fixed), [])
 
     def test_cutting_faces(self):
@@ -124,12 +214,12 @@ class Warnings(CommandTest):
     def test_coarse_mesh_near_the_target(self):
         fine_above = "body.edge_mm={near: {top: 0.8}, far: 3.3, within_mm: 10}"
         large = "body.capsule={radius_mm: 14, length_mm: 10}"
-        self.assertEqual(self.warned(FINGER, large, fine_above), ["coarse_mesh"])
+        self.assertEqual(self.warned(FINGER, large, fine_above, "solve.methods=[focus]"), ["coarse_mesh"])
         self.assertNotIn("coarse_mesh", self.warned(FINGER, large, fine_above, "target.box.at=top"))
 
     def test_both_sides(self):
         plate = "body={box: {size_mm: [30, 30, 6]}, edge_mm: 2, place: {landmark: bottom, at_mm: [0, 0, 60]}}"
-        self.assertEqual(self.warned(FINGER, plate, "target.box.size_mm=[12, 12, 20]"), ["both_sides"])
+        self.assertEqual(self.warned(FINGER, plate, "target.box.size_mm=[12, 12, 20]", "solve.methods=[focus]"), ["both_sides"])
         self.assertEqual(self.warned(FINGER, plate, "target.box.size_mm=[12, 12, 6]"), [])
 
     def note_names(self):

@@ -18,6 +18,8 @@ constexpr double kShortestHand = 0.12;
 constexpr double kLongestHand = 0.26;
 constexpr double kFingertip = 0.01;
 constexpr double kArm = 1.0;
+constexpr double kLeastMeshed = 1e-3;  // below, no mesh at ultrasound's wavelengths is of use
+constexpr double kInch = 25.4e-3;
 
 bool is_hand(double metres) { return metres >= kShortestHand && metres <= kLongestHand; }
 bool is_body(double metres) { return metres >= kFingertip && metres <= kArm; }
@@ -27,17 +29,23 @@ double misfit(double metres) {
   return std::max({0.0, std::log(kShortestHand / metres), std::log(metres / kLongestHand)});
 }
 
-std::string length_text(double metres) {
-  return metres < 1.0 ? fmt::format("{:.3g} mm", metres * 1e3) : fmt::format("{:.3g} m", metres);
-}
-
 std::string sizes_text(double size) {
-  return fmt::format("{:.3g} units across: {} if in mm, {} if in cm, {} if in m; a hand is {:.0f} to {:.0f} mm", size,
-                     length_text(size * 1e-3), length_text(size * 1e-2), length_text(size), kShortestHand * 1e3,
+  const std::string inches =
+      is_hand(size * kInch) ? fmt::format(", {} if in inches (scale it by 25.4)", length_text(size * kInch)) : "";
+  return fmt::format("{:.3g} units across: {} if in mm, {} if in cm, {} if in m{}; a hand is {:.0f} to {:.0f} mm", size,
+                     length_text(size * 1e-3), length_text(size * 1e-2), length_text(size), inches, kShortestHand * 1e3,
                      kLongestHand * 1e3);
 }
 
 }  // namespace
+
+std::string unit_in_words(const LengthUnit& unit) {
+  return unit.power == 0 ? "metres" : unit.power == -2 ? "centimetres" : "millimetres";
+}
+
+std::string length_text(double metres) {
+  return metres < 1.0 ? fmt::format("{:.3g} mm", metres * 1e3) : fmt::format("{:.3g} m", metres);
+}
 
 const LengthUnit& file_unit(const std::string& name) {
   const auto found =
@@ -112,14 +120,17 @@ UnitGuess guess_unit(double size) {
 std::optional<UnitDoubt> unit_doubt(double size, const std::optional<std::string>& stated) {
   const UnitGuess guess = guess_unit(size);
   if (stated) {
-    if (is_body(size * file_unit(*stated).metres)) {
+    const double metres = size * file_unit(*stated).metres;
+    if (is_body(metres)) {
       return std::nullopt;
     }
+    const bool slip = is_body(size * guess.unit.metres) &&
+                      (metres < kLeastMeshed || metres > kMostBody || guess.certainty == UnitCertainty::kSure);
     const std::string better = guess.certainty == UnitCertainty::kNone
                                    ? "no unit makes it one"
                                    : fmt::format("it looks like {}", guess.unit.name);
-    return UnitDoubt{false, fmt::format("unit {} makes the body {} across; {} ({})", *stated,
-                                        length_text(size * file_unit(*stated).metres), better, guess.reason)};
+    return UnitDoubt{slip, fmt::format("unit {} makes the body {} across; {} ({})", *stated, length_text(metres),
+                                       better, guess.reason)};
   }
   switch (guess.certainty) {
     case UnitCertainty::kSure:

@@ -16,6 +16,12 @@ struct LengthUnit {
 };
 inline constexpr std::array<LengthUnit, 3> kFileUnits = {{{"mm", 1e-3, -3}, {"cm", 1e-2, -2}, {"m", 1.0, 0}}};
 
+/// "metres": the unit's name in a sentence.
+std::string unit_in_words(const LengthUnit& unit);
+
+/// A length [m] with three digits: "193 mm", "12.5 m".
+std::string length_text(double metres);
+
 /// The file unit of this name.
 /// throws   InputError that lists the names
 const LengthUnit& file_unit(const std::string& name);
@@ -59,12 +65,14 @@ UnitGuess guess_unit(double size);
 
 /// Why a file's unit is in doubt in a scene.
 struct UnitDoubt {
-  bool refuse;       // a run must not go on: no unit is stated, and it is not surely mm
+  bool refuse;       // a run must not go on: no unit is stated, and it is not surely mm; or the one stated is a slip
   std::string text;  // one line
 };
 
 /// What `check` and `run` say of a mesh file's unit. One that is stated is taken at its word unless the body is then
-/// smaller than a fingertip or larger than an arm; without one the file counts as in mm only if that is sure.
+/// smaller than a fingertip or larger than an arm. It is a slip where the body is then below 1 mm or above kMostBody
+/// and another unit makes it a body, or where another unit surely makes it a hand. Without one the file counts as in mm
+/// only if that is sure.
 ///
 /// size      surface_size() [file units]
 /// stated    name of the unit that the scene gives, if it gives one

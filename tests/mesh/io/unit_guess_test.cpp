@@ -118,12 +118,18 @@ TEST(UnitDoubt, AStatedUnitIsTakenAtItsWordIfItMakesABody) {
   EXPECT_FALSE(unit_doubt(0.02, "m"));
   const auto doubt = unit_doubt(0.193, "mm");
   ASSERT_TRUE(doubt);
-  EXPECT_FALSE(doubt->refuse);
+  EXPECT_TRUE(doubt->refuse);  // surely a hand in metres
   EXPECT_THAT(doubt->text, AllOf(HasSubstr("unit mm makes the body 0.193 mm across"), HasSubstr("looks like m ")));
   const auto house = unit_doubt(193e3, "mm");
   ASSERT_TRUE(house);
   EXPECT_FALSE(house->refuse);
   EXPECT_THAT(house->text, HasSubstr("193 m across; no unit makes it one"));
+  const auto ball = unit_doubt(8.6, "mm");  // small, but of use
+  ASSERT_TRUE(ball);
+  EXPECT_FALSE(ball->refuse);
+  EXPECT_TRUE(unit_doubt(0.06, "mm")->refuse);  // no hand in any unit, but a finger in metres
+  EXPECT_TRUE(unit_doubt(193, "m")->refuse);
+  EXPECT_THAT(unit_doubt(7.6, "mm")->text, HasSubstr("193 mm if in inches"));
   EXPECT_THROW(unit_doubt(193, "inch"), InputError);
 }
 

@@ -536,7 +536,7 @@ TEST_F(LiveOnTheWallClock, AHandIsFittedBesideTheSolver) {
       "body: {hand: {pose: index_up}, place: {landmark: index_pad, at_mm: [0, 0, 200]}, edge_mm: 6, keep_within_mm: "
       "22}\n"
       "target: {box: {at: index_pad, size_mm: [8, 8, 6]}, pressure_pa: 500}\n"
-      "solve: {methods: [surface], scheme: paper_corrected}\n"
+      "solve: {methods: [surface], scheme: paper_corrected, allow_coarse_mesh: true}\n"
       "motion:\n"
       "  seconds: 0.5\n"
       "  stale_ms: 10000\n"

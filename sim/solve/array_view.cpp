@@ -1,0 +1,274 @@
+#include "sim/solve/array_view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <variant>
+
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/place_text.h"
+#include "sim/core/units.h"
+#include "sim/mesh/query/clearance.h"
+#include "sim/solve/meshed_body.h"
+
+namespace touchfield {
+
+namespace {
+
+using Index = Eigen::Index;
+
+constexpr double kAlike = 0.5;                         // cosine between the axes of a part: 60 degrees
+constexpr double kLeastShare = 0.1;                    // of the pressure at the target
+constexpr double kLeastSide = 0.3;                     // length of a mean normal
+
+/// Numbers of an array's transducers by the part that they belong to.
+std::vector<std::vector<Index>> parts_of(const TransducerArray& array) {
+  std::vector<Index> left(static_cast<std::size_t>(array.size()));
+  for (std::size_t n = 0; n < left.size(); ++n) {
+    left[n] = static_cast<Index>(n);
+  }
+  std::vector<std::vector<Index>> parts;
+  while (!left.empty()) {
+    const Vector3 mean = array.axes(Eigen::all, left).rowwise().sum();
+    const Index first = *std::ranges::max_element(left, {}, [&](Index n) { return array.axes.col(n).dot(mean); });
+    const Vector3 axis = array.axes.col(first);
+    const auto others =
+        std::stable_partition(left.begin(), left.end(), [&](Index n) { return array.axes.col(n).dot(axis) < kAlike; });
+    parts.emplace_back(others, left.end());
+    left.erase(others, left.end());
+  }
+  return parts;
+}
+
+/// The largest cosine between a vector and the directions from a point to the parts of an array.
+double best_cosine(const TransducerArray& array, const std::vector<std::vector<Index>>& parts, const Vector3& at,
+                   const Vector3& normal) {
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    return -normal.dot(array.axes.col(0));
+  }
+  std::vector<std::pair<double, double>> found;  // pressure, cosine
+  double total = 0.0;
+  for (const std::vector<Index>& part : parts) {
+    Vector3 direction = Vector3::Zero();
+    double pressure = 0.0;
+    for (const Index n : part) {
+      const Vector3 to = array.positions.col(n) - at;
+      const double distance = to.norm();
+      const double gain = array.response.as_designed() ? 1.0 : array.response.gain(n);
+      const double made = gain * array.amplitudes(n) / distance *
+                          std::abs(array.directivity.value(-to.dot(array.axes.col(n)) / distance));
+      direction += made / distance * to;
+      pressure += made;
+    }
+    if (direction.norm() > 0) {
+      found.emplace_back(pressure, normal.dot(direction.normalized()));
+    }
+    total += pressure;
+  }
+  double best = -1.0;
+  for (const auto& [pressure, cosine] : found) {
+    best = pressure >= kLeastShare * total ? std::max(best, cosine) : best;
+  }
+  return best;
+}
+
+/// Box by box, those whose target has a side.
+std::vector<BoxView> box_views(const Model& model, const Target& target) {
+  const TriangleMesh& mesh = model.body.mesh;
+  const std::vector<std::vector<Index>> parts = parts_of(model.array);
+  std::vector<BoxView> views;
+  for (std::size_t b = 0; b < model.boxes.size(); ++b) {
+    double area = 0.0;
+    Vector3 centre = Vector3::Zero();
+    Vector3 normal = Vector3::Zero();
+    std::vector<double> on_body(model.scene.bodies.size(), 0.0);
+    for (std::size_t i = 0; i < target.faces.size(); ++i) {
+      if (target.box[i] == static_cast<int>(b)) {
+        const Index f = target.faces[i];
+        area += mesh.areas()(f);
+        centre += mesh.areas()(f) * mesh.centroids().col(f);
+        normal += mesh.areas()(f) * mesh.normals().col(f);
+        on_body[static_cast<std::size_t>(model.owner[static_cast<std::size_t>(f)])] += mesh.areas()(f);
+      }
+    }
+    if (area > 0 && normal.norm() >= kLeastSide * area) {
+      const auto body = static_cast<std::size_t>(std::ranges::max_element(on_body) - on_body.begin());
+      const double cosine = best_cosine(model.array, parts, centre / area, normal.normalized());
+      views.push_back({b, normal.norm() / area * cosine, std::acos(std::clamp(cosine, -1.0, 1.0)),
+                       called(model.scene.bodies[body])});
+    }
+  }
+  return views;
+}
+
+/// ". If 0.12 is in metres write 120" of a place that is within 2 mm of the origin, as hands are not.
+std::string metres_hint(const Vector3& at) {
+  constexpr double kFarthest = 2.0 * kMillimetre;
+  if (at.isZero() || at.cwiseAbs().maxCoeff() > kFarthest) {
+    return "";
+  }
+  const Vector3 typed = at / kMillimetre;
+  if ((typed.array() != 0).count() == 1) {
+    const double number = typed.sum();
+    return fmt::format(". If {:.6g} is in metres write {:.6g}", number, 1e3 * number);
+  }
+  return fmt::format(". If [{:.6g}, {:.6g}, {:.6g}] is in metres write [{:.6g}, {:.6g}, {:.6g}]", typed.x(), typed.y(),
+                     typed.z(), 1e3 * typed.x(), 1e3 * typed.y(), 1e3 * typed.z());
+}
+
+/// distance   from the skin, negative inside [m]
+[[noreturn]] void refuse_place(const BodySpec& body, const TransducerArray& array, Index transducer, double distance) {
+  const std::string place = called(body) + ".place.at_mm";
+  const std::string at = place_text(array.positions.col(transducer), 2);
+  const std::string hint = metres_hint(body.place.at);
+  if (distance < 0) {
+    throw InputError(fmt::format("{} puts transducer {} at {} inside the body; move that or array.at_mm{}", place,
+                                 transducer, at, hint));
+  }
+  throw InputError(
+      fmt::format("{} puts the body {:.1f} mm from the array, from transducer {} at {}; it must be >= {} mm "
+                  "away{}",
+                  place, distance / kMillimetre, transducer, at, kLeastClearance / kMillimetre, hint));
+}
+
+double signed_distance(const PointClearance& clearance) {
+  return clearance.inside ? -clearance.distance : clearance.distance;
+}
+
+/// Signed distances of points from a body's skin [m], negative inside, both in its own frame.
+using Distances = std::function<Eigen::VectorXd(const Points&)>;
+
+struct DistancesOf {
+  const BodySpec& spec;
+  KeptBodies* kept;
+
+  Distances operator()(const HandShape& shape) const {
+    return [&shape](const Points& x) { return hand_distances(hand_options(shape, HandOptions().edge), x); };
+  }
+  Distances operator()(const SphereShape& shape) const {
+    return [&shape](const Points& x) { return Eigen::VectorXd(x.colwise().norm().array() - shape.radius); };
+  }
+  Distances operator()(const CapsuleShape& shape) const {
+    return [&shape](const Points& x) {
+      const double half = 0.5 * shape.length;
+      Points from_axis = x;
+      from_axis.row(1) -= x.row(1).cwiseMax(-half).cwiseMin(half);
+      return Eigen::VectorXd(from_axis.colwise().norm().array() - shape.radius);
+    };
+  }
+  Distances operator()(const BoxShape& shape) const {
+    return [&shape](const Points& x) {
+      const Points beyond = x.cwiseAbs().colwise() - 0.5 * shape.size;
+      return Eigen::VectorXd(beyond.cwiseMax(0.0).colwise().norm() + beyond.colwise().maxCoeff().cwiseMin(0.0));
+    };
+  }
+  Distances operator()(const MeshShape& /*shape*/) const {
+    return [skin = plain_body(spec, 0.0, kept).mesh](const Points& x) {
+      const std::vector<PointClearance> found = point_clearances(skin, x);
+      Eigen::VectorXd distances(x.cols());
+      for (std::size_t n = 0; n < found.size(); ++n) {
+        distances(static_cast<Index>(n)) = signed_distance(found[n]);
+      }
+      return distances;
+    };
+  }
+};
+
+/// Whether a point is by the part of a body that keep_within leaves: the straight way to its centre stays by the flesh.
+bool is_by_kept_part(double keep_within, const Vector3& x, const Vector3& centre, const Distances& distances) {
+  constexpr int kSteps = 30;
+  constexpr double kFarthest = 3.0 * kMillimetre;
+  if ((x - centre).norm() > keep_within) {
+    return false;
+  }
+  Points way(3, kSteps);
+  for (int i = 0; i < kSteps; ++i) {
+    way.col(i) = x + (i + 0.5) / kSteps * (centre - x);
+  }
+  return distances(way).maxCoeff() < kFarthest;
+}
+
+}  // namespace
+
+ArrayView array_view(const Model& model) {
+  ArrayView view;
+  if (model.scene.target && hold_faces(model.body.mesh, model.boxes)) {
+    const std::vector<BoxView> boxes = box_views(model, build_target(model));
+    const auto worst = std::ranges::min_element(boxes, {}, &BoxView::cosine);
+    if (worst != boxes.end()) {
+      view.worst = *worst;
+    }
+  }
+  const double near = kNearField * model.wave.wavelength();
+  if (model.array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(model.array, model.body.mesh, near)) {
+    return view;
+  }
+  const std::vector<PointClearance> clearances = point_clearances(model.body.mesh, model.array.positions);
+  const auto nearest = std::ranges::min_element(clearances, {}, &PointClearance::distance);
+  view.transducer = nearest - clearances.begin();
+  view.distance = nearest->distance;
+  return view;
+}
+
+std::string facing_warning(const ArrayView& view, const Scene& scene) {
+  if (!view.worst || view.worst->cosine >= kFacing) {
+    return "";
+  }
+  const BoxView& worst = *view.worst;
+  const std::string box = scene.target->boxes.size() == 1 ? "box" : fmt::format("boxes[{}]", worst.box);
+  return fmt::format(
+      "facing_away: the skin in target.{} is turned {:.0f} degrees from the array, so that hardly any sound comes to "
+      "it "
+      "directly. Turn the body by {}.place.rotate_deg, or press on its other side",
+      box, worst.angle / kDegree, worst.body);
+}
+
+std::string near_field_note(const ArrayView& view, const Model& model) {
+  const double wavelengths = view.distance / model.wave.wavelength();
+  if (!(wavelengths < kNearField)) {
+    return "";
+  }
+  return fmt::format(
+      "near_field: transducer {} is {:.1f} mm from the skin, {:.2f} wavelengths. Below {:.0f} the near fields of "
+      "single "
+      "transducers and the board's reflections count. The model takes transducers for points and has no board",
+      view.transducer, view.distance / kMillimetre, wavelengths, kNearField);
+}
+
+void require_clear_transducers(const Scene& scene, const TransducerArray& array, const TriangleMesh& mesh,
+                               const std::vector<int>& owner) {
+  const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
+  const auto nearest = std::ranges::min_element(clearances, {}, signed_distance);
+  if (signed_distance(*nearest) < kLeastClearance) {
+    const auto body = static_cast<std::size_t>(owner[static_cast<std::size_t>(nearest->face)]);
+    refuse_place(scene.bodies[body], array, nearest - clearances.begin(), signed_distance(*nearest));
+  }
+}
+
+void require_clear_places(const Scene& scene, const BodyPlan& plan, const TransducerArray& array, KeptBodies* kept) {
+  constexpr int kMostTried = 20;  // transducers in what keep_within leaves out; the mesh itself is looked at later
+  if (array.kind == TransducerArray::Kind::kPlaneWave) {
+    return;
+  }
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const BodySpec& spec = scene.bodies[i];
+    if (!spec.edge) {  // its mesh is the file's own, and looked at next
+      continue;
+    }
+    const Distances distances_of = std::visit(DistancesOf{spec, kept}, spec.shape);
+    const Points own = plan.own_frame(scene, i)(array.positions);
+    Eigen::VectorXd distances = distances_of(own);
+    Index nearest = 0;
+    for (int tried = 0; tried < kMostTried && distances.minCoeff(&nearest) < kLeastClearance; ++tried) {
+      if (!spec.keep_within ||
+          is_by_kept_part(*spec.keep_within, own.col(nearest), plan.bodies[i].kept_about, distances_of)) {
+        refuse_place(spec, array, nearest, distances(nearest));
+      }
+      distances(nearest) = std::numeric_limits<double>::infinity();
+    }
+  }
+}
+
+}  // namespace touchfield
