@@ -241,7 +241,7 @@ class FolderFitter {
     if (steps_.empty()) {
       const char* other = how_.hand.side == HandSide::kRight ? "left" : "right";
       throw InputError(finds_other_hand(folder_, how_, progress)
-                           ? fmt::format("the hand was found in none of {} frames; the images show a {1} hand: give "
+                           ? fmt::format("the hand was found in none of {0} frames; the images show a {1} hand: give "
                                          "--side {1}",
                                          folder_.size(), other)
                            : nothing_found(folder_.cameras(), uses_, fitted_.frames, how_));

@@ -54,6 +54,8 @@ void add_notes(const std::vector<std::string>& steps, const std::string& file, s
   for (const std::string& step : steps) {
     notes.push_back(fmt::format("{}: {}", file, step));
   }
+}
+
 /// A point in a file's unit: "(22, 156.25, -9) mm".
 std::string file_place(const Vector3& point, const MeshShape& shape) {
   const Vector3 x = point / shape.unit;

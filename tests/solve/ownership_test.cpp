@@ -75,8 +75,8 @@ using Records = std::vector<SolveRecord>;
 static_assert(std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records&, Progress&>);
 static_assert(!std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records, Progress&>);
 static_assert(!std::is_constructible_v<SkinScattering, Shared, TransducerArray, Records&, Progress>);
-static_assert(std::is_constructible_v<SignalledPace, StopSignals&>);
-static_assert(!std::is_constructible_v<SignalledPace, StopSignals>);
+static_assert(std::is_constructible_v<SignalledPace, StopSignals&, bool>);
+static_assert(!std::is_constructible_v<SignalledPace, StopSignals, bool>);
 static_assert(!std::is_move_constructible_v<SkinModel>);  // its solver refers to its system
 
 // Functions whose results refer to an argument.

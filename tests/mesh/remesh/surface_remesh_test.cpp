@@ -177,7 +177,7 @@ void expect_sound(const TriangleMesh& mesh, const TriangleMesh& original) {
 
 // 12 faces with edges of 20 to 50 mm, or 48,000 of half a millimetre: the same box.
 // Creases hold all corners of a face without area, which no collapse may then remove and no normal lets flip.
-TEST(Remesh, LeavesNoFaceWithoutArea) {
+TEST(SurfaceRemesh, LeavesNoFaceWithoutArea) {
   const TriangleMesh whole = cube();
   Points vertices(3, 9);
   vertices << whole.vertices(), Vector3(0.005, 0.005, 0.01);  // on the diagonal 4-7 of faces 2 and 3
