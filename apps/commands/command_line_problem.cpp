@@ -160,21 +160,21 @@ std::string unknown_command(const CLI::App& app, const std::string& word) {
 
 std::string command_line_problem(const CLI::App& app, const CLI::ParseError& error) {
   const CLI::App& command = named_command(app);
+  const std::string said = error.what();
+  const std::string about = said.substr(0, said.find(':'));
+  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
+    return count_problem(command, about, said);
+  }
   const std::vector<std::string> rest = app.remaining(true);
   if (const auto option = std::ranges::find_if(rest, is_option); option != rest.end()) {
     return unknown_option(app, command, *option);
   }
-  const std::string said = error.what();
-  const std::string about = said.substr(0, said.find(':'));
   if (!rest.empty() && !shown_commands(command).empty()) {
     return unknown_command(command, rest.front());
   }
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !rest.empty()) {
     return fmt::format("{}: {} is one word too many; quote what holds blanks", path_of_command(command),
                        schema::quoted_for_message(rest.front()));
-  }
-  if (dynamic_cast<const CLI::ArgumentMismatch*>(&error) != nullptr) {
-    return count_problem(command, about, said);
   }
   if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {
     return missing_problem(command, error);

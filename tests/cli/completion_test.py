@@ -150,7 +150,7 @@ class Bash(CompletionTest):
     def test_another_shell_is_refused(self):
         done = self.touchfield("completion", "fish")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("bash,zsh", done.stderr)
+        self.assertIn("bash, zsh", done.stderr)
 
 
 class Zsh(CompletionTest):
