@@ -287,7 +287,7 @@ void draw_line(Canvas& canvas, const std::vector<Sample>& samples, const LinearA
     places.emplace_back(x.pixel(sample.x), y.pixel(sample.value));
     if (sample.high > sample.low) {
       canvas.line({x.pixel(sample.x), y.pixel(sample.low)}, {x.pixel(sample.x), y.pixel(sample.high)},
-                  marker_colour(number), 1.5);
+                  marker_colour(number), 3.0);
     }
   }
   if (joined) {
