@@ -62,7 +62,8 @@ void ConsoleProgress::advance(double fraction) {
   if (now >= stage.next && share < 1) {
     stage.wait = std::min<Clock::duration>(2 * stage.wait, kLongestWait);
     stage.next = now + stage.wait;
-    write_line(fmt::format("  {}: {:.{}f} %{}", stage.what, 100 * share, share < 0.1 ? 1 : 0, left));
+    const std::string far = share < 0.1 ? fmt::format("{:.2g}", 100 * share) : std::to_string(percent);
+    write_line(fmt::format("  {}: {} %{}", stage.what, far, left));
   }
 }
 

@@ -149,9 +149,9 @@ std::string nothing_found(const std::vector<DepthCamera>& cameras, const std::ve
                     cameras[c].name, least / kMillimetre, most / kMillimetre, use.in_workspace, use.frames);
   }
   text += fmt::format(
-      "\n  if that is not in the workspace, {} to {}: --workspace-mm, or depth_unit_mm and pose in cameras.yaml;"
-      "\n  if it is: --side, --pose and --length-mm say which hand is looked for, --learn-s 0 leaves its shape as it "
-      "is",
+      "\n  If that is not in the workspace, {} to {}: set --workspace-mm, or correct depth_unit_mm and pose."
+      "\n  If it is: --side, --pose and --length-mm say which hand is looked for. A pose in cameras.yaml may be wrong "
+      "(from camera to world), or images mirrored.",
       place_text(how.workspace[0], 0), place_text(how.workspace[1], 0));
   return text;
 }

@@ -157,7 +157,7 @@ class Fit(CommandTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("points where the hand is looked for 0 (150 asked)", done.stderr)
         self.assertIn("in the workspace in 0 of 9 frames", done.stderr)
-        self.assertIn("(0, 0, 400) mm to (10, 10, 500) mm: --workspace-mm", done.stderr)
+        self.assertIn("(0, 0, 400) mm to (10, 10, 500) mm: set --workspace-mm", done.stderr)
 
     def change(self, name, old, new):
         path = self.folder / name

@@ -103,7 +103,7 @@ class Play(CommandTest):
         scene = self.write("scene.yaml", MOVING.replace("seconds: 0.5", "seconds: 3600").replace("rate: 40", "rate: 0.002"))
         child = subprocess.Popen([PROGRAM, "play", scene, "-o", "out", "--set", "write=[h5]"], cwd=self.folder,
                                  stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        pattern = r"  play 3600 s of motion: 0\.\d %, about \d+(\.\d)? (min|h|s) left"
+        pattern = r"  play 3600 s of motion: [\d.e-]+ %, about \d+(\.\d)? (min|h|s) left"
         begun = time.monotonic()
         said = ""
         while not re.search(pattern, said) and time.monotonic() < begun + 120:
