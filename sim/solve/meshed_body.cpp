@@ -58,7 +58,8 @@ void add_notes(const std::vector<std::string>& steps, const std::string& file, s
 
 /// A point in a file's unit: "(22, 156.25, -9) mm".
 std::string file_place(const Vector3& point, const MeshShape& shape) {
-  const Vector3 x = point / shape.unit;
+  constexpr double kParts = 1e6;
+  const Vector3 x = (kParts / shape.unit * point).array().round() / kParts + 0.0;  // no -0, no 3e-17
   return fmt::format("({:.5g}, {:.5g}, {:.5g}) {}", x.x(), x.y(), x.z(), shape.unit_name);
 }
 

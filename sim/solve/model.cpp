@@ -131,7 +131,15 @@ void require_fine_mesh(const Model& model, const Target& target) {
   }
   const double wavelength = model.wave.wavelength();
   const TriangleMesh& mesh = model.body.mesh;
-  const double own = resolution_where(mesh, wavelength, target_surroundings(mesh, target.faces))->mean;
+  // About the boxes, which takes no search about every face: this comes before a mesh may prove too large for the memory.
+  std::vector<unsigned char> near(static_cast<std::size_t>(mesh.face_count()), 0);
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    near[static_cast<std::size_t>(f)] = std::ranges::any_of(model.boxes, [&](const TargetBox& box) {
+      const Vector3 from = (box.rotation.transpose() * (mesh.centroids().col(f) - box.centre)).cwiseAbs();
+      return (from - 0.5 * box.size).cwiseMax(0.0).norm() < kTargetReach;
+    });
+  }
+  const double own = resolution_where(mesh, wavelength, near)->mean;
   double judged = std::numeric_limits<double>::infinity();
   if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
     double edge = std::numeric_limits<double>::infinity();

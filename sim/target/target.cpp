@@ -46,9 +46,9 @@ void require_face_in(const TriangleMesh& mesh, const std::vector<TargetBox>& box
     }
   }
   throw InputError(fmt::format(
-      "{}: the box about {} (scene coordinates) holds the centroid of no face; the nearest is at {}, "
-      "{:.2f} mm outside it",
-      box_key(boxes, index), place_text(box.centre), place_text(mesh.centroids().col(face)), nearest / kMillimetre));
+      "{}: the box about {} (scene coordinates) holds the centroid of no face; the nearest is {:.2f} mm outside it, at "
+      "{}",
+      box_key(boxes, index), place_text(box.centre), nearest / kMillimetre, place_text(mesh.centroids().col(face))));
 }
 
 [[noreturn]] void refuse_whole_body(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes) {

@@ -80,11 +80,12 @@ TEST(Target, ABoxThatMissesTheSkinSaysByHowMuch) {
   // The lowest centroid of this sphere lies near z = -10 mm, 8 mm from the box's upper face at -18 mm.
   EXPECT_THAT(message_of({{{0, 0, -20e-3}, {8e-3, 8e-3, 4e-3}}}), HasSubstr("the nearest is 8."));
   const TargetBox good{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};
-  EXPECT_THAT(message_of({good, {{0, 0, 0}, {1e-3, 1e-3, 1e-3}}}), HasSubstr("box 1"));
+  EXPECT_THAT(message_of({good, {{0, 0, 0}, {1e-3, 1e-3, 1e-3}}}), HasSubstr("target.boxes[1]"));
 }
 
 TEST(Target, ABoxAroundTheWholeBodyIsRefused) {
-  EXPECT_THAT(message_of({{{0, 0, 0}, {30e-3, 30e-3, 30e-3}}}), HasSubstr("all 1280 faces"));
+  EXPECT_THAT(message_of({{{0, 0, 0}, {30e-3, 30e-3, 30e-3}}}),
+              HasSubstr("target.box.size_mm covers the whole body (20.1 x 20.1 x 20.1 mm)"));
   EXPECT_THROW(make_target(ball(), {}, TargetProfile::kUniform, 0.0), InputError);
 }
 
