@@ -137,7 +137,7 @@ Eigen::VectorXd hand_distances(const HandOptions& options, const Points& points)
   Eigen::VectorXd distances(points.cols());
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const Vector3 x = points.col(i);
-    distances(i) = anatomy->flesh.distance(options.side == HandSide::kRight ? x : mirrored(x));
+    distances(i) = anatomy->flesh.distance(options.side == HandSide::kLeft ? x : mirrored(x));
   }
   return distances;
 }
