@@ -250,7 +250,7 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
   }
   BodyPlan plan;
   for (const BodySpec& spec : scene.bodies) {
-    if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
+    if (std::holds_alternative<MeshShape>(spec.shape)) {
       check_unit(spec, plan.warnings);
       std::vector<std::string> notes;
       body_from_file(spec, kept, &notes);

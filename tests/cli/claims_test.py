@@ -36,7 +36,8 @@ class Claims(CommandTest):
 
     def refused(self, done, *phrases):
         self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+        said = [line for line in done.stderr.strip().splitlines() if not line.startswith("touchfield: warning: ")]
+        self.assertEqual(len(said), 1, done.stderr)
         for phrase in phrases:
             self.assertIn(phrase, done.stderr)
 

@@ -43,7 +43,7 @@ class Device(CommandTest):
     def test_what_is_no_device(self):
         done = self.touchfield("run", "scene.yaml", "-o", "out", "--device", "gpu")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("solve.device = gpu must be auto, cpu, cuda or cuda:N", done.stderr)
+        self.assertIn("--device gpu: must be auto, cpu, cuda or cuda:N", done.stderr)
 
     def test_the_resolved_scene_names_it(self):
         resolved = self.run_ok("check", "scene.yaml", "--resolved", "--set", "solve.device=cpu").stdout

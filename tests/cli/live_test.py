@@ -102,7 +102,7 @@ class Dry(LiveTest):
     def test_bad_input(self):
         for change, says in [(["--seconds", "3"], "--seconds = 3 must be <= motion.seconds = 2"),
                              (["--seconds", "nan"], "--seconds"), (["--level", "0.6"], "--max-level"),
-                             (["--set", "motion=null"], "motion: is missing"),
+                             (["--set", "motion=null"], "the scene has no motion: section"),
                              (["--set", "motion.stale_ms=0"], "motion.stale_ms"),
                              (["--set", "motion.seconds=11"], "--max-seconds raises the cap"),
                              (["--set", "motion.frames_hz=90", "--to", "sonicsurface:x", *FULL], "<= 89"),

@@ -290,7 +290,7 @@ class SweepTest(CommandTest):
         self.run_ok("hand", "-o", "a.stl", "--edge-mm", 6)
         self.write("tiny.yaml", TINY.replace("sphere: {radius_mm: 6}", "mesh: {file: a.stl, unit: mm}")
                    .replace("  edge_mm: 3\n", "")
-                   .replace("[0, 0, 60]", "[0, 0, 200]"))
+                   .replace("[0, 0, 60]", "[0, 0, 200]").replace("solve:\n", "solve:\n  allow_coarse_mesh: true\n"))
         self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
         self.run_ok("hand", "-o", "a.stl", "--force", "--edge-mm", 7)
