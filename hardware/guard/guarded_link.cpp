@@ -106,7 +106,9 @@ GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patien
   }
   // A guard that stopped of its own accord has left the reason in the channel.
   channel_.send(GuardMessage(request, std::move(with)));
-  if (!channel_.waits(kLinkPatience)) {
+  const bool waited = !channel_.waits(kLinkPatience);
+  const bool stopped = waited && guard_ && guard_->is_stopped();
+  if (waited) {
     resume_others();
   }
   std::optional<GuardMessage> answer;
@@ -121,6 +123,11 @@ GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patien
   }
   switch (static_cast<GuardReply>(answer->what)) {
     case GuardReply::kDone:
+      // With its watchdog stopped too, nobody but this process has seen it.
+      if (stopped && request != GuardRequest::kQuiet && request != GuardRequest::kClose) {
+        quiet();
+        throw DeviceError("link guard: was stopped by a signal; the array is quiet");
+      }
       return std::move(answer->with);
     case GuardReply::kInputError:
       throw InputError(unpacked<std::string>(answer->with));

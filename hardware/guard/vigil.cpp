@@ -52,6 +52,11 @@ std::optional<std::string> Vigil::fault(double now) {
   return seen->letter == 't' ? "was held by a debugger" : "said nothing for 250 ms";
 }
 
+bool Vigil::is_stopped() const {
+  const std::optional<ProcessState> seen = state();
+  return seen && seen->letter == 'T';
+}
+
 void Vigil::resume() const { ::syscall(SYS_pidfd_send_signal, process_.number(), SIGCONT, nullptr, 0); }
 
 std::optional<ProcessState> Vigil::state() const {

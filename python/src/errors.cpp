@@ -90,7 +90,8 @@ void add_errors(nb::module_& module) {
   names.not_built =
       made(module, "NotBuiltError", "Something this build was made without.", names.error, PyExc_RuntimeError);
   names.warning = made(module, "TouchfieldWarning", "What makes a result less than trustworthy.", PyExc_UserWarning);
-  names.note = made(module, "TouchfieldNote", "What is worth knowing about a result that is trustworthy.", names.warning);
+  names.note =
+      made(module, "TouchfieldNote", "What is worth knowing about a result that is trustworthy.", names.warning);
   nb::register_exception_translator(translate, nullptr);
 }
 

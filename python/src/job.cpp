@@ -63,8 +63,12 @@ class StoppingProgress : public Progress {
   void begin(std::string_view /*what*/) override { look(); }
   void advance(double /*fraction*/) override { look(); }
   void end(double /*seconds*/) override { look(); }
-  void remark(std::string_view message) override { job_.remarks.push_back({Remark::Kind::kNote, std::string(message)}); }
-  void warn(std::string_view message) override { job_.remarks.push_back({Remark::Kind::kWarning, std::string(message)}); }
+  void remark(std::string_view message) override {
+    job_.remarks.push_back({Remark::Kind::kNote, std::string(message)});
+  }
+  void warn(std::string_view message) override {
+    job_.remarks.push_back({Remark::Kind::kWarning, std::string(message)});
+  }
 
  private:
   void look() const {

@@ -43,10 +43,10 @@ void require_scatterer(const TriangleMesh& mesh, const TransducerArray& array, c
   const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
   for (std::size_t n = 0; n < clearances.size(); ++n) {
     if (clearances[n].inside || clearances[n].distance < kLeastClearance) {
-      throw InputError(fmt::format("{}: transducer {} is {} the body, {:.3g} m from its skin; it must be outside, {:g} m "
-                                   "or more from it",
-                                   who, n, clearances[n].inside ? "inside" : "outside", clearances[n].distance,
-                                   kLeastClearance));
+      throw InputError(
+          fmt::format("{}: transducer {} is {} the body, {:.3g} m from its skin; it must be outside, {:g} m "
+                      "or more from it",
+                      who, n, clearances[n].inside ? "inside" : "outside", clearances[n].distance, kLeastClearance));
     }
   }
 }

@@ -135,9 +135,8 @@ void add_shapes(nb::module_& module) {
   module.def(
       "read_mesh",
       [](nb::handle path, std::optional<double> unit) {
-        return computed(0, [file = path_of(path), unit](Progress& progress) {
-          return mesh_of_file(file, unit, progress);
-        });
+        return computed(
+            0, [file = path_of(path), unit](Progress& progress) { return mesh_of_file(file, unit, progress); });
       },
       nb::arg("path"), nb::arg("unit") = nb::none(),
       nb::sig("def read_mesh(path: str | os.PathLike, unit: float | None = None) -> Mesh"),

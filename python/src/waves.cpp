@@ -17,8 +17,8 @@ constexpr double kCelsius = 273.15;  // [K]
 
 Wave wave_of(double frequency, double temperature, bool absorption) {
   if (!(frequency >= kLeastFrequency && frequency <= kMostFrequency)) {
-    throw InputError(fmt::format("Wave: frequency = {:g} Hz must be {:g} to {:g} Hz", frequency, kLeastFrequency,
-                                 kMostFrequency));
+    throw InputError(
+        fmt::format("Wave: frequency = {:g} Hz must be {:g} to {:g} Hz", frequency, kLeastFrequency, kMostFrequency));
   }
   MediumSpec medium;
   medium.temperature = temperature + kCelsius;

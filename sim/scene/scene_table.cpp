@@ -146,7 +146,8 @@ Codec<Scene> make_scene_codec() {
   return Map<Scene>()
       .required("name", &Scene::name, name(), "my_scene", "Names the run's folder.")
       .key("medium", &Scene::medium, medium_codec(), "The air.")
-      .key("frequency_khz", &Scene::frequency, number(Unit::power_of_ten(3), between(kLeastFrequency / 1e3, kMostFrequency / 1e3)),
+      .key("frequency_khz", &Scene::frequency,
+           number(Unit::power_of_ten(3), between(kLeastFrequency / 1e3, kMostFrequency / 1e3)),
            "Frequency of the ultrasound [kHz].")
       .required("array", &Scene::array, array_codec(), "", "The transducers.")
       .maybe("body", &Scene::bodies, body_codec(), "", "What the sound is scattered by, a sound-hard skin.")

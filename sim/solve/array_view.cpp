@@ -19,9 +19,9 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double kAlike = 0.5;                         // cosine between the axes of a part: 60 degrees
-constexpr double kLeastShare = 0.1;                    // of the pressure at the target
-constexpr double kLeastSide = 0.3;                     // length of a mean normal
+constexpr double kAlike = 0.5;       // cosine between the axes of a part: 60 degrees
+constexpr double kLeastShare = 0.1;  // of the pressure at the target
+constexpr double kLeastSide = 0.3;   // length of a mean normal
 
 /// Numbers of an array's transducers by the part that they belong to.
 std::vector<std::vector<Index>> parts_of(const TransducerArray& array) {

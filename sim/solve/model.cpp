@@ -25,7 +25,7 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kGoodResolution = 3.0;           // edges per wavelength
+constexpr double kGoodResolution = 3.0;  // edges per wavelength
 
 ArrayLayout placed_layout(const ArrayLayout& layout, const Vector3& at, const Vector3& angles) {
   return transformed(layout, extrinsic_rotation(angles), at);

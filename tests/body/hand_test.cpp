@@ -438,7 +438,7 @@ TEST(Hand, DistancesAreFromTheSkinOfEitherSide) {
     options.side = side;
     const Body body = hand(options);
     const Points& vertices = body.mesh.vertices();
-    EXPECT_LT(hand_distances(options, vertices).cwiseAbs().maxCoeff(), 0.05 * kMm);
+    EXPECT_LT(hand_distances(options, vertices).cwiseAbs().maxCoeff(), 0.2 * kMm);  // as the header says
     const Vector3 pad = position(body.mesh, find_landmark(body, "index_pad"));
     for (const double off : {-2.0, 0.5, 2.0}) {
       const Points moved = body.mesh.centroids() + off * kMm * body.mesh.normals();

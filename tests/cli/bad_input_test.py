@@ -68,7 +68,7 @@ class BadInput(CommandTest):
         self.refused("run", self.scene(MESH_SCENE), "-o", "out", says=["skin.obj", "3 boundary edges"])
 
     def test_mesh_that_cannot_be_read_names_the_key(self):
-        self.refused("check", self.scene(MESH_SCENE), says=["scene.yaml:3:20: body.mesh.file: ", "skin.obj: no such file"])
+        self.refused("check", self.scene(MESH_SCENE), says=["scene.yaml:3:21: body.mesh.file: ", "skin.obj: no such file"])
         self.write("skin.obj", "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n")
         self.refused("check", self.scene(MESH_SCENE), says=["body.mesh.file: ", "skin.obj: this is a Git LFS pointer"])
 

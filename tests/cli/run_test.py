@@ -148,7 +148,7 @@ class RunTest(CommandTest):
         scene = self.write("scene.yaml", """\
 name: own_hand
 array: {grid: {count: [4, 4], pitch_mm: 10}, at_mm: [0, 0, -200]}
-body: {mesh: {file: hand.stl, unit: mm, landmarks: {tip: [-25, 190, 0]}}, place: {landmark: tip, at_mm: [0, 0, 0]}}
+body: {mesh: {file: hand.stl, unit: mm, landmarks: {tip: [-23, 167, 0]}}, place: {landmark: tip, at_mm: [0, 0, 0]}}
 solve: {methods: [{fixed: {phases_rad: 0}}]}
 """)
         faces = json.loads(self.run_ok("check", scene, "--json").stdout)["faces"]

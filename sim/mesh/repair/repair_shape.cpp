@@ -206,8 +206,8 @@ void remove_slivers(RawSurface& surface, StepLog& log) {
   std::vector<int> old_numbers;
   surface.triangles = mesh.compact(old_numbers);
   surface.points = surface.points(Eigen::all, old_numbers).eval();
-  log.push_back(fmt::format("removed {} with next to no area, the first at {}",
-                            counted(done.removed, "face", "faces"), place_text(done.first, 2)));
+  log.push_back(fmt::format("removed {} with next to no area, the first at {}", counted(done.removed, "face", "faces"),
+                            place_text(done.first, 2)));
 }
 
 void turn_outwards(RawSurface& surface, StepLog& log) {
