@@ -65,7 +65,7 @@ void play_guarded(const EmissionPlan& plan, const Playing& playing, const Modula
     }
     // A signal to both processes makes the guard stop by itself, and it has told so.
     constexpr double kSignalPatience = 0.1;
-    if (!signals.wait(kSignalPatience)) {
+    if (!signals.wait(kSignalPatience) || !link.has_told()) {
       if (!pace) {
         throw;
       }

@@ -78,6 +78,7 @@ bool SignalledPace::wait_until(double t) {
   const double planned = std::max(0.0, t - now());
   do {
     if (signals_.wait(t - now())) {
+      look(planned);
       return false;
     }
   } while (now() < t);

@@ -104,7 +104,8 @@ void add_hidden_command(CLI::App& app, Invocation& invocation, const std::string
 void add_overrides(CLI::App* command, std::vector<std::string>& overrides) {
   command->add_option("--set", overrides, "Change a key of the scene: key.path=value, value in YAML; may be repeated")
       ->take_all()
-      ->expected(1);
+      ->expected(1)
+      ->allow_extra_args(false);  // the word behind the value is the scene
 }
 
 void add_compute_device(CLI::App* command, std::vector<std::string>& overrides) {

@@ -81,6 +81,9 @@ int compare_points(const std::string& run_path, const PointsComparison& asked, c
                    const CommonFlags& flags) {
   apply_threads(flags);
   const std::string path = run_file_at(run_path);
+  if (!asked.rows.empty() && asked.rows == asked.picture) {
+    throw InputError(fmt::format("--out and --picture are both {}: give two files", asked.rows));
+  }
   for (const std::string& output : {asked.rows, asked.picture}) {
     if (!output.empty()) {
       require_free_output(output, asked.force, {path, asked.points});

@@ -114,7 +114,15 @@ class Live {
       if (failure) {
         std::rethrow_exception(failure);
       }
-      const int code = reported(report);
+      int code = 0;
+      try {
+        code = reported(report);
+      } catch (const std::exception& error) {
+        if (!report.failure) {
+          throw;
+        }
+        progress_.warn(error.what());  // how the array was left counts more
+      }
       if (report.failure) {
         std::rethrow_exception(report.failure);
       }
@@ -124,8 +132,12 @@ class Live {
       }
       throw NumericalError(fmt::format("the solver hangs: no frame for {:g} s", kPatience));
     } catch (const std::exception& error) {
-      if (directory_) {
-        directory_->fail(error.what());
+      try {
+        if (directory_) {
+          directory_->fail(error.what());
+        }
+      } catch (const std::exception& second) {
+        progress_.warn(second.what());  // the first error counts more
       }
       if (ended) {
         throw;

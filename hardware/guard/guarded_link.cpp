@@ -121,6 +121,7 @@ GuardBytes GuardedLink::ask(GuardRequest request, GuardBytes with, double patien
   if (!answer) {
     throw DeviceError("link guard: it is gone" + last_word());
   }
+  has_told_ = has_told_ || static_cast<GuardReply>(answer->what) == GuardReply::kStopped;
   switch (static_cast<GuardReply>(answer->what)) {
     case GuardReply::kDone:
       // With its watchdog stopped too, nobody but this process has seen it.

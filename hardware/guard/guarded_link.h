@@ -44,6 +44,8 @@ class GuardedLink final : public ArrayLink {
   void close() noexcept override;
   /// Of the guard, once it is closed: when it did not look after the array.
   const Gaps& gaps() const { return gaps_; }
+  /// Whether the guard stopped of its own accord: it has then told on standard error how it left the array.
+  bool has_told() const { return has_told_; }
 
  private:
   GuardBytes ask(GuardRequest request, GuardBytes with = {}, double patience = kGuardPatience);
@@ -59,6 +61,7 @@ class GuardedLink final : public ArrayLink {
   GuardedDevice device_;
   std::optional<Vigil> guard_;
   bool answers_ = true;
+  bool has_told_ = false;
   Gaps gaps_;
 };
 

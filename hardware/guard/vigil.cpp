@@ -29,10 +29,10 @@ bool Silence::look(double now, const ProcessState& state) {
 }
 
 Vigil::Vigil(pid_t process, double now)
-    : process_(static_cast<int>(::syscall(SYS_pidfd_open, process, 0))), silence_(now) {
+    : number_(process), process_(static_cast<int>(::syscall(SYS_pidfd_open, process, 0))), silence_(now) {
   const std::string path = fmt::format("/proc/{}/stat", process);
   file_ = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (process_.number() < 0 || file_.number() < 0) {
+  if (file_.number() < 0) {
     throw IoError(fmt::format("link guard: {} cannot be read: {}", path, std::strerror(errno)));
   }
 }
@@ -57,7 +57,13 @@ bool Vigil::is_stopped() const {
   return seen && seen->letter == 'T';
 }
 
-void Vigil::resume() const { ::syscall(SYS_pidfd_send_signal, process_.number(), SIGCONT, nullptr, 0); }
+void Vigil::resume() const {
+  if (process_.number() < 0) {
+    ::kill(number_, SIGCONT);
+    return;
+  }
+  ::syscall(SYS_pidfd_send_signal, process_.number(), SIGCONT, nullptr, 0);
+}
 
 std::optional<ProcessState> Vigil::state() const {
   std::array<char, 1024> text{};

@@ -59,8 +59,9 @@ class Vigil {
   std::optional<ProcessState> state() const;
 
   // Both go with the process and not with its number.
-  Descriptor process_;
-  Descriptor file_;  // /proc/PID/stat
+  pid_t number_;
+  Descriptor process_;  // none where the system has none: the number serves then
+  Descriptor file_;     // /proc/PID/stat
   Silence silence_;
 };
 

@@ -121,7 +121,13 @@ void do_work(int threads, Work work) {
   }
   const auto job = std::make_shared<Job>();
   ++working();
-  std::thread thread(work_on, job, threads, std::move(work));
+  std::thread thread;
+  try {
+    thread = std::thread(work_on, job, threads, std::move(work));
+  } catch (...) {
+    --working();
+    throw;
+  }
   while (!ended_within(*job, kLook)) {
     if (PyErr_CheckSignals() != 0) {
       nb::python_error interrupt;

@@ -39,9 +39,13 @@ void check_size(const TriangleMesh& mesh, const std::string& name) {
     surface.triangles.push_back({corners(0), corners(1), corners(2)});
   }
   const double size = surface_size(surface);
-  require_body_size(size, name);
   if (const auto doubt = unit_doubt(size, "m")) {
-    say({Remark::Kind::kWarning, fmt::format("mesh_unit: {}: {}", name, doubt->text)});
+    const std::string text = fmt::format("{}: {}", name, doubt->text);
+    if (doubt->refuse) {
+      throw InputError(text);
+    }
+    require_body_size(size, name);
+    say({Remark::Kind::kWarning, "mesh_unit: " + text});
   }
 }
 
@@ -52,7 +56,7 @@ SkinMesh mesh_of_file(const std::string& file, const std::optional<double>& unit
   if (!unit || known != kFileUnits.end()) {
     const auto doubt = unit_doubt(size, unit ? std::optional<std::string>(known->name) : std::nullopt);
     if (doubt && doubt->refuse) {
-      throw InputError(fmt::format("{}: {} by unit=1e-3, 1e-2 or 1.0", file, doubt->text));
+      throw InputError(fmt::format("{}: {}. unit=1e-3 is mm, 1e-2 is cm, 1.0 is m", file, doubt->text));
     }
     if (doubt) {
       progress.warn(fmt::format("mesh_unit: {}: {}", file, doubt->text));

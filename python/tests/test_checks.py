@@ -25,16 +25,21 @@ def test_a_file_in_metres_is_not_read_as_one_in_millimetres(tmp_path):
         hand.save(tmp_path / "hand.obj", unit)
         with pytest.raises(tf.InputError, match="hand.obj: no unit is stated, and the"):
             tf.read_mesh(tmp_path / "hand.obj")
-        with pytest.warns(tf.TouchfieldWarning, match="mesh_unit: .*hand.obj: unit mm makes the body"):
-            tf.read_mesh(tmp_path / "hand.obj", 1e-3)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             assert np.ptp(tf.read_mesh(tmp_path / "hand.obj", unit).vertices[:, 1]) == pytest.approx(np.ptp(hand.vertices[:, 1]), rel=1e-4)
+    hand.save(tmp_path / "hand.obj", 1.0)
+    with pytest.raises(tf.InputError, match="hand.obj: unit mm makes the body 0.19. mm across; it looks like m"):
+        tf.read_mesh(tmp_path / "hand.obj", 1e-3)
+    tiny = tf.sphere(2e-3, 1e-3)
+    tiny.save(tmp_path / "tiny.obj", 1e-3)
+    with pytest.warns(tf.TouchfieldWarning, match="mesh_unit: .*tiny.obj: unit mm makes the body 4.* mm across"):
+        tf.read_mesh(tmp_path / "tiny.obj", 1e-3)
     hand.save(tmp_path / "hand.stl", 1e-3)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert len(tf.read_mesh(tmp_path / "hand.stl")) == len(hand)
-    with pytest.raises(tf.InputError, match="the body is .* across, it must be"):
+    with pytest.raises(tf.InputError, match="unit m makes the body 193 m across"):
         tf.read_mesh(tmp_path / "hand.stl", 1.0)
     for unit in (0, -1, float("nan"), float("inf")):
         with pytest.raises(tf.InputError, match="unit"):
@@ -43,12 +48,15 @@ def test_a_file_in_metres_is_not_read_as_one_in_millimetres(tmp_path):
 
 def test_sizes_of_no_body_are_refused(ball):
     for scale in (1e3, 1e-4):
-        with pytest.raises(tf.InputError, match="Mesh: vertices in m: the body is .* across, it must be 0.01 to 10000 mm"):
+        with pytest.raises(tf.InputError, match="Mesh: vertices in m: (unit m makes the body|the body is) .* across"):
             tf.Mesh(ball.vertices * scale, ball.triangles)
     with pytest.raises(tf.InputError, match="sphere: radius in m: the body is 1.6e.04 mm across"):
         tf.sphere(8, 2)
-    with pytest.warns(tf.TouchfieldWarning, match="mesh_unit: Mesh: vertices in m: unit m makes the body 1.6 m across; it looks like mm"):
+    with pytest.warns(tf.TouchfieldWarning, match="mesh_unit: Mesh: vertices in m: unit m makes the body 1.6. m across"):
         tf.Mesh(ball.vertices * 1e2, ball.triangles)
+    with pytest.raises(tf.InputError, match="Mesh: vertices in m: unit m makes the body 193 m across; it looks like mm"):
+        hand = tf.hand(edge=8e-3)
+        tf.Mesh(hand.vertices * 1e3, hand.triangles)
 
 
 def test_arrays_that_nobody_can_have_built_are_refused():

@@ -41,6 +41,11 @@ class TemporaryFile {
   void write(std::string_view bytes) {
     while (!bytes.empty()) {
       const ssize_t written = ::write(file_.number(), bytes.data(), std::min(bytes.size(), kLargestWrite));
+      if (written < 0 && errno == EACCES && locked_) {  // SMB: a shared lock forbids its own holder to write
+        ::flock(file_.number(), LOCK_UN);
+        locked_ = false;
+        continue;
+      }
       if (written < 0 && errno != EINTR) {
         fail();
       }
@@ -70,9 +75,10 @@ class TemporaryFile {
 
   /// Marks the file as that of a living process, until it is closed under its own name. Shared, so that nobody who reads
   /// it there, as HDF5 does under a shared lock, is refused. False if remove_leftovers was quicker.
-  bool hold() const {
+  bool hold() {
     struct stat about {};
-    const bool refused = ::flock(file_.number(), LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    locked_ = ::flock(file_.number(), LOCK_SH | LOCK_NB) == 0;
+    const bool refused = !locked_ && errno == EWOULDBLOCK;
     return !refused && (::lstat(temporary_.c_str(), &about) == 0 || errno != ENOENT);
   }
 
@@ -100,6 +106,7 @@ class TemporaryFile {
   std::filesystem::path target_;
   std::filesystem::path temporary_;
   Descriptor file_;
+  bool locked_ = false;
   bool renamed_ = false;
 };
 
@@ -127,6 +134,9 @@ void remove_leftovers(const Descriptor& directory, const std::function<bool(cons
   const int copy = ::openat(directory.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   DIR* const listed = copy >= 0 ? ::fdopendir(copy) : nullptr;
   if (listed == nullptr) {
+    if (copy >= 0) {
+      ::close(copy);
+    }
     return;
   }
   while (const dirent* entry = ::readdir(listed)) {

@@ -164,6 +164,9 @@ End receive(int socket, const WorkLimits& limits, Received& received) {
     if (answer == 0) {
       return End::kTooLate;
     }
+    if (answer < 0) {
+      continue;  // a signal
+    }
     if (received.bytes().size() > limits.output + kLongestMessage) {
       return End::kTooLong;
     }

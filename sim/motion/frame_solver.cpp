@@ -86,11 +86,6 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
   return phases - wave.k() * (new_way - old_way);
 }
 
-bool presses(const Model& model, const TriangleMesh& mesh) {
-  return model.scene.target && model.scene.target->pressure != 0.0 && hold_faces(mesh, model.boxes);
-}
-bool presses(const Model& model) { return presses(model, model.body.mesh); }
-
 FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives)
     : moving_(moving),
       method_(method),

@@ -10,10 +10,6 @@
 
 namespace touchfield {
 
-/// Whether anything is to be pressed on at this instant: the target asks for sound, and every box of it holds a face.
-bool presses(const Model& model, const TriangleMesh& mesh);
-bool presses(const Model& model);
-
 /// Drives that span what all channels do to a body wherever its sensor may see it (MotionSensor::places), N x r, to 5e-3
 /// of b.
 ///

@@ -45,7 +45,7 @@ void explain(const std::string& text, SyntaxError& error) {
     if (line < error.place.line && first != std::string_view::npos && content[first] != '#') {
       above = line;
       const std::string found = odd_character(content.substr(line == 1 && content.starts_with(kByteOrderMark) ? 3 : 0));
-      odd = found.empty() ? odd : fmt::format("; in line {} there is a {}", line, found);
+      odd = found.empty() ? std::string() : fmt::format("; in line {} there is a {}", line, found);
     } else if (line == error.place.line && first != std::string_view::npos && content[first] == '\t') {
       error.place.column = static_cast<int>(first) + 1;
       tab = true;

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 #include <set>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -249,6 +250,9 @@ std::vector<std::string> parameters_of(const std::vector<SweepCase>& cases) {
 }  // namespace
 
 bool is_sweep_file(const std::string& path) {
+  if (std::error_code error; std::filesystem::is_fifo(path, error)) {
+    return false;  // it can be read once, and a scene is what comes by a pipe
+  }
   const std::string text = read_whole_file(path, schema::kMostTextBytes);
   try {
     Reading reading(path, {});

@@ -194,7 +194,7 @@ bool is_by_kept_part(double keep_within, const Vector3& x, const Vector3& centre
 
 ArrayView array_view(const Model& model) {
   ArrayView view;
-  if (model.scene.target && hold_faces(model.body.mesh, model.boxes)) {
+  if (presses(model)) {
     const std::vector<BoxView> boxes = box_views(model, build_target(model));
     const auto worst = std::ranges::min_element(boxes, {}, &BoxView::cosine);
     if (worst != boxes.end()) {
@@ -219,9 +219,8 @@ std::string facing_warning(const ArrayView& view, const Scene& scene) {
   const BoxView& worst = *view.worst;
   const std::string box = scene.target->boxes.size() == 1 ? "box" : fmt::format("boxes[{}]", worst.box);
   return fmt::format(
-      "facing_away: the skin in target.{} is turned {:.0f} degrees from the array, so that hardly any sound comes to "
-      "it "
-      "directly. Turn the body by {}.place.rotate_deg, or press on its other side",
+      "facing_away: the skin in target.{} is turned {:.0f} degrees from the array, so that its sound comes "
+      "round the body. Turn the body by {}.place.rotate_deg, or press on its other side",
       box, worst.angle / kDegree, worst.body);
 }
 

@@ -147,6 +147,9 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   }
   const double radius = *scene.bodies[i].keep_within;
   const Vector3& centre = plan.bodies[i].kept_about;
+  if (((body.mesh.vertices().colwise() - centre).colwise().norm().array() <= radius).all()) {
+    return;
+  }
   const Vector3 nearest = position(body.mesh, nearest_landmark(body.mesh, "", centre));
   if ((nearest - centre).norm() > kNearestSkin * radius) {
     const auto world = [&](const Vector3& own) {
@@ -157,9 +160,6 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
         "nearest is {:.1f} mm away at {}",
         scene.target->boxes.size() == 1 ? "box" : "boxes", called(scene.bodies[i]), kNearestSkin * radius / kMillimetre,
         world(centre), (nearest - centre).norm() / kMillimetre, world(nearest)));
-  }
-  if (((body.mesh.vertices().colwise() - centre).colwise().norm().array() <= radius).all()) {
-    return;
   }
   Body kept{kept_within(body.mesh, centre, radius, sizing), {}};
   kept.landmarks = carried_over(body, kept.mesh);

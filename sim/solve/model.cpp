@@ -123,6 +123,39 @@ void require_skin(const Target& target, const Model& model) {
   }
 }
 
+/// M: 1 on faces near a box. About the box and not about its faces, which takes no search: this comes before a mesh may
+/// prove too large for the memory.
+std::vector<unsigned char> faces_about(const TargetBox& box, const TriangleMesh& mesh) {
+  std::vector<unsigned char> near(static_cast<std::size_t>(mesh.face_count()), 0);
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    const Vector3 from = (box.rotation.transpose() * (mesh.centroids().col(f) - box.centre)).cwiseAbs();
+    near[static_cast<std::size_t>(f)] = (from - 0.5 * box.size).cwiseMax(0.0).norm() < kTargetReach ? 1 : 0;
+  }
+  return near;
+}
+
+/// Edges per wavelength that a judge with edges of its own takes on the target, in the box where they are fewest.
+double judge_resolution(const Model& model, const Target& target) {
+  std::vector<EdgeSizing> sizings;
+  for (std::size_t i = 0; i < model.scene.bodies.size(); ++i) {
+    sizings.push_back(sizing_of(model.scene, model.plan, i, model.scene.judge.edge));
+  }
+  std::vector<double> edges(model.boxes.size(), 0.0);
+  std::vector<double> counts(model.boxes.size(), 0.0);
+  for (std::size_t k = 0; k < target.faces.size(); ++k) {
+    const auto body = static_cast<std::size_t>(model.owner[static_cast<std::size_t>(target.faces[k])]);
+    const auto box = static_cast<std::size_t>(target.box[k]);
+    edges[box] +=
+        sizings[body].at(model.plan.to_own(model.scene, body, model.body.mesh.centroids().col(target.faces[k])));
+    counts[box] += 1;
+  }
+  double fewest = std::numeric_limits<double>::infinity();
+  for (std::size_t b = 0; b < edges.size(); ++b) {
+    fewest = counts[b] > 0 ? std::min(fewest, model.wave.wavelength() * counts[b] / edges[b]) : fewest;
+  }
+  return fewest;
+}
+
 /// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the judge's.
 void require_fine_mesh(const Model& model, const Target& target) {
   const Scene& scene = model.scene;
@@ -131,26 +164,12 @@ void require_fine_mesh(const Model& model, const Target& target) {
   }
   const double wavelength = model.wave.wavelength();
   const TriangleMesh& mesh = model.body.mesh;
-  // About the boxes, which takes no search about every face: this comes before a mesh may prove too large for the memory.
-  std::vector<unsigned char> near(static_cast<std::size_t>(mesh.face_count()), 0);
-  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
-    near[static_cast<std::size_t>(f)] = std::ranges::any_of(model.boxes, [&](const TargetBox& box) {
-      const Vector3 from = (box.rotation.transpose() * (mesh.centroids().col(f) - box.centre)).cwiseAbs();
-      return (from - 0.5 * box.size).cwiseMax(0.0).norm() < kTargetReach;
-    });
+  double own = std::numeric_limits<double>::infinity();
+  for (const TargetBox& box : model.boxes) {
+    own = std::min(own, resolution_where(mesh, wavelength, faces_about(box, mesh))->mean);
   }
-  const double own = resolution_where(mesh, wavelength, near)->mean;
-  double judged = std::numeric_limits<double>::infinity();
-  if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
-    double edge = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-      const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.judge.edge);
-      for (const Vector3& centre : model.plan.targets) {
-        edge = std::min(edge, sizing.at(model.plan.to_own(scene, i, centre)));
-      }
-    }
-    judged = wavelength / edge;
-  }
+  const double judged = scene.judge.kind == JudgeSpec::Kind::kEdge ? judge_resolution(model, target)
+                                                                   : std::numeric_limits<double>::infinity();
   if (std::min(own, judged) < kFewestSolved) {
     const BodySpec& pressed =
         scene.bodies[static_cast<std::size_t>(model.owner[static_cast<std::size_t>(target.faces[0])])];
@@ -174,12 +193,17 @@ Run read_previous(const MethodSpec& method) {
 
 }  // namespace
 
+bool presses(const Model& model, const TriangleMesh& mesh) {
+  return model.scene.target && model.scene.target->pressure != 0.0 && hold_faces(mesh, model.boxes);
+}
+bool presses(const Model& model) { return presses(model, model.body.mesh); }
+
 void require_clear(const Model& model) {
   require_clear_array(model.scene, model.array, model.body.mesh, model.owner);
   if (model.scene.bodies.size() > 1) {
     require_apart(model.scene, parted(model.body.mesh, model.owner));
   }
-  if (model.scene.target && hold_faces(model.body.mesh, model.boxes)) {
+  if (presses(model)) {
     require_skin(build_target(model), model);
   }
 }

@@ -83,6 +83,11 @@ TransducerArray build_array(const ArraySpec& spec, const Wave& wave);
 /// Whether boxes about the transducers and the mesh are further apart than so much [m]: no question then of what lies nearer.
 bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double distance);
 
+/// Whether anything is to be pressed on: the target asks for sound, and every box of it holds a face. A motion may take
+/// either away.
+bool presses(const Model& model, const TriangleMesh& mesh);
+bool presses(const Model& model);
+
 /// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses the
 ///          board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
 void require_clear(const Model& model);

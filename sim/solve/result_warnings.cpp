@@ -20,10 +20,10 @@ constexpr double kShock = 1.0;
 
 /// "3.6 kPa", "4,000 kPa", "120 Pa".
 std::string pressure_text(double pa) {
-  if (pa < 1e3) {
+  if (pa < 999.5) {
     return fmt::format("{:.3g} Pa", pa);
   }
-  return pa < 1e6 ? fmt::format("{:.3g} kPa", 1e-3 * pa) : grouped(std::lround(1e-3 * pa)) + " kPa";
+  return pa < 999.5e3 ? fmt::format("{:.3g} kPa", 1e-3 * pa) : grouped(std::lround(1e-3 * pa)) + " kPa";
 }
 
 void remark_reach(const Run& run, double most, Remarks& remarks) {

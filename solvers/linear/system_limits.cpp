@@ -165,6 +165,7 @@ void take_blas_buffers(int threads) {
   static std::mutex mutex;
   static int taken = 0;
   const std::lock_guard lock(mutex);
+  const int stacks = threads;  // OpenMP starts them all, whatever OpenBLAS was built for
   threads = std::min(threads, most_blas_threads());
   if (threads <= taken || memory_limit().empty() || blas_memory_alloc == nullptr || blas_memory_free == nullptr) {
     return;
@@ -172,8 +173,8 @@ void take_blas_buffers(int threads) {
   // A buffer of each thread's own, and one of each that calls from a loop. OpenBLAS keeps those that are given back.
   const int held = openblas_get_num_threads();
   const int more = 2 * (threads - taken) - (taken == 0 ? held : 0);
-  if (!fits(more + 1, threads)) {  // one that stays free, for everything else
-    throw std::runtime_error(no_room_for_blas(threads, more));
+  if (!fits(more + 1, stacks)) {  // one that stays free, for everything else
+    throw std::runtime_error(no_room_for_blas(stacks, more));
   }
   std::vector<void*> buffers;
   for (int i = held; i < 2 * threads; ++i) {
