@@ -72,6 +72,32 @@ class BadInput(CommandTest):
         self.write("skin.obj", "version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n")
         self.refused("check", self.scene(MESH_SCENE), says=["body.mesh.file: ", "skin.obj: this is a Git LFS pointer"])
 
+    def test_what_is_sound_is_not_refused(self):
+        hand = self.write("sound.yaml", """\
+name: sound
+array: {grid: {count: [4, 4], pitch_mm: 10.16}}
+bodies:
+  - {name: a, sphere: {radius_mm: 8}, place: {at_mm: [0, 0, 60]}, edge_mm: 3, keep_within_mm: 30}
+  - {name: b, sphere: {radius_mm: 4}, place: {at_mm: [18, 8, 60]}, edge_mm: 2.5, keep_within_mm: 30}
+target: {box: {centre_mm: [0, 0, 52], size_mm: [8, 8, 6]}, pressure_pa: 200}
+solve: {methods: [focus]}
+motion: {seconds: 0.2, change: [{path: target.pressure_pa, keys: [[0, 100], [0.1, 0], [0.2, 100]]}]}
+""")
+        # The second body is whole within its keep_within_mm; in the middle of the motion nothing is wanted.
+        self.run_ok("check", "--set", "name=first", hand)  # the word behind a value is the scene
+
+    def test_a_fine_box_does_not_hide_a_coarse_one(self):
+        scene = self.write("boxes.yaml", """\
+name: boxes
+array: {grid: {count: [4, 4], pitch_mm: 10.16}}
+bodies:
+  - {name: fine, sphere: {radius_mm: 8}, place: {at_mm: [-30, 0, 60]}, edge_mm: 1.5}
+  - {name: coarse, sphere: {radius_mm: 20}, place: {at_mm: [30, 0, 80]}, edge_mm: 8}
+target: {boxes: [{centre_mm: [-30, 0, 52], size_mm: [8, 8, 6]}, {centre_mm: [30, 0, 60], size_mm: [20, 20, 12]}], pressure_pa: 200}
+solve: {methods: [focus]}
+""")
+        self.refused("check", scene, says="edges per wavelength within 15 mm of the target are too few")
+
     def test_files_of_other_kinds(self):
         (self.folder / "wide.yaml").write_text(FINGER, encoding="utf-16")
         self.refused("check", "wide.yaml", says="wide.yaml:1:1: this is UTF-16 text: save it as UTF-8")
