@@ -88,11 +88,12 @@ void check_channels(FileReport& report, const NumberTable& table) {
   }
   const std::vector<double>& channels = table.columns.at("channel");
   for (std::size_t row = 1; row < channels.size() && !report.full(); ++row) {
-    if (!(channels[row] > channels[row - 1])) {
-      report.add(table.lines[row],
-                 fmt::format("channel = {:.15g} must be above {:.15g}, that of the row before it: rows are channels in "
-                             "their order",
-                             channels[row], channels[row - 1]));
+    if (channels[row] != channels[row - 1] + 1) {
+      report.add(
+          table.lines[row],
+          fmt::format("channel = {:.15g} must be {:.15g}, one above the row before it: rows are channels in their "
+                      "order, and alive = 0 marks one that is missing",
+                      channels[row], channels[row - 1] + 1));
     }
   }
 }

@@ -128,8 +128,9 @@ TEST(Positions, WhatAHeaderSaysWrongIsNamed) {
     EXPECT_THAT(fault(std::string("x_mm,y_mm,") + column), HasSubstr(std::string("column ") + column));
   }
   EXPECT_THAT(faults_of_positions("channel,x_mm,y_mm\n1,0,0\n0,10,0\n"),
-              ElementsAre("array.csv:3: channel = 0 must be above 1, that of the row before it: rows are channels in "
-                          "their order"));
+              ElementsAre("array.csv:3: channel = 0 must be 2, one above the row before it: rows are channels in their "
+                          "order, and alive = 0 marks one that is missing"));
+  EXPECT_THAT(faults_of_positions("channel,x_mm,y_mm\n0,0,0\n2,10,0\n"), ElementsAre(HasSubstr("must be 1")));
   EXPECT_THAT(faults_of_positions("1,2,3,4\n"),
               ElementsAre(HasSubstr("array.csv:1: 4 values, must be 3 or 6, or a header must name the columns")));
   EXPECT_THAT(faults_of_positions("x_mm;y_mm\n1,5;2\n"),
