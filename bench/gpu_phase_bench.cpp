@@ -111,14 +111,14 @@ void paper_frame(const std::shared_ptr<Gpu>& gpu, double edge_mm, int x, int y) 
   const double cpu = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   BodyOnCard card(gpu, system, SolverOptions{}, true);
   PhaseSolution found;
-  card.incident_problem(array, faces, amplitudes, weights, true);
+  card.incident_problem(array, faces, amplitudes, weights, {}, true);
   const double assembly = milliseconds(kFrames, [&] {
     card.move(mesh);
-    card.incident_problem(array, faces, amplitudes, weights, true);
+    card.incident_problem(array, faces, amplitudes, weights, {}, true);
   });
   const double frame = milliseconds(kFrames, [&] {
     card.move(mesh);
-    found = solve_incident(card.incident_problem(array, faces, amplitudes, weights, true), start, options);
+    found = solve_incident(card.incident_problem(array, faces, amplitudes, weights, {}, true), start, options);
   });
   print("paper, five steps and what they need", kTarget, mesh.face_count(), array.size(), cpu, frame,
         off(found, expected));

@@ -92,7 +92,7 @@ auto asked(const Model& model, Scheme scheme, Progress& progress, Ask ask) {
                                           largest_block(model.scene, scheme, model.array.size(), false), model,
                                           model.array.response, nullptr, records, progress);
   const Target target = build_target(model);
-  MethodSolver solver(*scattering, model.array.size(), target, model.scene.solve);
+  MethodSolver solver(*scattering, model.array.size(), target, model.scene.solve, quiet_skin(model));
   return ask(solver, target.amplitudes);
 }
 

@@ -83,30 +83,29 @@ double judge_edge_faces(const Model& model) {
 double judge_faces(const Model& model) {
   const Scene& scene = model.scene;
   const auto faces = static_cast<double>(model.body.mesh.face_count());
+  if (model.whole_faces > 0 && judged_whole(model)) {
+    return model.whole_faces;
+  }
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge:
-      return model.whole_faces > 0 && judged_whole(model) ? model.whole_faces : judge_edge_faces(model);
+      return judge_edge_faces(model);
     case JudgeSpec::Kind::kSplit:
       return faces * std::pow(4.0, scene.judge.splits);
     case JudgeSpec::Kind::kSame:
       return scene.sensing ? faces : 0.0;
+    case JudgeSpec::Kind::kAuto:
     case JudgeSpec::Kind::kNone:
       break;
   }
   return 0.0;
 }
 
-/// Of what keep_within leaves out, whether the judge has it and why.
+/// Whether a judge has what keep_within leaves out.
 std::string whole_text(const Model& model) {
-  if (model.whole_faces == 0) {
+  if (model.cut.empty()) {
     return "";
   }
-  const std::string share =
-      judged_whole(model) ? "of the whole body"
-                          : fmt::format("of what keep_within_mm leaves, of some {:.0f} in all", model.whole_faces);
-  return model.scene.judge.whole == JudgeSpec::Whole::kAuto
-             ? fmt::format(", {} (judge.whole: auto, up to {})", share, kWholeFaces)
-             : fmt::format(", {}", share);
+  return judged_whole(model) ? ", of the whole body" : ", of what keep_within_mm leaves";
 }
 
 /// Seconds of the alarms that a run raises: of its first method's scheme and of each without a cure.

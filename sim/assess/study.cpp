@@ -88,7 +88,7 @@ class Reference {
     if (from_file(scene)) {
       return split_faces(finest.body.mesh);
     }
-    return build_bodies(with_edge(scene, kReferenceEdge * finest_edge), finest.plan).body.mesh;
+    return build_bodies(with_edge(scene, kReferenceEdge * finest_edge), finest.plan, {}, Extent::kSolved).body.mesh;
   }
 
   const Model& model_;
@@ -209,7 +209,7 @@ class Ladder {
     std::vector<SolveRecord> records;
     SkinScattering scattering(model.body.mesh, model.wave, Scheme::kBurtonMillerPolished, SolverSpec{}, model.array,
                               records, progress_);
-    MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
+    MethodSolver methods(scattering, model.array.size(), target, scene_.solve, quiet_skin(model));
     const double pressure = methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.boxes, progress_);
     for (Model& rung : models_) {
       rung.scene.target->pressure = pressure;
@@ -249,7 +249,7 @@ class Ladder {
     reset_peak_memory();
     const auto start = Clock::now();
     SkinScattering scattering(model.body.mesh, model.wave, scheme, spec, model.array, records, progress_);
-    MethodSolver methods(scattering, model.array.size(), target, scene_.solve);
+    MethodSolver methods(scattering, model.array.size(), target, scene_.solve, quiet_skin(model));
     std::optional<PhaseSolution> first;
     for (const MethodSpec& method : scene_.solve.methods) {
       const PhaseSolution solution = methods.solve(method, amplitudes, progress_);

@@ -195,4 +195,14 @@ Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
       smaller > 0 ? fmt::format("{:.2f} mm rms would do", smaller / kMillimetre) : "no smaller rms was found to do"));
 }
 
+SkinPatches perturbed(SkinPatches patches, const SensingNoise& noise) {
+  const Eigen::VectorXd heights =
+      noise.rms * RandomField(1.0, noise.correlation, noise.seed).at(patches.centres());
+  const Points shifts = (patches.normals() * heights.asDiagonal()).colwise() + noise.offset;
+  for (Index j = 0; j < patches.size(); ++j) {
+    patches.corners.middleCols<3>(3 * j).colwise() += shifts.col(j);
+  }
+  return patches;
+}
+
 }  // namespace touchfield

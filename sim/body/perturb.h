@@ -1,5 +1,6 @@
 #pragma once
 
+#include "sim/mesh/query/skin_patches.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
@@ -39,5 +40,9 @@ struct Perturbed {
 /// throws    InputError on a value out of range, a mesh that cuts itself, or if damping takes more than a fifth of the
 ///           rms away; the message says where, and an rms (found by halving, tried) that would do with this seed
 Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise);
+
+/// Patches of the same skin, each moved as a whole along its normal by the field at its centre, without damping, then by
+/// the offset.
+SkinPatches perturbed(SkinPatches patches, const SensingNoise& noise);
 
 }  // namespace touchfield

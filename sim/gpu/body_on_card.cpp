@@ -146,12 +146,18 @@ Eigen::MatrixXcd BodyOnCard::spanned_pressure() const {
 
 IncidentProblem BodyOnCard::incident_problem(const TransducerArray& array, const std::vector<Eigen::Index>& faces,
                                              const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& weights,
-                                             bool scattered) {
+                                             const Eigen::MatrixXcd& beyond, bool scattered) {
   aim(array);
+  const auto size = static_cast<Eigen::Index>(faces.size()) + array.size();
+  Eigen::MatrixXcd more;
+  if (beyond.size() > 0) {
+    more = Eigen::MatrixXcd::Zero(size, size);
+    more.bottomRightCorner(array.size(), array.size()) = beyond;
+  }
   IncidentProblem problem{{}, static_cast<Eigen::Index>(faces.size())};
   guarded([&] {
     problem.device = body_->incident_gram(numbers(faces).data(), static_cast<int>(faces.size()), amplitudes.data(),
-                                          weights.data(), scattered);
+                                          weights.data(), more.size() > 0 ? more.data() : nullptr, scattered);
   });
   return problem;
 }

@@ -62,8 +62,10 @@ class BodyOnCard {
   /// The paper's problem of these faces, with or without scattering (sim/target/gram.h), whose matrix stays on the card.
   ///
   /// weights   of the faces, M
+  /// beyond    added to G^H diag(w) G, N x N, or empty
   IncidentProblem incident_problem(const TransducerArray& array, const std::vector<Eigen::Index>& faces,
-                                   const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& weights, bool scattered);
+                                   const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& weights,
+                                   const Eigen::MatrixXcd& beyond, bool scattered);
 
   /// Rows of H of the given faces, K x N [Pa].
   Solved transfer_rows(const TransducerArray& array, const std::vector<Eigen::Index>& faces,

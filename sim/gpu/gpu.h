@@ -132,8 +132,11 @@ class GpuBody {
 
   /// Q of IncidentProblem (solvers/phase/incident_problem.h) in single precision, C = diag(sqrt w) [B_T diag(p'), -b]:
   /// B_T the columns of B of `count` faces or, not scattered, of the identity; p' their amplitudes, w a weight a face.
+  ///
+  /// beyond   added to Q, as large; or null
   virtual std::unique_ptr<GramDevice> incident_gram(const int* faces, int count, const double* amplitudes,
-                                                    const double* weights, bool scattered) = 0;
+                                                    const double* weights, const GpuComplex* beyond,
+                                                    bool scattered) = 0;
 
   /// Rows of H of the given faces by transposed solves, count x N [Pa]. P is lost.
   virtual GpuSolveReport transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,

@@ -125,7 +125,11 @@ FittedSensor::FittedSensor(const Scene& scene, HandImages images, const MovingMo
       workspace_(scene.motion->sensor.workspace),
       hz_(scene.motion->sensor.hz),
       seconds_(scene.motion->seconds),
-      carrier_(hand_.carrier(solved_.first().own_frame(solved_.first().body.mesh.vertices()))) {}
+      carrier_(hand_.carrier(solved_.first().own_frame(solved_.first().body.mesh.vertices()))) {
+  if (const SkinPatches& beyond = solved_.first().beyond; !beyond.empty()) {
+    beyond_ = hand_.carrier(solved_.first().own_frame(beyond.corners));
+  }
+}
 
 double FittedSensor::time_of(std::int64_t number) const { return to_seconds(instant(number, hz_)); }
 
@@ -223,6 +227,9 @@ Seen FittedSensor::seen(const DepthFrame& frame) {
   if (!fit.lost) {
     seen.state.skin.emplace();
     tracker_->skin(fit, carrier_, *seen.state.skin);
+    if (beyond_) {
+      tracker_->skin(fit, *beyond_, seen.state.patches.emplace());
+    }
     try {
       TriangleMesh(*seen.state.skin, solved_.first().body.mesh.triangles());
     } catch (const InputError&) {

@@ -83,6 +83,7 @@ class FittedSensor final : public MotionSensor {
   double hz_;
   double seconds_;  // of the motion
   HandTemplate::Carrier carrier_;
+  std::optional<HandTemplate::Carrier> beyond_;  // of the skin that is not solved
   std::optional<HandTracker> tracker_;
   std::optional<Seen> last_;
   std::vector<TriangleMesh> rehearsed_;

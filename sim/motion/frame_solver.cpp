@@ -102,7 +102,8 @@ FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Ei
 
 void FrameSolver::set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame) {
   const bool still = methods_ && own_frame_->rotation == model.own_frame.rotation &&
-                     own_frame_->shift == model.own_frame.shift && *vertices_ == model.body.mesh.vertices();
+                     own_frame_->shift == model.own_frame.shift && *vertices_ == model.body.mesh.vertices() &&
+                     *beyond_ == model.beyond.corners;
   if (still) {
     if (target) {
       methods_->aim(*target);
@@ -113,6 +114,7 @@ void FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   scattering_.reset();
   own_frame_ = model.own_frame;
   vertices_ = model.body.mesh.vertices();
+  beyond_ = model.beyond.corners;
   const Eigen::Index block = drives_ ? drives_->cols() : model.array.size();
   scattering_ = timed(silent_, frame.seconds, "set_up", "", [&] {
     return make_scattering("frame", model.body.mesh, method_.scheme, solver_, block, model, model.array.response,
@@ -120,7 +122,7 @@ void FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   });
   SolveSpec spec = model.scene.solve;
   spec.methods = {method_};
-  methods_ = std::make_unique<MethodSolver>(*scattering_, model.array.size(), target, std::move(spec));
+  methods_ = std::make_unique<MethodSolver>(*scattering_, model.array.size(), target, std::move(spec), quiet_skin(model));
   if (drives_) {
     methods_->span(drives_);
   }

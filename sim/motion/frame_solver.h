@@ -68,6 +68,7 @@ class FrameSolver {
   // Of the frame before:
   std::optional<RigidMotion> own_frame_;
   std::optional<Points> vertices_;
+  std::optional<Points> beyond_;  // corners of skin that is not solved
   std::unique_ptr<SkinScattering> scattering_;
   std::unique_ptr<MethodSolver> methods_;
   Eigen::VectorXd phases_;

@@ -38,13 +38,13 @@ std::vector<TriangleMesh> ExactSensor::places(int count) const {
   return meshes;
 }
 
-TriangleMesh NoisySensor::seen(std::int64_t number, double seconds) const {
-  const TriangleMesh truth = truth_.at(truth_.state(seconds)).body.mesh;
+NoisySensor::Skin NoisySensor::seen(std::int64_t number, double seconds) const {
+  const Model truth = truth_.at(truth_.state(seconds));
   for (std::uint64_t draw = 0;; ++draw) {
     SensingNoise noise = noise_;
     noise.seed = static_cast<unsigned>(noise.seed + static_cast<std::uint64_t>(number) + draw * kNextDraw);
     try {
-      return perturbed(truth, noise).mesh;
+      return {perturbed(truth.body.mesh, noise).mesh, perturbed(truth.beyond, noise)};
     } catch (const InputError& error) {
       if (draw + 1 == kDraws) {
         throw InputError(fmt::format("motion.sensor: sample {} at {:.3f} s: {}", number, seconds, error.what()));
@@ -55,7 +55,9 @@ TriangleMesh NoisySensor::seen(std::int64_t number, double seconds) const {
 
 Seen NoisySensor::sample(std::int64_t number, double seconds) {
   Seen sample{seconds, truth_.state(seconds)};
-  sample.state.skin = seen(number, seconds).vertices();
+  Skin skin = seen(number, seconds);
+  sample.state.skin = skin.mesh.vertices();
+  sample.state.patches = std::move(skin.beyond.corners);
   return sample;
 }
 
@@ -64,7 +66,7 @@ std::vector<TriangleMesh> NoisySensor::places(int count) const {
   std::vector<TriangleMesh> meshes;
   for (int i = 0; i < count; ++i) {
     const double seconds = evenly(truth_, i, count);
-    meshes.push_back(seen(last_instant(to_ticks(seconds), hz), seconds));
+    meshes.push_back(seen(last_instant(to_ticks(seconds), hz), seconds).mesh);
   }
   return meshes;
 }

@@ -68,8 +68,8 @@ class ExactSensor final : public MotionSensor {
   const MovingModel& truth_;
 };
 
-/// Sees the true skin displaced by noise, as `sensing` has it of a still (perturbed): the solving mesh with its caps, the
-/// seed noise.seed + number of the sample, so that no two samples have anything of their noise in common. Where the skin
+/// Sees the true skin displaced by noise, as `sensing` has it of a still (perturbed): the solving mesh with its caps, and
+/// the skin beyond; the seed noise.seed + number of the sample, so that no two samples have anything of their noise in common. Where the skin
 /// would cut itself (perturbed throws) it is drawn anew from a seed 1,000,000 on, up to four times. Boxes on landmarks
 /// stand where the displaced skin has them.
 class NoisySensor final : public MotionSensor {
@@ -84,7 +84,11 @@ class NoisySensor final : public MotionSensor {
   std::vector<TriangleMesh> places(int count) const override;
 
  private:
-  TriangleMesh seen(std::int64_t number, double seconds) const;
+  struct Skin {
+    TriangleMesh mesh;
+    SkinPatches beyond;
+  };
+  Skin seen(std::int64_t number, double seconds) const;
 
   const MovingModel& truth_;
   SensingNoise noise_;

@@ -157,6 +157,9 @@ MotionState MotionState::beyond(const MotionState& before, double share) const {
   if (skin && before.skin) {
     *state.skin += share * (*skin - *before.skin);
   }
+  if (patches && before.patches) {
+    *state.patches += share * (*patches - *before.patches);
+  }
   return state;
 }
 
@@ -171,9 +174,9 @@ MovingSkin::MovingSkin(const Scene& scene, const BodyPlan& plan, const TriangleM
     part.begin = begin;
     part.triangles = triangles_.middleCols(faces.first - owner.begin(), faces.second - faces.first).array() -
                      static_cast<int>(begin);
-    const Eigen::Index end = begin + part.triangles.maxCoeff() + 1;
+    const Eigen::Index end = part.triangles.cols() > 0 ? begin + part.triangles.maxCoeff() + 1 : begin;
     part.own = plan.own_frame(scene, b)(Points(mesh.vertices().middleCols(begin, end - begin)));
-    if (const HandShape* hand = turning_hand(scene, b)) {
+    if (const HandShape* hand = turning_hand(scene, b); hand != nullptr && end > begin) {
       part.hand.emplace(part.own, skeleton_of(*hand), hand->side);
     }
     part.series = is_series(scene.bodies[b]);
@@ -226,9 +229,12 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progres
         "into "
         "motion.sensor.noise, which gives every sample noise of its own, and leave sensing out");
   }
-  if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
+  if (judges_own_bodies(first_)) {
     const JudgeMesh judge = build_judge_mesh(first_, kept);
     judging_.emplace(scene, first_.plan, judge.mesh, judge.owner);
+  }
+  if (!first_.beyond.empty()) {
+    beyond_.emplace(scene, first_.plan, first_.beyond.mesh(), first_.beyond.owner);
   }
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
     const HandShape* hand = turning_hand(scene, b);
@@ -283,6 +289,9 @@ Model MovingModel::at(const MotionState& state) const {
   model.own_frame = model.plan.own_frame(model.scene, 0);
   model.body.mesh = state.skin ? TriangleMesh(*state.skin, first_.body.mesh.triangles())
                                : solving_.at(model.scene, model.plan, state);
+  if (beyond_) {
+    model.beyond.corners = state.patches ? *state.patches : beyond_->at(model.scene, model.plan, state).vertices();
+  }
   if (model.scene.target) {
     const bool on_skin = model.scene.motion->target == MotionSpec::Target::kOnSkin;
     model.boxes = build_boxes(*model.scene.target, on_skin ? model.body : first_.body);
@@ -291,18 +300,16 @@ Model MovingModel::at(const MotionState& state) const {
 }
 
 std::optional<JudgeMesh> MovingModel::judge_mesh(const Model& model, const MotionState& state) const {
-  const JudgeSpec& judge = model.scene.judge;
-  switch (judge.kind) {
-    case JudgeSpec::Kind::kNone:
-      return std::nullopt;
-    case JudgeSpec::Kind::kSame:
-      return JudgeMesh{model.body.mesh, 0, model.owner};
-    case JudgeSpec::Kind::kSplit:
-      return build_judge_mesh(model);
-    case JudgeSpec::Kind::kEdge:
-      return JudgeMesh{judging_->at(model.scene, model.plan, state), std::nullopt, {}};
+  if (model.scene.judge.kind == JudgeSpec::Kind::kNone) {
+    return std::nullopt;
   }
-  throw std::logic_error("unknown judge");
+  if (judging_) {
+    return JudgeMesh{judging_->at(model.scene, model.plan, state), std::nullopt, {}};
+  }
+  if (judged_elsewhere(model)) {
+    return build_judge_mesh(model);
+  }
+  return JudgeMesh{model.body.mesh, 0, model.owner};
 }
 
 Vector3 MovingModel::patch(const Model& model) const {

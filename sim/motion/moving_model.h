@@ -22,6 +22,7 @@ struct MotionState {
   Eigen::VectorXd numbers;
   std::optional<Points> vertices{};  // in the body's own frame [m]
   std::optional<Points> skin{};      // in the world's frame [m]
+  std::optional<Points> patches{};   // corners of those of skin that is not solved, beside `skin` [m]
 
   /// On the straight line through this state and an earlier one: this + share (this - before).
   MotionState beyond(const MotionState& before, double share) const;
@@ -112,6 +113,7 @@ class MovingModel {
   std::optional<MeshSequence> sequence_;
   MovingSkin solving_;
   std::optional<MovingSkin> judging_;
+  std::optional<MovingSkin> beyond_;  // the patches of skin that is not solved
   std::vector<std::optional<SkinnedHand>> anchors_;  // of bodies whose anchor moves with their joints
   Landmark patch_;
   Remarks on_the_way_;

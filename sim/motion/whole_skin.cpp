@@ -18,7 +18,7 @@ MovingSkin whole_skin_of(const Model& first, KeptBodies* kept) {
   if (scene.target) {
     edge.near_target = WholeSkin::kNearTarget;
   }
-  const PlacedBodies whole = build_bodies(scene, first.plan, series ? nullptr : &edge, true, kept);
+  const PlacedBodies whole = build_bodies(scene, first.plan, {series ? nullptr : &edge}, Extent::kWhole, kept);
   return {scene, first.plan, whole.body.mesh, whole.owner};
 }
 

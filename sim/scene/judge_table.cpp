@@ -37,12 +37,11 @@ Codec<JudgeSpec> own_model_codec() {
       .maybe("edge_mm", &JudgeSpec::edge, edge_codec(), "1.4",
              fmt::format("Edge length of a mesh of its own [mm], as a body's edge_mm; of a hand {}.", kHandEdge.text()))
       .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kEdge; })
-      .key("whole", &JudgeSpec::whole, whole_codec(),
-           fmt::format(
-               "Whether the judge has the whole bodies where keep_within_mm leaves out parts of them; auto: where "
-               "its mesh then has no more than {} faces. Only with edge_mm.",
-               kWholeFaces))
-      .before("false")
+      .maybe("whole", &JudgeSpec::whole, whole_codec(), "true",
+             fmt::format("Out of use: a judge has the whole bodies, but with beyond: nothing. There true gives it what is "
+                         "left out, and auto where its mesh then has no more than {} faces. Only with edge_mm.",
+                         kWholeFaces))
+      .written_if([](const JudgeSpec& judge) { return judge.whole != JudgeSpec::Whole::kUnsaid; })
       .maybe("split", &JudgeSpec::splits, integer(between(1, 2)), "1",
              "Or the solving mesh with every face in four, as often as this says.")
       .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kSplit; })
@@ -50,9 +49,6 @@ Codec<JudgeSpec> own_model_codec() {
       .check([](const Input& in, JudgeSpec& judge, bool good) {
         if (good) {
           judge.kind = in.node().find("edge_mm") ? JudgeSpec::Kind::kEdge : JudgeSpec::Kind::kSplit;
-          if (judge.kind == JudgeSpec::Kind::kSplit && judge.whole == JudgeSpec::Whole::kAuto) {
-            judge.whole = JudgeSpec::Whole::kNo;
-          }
         }
         return good;
       })
@@ -63,9 +59,11 @@ Codec<JudgeSpec> own_model_codec() {
 
 Codec<JudgeSpec> judge_codec() {
   const auto bare = kept_in(
-      &JudgeSpec::kind, choice<JudgeSpec::Kind>({{"same", JudgeSpec::Kind::kSame}, {"none", JudgeSpec::Kind::kNone}}));
+      &JudgeSpec::kind, choice<JudgeSpec::Kind>({{"auto", JudgeSpec::Kind::kAuto},
+                                                 {"same", JudgeSpec::Kind::kSame},
+                                                 {"none", JudgeSpec::Kind::kNone}}));
   return plain_or_map<JudgeSpec>(bare, own_model_codec(), [](const JudgeSpec& judge) {
-    return judge.kind == JudgeSpec::Kind::kSame || judge.kind == JudgeSpec::Kind::kNone;
+    return judge.kind != JudgeSpec::Kind::kEdge && judge.kind != JudgeSpec::Kind::kSplit;
   });
 }
 

@@ -151,12 +151,19 @@ struct EdgeSpec {
   EdgeSpec scaled(double factor) const;
 };
 
+/// What the skin beyond keep_within is for the phases and the judge.
+enum class Beyond {
+  kIncident,  // quiet skin, by the incident pressure at points of it; judged with the rest
+  kNothing,   // not there: the part is taken for the body
+};
+
 struct BodySpec {
   std::string name;  // empty if it is the scene's only body
   std::variant<HandShape, SphereShape, CapsuleShape, BoxShape, MeshShape> shape;
   Placement place;
   std::optional<EdgeSpec> edge;       // absent: a mesh from a file as it is
-  std::optional<double> keep_within;  // [m] of the target; the rest of the body is left out
+  std::optional<double> keep_within;  // [m] of the target; scattering is solved there alone
+  Beyond beyond = Beyond::kIncident;  // of keep_within
 };
 
 /// The landmark that every scene with one array has: the point of the skin nearest to it.
@@ -239,27 +246,32 @@ struct SolveSpec {
   SolverSpec solver;
 };
 
-/// Faces up to which a judge by itself has the whole bodies: it then takes about as long as the strips' own model.
+/// Faces up to which `judge.whole: auto` has the whole bodies.
 inline constexpr int kWholeFaces = 12'000;
+
+/// Edges of whole bodies away from the target, up to which a judge's pressure counts [wavelengths].
+inline constexpr double kCoarsestJudge = 0.35;
 
 /// The model whose pressures a result is judged by.
 struct JudgeSpec {
   enum class Kind {
+    kAuto,   // kSame of whole bodies with edges of at most kCoarsestJudge wavelengths, else kEdge; build_model decides
     kNone,
     kSame,   // the model that was solved
     kEdge,   // the same body meshed anew
     kSplit,  // the same mesh with every face in four
   };
-  /// Whether a judge with edge lengths of its own has what keep_within leaves out.
+  /// Out of use: whether a judge with edge lengths of its own has what `beyond: nothing` leaves out.
   enum class Whole {
-    kAuto,  // where its mesh then has no more than kWholeFaces faces
+    kUnsaid,  // no
+    kAuto,    // where its mesh then has no more than kWholeFaces faces
     kYes,
     kNo,
   };
-  Kind kind = Kind::kSame;
+  Kind kind = Kind::kAuto;
   Scheme scheme = kDefaultScheme;  // of kEdge and kSplit
   EdgeSpec edge;                   // of kEdge
-  Whole whole = Whole::kAuto;      // of kEdge; of kSplit kNo
+  Whole whole = Whole::kUnsaid;    // of kEdge
   int splits = 1;                  // of kSplit: how often
 };
 

@@ -15,7 +15,6 @@
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
-#include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/meshed_body.h"
 
@@ -23,7 +22,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kMostForetold = 1e7;  // faces
 constexpr double kNearestSkin = 0.5;   // of keep_within: farther from its centre kept_within finds none
 constexpr double kKeptSkin = 0.9;      // of keep_within: nearer to the centre no face is a cap's
 
@@ -111,8 +109,10 @@ TriangleMesh joined(const std::vector<Body>& bodies) {
   return {std::move(points), std::move(triangles)};
 }
 
-std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Body>& bodies) {
-  if (bodies.size() == 1 && scene.bodies.front().name.empty()) {
+/// numbers   of the bodies in the scene
+std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Body>& bodies,
+                                       const std::vector<std::size_t>& numbers) {
+  if (scene.bodies.front().name.empty()) {
     return bodies.front().landmarks;
   }
   std::map<std::string, int> count;
@@ -127,7 +127,7 @@ std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Bod
     for (Landmark landmark : bodies[i].landmarks) {
       landmark.face += first;
       const std::string name = landmark.name;
-      landmark.name = scene.bodies[i].name + "." + name;
+      landmark.name = scene.bodies[numbers[i]].name + "." + name;
       landmarks.push_back(landmark);
       if (count[name] == 1) {
         landmark.name = name;
@@ -139,7 +139,24 @@ std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Bod
   return landmarks;
 }
 
-/// Leaves out what is farther than keep_within from the target; marks what is left as skin or cap.
+/// No skin of a body is where the target is.
+[[noreturn]] void refuse_far_target(const Scene& scene, const BodyPlan& plan, std::size_t i, const TriangleMesh& whole) {
+  const BodySpec& spec = scene.bodies[i];
+  const double half = kNearestSkin * *spec.keep_within;
+  const Vector3& centre = plan.bodies[i].kept_about;
+  const Vector3 nearest = position(whole, nearest_landmark(whole, "", centre));
+  const auto world = [&](const Vector3& own) {
+    return place_text(to_world(spec.place, plan.bodies[i].anchor, own));
+  };
+  throw InputError(fmt::format(
+      "target.{}: no skin of {} within {:.4g} mm (half of keep_within_mm) of {} (scene coordinates); the "
+      "nearest is {:.1f} mm away at {}",
+      scene.target->boxes.size() == 1 ? "box" : "boxes", called(spec), half / kMillimetre, world(centre),
+      (nearest - centre).norm() / kMillimetre, world(nearest)));
+}
+
+/// Leaves out what is farther than keep_within from the target; marks what is left as skin or cap. A body that lies
+/// beyond as a whole has no faces marked.
 void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const EdgeSizing& sizing, MeshedBody& made) {
   Body& body = made.body;
   if (plan.targets.empty()) {
@@ -152,14 +169,12 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   }
   const Vector3 nearest = position(body.mesh, nearest_landmark(body.mesh, "", centre));
   if ((nearest - centre).norm() > kNearestSkin * radius) {
-    const auto world = [&](const Vector3& own) {
-      return place_text(to_world(scene.bodies[i].place, plan.bodies[i].anchor, own));
-    };
-    throw InputError(fmt::format(
-        "target.{}: no skin of {} within {:.4g} mm (half of keep_within_mm) of {} (scene coordinates); the "
-        "nearest is {:.1f} mm away at {}",
-        scene.target->boxes.size() == 1 ? "box" : "boxes", called(scene.bodies[i]), kNearestSkin * radius / kMillimetre,
-        world(centre), (nearest - centre).norm() / kMillimetre, world(nearest)));
+    if (scene.bodies[i].beyond == Beyond::kNothing || plan.bodies[i].pressed) {
+      refuse_far_target(scene, plan, i, body.mesh);
+    }
+    made.whole = body.mesh;
+    made.skin.clear();
+    return;
   }
   Body kept{kept_within(body.mesh, centre, radius, sizing), {}};
   kept.landmarks = carried_over(body, kept.mesh);
@@ -195,6 +210,23 @@ std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& s
   return key;
 }
 
+/// The surfaces of the bodies that one mesh holds, one behind the other, by their numbers.
+std::map<int, TriangleMesh> parted(const TriangleMesh& mesh, const std::vector<int>& owner) {
+  std::map<int, TriangleMesh> parts;
+  Eigen::Index faces = 0;
+  Eigen::Index vertices = 0;
+  while (faces < mesh.face_count()) {
+    const auto begin = owner.begin() + faces;
+    const Eigen::Index count = std::upper_bound(begin, owner.end(), *begin) - begin;
+    Triangles triangles = mesh.triangles().middleCols(faces, count).array() - static_cast<int>(vertices);
+    const Eigen::Index own = triangles.maxCoeff() + 1;
+    parts.emplace(*begin, TriangleMesh(mesh.vertices().middleCols(vertices, own), std::move(triangles)));
+    faces += count;
+    vertices += own;
+  }
+  return parts;
+}
+
 }  // namespace
 
 RigidMotion BodyPlan::own_frame(const Scene& scene, std::size_t body) const {
@@ -203,28 +235,17 @@ RigidMotion BodyPlan::own_frame(const Scene& scene, std::size_t body) const {
   return {back, bodies[body].anchor - back * place.at};
 }
 
-std::vector<TriangleMesh> parted(const TriangleMesh& mesh, const std::vector<int>& owner) {
-  std::vector<TriangleMesh> parts;
-  Eigen::Index faces = 0;
-  Eigen::Index vertices = 0;
-  while (faces < mesh.face_count()) {
-    const auto begin = owner.begin() + faces;
-    const Eigen::Index count = std::upper_bound(begin, owner.end(), *begin) - begin;
-    Triangles triangles = mesh.triangles().middleCols(faces, count).array() - static_cast<int>(vertices);
-    const Eigen::Index own = triangles.maxCoeff() + 1;
-    parts.emplace_back(mesh.vertices().middleCols(vertices, own), std::move(triangles));
-    faces += count;
-    vertices += own;
-  }
-  return parts;
-}
-
-void require_apart(const Scene& scene, const std::vector<TriangleMesh>& bodies) {
+void require_apart(const Scene& scene, const TriangleMesh& mesh, const std::vector<int>& owner) {
   constexpr double kLeast = 0.05 * kMillimetre;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
-      const Clearance clearance = least_clearance(bodies[i], bodies[j]);
-      const std::string pair = fmt::format("{} and {}", scene.bodies[i].name, scene.bodies[j].name);
+  if (owner.front() == owner.back()) {
+    return;
+  }
+  const std::map<int, TriangleMesh> bodies = parted(mesh, owner);
+  for (auto one = bodies.begin(); one != bodies.end(); ++one) {
+    for (auto other = std::next(one); other != bodies.end(); ++other) {
+      const Clearance clearance = least_clearance(one->second, other->second);
+      const auto name = [&](const auto& body) { return scene.bodies[static_cast<std::size_t>(body->first)].name; };
+      const std::string pair = fmt::format("{} and {}", name(one), name(other));
       const std::string at = place_text(clearance.on_first, 2);
       if (clearance.meeting != Meeting::kApart) {
         throw InputError(fmt::format("bodies: {} {} near {}; move one by its place.at_mm", pair,
@@ -287,6 +308,7 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
       plan.targets.push_back(near_array(joined(bodies)) + box.offset);
     } else {
       const auto [i, name] = owner_of(scene, locators, box.at);
+      plan.bodies[i].pressed = true;
       plan.targets.push_back(world(i, locators[i].landmark(name)) + box.offset);
     }
   }
@@ -335,27 +357,26 @@ std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan)
   return EdgeSizing(own.far(), std::move(zones), own.growth());
 }
 
-PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge, bool whole,
+PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEdges& edges, Extent extent,
                           KeptBodies* kept) {
   std::vector<Body> bodies;
+  std::vector<std::size_t> numbers;  // of them
   std::vector<int> owner;
   std::vector<unsigned char> skin;
-  double whole_faces = 0;
-  bool cut = false;
-  const bool foretold =
-      edge == nullptr && scene.judge.kind == JudgeSpec::Kind::kEdge &&
-      std::ranges::any_of(scene.bodies, [](const BodySpec& spec) { return spec.keep_within.has_value(); });
+  std::vector<PlacedBodies::Whole> whole;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const BodySpec& spec = scene.bodies[i];
-    const EdgeSpec* own = edge != nullptr ? edge : (spec.edge ? &*spec.edge : nullptr);
+    std::optional<EdgeSpec> own = edges.edge != nullptr ? *edges.edge : spec.edge;
     std::optional<EdgeSizing> sizing;
-    if (own != nullptr) {
+    if (own) {
+      own->far = std::min(own->far, edges.coarsest);
       sizing = sizing_of(scene, plan, i, *own, kept);
     }
-    const bool part = spec.keep_within && !whole;
+    const bool part = spec.keep_within && (extent == Extent::kSolved ||
+                                           (extent == Extent::kJudged && spec.beyond == Beyond::kNothing));
     const auto make = [&] {
-      MeshedBody made{meshed(spec, own, sizing ? &*sizing : nullptr, kept), {}, {}};
-      require_closed_surface(made.body.mesh, called(scene.bodies[i]));
+      MeshedBody made{meshed(spec, own ? &*own : nullptr, sizing ? &*sizing : nullptr, kept), {}, {}};
+      require_closed_surface(made.body.mesh, called(spec));
       made.skin.assign(static_cast<std::size_t>(made.body.mesh.face_count()), 1);
       if (part) {
         keep_part(scene, plan, i, sizing.value_or(EdgeSizing(made.body.mesh.mean_edge())), made);
@@ -363,27 +384,35 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSp
       return made;
     };
     const auto place = [&](const MeshedBody& made) {
-      if (foretold) {
-        cut = cut || made.whole;
-        whole_faces += wanted_faces(made.whole ? *made.whole : made.body.mesh,
-                                    sizing_of(scene, plan, i, scene.judge.edge, kept), kMostForetold);
+      const auto world = [&](const Body& body) {
+        return placed(body, plan.bodies[i].anchor, spec.place.at, spec.place.angles);
+      };
+      if (made.whole) {
+        whole.push_back({static_cast<int>(i), world({*made.whole, {}}).mesh});
       }
-      owner.insert(owner.end(), made.skin.size(), static_cast<int>(i));
-      skin.insert(skin.end(), made.skin.begin(), made.skin.end());
-      bodies.push_back(placed(made.body, plan.bodies[i].anchor, spec.place.at, spec.place.angles));
+      if (!made.skin.empty()) {
+        owner.insert(owner.end(), made.skin.size(), static_cast<int>(i));
+        skin.insert(skin.end(), made.skin.begin(), made.skin.end());
+        bodies.push_back(world(made.body));
+        numbers.push_back(i);
+      }
     };
     if (kept != nullptr) {
-      place(kept->get(fmt::format("{} {}", edge != nullptr ? "judge" : "solver", i),
+      place(kept->get(fmt::format("{} {}", extent == Extent::kSolved ? "solver" : "judge", i),
                       meshing_key(spec, sizing, part ? &plan.bodies[i].kept_about : nullptr), make));
     } else {
       place(make());
     }
   }
-  PlacedBodies all{
-      {joined(bodies), joined_landmarks(scene, bodies)}, std::move(owner), std::move(skin), cut ? whole_faces : 0.0};
-  if (bodies.size() > 1) {
-    require_apart(scene, parted(all.body.mesh, all.owner));
+  if (bodies.empty()) {
+    const RigidMotion own_frame = plan.own_frame(scene, 0);
+    refuse_far_target(scene, plan, 0, {own_frame(whole.front().mesh.vertices()), whole.front().mesh.triangles()});
   }
+  PlacedBodies all{{joined(bodies), joined_landmarks(scene, bodies, numbers)},
+                   std::move(owner),
+                   std::move(skin),
+                   std::move(whole)};
+  require_apart(scene, all.body.mesh, all.owner);
   return all;
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ struct BodyPlan {
   struct Entry {
     Vector3 anchor = Vector3::Zero();      // the point in the body's own frame that lands on place.at [m]
     Vector3 kept_about = Vector3::Zero();  // keep_within's centre in the body's own frame [m]
+    bool pressed = false;                  // a box stands at a landmark of the body
   };
   std::vector<Entry> bodies;
   std::vector<Vector3> targets;          // centres of the target's boxes, in the world [m]
@@ -35,15 +37,25 @@ struct BodyPlan {
   }
 };
 
+/// How much of the bodies is meshed.
+enum class Extent {
+  kSolved,  // what keep_within leaves
+  kJudged,  // the whole of them, but with `beyond: nothing` what keep_within leaves
+  kWhole,
+};
+
 /// All bodies of a scene as one surface, in the world's frame.
 struct PlacedBodies {
   Body body;               // landmarks: of a single body under their own names; of several as body.landmark, and under
                            // their own names where only one body has one
   std::vector<int> owner;  // M: number of the body a face is of
   std::vector<unsigned char> skin;  // M: 1 on skin of the body, 0 on caps of keep_within and within a tenth of its
-                                    // radius from them
-  double whole_faces = 0;  // without an edge of its own: about how many faces a judge with edge lengths of its own has
-                           // of the whole bodies; 0 if there is no such judge, or keep_within leaves nothing out
+                                             // radius from them
+  struct Whole {
+    int owner;
+    TriangleMesh mesh;
+  };
+  std::vector<Whole> whole;  // the bodies that keep_within cut, before it did
 };
 
 /// Finds anchors and centres without meshing finely.
@@ -55,22 +67,26 @@ struct PlacedBodies {
 BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const TriangleMesh&)>& near_array,
                      KeptBodies* kept = nullptr);
 
-/// Meshes every body by its edge lengths and puts it into its place.
+/// By which edge lengths bodies are meshed.
+struct BodyEdges {
+  const EdgeSpec* edge = nullptr;                                // taken for every body's own edge_mm where it is given
+  double coarsest = std::numeric_limits<double>::infinity();  // [m]: longer far edges of edge_mm are cut down to it
+};
+
+/// Meshes every body by its edge lengths and puts it into its place. A body without skin within half of keep_within is
+/// left out where it is `incident` beyond it and nothing of the target stands on it.
 ///
-/// edge    taken for every body's own edge_mm where it is given
-/// whole   leaves keep_within out
 /// kept    meshes of scenes before this one, used where a body is the same in its own frame
-/// throws  InputError if two bodies touch or one lies in another, or no skin of a body is within half of keep_within
-PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const EdgeSpec* edge = nullptr, bool whole = false,
+/// throws  InputError if two bodies touch or one lies in another, or no skin of a body that may not be left out, or of
+///         all bodies, is within half of keep_within
+PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEdges& edges, Extent extent,
                           KeptBodies* kept = nullptr);
 
-/// The surfaces of the bodies that one mesh holds, one behind the other.
+/// throws   InputError if two of the bodies that one mesh holds, one behind the other, cut each other, lie one in the
+///          other or are nearer than 0.05 mm
 ///
 /// owner   M: number of the body a face is of
-std::vector<TriangleMesh> parted(const TriangleMesh& mesh, const std::vector<int>& owner);
-
-/// throws   InputError if two bodies of a scene cut each other, lie one in the other or are nearer than 0.05 mm
-void require_apart(const Scene& scene, const std::vector<TriangleMesh>& bodies);
+void require_apart(const Scene& scene, const TriangleMesh& mesh, const std::vector<int>& owner);
 
 /// The size field in the world's frame of a scene with one body; nothing if there are several, or no edge_mm.
 std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan);

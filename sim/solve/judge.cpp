@@ -23,7 +23,7 @@ std::unique_ptr<SkinScattering> judge_scattering(const Model& model, const Solve
                                                  const std::function<SkinScattering&()>& own, Run& run,
                                                  Progress& progress) {
   const ChannelResponse& response = model.array_truth ? model.array_truth->response : model.array.response;
-  if (model.scene.judge.kind == JudgeSpec::Kind::kSame && !model.truth) {
+  if (model.scene.judge.kind == JudgeSpec::Kind::kSame && !model.truth && !judges_own_bodies(model)) {
     return std::make_unique<SkinScattering>(own(), response);
   }
   SolverSpec spec = model.scene.solve.solver;
@@ -117,9 +117,9 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
     run.methods[s].metrics.judge_difference = differences(column);
     run.methods[s].metrics.judge_difference_target = target_differences(column);
   }
-  run.judge = scene.judge.kind == JudgeSpec::Kind::kSame    ? "truth"
+  run.judge = judges_own_bodies(model)                      ? "edge"
               : scene.judge.kind == JudgeSpec::Kind::kSplit ? "split"
-                                                            : "edge";
+                                                            : "truth";
   run.judge_model = std::move(judge_model);
 }
 

@@ -13,7 +13,7 @@ namespace touchfield {
 /// A body meshed in its own frame.
 struct MeshedBody {
   Body body;
-  std::vector<unsigned char> skin;      // M: 0 on and near the caps of keep_within, else 1
+  std::vector<unsigned char> skin;      // M: 0 on and near the caps of keep_within, else 1; empty: all lies beyond it
   std::vector<std::string> notes;       // what was done to the faces of its file, a line each
   std::optional<TriangleMesh> whole{};  // before keep_within cut it, if it did
 };

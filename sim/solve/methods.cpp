@@ -125,8 +125,12 @@ double golden_section(const std::function<double(double)>& f, double low, double
 }  // namespace
 
 MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target,
-                           SolveSpec spec)
-    : scattering_(scattering), channels_(channels), target_(std::move(target)), spec_(std::move(spec)) {}
+                           SolveSpec spec, QuietSkin quiet)
+    : scattering_(scattering),
+      channels_(channels),
+      target_(std::move(target)),
+      spec_(std::move(spec)),
+      quiet_(std::move(quiet)) {}
 
 void MethodSolver::aim(Target target) {
   target_ = std::move(target);
@@ -190,17 +194,21 @@ PhaseSolution MethodSolver::found(const MethodSpec& method, const Eigen::VectorX
 
 const Eigen::MatrixXcd& MethodSolver::weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
                                                        FaceWeights faces,
-                                                       std::map<FaceWeights, Eigen::MatrixXcd>& kept) {
+                                                       std::map<FaceWeights, Eigen::MatrixXcd>& kept) const {
   Eigen::MatrixXcd& gram = kept[faces];
   if (gram.size() == 0) {
     gram = weighted_gram(g, weights);
+    if (!quiet_.beyond.empty()) {
+      const ScatteringSystem& system = scattering_.system();
+      gram += quiet_.beyond_gram(faces, system.wave(), system.mesh().areas().mean());
+    }
   }
   return gram;
 }
 
 IncidentProblem MethodSolver::unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces) {
   const Eigen::MatrixXcd& g = scattering_.unit_field().pressure;
-  const Eigen::VectorXd weights = row_weights(faces, scattering_.system().mesh().areas(), g.rows());
+  const Eigen::VectorXd weights = quiet_.misfit_weights(faces, scattering_.system().mesh().areas(), g.rows());
   return unscattered_problem(target_->faces, g, weighted_gram_of(g, weights, faces, gram_free_), amplitudes, weights);
 }
 
@@ -210,7 +218,7 @@ IncidentProblem MethodSolver::scattered(const Eigen::VectorXd& amplitudes, FaceW
   if (columns_.size() == 0) {
     columns_ = system.columns(target_->faces);
   }
-  const Eigen::VectorXd weights = row_weights(faces, system.mesh().areas(), columns_.rows());
+  const Eigen::VectorXd weights = quiet_.misfit_weights(faces, system.mesh().areas(), columns_.rows());
   if (unit.slope.size() == 0 && unit.interior.size() == 0) {  // b is the incident pressure itself
     const Eigen::MatrixXcd& gram = weighted_gram_of(unit.pressure, weights, faces, gram_free_);
     return scattered_problem(columns_, unit.pressure, gram, amplitudes, weights);
@@ -228,9 +236,11 @@ PhaseSolution MethodSolver::solve_incident_method(const MethodSpec& method, cons
   const bool free = method.kind->model == MethodModel::kFree;
   std::optional<IncidentProblem> on_card;
   if (!leave_card_) {
-    const Eigen::VectorXd& areas = scattering_.system().mesh().areas();
-    on_card =
-        scattering_.incident_on_card(target_->faces, amplitudes, row_weights(method.faces, areas, areas.size()), !free);
+    const ScatteringSystem& system = scattering_.system();
+    const Eigen::VectorXd& areas = system.mesh().areas();
+    on_card = scattering_.incident_on_card(target_->faces, amplitudes,
+                                           quiet_.misfit_weights(method.faces, areas, areas.size()),
+                                           quiet_.beyond_gram(method.faces, system.wave(), areas.mean()), !free);
   }
   const IncidentProblem problem = on_card ? std::move(*on_card)
                                   : free  ? unscattered(amplitudes, method.faces)
@@ -250,14 +260,14 @@ const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double
   if (!transfer_ || transfer_->quiet_weight < quiet_weight) {
     transfer_.reset();
     if (drives_ && !spanned_) {
-      transfer_ = make_transfer_on_card(scattering_, drives_, *target_, quiet_weight);
+      transfer_ = make_transfer_on_card(scattering_, drives_, *target_, quiet_, quiet_weight);
     }
     if (!transfer_ && drives_ && !spanned_) {
       spanned_ = spanned_pressure(scattering_, *drives_);
     }
     if (!transfer_) {
-      transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_weight)
-                           : make_transfer(scattering_, *target_, quiet_weight);
+      transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_, quiet_weight)
+                           : make_transfer(scattering_, *target_, quiet_, quiet_weight);
     }
     progress.note(describe_transfer(*transfer_, channels_));
     if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !leave_card_) {

@@ -6,7 +6,7 @@
 
 #include "sim/solve/skin_scattering.h"
 #include "sim/solve/transfer.h"
-#include "sim/target/gram.h"
+#include "sim/target/quiet_skin.h"
 #include "sim/target/target.h"
 #include "solvers/phase/incident_problem.h"
 #include "solvers/phase/phase_device.h"
@@ -23,7 +23,9 @@ class MethodSolver {
  public:
   /// scattering   outlives the solver
   /// target       absent for scenes without one; methods other than `fixed` need one
-  MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target, SolveSpec spec);
+  /// quiet        of the scattering's mesh
+  MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target, SolveSpec spec,
+               QuietSkin quiet = {});
 
   SkinScattering& scattering() const { return scattering_; }
 
@@ -70,8 +72,8 @@ class MethodSolver {
                                   const Eigen::VectorXd* before, const IterationCallback& advance, Progress& progress);
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
-  static const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
-                                                  FaceWeights faces, std::map<FaceWeights, Eigen::MatrixXcd>& kept);
+  const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
+                                           FaceWeights faces, std::map<FaceWeights, Eigen::MatrixXcd>& kept) const;
   const Transfer& transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress);
   const Eigen::RowVectorXcd& central_row();
 
@@ -79,12 +81,13 @@ class MethodSolver {
   Eigen::Index channels_;
   std::optional<Target> target_;
   SolveSpec spec_;
+  QuietSkin quiet_;
   std::shared_ptr<const Eigen::MatrixXcd> drives_;  // given to span(), or none
   bool leave_card_ = false;                         // for want of memory there
   // Empty until needed:
   std::optional<SpannedPressure> spanned_;  // of drives_
   std::optional<Transfer> transfer_;
-  std::map<FaceWeights, Eigen::MatrixXcd> gram_free_;  // of the incident pressures
+  std::map<FaceWeights, Eigen::MatrixXcd> gram_free_;  // of the incident pressures, those beyond among them
   Eigen::MatrixXcd b_;                                 // of every channel, where it is not the incident pressure
   std::map<FaceWeights, Eigen::MatrixXcd> gram_b_;     // likewise
   Eigen::MatrixXcd columns_;                           // B_T

@@ -1,6 +1,7 @@
 #include "sim/solve/model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -17,7 +18,9 @@
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/subdivide.h"
+#include "sim/mesh/subset.h"
 #include "sim/solve/array_view.h"
+#include "sim/solve/beyond_skin.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/store/run_file.h"
 
@@ -156,6 +159,81 @@ double judge_resolution(const Model& model, const Target& target) {
   return fewest;
 }
 
+/// The edges that a judge meshes bodies anew by. One without edge lengths of its own takes the bodies', none longer than
+/// what counts once its faces are split.
+BodyEdges judge_edges(const Scene& scene, const Wave& wave) {
+  if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
+    return {&scene.judge.edge};
+  }
+  const int splits = scene.judge.kind == JudgeSpec::Kind::kSplit ? scene.judge.splits : 0;
+  return {nullptr, std::ldexp(kCoarsestJudge * wave.wavelength(), splits)};
+}
+
+/// The judge of a scene that says nothing of one: the solving model where it has all that counts, finely enough; else
+/// whole bodies, with edges that are a fifth shorter near the target.
+JudgeSpec usual_judge(const Scene& scene, const Wave& wave) {
+  constexpr double kFinerNear = 0.8;
+  const double coarsest = kCoarsestJudge * wave.wavelength();
+  JudgeSpec judge;
+  judge.kind = JudgeSpec::Kind::kSame;
+  const auto is_part = [](const BodySpec& body) { return body.keep_within && body.beyond == Beyond::kIncident; };
+  const auto is_coarse = [&](const BodySpec& body) { return body.edge && body.edge->far > coarsest; };
+  const bool all_meshed = std::ranges::all_of(scene.bodies, [](const BodySpec& body) { return body.edge.has_value(); });
+  if (!scene.target || !all_meshed || std::ranges::none_of(scene.bodies, [&](const BodySpec& body) {
+        return is_part(body) || is_coarse(body);
+      })) {
+    return judge;
+  }
+  judge.kind = JudgeSpec::Kind::kEdge;
+  judge.edge.far = coarsest;
+  judge.edge.within = 0.0;
+  double near = std::numeric_limits<double>::infinity();
+  for (const BodySpec& body : scene.bodies) {
+    near = std::min(near, body.edge->near_target.value_or(body.edge->near.empty() ? body.edge->far : near));
+    for (const auto& [landmark, length] : body.edge->near) {
+      judge.edge.near[landmark] = kFinerNear * length;
+    }
+    judge.edge.within = std::max(judge.edge.within, body.edge->within);
+  }
+  if (std::isfinite(near)) {
+    judge.edge.near_target = std::min(kFinerNear * near, coarsest);
+  }
+  return judge;
+}
+
+/// About how many faces a judge has of the whole bodies; 0 if nothing is cut or it has no mesh.
+double faces_of_whole(const Model& model, const std::vector<PlacedBodies::Whole>& whole) {
+  constexpr double kMostForetold = 1e7;
+  const Scene& scene = model.scene;
+  if (whole.empty() || scene.judge.kind == JudgeSpec::Kind::kNone) {
+    return 0.0;
+  }
+  const BodyEdges edges = judge_edges(scene, model.wave);
+  const auto faces_of = [&](const TriangleMesh& mesh, std::size_t body) {
+    std::optional<EdgeSpec> edge = edges.edge != nullptr ? *edges.edge : scene.bodies[body].edge;
+    if (!edge) {
+      return static_cast<double>(mesh.face_count());
+    }
+    edge->far = std::min(edge->far, edges.coarsest);
+    return wanted_faces({model.plan.own_frame(scene, body)(mesh.vertices()), mesh.triangles()},
+                        sizing_of(scene, model.plan, body, *edge), kMostForetold);
+  };
+  double faces = 0.0;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const auto body = static_cast<int>(i);
+    const auto cut = std::ranges::find(whole, body, &PlacedBodies::Whole::owner);
+    if (cut != whole.end()) {
+      faces += faces_of(cut->mesh, i);
+    } else {
+      const Triangles own = faces_where(model.body.mesh.triangles(), [&](Eigen::Index f) {
+        return model.owner[static_cast<std::size_t>(f)] == body;
+      });
+      faces += faces_of({model.body.mesh.vertices(), own}, i);
+    }
+  }
+  return scene.judge.kind == JudgeSpec::Kind::kSplit ? faces * std::pow(4.0, scene.judge.splits) : faces;
+}
+
 /// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the judge's.
 void require_fine_mesh(const Model& model, const Target& target) {
   const Scene& scene = model.scene;
@@ -168,7 +246,7 @@ void require_fine_mesh(const Model& model, const Target& target) {
   for (const TargetBox& box : model.boxes) {
     own = std::min(own, resolution_where(mesh, wavelength, faces_about(box, mesh))->mean);
   }
-  const double judged = scene.judge.kind == JudgeSpec::Kind::kEdge ? judge_resolution(model, target)
+  const double judged = model.scene.judge.kind == JudgeSpec::Kind::kEdge ? judge_resolution(model, target)
                                                                    : std::numeric_limits<double>::infinity();
   if (std::min(own, judged) < kFewestSolved) {
     const BodySpec& pressed =
@@ -201,7 +279,7 @@ bool presses(const Model& model) { return presses(model, model.body.mesh); }
 void require_clear(const Model& model) {
   require_clear_array(model.scene, model.array, model.body.mesh, model.owner);
   if (model.scene.bodies.size() > 1) {
-    require_apart(model.scene, parted(model.body.mesh, model.owner));
+    require_apart(model.scene, model.body.mesh, model.owner);
   }
   if (presses(model)) {
     require_skin(build_target(model), model);
@@ -283,42 +361,67 @@ Target build_target(const Model& model, const TriangleMesh& mesh) {
   return make_target(mesh, model.boxes, target.profile, target.pressure.value_or(1.0));
 }
 
-bool judged_elsewhere(const Scene& scene) {
-  const JudgeSpec::Kind kind = scene.judge.kind;
-  return kind == JudgeSpec::Kind::kEdge || kind == JudgeSpec::Kind::kSplit ||
-         (kind == JudgeSpec::Kind::kSame && (scene.sensing || solver_mistakes_channels(scene.array)));
+QuietSkin quiet_skin(const Model& model) {
+  QuietSkin quiet;
+  if (model.beyond.empty()) {
+    return quiet;
+  }
+  quiet.faces.setOnes(model.body.mesh.face_count());
+  for (Eigen::Index f = 0; f < quiet.faces.size(); ++f) {
+    const auto face = static_cast<std::size_t>(f);
+    const BodySpec& body = model.scene.bodies[static_cast<std::size_t>(model.owner[face])];
+    quiet.faces(f) = model.skin[face] == 0 && body.beyond == Beyond::kIncident ? 0.0 : 1.0;
+  }
+  quiet.beyond = model.beyond;
+  quiet.array = model.array;
+  return quiet;
+}
+
+bool judged_elsewhere(const Model& model) {
+  const JudgeSpec::Kind kind = model.scene.judge.kind;
+  return kind == JudgeSpec::Kind::kSplit || judges_own_bodies(model) ||
+         (kind == JudgeSpec::Kind::kSame && (model.scene.sensing || solver_mistakes_channels(model.scene.array)));
 }
 
 bool judged_whole(const Model& model) {
   const JudgeSpec& judge = model.scene.judge;
-  return judge.kind == JudgeSpec::Kind::kEdge &&
-         (judge.whole == JudgeSpec::Whole::kYes ||
-          (judge.whole == JudgeSpec::Whole::kAuto && model.whole_faces <= kWholeFaces));
+  const bool part = std::ranges::any_of(model.cut, [&](int body) {
+    return model.scene.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kNothing;
+  });
+  return !part || (judge.kind == JudgeSpec::Kind::kEdge &&
+                   (judge.whole == JudgeSpec::Whole::kYes ||
+                    (judge.whole == JudgeSpec::Whole::kAuto && model.whole_faces <= kWholeFaces)));
+}
+
+bool judges_own_bodies(const Model& model) {
+  const JudgeSpec::Kind kind = model.scene.judge.kind;
+  return kind == JudgeSpec::Kind::kEdge || (kind != JudgeSpec::Kind::kNone && !model.beyond.empty());
+}
+
+bool is_of_part(const Model& model) {
+  return !model.cut.empty() && (model.scene.judge.kind == JudgeSpec::Kind::kNone || !judged_whole(model));
 }
 
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
   const Scene& scene = model.scene;
-  const TriangleMesh& own = model.truth ? *model.truth : model.body.mesh;
-  switch (scene.judge.kind) {
-    case JudgeSpec::Kind::kEdge: {
-      PlacedBodies bodies = build_bodies(scene, model.plan, &scene.judge.edge, judged_whole(model), kept);
-      require_closed_surface(bodies.body.mesh, "judge");
+  const int splits = scene.judge.kind == JudgeSpec::Kind::kSplit ? scene.judge.splits : 0;
+  const auto split = [splits](TriangleMesh mesh) {
+    for (int i = 0; i < splits; ++i) {
+      mesh = split_faces(mesh);
+    }
+    return mesh;
+  };
+  if (judges_own_bodies(model)) {
+    const Extent extent = judged_whole(model) ? Extent::kWhole : Extent::kJudged;
+    PlacedBodies bodies = build_bodies(scene, model.plan, judge_edges(scene, model.wave), extent, kept);
+    require_closed_surface(bodies.body.mesh, "judge");
+    if (splits == 0) {
       return {std::move(bodies.body.mesh), std::nullopt, std::move(bodies.owner)};
     }
-    case JudgeSpec::Kind::kSplit: {
-      TriangleMesh mesh = own;
-      for (int i = 0; i < scene.judge.splits; ++i) {
-        mesh = split_faces(mesh);
-      }
-      return {std::move(mesh), scene.judge.splits};
-    }
-    case JudgeSpec::Kind::kSame:
-      if (judged_elsewhere(scene)) {
-        return {own, 0};
-      }
-      break;
-    case JudgeSpec::Kind::kNone:
-      break;
+    return {split(std::move(bodies.body.mesh)), std::nullopt};
+  }
+  if (judged_elsewhere(model)) {
+    return {split(model.truth ? *model.truth : model.body.mesh), splits};
   }
   throw std::logic_error("this judge has no mesh of its own");
 }
@@ -338,7 +441,8 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   const auto near_array = [&](const TriangleMesh& mesh) { return nearest_to_array(array, mesh); };
   BodyPlan plan = plan_bodies(scene, near_array, kept);
   require_clear_places(scene, plan, array, kept);
-  PlacedBodies bodies = build_bodies(scene, plan, nullptr, false, kept);
+  PlacedBodies bodies = build_bodies(scene, plan, {}, Extent::kSolved, kept);
+  BeyondSkin beyond = beyond_skin(scene, bodies, array, wave.wavelength());
   require_closed_surface(bodies.body.mesh, "body");
   require_clear_array(scene, array, bodies.body.mesh, bodies.owner);
   for (const MethodSpec& method : scene.solve.methods) {
@@ -355,11 +459,21 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
               std::move(bodies.body),
               std::move(bodies.owner),
               std::move(bodies.skin),
-              bodies.whole_faces,
+              {},
+              std::move(beyond.patches),
+              beyond.shadowed,
+              0.0,
               std::nullopt,
               {},
               {},
               {}};
+  if (scene.judge.kind == JudgeSpec::Kind::kAuto) {
+    model.scene.judge = usual_judge(scene, wave);
+  }
+  for (const PlacedBodies::Whole& whole : bodies.whole) {
+    model.cut.push_back(whole.owner);
+  }
+  model.whole_faces = faces_of_whole(model, bodies.whole);
   if (solver_mistakes_channels(scene.array)) {
     model.array_truth = {std::move(responses.truth), scene.array.phase_levels.value_or(0)};
   }
@@ -369,6 +483,9 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   if (scene.sensing) {
     model.truth = model.body.mesh;
     model.body.mesh = perturbed(*model.truth, *scene.sensing).mesh;
+    if (!model.beyond.empty()) {
+      model.beyond = perturbed(std::move(model.beyond), *scene.sensing);
+    }
     require_clear_array(scene, model.array, model.body.mesh, model.owner);
   }
   model.report = inspect(model.body.mesh);

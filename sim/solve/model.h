@@ -7,9 +7,11 @@
 #include "sim/acoustics/transducer_array.h"
 #include "sim/field/field_grid.h"
 #include "sim/mesh/query/inspect.h"
+#include "sim/mesh/query/skin_patches.h"
 #include "sim/scene/scene.h"
 #include "sim/solve/bodies.h"
 #include "sim/store/run_data.h"
+#include "sim/target/quiet_skin.h"
 
 namespace touchfield {
 
@@ -24,7 +26,10 @@ struct Model {
   Body body;                          // what the solver sees: of several bodies one mesh, one behind the other
   std::vector<int> owner;             // M: number of the body a face is of
   std::vector<unsigned char> skin;    // M: 0 near the caps of keep_within, else 1
-  double whole_faces = 0;             // about, that PlacedBodies foretells of the judge
+  std::vector<int> cut;               // numbers of the bodies that keep_within cut
+  SkinPatches beyond;                 // of them, where it is `incident`: the skin that is not solved, as the solver sees it
+  double shadowed = 0;                // BeyondSkin::shadowed
+  double whole_faces = 0;             // about, that a judge has of the whole bodies; 0 if nothing is cut or it has no mesh
   std::optional<TriangleMesh> truth;  // with sensing: the same triangles where the skin really is
   MeshReport report;                  // on `body`
   std::vector<TargetBox> boxes;       // empty without a target
@@ -51,11 +56,20 @@ struct JudgeMesh {
   std::vector<int> owner{};   // M: number of the body a face is of, of a mesh of its own
 };
 
-/// Whether the judge meshes whole bodies, by edge lengths of its own, and not what keep_within leaves of them.
+/// Whether the judge has the whole bodies: always, but where what keep_within cut is `nothing` beyond it.
 bool judged_whole(const Model& model);
 
+/// Whether the judge has meshes of the scene's bodies that are not made of the solver's: where it has edge lengths of
+/// its own, or the solver has parts of what counts.
+bool judges_own_bodies(const Model& model);
+
+/// Whether the figures of a run are of parts of the bodies: of what keep_within leaves.
+bool is_of_part(const Model& model);
+
 /// The mesh that a scene's judge computes on: the bodies meshed anew with the judge's edge lengths, in the places of
-/// the model's own, or the model's mesh with every face split in four. With sensing it is of the bodies as they are.
+/// the model's own, or the model's mesh, or one of the whole bodies where that is of parts, with every face split in
+/// four or as it is. Whole bodies have edges of at most kCoarsestJudge wavelengths. With sensing it is of the bodies as
+/// they are.
 /// throws   InputError as build_model; std::logic_error if the judge has no mesh of its own
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept = nullptr);
 
@@ -70,8 +84,8 @@ Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels)
 ///          that run cannot be read
 void require_fitting_phases(const MethodSpec& method, Eigen::Index channels);
 
-/// Whether a scene is judged by a model other than the one that was solved: on another mesh, or by other channels.
-bool judged_elsewhere(const Scene& scene);
+/// Whether a model is judged by one other than itself: on another mesh, or by other channels.
+bool judged_elsewhere(const Model& model);
 
 /// The medium of a scene at its frequency.
 Medium build_medium(const MediumSpec& spec, double frequency);
@@ -95,6 +109,9 @@ void require_clear(const Model& model);
 /// The boxes of a target: at a landmark of the body where it is now, or where the scene says.
 /// throws   InputError on an unknown landmark
 std::vector<TargetBox> build_boxes(const TargetSpec& spec, const Body& body);
+
+/// The skin of a model that the phases are to keep quiet. On bodies with `beyond: nothing` caps count as skin.
+QuietSkin quiet_skin(const Model& model);
 
 /// The target of a scene on its model. A scene that leaves the pressure open (`best`) gets 1 Pa.
 /// throws   InputError as make_target; std::logic_error if the scene has no target

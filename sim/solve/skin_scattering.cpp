@@ -180,9 +180,10 @@ Gpu* SkinScattering::gpu() const {
 
 std::optional<IncidentProblem> SkinScattering::incident_on_card(const std::vector<Eigen::Index>& faces,
                                                                 const Eigen::VectorXd& amplitudes,
-                                                                const Eigen::VectorXd& weights, bool scattered) {
+                                                                const Eigen::VectorXd& weights,
+                                                                const Eigen::MatrixXcd& beyond, bool scattered) {
   BodyOnCard* const body = card("body");
-  return body != nullptr ? std::optional(body->incident_problem(array_, faces, amplitudes, weights, scattered))
+  return body != nullptr ? std::optional(body->incident_problem(array_, faces, amplitudes, weights, beyond, scattered))
                          : std::nullopt;
 }
 

@@ -93,10 +93,11 @@ class SkinScattering {
 
   /// The paper's problem, see BodyOnCard::incident_problem; nothing on the processor.
   ///
+  /// beyond   added to G^H diag(w) G, N x N, or empty
   /// throws   GpuMemoryFailure where the card has no room for its matrix
   std::optional<IncidentProblem> incident_on_card(const std::vector<Eigen::Index>& faces,
                                                   const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& weights,
-                                                  bool scattered);
+                                                  const Eigen::MatrixXcd& beyond, bool scattered);
 
   /// Rows of H of the given faces, K x N [Pa]: the pressure of every channel there.
   Eigen::MatrixXcd transfer_rows(const std::vector<Eigen::Index>& faces, const std::string& stage);

@@ -35,7 +35,7 @@ Run begin_run(const Model& model, const SolveOptions& options) {
   const Scene& scene = model.scene;
   const std::string text = resolved_yaml(scene);
   Provenance provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text));
-  const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene);
+  const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model);
   const std::string judge = judged_by_itself ? "same" : "none";
   Run run{.name = scene.name,
           .scene = text,
@@ -76,16 +76,16 @@ class Models {
   MethodSolver& of(Scheme scheme) {
     auto& entry = entries_[scheme];
     if (!entry) {
-      entry = std::make_unique<Entry>(make(scheme), model_.array.size(), run_.target, solve());
+      entry = std::make_unique<Entry>(make(scheme), run_.target, model_);
     }
     return entry->methods;
   }
 
  private:
   struct Entry {
-    Entry(std::unique_ptr<SkinScattering> made, Eigen::Index channels, const std::optional<Target>& target,
-          const SolveSpec& solve)
-        : scattering(std::move(made)), methods(*scattering, channels, target, solve) {}
+    Entry(std::unique_ptr<SkinScattering> made, const std::optional<Target>& target, const Model& model)
+        : scattering(std::move(made)),
+          methods(*scattering, model.array.size(), target, model.scene.solve, quiet_skin(model)) {}
     std::unique_ptr<SkinScattering> scattering;
     MethodSolver methods;
   };
@@ -113,7 +113,8 @@ class Models {
 };
 
 /// Scores every method on surface's cost and holds it against the least that any phases can reach.
-void certify_methods(Scheme scheme, Models& models, Run& run, Progress& progress) {
+void certify_methods(const Model& model, Models& models, Run& run, Progress& progress) {
+  const Scheme scheme = model.scene.solve.scheme;
   const SkinProblem& problem = models.of(scheme).skin_problem(run.target->amplitudes, progress);
   const auto prove = [&] {
     try {
@@ -127,6 +128,12 @@ void certify_methods(Scheme scheme, Models& models, Run& run, Progress& progress
       timed(progress, run.seconds, "certificate", "lower bound of the cost on the skin", prove);
   progress.note(fmt::format("    bound {:.6g} Pa2 m2 after {} iterations{}", certificate.bound, certificate.iterations,
                             certificate.converged ? "" : ", not as tight as it could be"));
+  if (!model.beyond.empty()) {
+    say({{},
+         {"certificate: its bound is of a cost that knows skin beyond keep_within_mm by its incident pressure. It is no "
+          "proof for the whole body; without keep_within_mm it is one"}},
+        run, progress);
+  }
   for (MethodResult& method : run.methods) {
     const Eigen::VectorXcd q = drive(method.solution);
     const double reached = skin_cost(problem, best_level(problem, q) * q);
@@ -168,7 +175,7 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
                           [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });
   note_solve(run, progress);
   require_finite("method " + method.name, result.pressure);
-  if (scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene) && method.scheme != scene.solve.scheme) {
+  if (scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model) && method.scheme != scene.solve.scheme) {
     SkinScattering& own = models.of(scene.solve.scheme).scattering();
     result.judge_pressure = timed(progress, result.seconds, "judge", fmt::format("judge {}", method.name),
                                   [&] { return own.pressure(drives, "judge of " + method.name); });
@@ -319,7 +326,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   }
   warn_of_conditioning(models.of(first.scheme), run, progress);
   raise_alarms(spec, models, run, progress);
-  if (judged_elsewhere(model.scene)) {
+  if (judged_elsewhere(model)) {
     judge_elsewhere(
         model, options, [&]() -> SkinScattering& { return models.of(spec.scheme).scattering(); }, run, progress);
   }
@@ -327,7 +334,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
     keep_transfers(spec, models, run, progress);
   }
   if (spec.certificate && run.target) {
-    certify_methods(spec.scheme, models, run, progress);
+    certify_methods(model, models, run, progress);
   }
   say(result_remarks(run, methods_below_wanted(run).empty() ? kNotComputed : models.of(first.scheme).most_pressure()),
       run, progress);

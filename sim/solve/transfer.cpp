@@ -26,8 +26,14 @@ LowRank spanning_drives(SkinScattering& scattering) {
   return compressed(scattering.system().right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
 }
 
-/// What a dead channel does is 0, not what rounding leaves of it.
-void silence_dead(const ChannelResponse& response, SkinProblem& problem) {
+/// The rows of skin beyond, and nothing of dead channels: what they do is 0, not what rounding leaves of it.
+void finish(const SkinScattering& scattering, const QuietSkin& quiet, Transfer& transfer) {
+  if (transfer.quiet_weight > 0 && !quiet.beyond.empty()) {
+    add_quiet_rows(quiet.beyond_rows(scattering.system().wave(), transfer.quiet_weight), kQuietTolerance,
+                   transfer.reduction);
+  }
+  const ChannelResponse& response = scattering.array().response;
+  SkinProblem& problem = transfer.reduction.problem;
   for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
     if (response.gain(n) == 0) {
       problem.target.col(n).setZero();
@@ -38,7 +44,8 @@ void silence_dead(const ChannelResponse& response, SkinProblem& problem) {
 
 }  // namespace
 
-double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, double wavelength) {
+double expected_drives(const Points& centroids, const Points& normals, const Eigen::VectorXd& areas,
+                       const TransducerArray& array, double wavelength) {
   if (array.kind != TransducerArray::Kind::kTransducers) {
     return 1.0;
   }
@@ -55,11 +62,11 @@ double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, d
       nearest = distance > 0 ? std::min(nearest, distance) : nearest;
     }
     double sum = 0.0;
-    for (Eigen::Index j = 0; j < mesh.face_count(); ++j) {
-      const Vector3 way = mesh.centroids().col(j) - x;
-      const double seen = axis.dot(way) * -way.dot(mesh.normals().col(j));
+    for (Eigen::Index j = 0; j < areas.size(); ++j) {
+      const Vector3 way = centroids.col(j) - x;
+      const double seen = axis.dot(way) * -way.dot(normals.col(j));
       const double square = way.squaredNorm();
-      sum += seen > 0 && axis.dot(way) > 0 ? mesh.areas()(j) * seen / (square * square) : 0.0;
+      sum += seen > 0 && axis.dot(way) > 0 ? areas(j) * seen / (square * square) : 0.0;
     }
     pitches += std::isfinite(nearest) ? nearest : 0.0;
     etendue += sum;
@@ -73,12 +80,12 @@ double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, d
 
 std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
                                               const std::shared_ptr<const Eigen::MatrixXcd>& drives,
-                                              const Target& target, double quiet_weight) {
+                                              const Target& target, const QuietSkin& quiet, double quiet_weight) {
   if (scattering.gpu() == nullptr) {
     return std::nullopt;
   }
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
-  const Eigen::VectorXd weights = quiet_weights(areas, target, quiet_weight);
+  const Eigen::VectorXd weights = quiet.face_weights(areas, target, quiet_weight);
   auto spanned = scattering.spanned_on_card(
       drives, kDriveTolerance, {target.faces, quiet_weight > 0 ? &weights : nullptr, kQuietTolerance}, "transfer");
   if (!spanned) {
@@ -94,11 +101,11 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
   problem.quiet = std::move(spanned->quiet);
   problem.amplitudes = target.amplitudes;
   problem.weights = areas(target.faces);
-  silence_dead(scattering.array().response, problem);
+  finish(scattering, quiet, transfer);
   return transfer;
 }
 
-Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight) {
+Transfer make_transfer(SkinScattering& scattering, const Target& target, const QuietSkin& quiet, double quiet_weight) {
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
   const auto by_reciprocity = [&] {
     Transfer transfer;
@@ -109,7 +116,7 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
     transfer.reduction.problem.amplitudes = target.amplitudes;
     transfer.reduction.problem.weights = areas(target.faces);
     transfer.reduction.problem.quiet.resize(0, scattering.array().size());
-    silence_dead(scattering.array().response, transfer.reduction.problem);
+    finish(scattering, quiet, transfer);
     return transfer;
   };
   if (scattering.gpu() != nullptr) {
@@ -118,7 +125,7 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
                                    expected_drives(system.mesh(), scattering.array(), system.wave().wavelength())) {
       return by_reciprocity();
     }
-    if (auto transfer = make_transfer_on_card(scattering, nullptr, target, quiet_weight)) {
+    if (auto transfer = make_transfer_on_card(scattering, nullptr, target, quiet, quiet_weight)) {
       return *transfer;
     }
   }
@@ -127,7 +134,7 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, double 
     return by_reciprocity();
   }
   return make_transfer({drives.basis, scattering.spanned_pressure(drives, "transfer"), drives.left_out}, scattering,
-                       target, quiet_weight);
+                       target, quiet, quiet_weight);
 }
 
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives) {
@@ -162,14 +169,17 @@ Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScatterin
 }
 
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
-                       double quiet_weight) {
+                       const QuietSkin& quiet, double quiet_weight) {
   Transfer transfer;
   transfer.quiet_weight = quiet_weight;
   transfer.solves = spanned.drives.cols();
   transfer.channels_left_out = spanned.left_out;
-  transfer.reduction = reduced_skin_problem(spanned.pressure, spanned.drives, scattering.system().mesh().areas(),
-                                            target, quiet_weight, kQuietTolerance);
-  silence_dead(scattering.array().response, transfer.reduction.problem);
+  const Eigen::VectorXd& areas = scattering.system().mesh().areas();
+  const Eigen::VectorXd weights =
+      quiet_weight > 0 ? quiet.face_weights(areas, target, quiet_weight) : Eigen::VectorXd();
+  transfer.reduction =
+      reduced_skin_problem(spanned.pressure, spanned.drives, areas, target, weights, kQuietTolerance);
+  finish(scattering, quiet, transfer);
   return transfer;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/solve/skin_scattering.h"
+#include "sim/target/quiet_skin.h"
 #include "sim/target/skin_reduction.h"
 
 namespace touchfield {
@@ -27,9 +28,14 @@ struct Transfer {
 /// square of the distance of channels. Fitted to the numerical rank: within 5 % on a fingertip, a hand 150 and 300 mm
 /// above 1,496 channels, a grasp, and a capsule over 256; `compressed` takes up to two blocks more.
 ///
+/// centroids, normals, areas   of the skin's faces: 3 x M [m], 3 x M, M [m2]
 /// returns  1 for a plane wave
 /// source   D: D. A. B. Miller, Adv. Opt. Photon. 11 (2019) 679
-double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, double wavelength);
+double expected_drives(const Points& centroids, const Points& normals, const Eigen::VectorXd& areas,
+                       const TransducerArray& array, double wavelength);
+inline double expected_drives(const TriangleMesh& mesh, const TransducerArray& array, double wavelength) {
+  return expected_drives(mesh.centroids(), mesh.normals(), mesh.areas(), array, wavelength);
+}
 
 /// What drives that span the channels make of a body.
 struct SpannedPressure {
@@ -52,7 +58,7 @@ Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScatterin
 /// the processor.
 std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
                                               const std::shared_ptr<const Eigen::MatrixXcd>& drives,
-                                              const Target& target, double quiet_weight);
+                                              const Target& target, const QuietSkin& quiet, double quiet_weight);
 
 /// Solves for H in the cheaper way:
 ///
@@ -61,11 +67,12 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
 ///
 /// quiet_weight   w_Z; at 0 the quiet skin is not needed, and the way with fewer solves is taken
 /// accuracy       V leaves out 1e-4 of b, the quiet rows eigenvalues below 1e-8 of the largest
-Transfer make_transfer(SkinScattering& scattering, const Target& target, double quiet_weight);
+///            the skin beyond is reduced with the quiet skin by the same limit
+Transfer make_transfer(SkinScattering& scattering, const Target& target, const QuietSkin& quiet, double quiet_weight);
 
 /// H of any target of the body that the pressures are of, forwards.
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
-                       double quiet_weight);
+                       const QuietSkin& quiet, double quiet_weight);
 
 /// H of a mesh, p = H q, M x N [Pa]: the pressure of every channel at full drive on every face, in the forward way.
 /// Rows of some faces alone take less: SkinScattering::transfer_rows.

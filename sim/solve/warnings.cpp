@@ -159,7 +159,7 @@ void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks
   const Scene& scene = model.scene;
   const bool found = std::ranges::any_of(
       scene.solve.methods, [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
-  if (scene.target && found && scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(scene)) {
+  if (scene.target && found && scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model)) {
     remarks.notes.push_back(
         fmt::format("judged_by_itself: the pattern is judged by {} on the mesh it was found on, {:.2f} edges per "
                     "wavelength, whose errors it fits too; judge: {{scheme, edge_mm}} takes another",
@@ -167,20 +167,35 @@ void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks
   }
 }
 
-void note_truncation(const Model& model, Remarks& remarks) {
-  const bool cut = std::ranges::any_of(model.skin, [](unsigned char skin) { return skin == 0; });
-  if (cut && !judged_whole(model) && model.scene.judge.kind != JudgeSpec::Kind::kNone) {
-    double radius = std::numeric_limits<double>::infinity();
-    for (const BodySpec& body : model.scene.bodies) {
-      radius = std::min(radius, body.keep_within.value_or(radius));
-    }
-    const std::string advice =
-        model.whole_faces > 0 ? fmt::format("judge.whole: true counts it, on about {:.0f} faces", model.whole_faces)
-                              : "a judge with edge_mm and whole: true counts it";
-    remarks.notes.push_back(
-        fmt::format("truncated: found and judged on what lies within keep_within_mm = {:.4g} of the target alone; what "
-                    "the array does to the rest of the body is neither avoided nor counted in error and leakage: {}",
-                    radius / kMillimetre, advice));
+/// What keep_within leaves out: whether it counts, and how.
+void remark_on_part(const Model& model, Remarks& remarks) {
+  constexpr double kShadowed = 0.05;
+  double radius = std::numeric_limits<double>::infinity();
+  for (const int body : model.cut) {
+    radius = std::min(radius, *model.scene.bodies[static_cast<std::size_t>(body)].keep_within / kMillimetre);
+  }
+  if (!model.beyond.empty()) {
+    remarks.notes.push_back(fmt::format(
+        "beyond: scattering is solved within {:.4g} mm of the target. The phases know the rest of the skin by its "
+        "incident pressure at {} points{}. Version 0.2 left it out, as beyond: nothing does",
+        radius, model.beyond.size(), is_of_part(model) ? "" : ", and the judge has all of it"));
+  }
+  if (is_of_part(model)) {
+    remarks.notes.push_back(fmt::format(
+        "part_only: every figure is of the skin within keep_within_mm = {:.4g} of the target. What sound does to the "
+        "rest of the body counts nowhere{}",
+        radius, model.scene.judge.kind == JudgeSpec::Kind::kNone ? ": the scene has no judge" : ""));
+  }
+  if (model.shadowed > kShadowed) {
+    remarks.warnings.push_back(fmt::format(
+        "shadowed_skin: another body stands between the array and {:.0f} % of the skin beyond keep_within_mm. Its "
+        "incident pressure there is not what arrives: leave keep_within_mm out",
+        100.0 * model.shadowed));
+  }
+  if (model.scene.judge.whole != JudgeSpec::Whole::kUnsaid) {
+    remarks.warnings.push_back(
+        "judge_whole: judge.whole is out of use and will be an unknown key. A judge has the whole bodies, but with "
+        "body.beyond: nothing. Leave it out");
   }
 }
 
@@ -245,7 +260,7 @@ Remarks played_remarks(const Model& model) {
     remarks.notes.push_back(std::move(note));
   }
   note_own_judge(model, edges_per_wavelength(mesh, model.wave.wavelength()), remarks);
-  note_truncation(model, remarks);
+  remark_on_part(model, remarks);
   return remarks;
 }
 

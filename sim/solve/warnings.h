@@ -34,11 +34,14 @@ void add(const Remarks& more, Remarks& remarks);
 ///   near_source     a transducer nearer to the skin than a local edge
 ///   both_sides      a target box holds two sides of a body: more than a tenth of its faces look at each other through it
 ///   facing_away     the target's mean normal is more than 78 degrees from the direction to the array (ArrayView)
+///   shadowed_skin     another body hides more than a twentieth of the skin beyond keep_within from the array
+///   judge_whole       the scene has a key that is out of use
 /// Notes:
 ///   landmark_off      a landmark that the scene gives for a mesh is 3 mm or more off its skin
 ///   near_field        the skin is within 2 wavelengths of a transducer
 ///   judged_by_itself  the pattern was found on the very mesh and scheme that it is judged on
-///   truncated         the judge too lacks what keep_within leaves out
+///   beyond            keep_within cuts a body, the rest of whose skin counts by its incident pressure
+///   part_only         every figure is of what keep_within leaves
 ///   still             the scene's motion is left out: the results are of its other keys as they stand
 Remarks model_remarks(const Model& model);
 /// The same without `still`: of a motion as it begins.

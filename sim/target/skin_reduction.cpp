@@ -10,11 +10,32 @@
 
 namespace touchfield {
 
+namespace {
+
+/// Eigenvalues of a Gram matrix that count, their number, and what the others were.
+struct Spectrum {
+  Eigen::VectorXd values;  // ascending, >= 0
+  Eigen::Index rank;
+  double dropped;  // sum
+};
+
+Spectrum spectrum_of(const HermitianEigen& eigen, double tolerance) {
+  Spectrum spectrum{eigen.values.cwiseMax(0.0), 0, 0.0};
+  const double least = tolerance * tolerance * spectrum.values.tail(1).sum();
+  const auto dropped = static_cast<Eigen::Index>(std::count_if(
+      spectrum.values.begin(), spectrum.values.end(), [&](double value) { return value <= least; }));
+  spectrum.rank = spectrum.values.size() - dropped;
+  spectrum.dropped = spectrum.values.head(dropped).sum();
+  return spectrum;
+}
+
+}  // namespace
+
 SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,
-                                   const Eigen::VectorXd& areas, const Target& target, double quiet_weight,
+                                   const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& quiet,
                                    double tolerance) {
   if (pressures.cols() != drives.cols() || pressures.rows() != areas.size() ||
-      target.amplitudes.size() != target.size()) {
+      target.amplitudes.size() != target.size() || (quiet.size() > 0 && quiet.size() != areas.size())) {
     throw std::invalid_argument("reduced_skin_problem: the sizes do not fit");
   }
   const Eigen::MatrixXcd rows = pressures(target.faces, Eigen::all);
@@ -24,29 +45,38 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
   problem.amplitudes = target.amplitudes;
   problem.weights = areas(target.faces);
   problem.quiet.resize(0, drives.rows());
-  if (!(quiet_weight > 0)) {
+  if (quiet.size() == 0) {
     return reduction;
   }
-  const Eigen::MatrixXcd weighted = quiet_weights(areas, target, quiet_weight).cwiseSqrt().asDiagonal() * pressures;
+  const Eigen::MatrixXcd weighted = quiet.cwiseSqrt().asDiagonal() * pressures;
   const HermitianEigen eigen = hermitian_eigen(hermitian_product(weighted));
-  const Eigen::VectorXd values = eigen.values.cwiseMax(0.0);
-  const double total = values.sum();
-  const double least = tolerance * tolerance * values.tail(1).sum();
-  const auto dropped = static_cast<Eigen::Index>(
-      std::count_if(values.begin(), values.end(), [&](double value) { return value <= least; }));
-  const Eigen::Index rank = values.size() - dropped;
-  const Eigen::MatrixXcd scaled = (eigen.vectors.rightCols(rank) * values.tail(rank).cwiseSqrt().asDiagonal())
-                                      .rowwise()
-                                      .reverse();  // strongest first
+  const Spectrum spectrum = spectrum_of(eigen, tolerance);
+  const Eigen::MatrixXcd scaled =
+      (eigen.vectors.rightCols(spectrum.rank) * spectrum.values.tail(spectrum.rank).cwiseSqrt().asDiagonal())
+          .rowwise()
+          .reverse();  // strongest first
   problem.quiet = adjoint_product(scaled, drives.adjoint());
-  reduction.left_out = total > 0 ? std::sqrt(values.head(dropped).sum() / total) : 0.0;
+  const double total = spectrum.values.sum();
+  reduction.left_out = total > 0 ? std::sqrt(spectrum.dropped / total) : 0.0;
   return reduction;
 }
 
-Eigen::VectorXd quiet_weights(const Eigen::VectorXd& areas, const Target& target, double quiet_weight) {
-  Eigen::VectorXd weights = quiet_weight * areas;
-  weights(target.faces).setZero();
-  return weights;
+void add_quiet_rows(const Eigen::MatrixXcd& rows, double tolerance, SkinReduction& reduction) {
+  Eigen::MatrixXcd& quiet = reduction.problem.quiet;
+  const double before = quiet.squaredNorm();
+  // Of the rows before, before = (1 - left_out^2) of all.
+  const double left = before * std::pow(reduction.left_out, 2) / (1.0 - std::pow(reduction.left_out, 2));
+  Eigen::MatrixXcd all(quiet.rows() + rows.rows(), rows.cols());
+  all << quiet, rows;
+  const bool tall = all.rows() > all.cols();
+  const HermitianEigen eigen = hermitian_eigen(hermitian_product(tall ? all : Eigen::MatrixXcd(all.adjoint())));
+  const Spectrum spectrum = spectrum_of(eigen, tolerance);
+  const Eigen::MatrixXcd strongest = eigen.vectors.rightCols(spectrum.rank).rowwise().reverse();
+  quiet = tall ? Eigen::MatrixXcd(spectrum.values.tail(spectrum.rank).reverse().cwiseSqrt().asDiagonal() *
+                                  strongest.adjoint())
+               : adjoint_product(strongest, all);
+  const double total = spectrum.values.sum() + left;
+  reduction.left_out = total > 0 ? std::sqrt((spectrum.dropped + left) / total) : 0.0;
 }
 
 }  // namespace touchfield

@@ -21,14 +21,18 @@ struct SkinReduction {
 /// pressures      P, M x S [Pa]
 /// drives         V, N x S, orthonormal columns
 /// areas          A, M [m2]
-/// quiet_weight   w_Z, >= 0; at 0 R has no rows
+/// quiet          w_Z A of the quiet faces, else 0, M (QuietSkin::face_weights); empty: R has no rows
 /// tolerance      0 to 0.1
 /// throws         std::invalid_argument on sizes that do not fit
 SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eigen::MatrixXcd& drives,
-                                   const Eigen::VectorXd& areas, const Target& target, double quiet_weight,
+                                   const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& quiet,
                                    double tolerance);
 
-/// w_Z A of the quiet faces, 0 of the target's, M.
-Eigen::VectorXd quiet_weights(const Eigen::VectorXd& areas, const Target& target, double quiet_weight);
+/// Adds rows S to R, reduced with them: R^H R + S^H S = U diag(s^2) U^H, R = diag(s) U^H, of either matrix' smaller Gram
+/// matrix.
+///
+/// rows        S, J x N [Pa m]
+/// tolerance   as above
+void add_quiet_rows(const Eigen::MatrixXcd& rows, double tolerance, SkinReduction& reduction);
 
 }  // namespace touchfield

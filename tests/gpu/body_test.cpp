@@ -304,7 +304,7 @@ TEST_F(BodyOnCardTest, ThePapersProblemIsTheProcessors) {
             scattered ? scattered_problem(system.columns(faces), b, weighted_gram(b, weights), amplitudes, weights)
                       : unscattered_problem(faces, field.pressure, weighted_gram(field.pressure, weights), amplitudes,
                                             weights);
-        const IncidentProblem found = card.incident_problem(sources, faces, amplitudes, weights, scattered);
+        const IncidentProblem found = card.incident_problem(sources, faces, amplitudes, weights, {}, scattered);
         ASSERT_EQ(found.size(), expected.size());
         const Eigen::VectorXd start = Eigen::VectorXd::LinSpaced(found.size(), 0.0, 40.0);
         EXPECT_NEAR(incident_cost(found, start) / incident_cost(expected, start), 1.0, 1e-5);

@@ -458,7 +458,8 @@ void Scattering::reduced(GpuComplex* rows) {
 }
 
 std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int count, const double* amplitudes,
-                                                      const double* weights, bool scattered) {
+                                                      const double* weights, const GpuComplex* beyond,
+                                                      bool scattered) {
   context_.use();
   make_field();
   Array<cuComplex> columns(context_, std::size_t{1} * spec_.faces * count);
@@ -476,7 +477,13 @@ std::unique_ptr<GramDevice> Scattering::incident_gram(const int* faces, int coun
   const int channels = sources().size();
   const PaperMatrices paper{spec_.faces, count,  channels, columns.data(), scattered ? right_sides() : g_.data(),
                             amplitudes,  weights};
-  return make_gram_device(context_, paper_gram(context_, paper), count + channels);
+  Array<cuDoubleComplex> gram = paper_gram(context_, paper);
+  if (beyond != nullptr) {
+    Array<cuDoubleComplex> more(context_);
+    more.upload(reinterpret_cast<const cuDoubleComplex*>(beyond), gram.size());
+    add(context_, make_cuDoubleComplex(1.0, 0.0), more.data(), gram.data(), gram.size());
+  }
+  return make_gram_device(context_, std::move(gram), count + channels);
 }
 
 /// units(j, c) = 1 where j is faces_c, else 0

@@ -25,7 +25,7 @@ class Scattering final : public GpuBody {
   Reduction reduce(const double* weights, double tolerance) override;
   void reduced(GpuComplex* rows) override;
   std::unique_ptr<GramDevice> incident_gram(const int* faces, int count, const double* amplitudes,
-                                            const double* weights, bool scattered) override;
+                                            const double* weights, const GpuComplex* beyond, bool scattered) override;
   GpuSolveReport transfer_rows(const int* faces, int count, GpuComplex* rows, const GpuSolveOptions& options,
                                const GpuProgress& progress) override;
 
