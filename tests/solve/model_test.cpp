@@ -51,7 +51,7 @@ TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
 
 TEST(Model, TheJudgeKeepsTheWholeBodyUpToANumberOfFaces) {
   const auto judged = [](const std::string& edge, const std::string& whole, const char* kept = "11") {
-    return small_model({"body.capsule.length_mm=40", std::string("body.keep_within_mm=") + kept,
+    return small_model({"body.capsule.length_mm=40", std::string("body.keep_within_mm=") + kept, "body.beyond=nothing",
                         "judge={scheme: burton_miller, edge_mm: " + edge + ", whole: " + whole + "}"});
   };
   const Model small = judged("1.5", "auto");
@@ -65,13 +65,44 @@ TEST(Model, TheJudgeKeepsTheWholeBodyUpToANumberOfFaces) {
   EXPECT_TRUE(judged_whole(judged("0.3", "true")));
   EXPECT_FALSE(judged_whole(judged("1.5", "false")));
   EXPECT_EQ(judged("1.5", "auto", "60").whole_faces, 0);  // nothing is left out
-  EXPECT_FALSE(judged_whole(small_model({"body.keep_within_mm=11"})));
+  EXPECT_FALSE(judged_whole(small_model({"body.keep_within_mm=11", "body.beyond=nothing"})));
+}
+
+TEST(Model, TheJudgeHasTheWholeBodyWhateverItIs) {
+  const double skin = small_model({"body.capsule.length_mm=40"}).body.mesh.total_area();
+  for (const char* judge : {"auto", "same", "{split: 1}", "{edge_mm: 2}", "{edge_mm: 2, whole: false}"}) {
+    SCOPED_TRACE(judge);
+    const Model model =
+        small_model({"body.capsule.length_mm=40", "body.keep_within_mm=11", std::string("judge=") + judge});
+    EXPECT_TRUE(judged_whole(model));
+    EXPECT_FALSE(is_of_part(model));
+    EXPECT_TRUE(judged_elsewhere(model));
+    const JudgeMesh mesh = build_judge_mesh(model);
+    EXPECT_NEAR(mesh.mesh.total_area() / skin, 1.0, 0.01);
+    EXPECT_LE(mesh.mesh.mean_edge(), 1.05 * kCoarsestJudge * model.wave.wavelength());
+  }
+  EXPECT_TRUE(is_of_part(small_model({"body.keep_within_mm=11", "judge=none"})));
+  const Model part = small_model({"body.keep_within_mm=11", "body.beyond=nothing", "judge=same"});
+  EXPECT_TRUE(is_of_part(part));
+  EXPECT_FALSE(judged_elsewhere(part));
+}
+
+TEST(Model, AJudgeByItselfIsFineWhereTheSolverIsCoarse) {
+  const auto judge_of = [](const std::vector<std::string>& changes) { return small_model(changes).scene.judge; };
+  EXPECT_EQ(judge_of({}).kind, JudgeSpec::Kind::kSame);
+  EXPECT_EQ(judge_of({"body.edge_mm={near_target: 1.5, far: 3}"}).kind, JudgeSpec::Kind::kSame);
+  const JudgeSpec coarse = judge_of({"body.edge_mm={near_target: 1.5, far: 5}"});
+  ASSERT_EQ(coarse.kind, JudgeSpec::Kind::kEdge);
+  EXPECT_NEAR(coarse.edge.far, 0.35 * 343.21 / 40e3, 1e-6);
+  EXPECT_NEAR(*coarse.edge.near_target, 1.2e-3, 1e-9);
+  EXPECT_EQ(judge_of({"body.keep_within_mm=11"}).kind, JudgeSpec::Kind::kEdge);
+  EXPECT_EQ(judge_of({"body.keep_within_mm=11", "body.beyond=nothing"}).kind, JudgeSpec::Kind::kSame);
 }
 
 TEST(Model, TheJudgeHasItsOwnMeshWhereTheSceneSaysSo) {
-  EXPECT_FALSE(judged_elsewhere(support::small_scene()));
+  EXPECT_FALSE(judged_elsewhere(small_model()));
   const Model split = small_model({"judge={split: 1}"});
-  EXPECT_TRUE(judged_elsewhere(split.scene));
+  EXPECT_TRUE(judged_elsewhere(split));
   EXPECT_EQ(build_judge_mesh(split).mesh.face_count(), 4 * split.body.mesh.face_count());
   const Model noisy = small_model({"sensing={noise_mm_rms: 0.3, correlation_mm: 5, seed: 1}"});
   ASSERT_TRUE(noisy.truth.has_value());

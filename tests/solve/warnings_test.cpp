@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include "sim/core/progress.h"
@@ -19,6 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::MatchesRegex;
+using testing::SizeIs;
 using testing::StartsWith;
 
 touchfield::Run unsolved(const Model& model) {
@@ -92,17 +94,36 @@ TEST(ModelRemarks, APatternJudgedWhereItWasFoundIsNoted) {
   EXPECT_THAT(notes_of({"solve.methods=[{fixed: {phases_rad: 0}}]"}), IsEmpty());  // nothing was fitted
 }
 
-TEST(ModelRemarks, AJudgeOfAPartIsNoted) {
+TEST(ModelRemarks, SkinBeyondIsNotedAndAPartIsNamed) {
   const std::string kept = "body.keep_within_mm=11";
-  EXPECT_THAT(notes_of({kept, kFinerJudge}), IsEmpty());
-  EXPECT_THAT(notes_of({kept, "judge={scheme: burton_miller, edge_mm: 0.3}"}),  // the whole capsule would be too large
-              ElementsAre(MatchesRegex("truncated: .* judge.whole: true counts it, on about 2[0-9]{4} faces")));
-  EXPECT_THAT(notes_of({kept, "judge={scheme: burton_miller, edge_mm: 2, whole: false}"}),
-              ElementsAre(StartsWith("truncated: ")));
-  EXPECT_THAT(notes_of({kept, "judge={split: 1}"}), ElementsAre(StartsWith("truncated: ")));
-  EXPECT_THAT(notes_of({kept, "judge={scheme: burton_miller, edge_mm: 2, whole: true}"}), IsEmpty());
-  EXPECT_THAT(notes_of({kept, "judge=none"}), IsEmpty());
+  const auto beyond = [](const char* end) { return MatchesRegex(std::string("beyond: .* within 11 mm .* [0-9]+ points") + end + ". Version .*"); };
+  EXPECT_THAT(notes_of({kept, kFinerJudge}), ElementsAre(beyond(", and the judge has all of it")));
+  EXPECT_THAT(notes_of({kept, "judge=same"}), ElementsAre(beyond(", and the judge has all of it")));
+  EXPECT_THAT(notes_of({kept, "judge=none"}),
+              ElementsAre(beyond(""), MatchesRegex("part_only: .*: the scene has no judge")));
+  EXPECT_THAT(notes_of({kept, "body.beyond=nothing", kFinerJudge}), ElementsAre(StartsWith("part_only: ")));
   EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerJudge}), IsEmpty());  // nothing is left out
+}
+
+TEST(ModelRemarks, AKeyOutOfUseIsNamed) {
+  const std::vector<std::string> part = {"body.keep_within_mm=11", "body.beyond=nothing"};
+  for (const char* whole : {"true", "false", "auto"}) {
+    std::vector<std::string> changes = part;
+    changes.push_back(std::string("judge={edge_mm: 2, whole: ") + whole + "}");
+    EXPECT_THAT(warnings_of(changes), ElementsAre(StartsWith("judge_whole: ")));
+    EXPECT_THAT(notes_of(changes), SizeIs(std::string(whole) == "false" ? 1 : 0));
+  }
+}
+
+TEST(ModelRemarks, ABodyBetweenTheArrayAndTheSkinBeyondIsNamed) {
+  const auto warned = [](double height) {
+    return warnings_of({fmt::format("bodies=[{{name: pressed, capsule: {{radius_mm: 6, length_mm: 60}}, edge_mm: 2.5, keep_within_mm: 15, "
+                                    "place: {{landmark: bottom, at_mm: [0, 0, 60]}}}}, "
+                                    "{{name: other, box: {{size_mm: [40, 20, 8]}}, edge_mm: 2.5, place: {{at_mm: [0, 25, {}]}}}}]", height),
+                        "body=null", "target.box={at: pressed.bottom, size_mm: [6, 12, 5]}"});
+  };
+  EXPECT_THAT(warned(45), ElementsAre(StartsWith("shadowed_skin: ")));
+  EXPECT_THAT(warned(90), IsEmpty());
 }
 
 TEST(ModelRemarks, AMotionThatIsLeftOutIsNoted) {

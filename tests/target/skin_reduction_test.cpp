@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/target/quiet_skin.h"
 #include "solvers/linear/low_rank.h"
 
 namespace touchfield {
@@ -51,11 +52,15 @@ double cost_of(const Skin& skin, double quiet_weight, const VectorXcd& q) {
   return cost;
 }
 
+Eigen::VectorXd quiet_of(const Skin& skin, double quiet_weight) {
+  return QuietSkin().face_weights(skin.areas, skin.target, quiet_weight);
+}
+
 TEST(SkinReduction, KeepsTheCost) {
   const Skin skin = make_skin(80, 30);
   for (const double weight : {1.0, 0.1}) {
     const SkinReduction reduction =
-        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, weight, 1e-9);
+        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, weight), 1e-9);
     for (int i = 0; i < 5; ++i) {
       const VectorXcd q = VectorXcd::Random(30);
       const double expected = cost_of(skin, weight, q);
@@ -67,7 +72,7 @@ TEST(SkinReduction, KeepsTheCost) {
 TEST(SkinReduction, QuietRowsAreOrthogonalTheStrongestFirst) {
   const Skin skin = make_skin(80, 30);
   const MatrixXcd quiet =
-      reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, 1.0, 1e-3).problem.quiet;
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-3).problem.quiet;
   const MatrixXcd mutual = quiet * quiet.adjoint();
   EXPECT_LT((mutual - MatrixXcd(mutual.diagonal().asDiagonal())).norm(), 1e-12 * mutual.norm());
   for (Eigen::Index i = 1; i < quiet.rows(); ++i) {
@@ -79,7 +84,7 @@ TEST(SkinReduction, LeavesOutWhatItSays) {
   const Skin skin = make_skin(80, 30);
   for (const double tolerance : {1e-1, 1e-2, 1e-3}) {
     const SkinReduction reduction =
-        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, 1.0, tolerance);
+        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), tolerance);
     Eigen::VectorXd quiet = skin.areas;
     quiet(skin.target.faces).setZero();
     const double all = (quiet.cwiseSqrt().asDiagonal() * skin.h).squaredNorm();
@@ -98,7 +103,7 @@ TEST(SkinReduction, DrivesThatSpanAllWillDo) {
   const Skin skin = make_skin(60, 90);  // rank 60 at most
   const LowRank low = compressed(skin.h.adjoint(), 1e-7);
   const SkinReduction reduction =
-      reduced_skin_problem(skin.h * low.basis, low.basis, skin.areas, skin.target, 1.0, 1e-9);
+      reduced_skin_problem(skin.h * low.basis, low.basis, skin.areas, skin.target, quiet_of(skin, 1.0), 1e-9);
   const VectorXcd q = VectorXcd::Random(90);
   // What the basis leaves out, 1e-7 of the largest pressures, enters linearly at the target.
   EXPECT_NEAR(skin_cost(reduction.problem, q), cost_of(skin, 1.0, q), 1e-5 * cost_of(skin, 1.0, q));
@@ -107,16 +112,37 @@ TEST(SkinReduction, DrivesThatSpanAllWillDo) {
 TEST(SkinReduction, WithoutQuietWeightThereAreNoRows) {
   const Skin skin = make_skin(20, 10);
   const SkinReduction reduction =
-      reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 10), skin.areas, skin.target, 0.0, 1e-4);
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 10), skin.areas, skin.target, {}, 1e-4);
   EXPECT_EQ(reduction.problem.quiet.rows(), 0);
   EXPECT_EQ(reduction.problem.quiet.cols(), 10);
   const VectorXcd q = VectorXcd::Random(10);
   EXPECT_NEAR(skin_cost(reduction.problem, q), cost_of(skin, 0.0, q), 1e-12 * cost_of(skin, 0.0, q));
 }
 
+TEST(SkinReduction, RowsThatAreAddedKeepTheCost) {
+  const Skin skin = make_skin(80, 30);
+  for (const Index count : {4, 60}) {  // fewer rows than channels in all, and more
+    const MatrixXcd rows = MatrixXcd::Random(count, 30);
+    SkinReduction reduction = reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target,
+                                                   quiet_of(skin, 1.0), 1e-2);
+    const MatrixXcd before = reduction.problem.quiet;
+    const double dropped = std::pow(reduction.left_out, 2) / (1 - std::pow(reduction.left_out, 2)) * before.squaredNorm();
+    add_quiet_rows(rows, 1e-9, reduction);
+    const MatrixXcd& quiet = reduction.problem.quiet;
+    EXPECT_LE(quiet.rows(), std::min<Index>(30, before.rows() + count));
+    const VectorXcd q = VectorXcd::Random(30);
+    const double expected = (before * q).squaredNorm() + (rows * q).squaredNorm();
+    EXPECT_NEAR((quiet * q).squaredNorm(), expected, 1e-10 * expected);
+    const MatrixXcd mutual = quiet * quiet.adjoint();
+    EXPECT_LT((mutual - MatrixXcd(mutual.diagonal().asDiagonal())).norm(), 1e-10 * mutual.norm());
+    const double all = before.squaredNorm() + rows.squaredNorm() + dropped;
+    EXPECT_NEAR(reduction.left_out, std::sqrt(dropped / all), 1e-9);
+  }
+}
+
 TEST(SkinReduction, RefusesSizesThatDoNotFit) {
   const Skin skin = make_skin(20, 10);
-  EXPECT_THROW(reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 9), skin.areas, skin.target, 1.0, 1e-4),
+  EXPECT_THROW(reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 9), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-4),
                std::invalid_argument);
 }
 
