@@ -51,14 +51,28 @@ Complex channel_derivative(const TransducerArray& array, const Wave& wave, Eigen
   return (array.amplitudes(n) / r) * phase_factor(wave.wavenumber(), r) * (radial_slope + d.slope * theta_slope);
 }
 
-constexpr Eigen::Index kPanel = 32;    // points: the values of 1,500 channels stay in the second cache
-constexpr double kLargestPhase = 1e5;  // of the loop over transducers
+constexpr Eigen::Index kPanel = 32;  // points: the values of 1,500 channels stay in the second cache
+
+template <typename Real>
+using Values = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>;
+
+template <typename Real>
+SourceLoop<Real> loop_of() {
+  const SourceLoops& loops = source_loops(instruction_level());
+  if constexpr (std::is_same_v<Real, double>) {
+    return loops.exact;
+  } else {
+    return loops.single;
+  }
+}
 
 /// The pressures of all channels at a point, or their derivatives along a direction, by the loop over them where that knows
 /// the array, else one by one.
+template <typename Real>
 class ChannelValues {
  public:
   ChannelValues(const TransducerArray& array, const Wave& wave, const Points& points) : array_(array), wave_(wave) {
+    constexpr double kLargestPhase = std::is_same_v<Real, double> ? 1e5 : 1e4;  // of the loop over transducers
     const bool known = array.kind != TransducerArray::Kind::kPlaneWave &&
                        array.directivity.kind() != Directivity::Kind::kPiston && wave.wavenumber().imag() == 0.0;
     if (!known || array.size() == 0 || points.cols() == 0) {
@@ -66,45 +80,55 @@ class ChannelValues {
     }
     const double reach = points.colwise().norm().maxCoeff() + array.positions.colwise().norm().maxCoeff();
     fast_ = wave.k() * reach < kLargestPhase;
-    places_ = array.positions.transpose();
-    axes_ = array.axes.transpose();
-    amplitudes_ = array.amplitudes;
+    places_ = array.positions.transpose().cast<Real>();
+    axes_ = array.axes.transpose().cast<Real>();
+    amplitudes_ = array.amplitudes.cast<Real>();
+    if (const double* spline = array.directivity.spline()) {
+      spline_ = Eigen::Map<const Eigen::VectorXd>(spline, 4 * Directivity::kIntervals).cast<Real>();
+    }
   }
 
   /// direction   null for the pressures
   /// values      N
-  void at(const Vector3& x, const Vector3* direction, Complex* values) const {
+  void at(const Vector3& x, const Vector3* direction, std::complex<Real>* values) const {
     if (!fast_) {
       for (Eigen::Index n = 0; n < array_.size(); ++n) {
-        values[n] = direction != nullptr ? channel_derivative(array_, wave_, n, x, *direction)
-                                         : channel_pressure(array_, wave_, n, x);
+        values[n] = static_cast<std::complex<Real>>(direction != nullptr
+                                                        ? channel_derivative(array_, wave_, n, x, *direction)
+                                                        : channel_pressure(array_, wave_, n, x));
       }
       return;
     }
-    const SourceWave shared{wave_.k(), array_.directivity.spline(), Directivity::kIntervals, Directivity::kInterval};
-    const SourceArrays sources{places_.col(0).data(), places_.col(1).data(), places_.col(2).data(), axes_.col(0).data(),
-                               axes_.col(1).data(),   axes_.col(2).data(),   amplitudes_.data()};
-    static const SourceLoop loop = source_loop(instruction_level());
-    loop(shared, x.data(), direction != nullptr ? direction->data() : nullptr, sources, static_cast<int>(array_.size()),
-         reinterpret_cast<double*>(values));
+    using Place = Eigen::Matrix<Real, 3, 1>;
+    const SourceWave<Real> shared{static_cast<Real>(wave_.k()), spline_.size() > 0 ? spline_.data() : nullptr,
+                                  Directivity::kIntervals, static_cast<Real>(Directivity::kInterval)};
+    const SourceArrays<Real> sources{places_.col(0).data(), places_.col(1).data(), places_.col(2).data(),
+                                     axes_.col(0).data(),   axes_.col(1).data(),   axes_.col(2).data(),
+                                     amplitudes_.data()};
+    const Place point = x.cast<Real>();
+    const Place along = direction != nullptr ? Place(direction->cast<Real>()) : Place::Zero();
+    static const SourceLoop<Real> loop = loop_of<Real>();
+    loop(shared, point.data(), direction != nullptr ? along.data() : nullptr, sources,
+         static_cast<int>(array_.size()), reinterpret_cast<Real*>(values));
   }
 
  private:
   const TransducerArray& array_;
   const Wave& wave_;
   bool fast_ = false;
-  Eigen::MatrixX3d places_;
-  Eigen::MatrixX3d axes_;
-  Eigen::VectorXd amplitudes_;
+  Eigen::Matrix<Real, Eigen::Dynamic, 3> places_;
+  Eigen::Matrix<Real, Eigen::Dynamic, 3> axes_;
+  Eigen::Vector<Real, Eigen::Dynamic> amplitudes_;
+  Eigen::Vector<Real, Eigen::Dynamic> spline_;
 };
 
 /// Calls take(begin, values), values N x count, on panels of points, each filled by fill(j, column).
-template <typename Fill, typename Take>
+template <typename Real, typename Fill, typename Take>
 void for_panels(const TransducerArray& array, const Points& points, const Fill& fill, const Take& take) {
   const Eigen::Index panels = (points.cols() + kPanel - 1) / kPanel;
 #pragma omp parallel
   {
-    Eigen::MatrixXcd values(array.size(), kPanel);
+    Values<Real> values(array.size(), kPanel);
 #pragma omp for schedule(static)
     for (Eigen::Index panel = 0; panel < panels; ++panel) {
       const Eigen::Index begin = panel * kPanel;
@@ -122,7 +146,7 @@ void for_panels(const TransducerArray& array, const Points& points, const Fill& 
 template <typename Real, typename Fill>
 Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, const Eigen::MatrixXcd& drive,
                         const Fill& fill) {
-  using Matrix = Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic>;
+  using Matrix = Values<Real>;
   Eigen::MatrixXcd sums = Eigen::MatrixXcd::Zero(points.cols(), drive.cols());
   if (drive.size() == 0) {
     return sums;
@@ -130,7 +154,7 @@ Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, cons
   const Matrix q = array.response.as_designed()
                        ? Matrix(drive.cast<std::complex<Real>>())
                        : Matrix((factors(array.response).asDiagonal() * drive).cast<std::complex<Real>>());
-  for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
+  for_panels<double>(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
     Matrix products(kPanel, q.cols());
     if constexpr (std::is_same_v<Real, double>) {
       multiply(Op::kTransposed, values.leftCols(count), Op::kPlain, q, products.topRows(count));
@@ -150,26 +174,29 @@ Eigen::MatrixXcd summed(const TransducerArray& array, const Points& points, cons
 }
 
 /// The values of all channels at every point times c_n, points by channels.
-template <typename Fill>
-Eigen::MatrixXcd matrix_of(const TransducerArray& array, const Points& points, const Fill& fill) {
-  Eigen::MatrixXcd g(points.cols(), array.size());
-  for_panels(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Eigen::MatrixXcd& values) {
+template <typename Real, typename Fill>
+Values<Real> matrix_of(const TransducerArray& array, const Points& points, const Fill& fill) {
+  Values<Real> g(points.cols(), array.size());
+  for_panels<Real>(array, points, fill, [&](Eigen::Index begin, Eigen::Index count, const Values<Real>& values) {
     g.middleRows(begin, count) = values.leftCols(count).transpose();
   });
   if (!array.response.as_designed()) {
-    g *= factors(array.response).asDiagonal();
+    g *= factors(array.response).template cast<std::complex<Real>>().asDiagonal();
   }
   return g;
 }
 
 /// Fills in the pressures, or their derivatives along directions, at a point.
+template <typename Real = double>
 auto pressures_at(const TransducerArray& array, const Wave& wave, const Points& points) {
-  return [&points, channels = ChannelValues(array, wave, points)](Eigen::Index j, Complex* values) {
+  return [&points, channels = ChannelValues<Real>(array, wave, points)](Eigen::Index j, std::complex<Real>* values) {
     channels.at(points.col(j), nullptr, values);
   };
 }
+template <typename Real = double>
 auto derivatives_at(const TransducerArray& array, const Wave& wave, const Points& points, const Points& directions) {
-  return [&points, &directions, channels = ChannelValues(array, wave, points)](Eigen::Index j, Complex* values) {
+  return [&points, &directions, channels = ChannelValues<Real>(array, wave, points)](Eigen::Index j,
+                                                                                    std::complex<Real>* values) {
     const Vector3 direction = directions.col(j);
     channels.at(points.col(j), &direction, values);
   };
@@ -177,23 +204,32 @@ auto derivatives_at(const TransducerArray& array, const Wave& wave, const Points
 
 }  // namespace
 
-SourceLoop source_loop(InstructionLevel level) {
+const SourceLoops& source_loops(InstructionLevel level) {
 #ifdef __x86_64__
-  static constexpr const SourceLoop* kLevels[] = {&generic::kSourceLoop, &v2::kSourceLoop, &v3::kSourceLoop,
-                                                  &v4::kSourceLoop};
+  static constexpr const SourceLoops* kLevels[] = {&generic::kSourceLoops, &v2::kSourceLoops, &v3::kSourceLoops,
+                                                   &v4::kSourceLoops};
   return *kLevels[static_cast<std::size_t>(level)];
 #else
-  return generic::kSourceLoop;
+  return generic::kSourceLoops;
 #endif
 }
 
 Eigen::MatrixXcd incident_matrix(const TransducerArray& array, const Wave& wave, const Points& points) {
-  return matrix_of(array, points, pressures_at(array, wave, points));
+  return matrix_of<double>(array, points, pressures_at(array, wave, points));
+}
+
+Eigen::MatrixXcf incident_matrix_single(const TransducerArray& array, const Wave& wave, const Points& points) {
+  return matrix_of<float>(array, points, pressures_at<float>(array, wave, points));
 }
 
 Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const Wave& wave, const Points& points,
                                             const Points& directions) {
-  return matrix_of(array, points, derivatives_at(array, wave, points, directions));
+  return matrix_of<double>(array, points, derivatives_at(array, wave, points, directions));
+}
+
+Eigen::MatrixXcf incident_derivative_matrix_single(const TransducerArray& array, const Wave& wave,
+                                                   const Points& points, const Points& directions) {
+  return matrix_of<float>(array, points, derivatives_at<float>(array, wave, points, directions));
 }
 
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,

@@ -20,6 +20,13 @@ Eigen::MatrixXcd incident_matrix(const TransducerArray& array, const Wave& wave,
 Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const Wave& wave, const Points& points,
                                             const Points& directions);
 
+/// Both in single precision, at less than half the time.
+///
+/// accuracy   1e-4 of the largest amplitude / r, a derivative k times as much, where k r is at most 300
+Eigen::MatrixXcf incident_matrix_single(const TransducerArray& array, const Wave& wave, const Points& points);
+Eigen::MatrixXcf incident_derivative_matrix_single(const TransducerArray& array, const Wave& wave,
+                                                   const Points& points, const Points& directions);
+
 /// Incident pressure of a driven array, G q, without forming G.
 ///
 /// drive     N x S: complex drives q_n (amplitude 0..1 times exp(i phi)), one column a solution

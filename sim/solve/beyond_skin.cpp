@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "sim/core/units.h"
@@ -103,7 +104,7 @@ double shadowed_share(const Scene& scene, const PlacedBodies& bodies, const Tran
 }  // namespace
 
 BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array,
-                       double wavelength) {
+                       double wavelength, std::optional<Index> count) {
   SkinPatches pieces;
   for (const auto& [body, mesh] : bodies.whole) {
     if (scene.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kIncident) {
@@ -114,7 +115,8 @@ BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const Tra
     return {};
   }
   const double drives = expected_drives(pieces.centres(), pieces.normals(), pieces.areas, array, wavelength);
-  BeyondSkin beyond{spread(pieces, kApart * wavelength, static_cast<Index>(std::ceil(kPerDrive * drives)))};
+  BeyondSkin beyond{count ? spread(pieces, std::numeric_limits<double>::infinity(), *count)
+                          : spread(pieces, kApart * wavelength, static_cast<Index>(std::ceil(kPerDrive * drives)))};
   beyond.shadowed = shadowed_share(scene, bodies, array, beyond.patches);
   return beyond;
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "sim/acoustics/transducer_array.h"
 #include "sim/mesh/query/skin_patches.h"
 #include "sim/solve/bodies.h"
@@ -17,7 +19,8 @@ struct BeyondSkin {
 /// channels do to that skin (expected_drives): with fewer the phases send sound between them.
 ///
 /// bodies   of Extent::kSolved
+/// count    of patches; none: as said
 BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array,
-                       double wavelength);
+                       double wavelength, std::optional<Eigen::Index> count = std::nullopt);
 
 }  // namespace touchfield

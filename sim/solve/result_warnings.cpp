@@ -6,6 +6,7 @@
 
 #include "sim/acoustics/nonlinearity.h"
 #include "sim/scene/phase_methods.h"
+#include "sim/solve/alarm.h"
 #include "sim/solve/warnings.h"
 #include "sim/store/text_table.h"
 
@@ -52,13 +53,18 @@ void remark_unconverged(const Run& run, Remarks& remarks) {
   }
 }
 
+/// Figures of a judge in a scheme with a cure are right whatever phases they are of.
 void remark_alarms(const Run& run, Remarks& remarks) {
+  const bool cured = run.judge_model && std::ranges::any_of(all_schemes(), [&](Scheme scheme) {
+                       return has_cure(scheme) && to_string(scheme) == run.judge_model->scheme;
+                     });
   for (const auto& [scheme, alarm] : run.alarms) {
     if (alarm > kLargestAlarm) {
-      remarks.warnings.push_back(
-          fmt::format("fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: this body resonates "
-                      "inside near this frequency, or the mesh is too coarse",
-                      scheme, 100.0 * alarm));
+      (cured ? remarks.notes : remarks.warnings)
+          .push_back(fmt::format("fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: this body "
+                                 "resonates inside near this frequency, or the mesh is too coarse{}",
+                                 scheme, 100.0 * alarm,
+                                 cured ? ". Its phases are found with that error; the judge is free of it" : ""));
     }
   }
 }

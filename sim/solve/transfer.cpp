@@ -26,11 +26,18 @@ LowRank spanning_drives(SkinScattering& scattering) {
   return compressed(scattering.system().right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
 }
 
-/// The rows of skin beyond, and nothing of dead channels: what they do is 0, not what rounding leaves of it.
-void finish(const SkinScattering& scattering, const QuietSkin& quiet, Transfer& transfer) {
+/// The rows of skin beyond, reduced with the others or behind them, and nothing of dead channels: what they do is 0, not
+/// what rounding leaves of it.
+void finish(const SkinScattering& scattering, const QuietSkin& quiet, bool reduce, Transfer& transfer) {
   if (transfer.quiet_weight > 0 && !quiet.beyond.empty()) {
-    add_quiet_rows(quiet.beyond_rows(scattering.system().wave(), transfer.quiet_weight), kQuietTolerance,
-                   transfer.reduction);
+    const Eigen::MatrixXcd rows = quiet.beyond_rows(scattering.system().wave(), transfer.quiet_weight);
+    if (reduce) {
+      add_quiet_rows(rows, kQuietTolerance, transfer.reduction);
+    } else {
+      Eigen::MatrixXcd& all = transfer.reduction.problem.quiet;
+      all.conservativeResize(all.rows() + rows.rows(), rows.cols());
+      all.bottomRows(rows.rows()) = rows;
+    }
   }
   const ChannelResponse& response = scattering.array().response;
   SkinProblem& problem = transfer.reduction.problem;
@@ -101,7 +108,7 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
   problem.quiet = std::move(spanned->quiet);
   problem.amplitudes = target.amplitudes;
   problem.weights = areas(target.faces);
-  finish(scattering, quiet, transfer);
+  finish(scattering, quiet, drives == nullptr, transfer);
   return transfer;
 }
 
@@ -116,7 +123,7 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, const Q
     transfer.reduction.problem.amplitudes = target.amplitudes;
     transfer.reduction.problem.weights = areas(target.faces);
     transfer.reduction.problem.quiet.resize(0, scattering.array().size());
-    finish(scattering, quiet, transfer);
+    finish(scattering, quiet, true, transfer);
     return transfer;
   };
   if (scattering.gpu() != nullptr) {
@@ -134,7 +141,7 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, const Q
     return by_reciprocity();
   }
   return make_transfer({drives.basis, scattering.spanned_pressure(drives, "transfer"), drives.left_out}, scattering,
-                       target, quiet, quiet_weight);
+                       target, quiet, quiet_weight, true);
 }
 
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives) {
@@ -169,7 +176,7 @@ Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScatterin
 }
 
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
-                       const QuietSkin& quiet, double quiet_weight) {
+                       const QuietSkin& quiet, double quiet_weight, bool reduce) {
   Transfer transfer;
   transfer.quiet_weight = quiet_weight;
   transfer.solves = spanned.drives.cols();
@@ -179,7 +186,7 @@ Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& sca
       quiet_weight > 0 ? quiet.face_weights(areas, target, quiet_weight) : Eigen::VectorXd();
   transfer.reduction =
       reduced_skin_problem(spanned.pressure, spanned.drives, areas, target, weights, kQuietTolerance);
-  finish(scattering, quiet, transfer);
+  finish(scattering, quiet, reduce, transfer);
   return transfer;
 }
 

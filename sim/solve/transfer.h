@@ -54,8 +54,8 @@ SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::Matrix
 /// tolerance     1e-6 to 1
 Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScattering>>& scatterings, double tolerance);
 
-/// The same on a graphics card, of drives that are found there, or given: P stays there but for what H needs. Nothing on
-/// the processor.
+/// The same on a graphics card, of drives that are found there, or given: P stays there but for what H needs. With given
+/// ones, as frames have, rows of skin beyond are not reduced. Nothing on the processor.
 std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
                                               const std::shared_ptr<const Eigen::MatrixXcd>& drives,
                                               const Target& target, const QuietSkin& quiet, double quiet_weight);
@@ -71,8 +71,11 @@ std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
 Transfer make_transfer(SkinScattering& scattering, const Target& target, const QuietSkin& quiet, double quiet_weight);
 
 /// H of any target of the body that the pressures are of, forwards.
+///
+/// reduce   whether rows of skin beyond are reduced with the others, which takes longer than a few steps of a method with
+///          all of them, or stand behind them
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
-                       const QuietSkin& quiet, double quiet_weight);
+                       const QuietSkin& quiet, double quiet_weight, bool reduce = false);
 
 /// H of a mesh, p = H q, M x N [Pa]: the pressure of every channel at full drive on every face, in the forward way.
 /// Rows of some faces alone take less: SkinScattering::transfer_rows.

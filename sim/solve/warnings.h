@@ -59,7 +59,8 @@ std::vector<const MethodResult*> methods_below_wanted(const Run& run);
 ///   below_wanted          a method's mean pressure on the target is below half of the wanted one; not of given phases,
 ///                         nor where the scene asks for the best pressure
 ///   not_converged         a solve that missed its tolerance
-///   fictitious_frequency  a scheme without a cure for them differs from Burton-Miller by more than 10 %
+///   fictitious_frequency  a scheme without a cure for them differs from Burton-Miller by more than 10 %; a note where
+///                         a judge with a cure has the figures
 ///   deep_shadow           the target is so quiet that errors of the loud skin count twice or more there
 ///   nonlinear             a method's sound has steepened to a shock: shock_distance_share of 1 and more
 /// Notes:

@@ -145,6 +145,11 @@ TEST(ResultRemarks, TheAlarmIsOfSchemesWithoutACure) {
   run.alarm = 0.5;
   run.alarms = {{"paper_corrected", 0.09}, {"paper", 0.11}};
   EXPECT_THAT(result_remarks(run).warnings, ElementsAre(StartsWith("fictitious_frequency: scheme paper ")));
+  run.judge_model = JudgeModel{"paper_corrected", run.mesh, std::nullopt};
+  EXPECT_THAT(result_remarks(run).warnings, SizeIs(1));
+  run.judge_model->scheme = "burton_miller";  // the figures are free of it
+  EXPECT_THAT(result_remarks(run).warnings, IsEmpty());
+  EXPECT_THAT(result_remarks(run).notes, Contains(StartsWith("fictitious_frequency: scheme paper ")));
 }
 
 TEST(ResultRemarks, EverySchemeWithoutACureIsCompared) {

@@ -1,0 +1,125 @@
+// What edges, keep_within and the number of points beyond cost the pattern on the whole hand: every line is judged with all
+// others of its scene on one fine mesh of it. One factor at a time leaves its default. The table is CSV.
+//
+// usage: beyond_study SCENE [--set key.path=value]... < settings
+// settings: a line each of near_mm far_mm kept_mm points; kept 0: the whole hand; points 0: as many as the program takes
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <iostream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "sim/core/progress.h"
+#include "sim/field/pressure_metrics.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/solve/beyond_skin.h"
+#include "sim/solve/kept_bodies.h"
+#include "sim/solve/methods.h"
+#include "sim/solve/model.h"
+#include "sim/solve/skin_scattering.h"
+
+namespace touchfield {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Setting {
+  double near = 0;
+  double far = 0;
+  double kept = 0;
+  Eigen::Index points = 0;
+};
+
+struct Line {
+  Setting setting;
+  Eigen::Index faces = 0;
+  Eigen::Index points = 0;
+  double seconds = 0;
+};
+
+std::vector<Setting> settings_in(std::istream& in) {
+  std::vector<Setting> settings;
+  for (std::string text; std::getline(in, text);) {
+    std::istringstream words(text);
+    Setting s;
+    if (words >> s.near >> s.far >> s.kept >> s.points) {
+      settings.push_back(s);
+    }
+  }
+  return settings;
+}
+
+void study(const std::string& path, const std::vector<std::string>& changes, const std::vector<Setting>& settings) {
+  std::vector<Line> lines;
+  std::vector<Eigen::VectorXcd> drives;
+  KeptBodies kept;
+  Progress silent;
+  for (const Setting& setting : settings) {
+    std::vector<std::string> all = changes;
+    all.push_back(fmt::format("body.edge_mm.near_target={}", setting.near));
+    all.push_back(fmt::format("body.edge_mm.far={}", setting.far));
+    all.push_back(setting.kept > 0 ? fmt::format("body.keep_within_mm={}", setting.kept) : "body.keep_within_mm=null");
+    Model model = build_model(read_scene(path, all), &kept);
+    if (setting.points > 0) {
+      const PlacedBodies bodies = build_bodies(model.scene, model.plan, {}, Extent::kSolved, &kept);
+      model.beyond = beyond_skin(model.scene, bodies, model.array, model.wave.wavelength(), setting.points).patches;
+    }
+    const auto begin = Clock::now();
+    std::vector<SolveRecord> records;
+    SkinScattering scattering(model.body.mesh, model.wave, model.scene.solve.scheme, model.scene.solve.solver,
+                              model.array, records, silent, 700);
+    const Target target = build_target(model);
+    MethodSolver methods(scattering, model.array.size(), target, model.scene.solve, quiet_skin(model));
+    for (const MethodSpec& method : model.scene.solve.methods) {
+      drives.push_back(drive(methods.solve(method, target.amplitudes, silent)));
+    }
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    lines.push_back({setting, model.body.mesh.face_count(), model.beyond.size(), seconds});
+    std::fprintf(stderr, "%s: %.1f s\n", all.back().c_str(), seconds);
+  }
+  std::vector<std::string> whole = changes;
+  whole.emplace_back("body.keep_within_mm=null");
+  whole.emplace_back("judge={scheme: burton_miller_polished, edge_mm: {near_target: 1.2, far: 3, within_mm: 15}}");
+  const Model model = build_model(read_scene(path, whole), &kept);
+  const JudgeMesh judge = build_judge_mesh(model, &kept);
+  const Target target = build_target(model, judge.mesh);
+  std::vector<SolveRecord> records;
+  SkinScattering scattering(judge.mesh, model.wave, Scheme::kBurtonMillerPolished, {}, model.array, records, silent,
+                            static_cast<Eigen::Index>(drives.size()));
+  Eigen::MatrixXcd columns(model.array.size(), static_cast<Eigen::Index>(drives.size()));
+  for (std::size_t i = 0; i < drives.size(); ++i) {
+    columns.col(static_cast<Eigen::Index>(i)) = drives[i];
+  }
+  const Eigen::MatrixXcd pressures = scattering.pressure(columns, "judge");
+  Eigen::Index column = 0;
+  for (const Line& line : lines) {
+    for (const MethodSpec& method : model.scene.solve.methods) {
+      const Metrics metrics = pattern_metrics(judge.mesh, model.boxes, target, pressures.col(column++));
+      const Setting& s = line.setting;
+      fmt::print("{},{},{:g},{:g},{:g},{},{},{:.2f},{:.5f},{:.5f}\n", model.scene.name, method.name, s.near, s.far,
+                 s.kept, line.points, line.faces, line.seconds, metrics.relative_error, metrics.leakage);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace touchfield
+
+int main(int count, char** arguments) {
+  std::vector<std::string> changes;
+  for (int i = 3; i < count; i += 2) {
+    changes.emplace_back(arguments[i]);
+  }
+  try {
+    touchfield::study(arguments[1], changes, touchfield::settings_in(std::cin));
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "beyond_study: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
