@@ -3,14 +3,13 @@
 #include <utility>
 
 #include "sim/acoustics/incident_field.h"
+#include "sim/bem/polishing.h"
 #include "sim/mesh/query/interior_points.h"
 #include "solvers/linear/blas_product.h"
 
 namespace touchfield {
 
 namespace {
-
-constexpr int kPolishingSteps = 2;  // a third lets what resonates grow back
 
 Eigen::VectorXcd burton_miller_diagonal(const TriangleMesh& mesh, const Complex& wavenumber, double gamma) {
   Eigen::VectorXcd diagonal(mesh.face_count());
@@ -69,8 +68,7 @@ ScatteringSystem::Operators ScatteringSystem::make_operators() const {
     made.parts = {Layer::kDouble, 0.0, plain, nullptr};
   }
   if (traits(scheme_).polished) {
-    made.polisher = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(),
-                                                              BoundaryParts{Layer::kDouble, 0.0, plain, nullptr});
+    made.polisher = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(), polishing_parts(mesh_));
   }
   made.exact = make_operator<double>(made.parts);
   return made;
@@ -143,6 +141,28 @@ Eigen::MatrixXcd ScatteringSystem::right_hand_side(const IncidentField& incident
     return b;
   }
   return incident.pressure;
+}
+
+Eigen::MatrixXcd ScatteringSystem::right_hand_side_rows(const TransducerArray& array,
+                                                        const std::vector<Eigen::Index>& rows) const {
+  Points points(3, static_cast<Eigen::Index>(rows.size()));
+  Points normals = Points::Zero(3, points.cols());
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(points.cols());
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    const Eigen::Index row = rows[static_cast<std::size_t>(i)];
+    if (row < faces()) {
+      points.col(i) = mesh_.centroids().col(row);
+      normals.col(i) = mesh_.normals().col(row);
+    } else {
+      points.col(i) = interior_.col(row - faces());
+      scale(i) = chief_scale_(row - faces());
+    }
+  }
+  const Eigen::MatrixXcd b = incident_matrix(array, wave_, points);
+  if (traits(scheme_).burton_miller) {
+    return b + Complex(0, gamma()) * incident_derivative_matrix(array, wave_, points, normals);
+  }
+  return scale.asDiagonal() * b;
 }
 
 Eigen::MatrixXcd ScatteringSystem::pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const {

@@ -68,6 +68,8 @@ class ScatteringSystem {
 
   /// b, unknowns x S.
   Eigen::MatrixXcd right_hand_side(const IncidentField& incident) const;
+  /// The given rows of b, 0 to unknowns - 1, of every channel at unit drive: K x N. None of B's integrals are made.
+  Eigen::MatrixXcd right_hand_side_rows(const TransducerArray& array, const std::vector<Eigen::Index>& rows) const;
   /// Surface pressures M x S [Pa] from the solutions of B p = b.
   Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const;
   /// Whether pressure() reads incident.pressure; it reads nothing else of it.

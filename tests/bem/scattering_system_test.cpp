@@ -53,6 +53,12 @@ TEST_P(EveryScheme, ItsFormsOfBAgree) {
   EXPECT_LT((system_.columns(faces) - b(Eigen::all, faces)).norm(), 1e-12 * b.col(0).norm());
 }
 
+TEST_P(EveryScheme, RowsOfTheRightHandSideAreThoseOfAll) {
+  const std::vector<Eigen::Index> rows = {system_.unknowns() - 1, 0, 42};
+  const Eigen::MatrixXcd b = system_.right_hand_side(unit_)(rows, Eigen::all);
+  EXPECT_LT((system_.right_hand_side_rows(four_channels(), rows) - b).norm(), 1e-12 * b.norm());
+}
+
 TEST_P(EveryScheme, TransferRowsAreThoseOfTheMatrixMadeColumnByColumn) {
   const DenseLu lu(system_.dense());
   Eigen::MatrixXcd h(system_.faces(), 4);
