@@ -2,18 +2,30 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "sim/core/errors.h"
+#include "sim/solve/solver_choice.h"
 #include "sim/solve/stages.h"
 #include "sim/solve/transfer.h"
 #include "solvers/linear/blas_product.h"
+#include "solvers/linear/hermitian_eigen.h"
+#include "solvers/linear/low_rank.h"
 
 namespace touchfield {
 
 namespace {
 
 constexpr double kDriveTolerance = 5e-3;  // a tenth of what a mesh is off that a frame has time for
+constexpr int kDescents = 2;              // for each step of Levenberg-Marquardt that the scene says
+constexpr double kSampled = 0.8;          // of it, by the rows that are checked: the others may have more
+constexpr int kFewestPlaces = 9;
 constexpr int kMostPlaces = 33;
+constexpr double kLargestStep = 1.2;       // wavelengths, between places that drives are found at
+constexpr Eigen::Index kRowsAChannel = 3;  // from which drives are found
 
 /// How fast a frame has to be does not bear double precision, nor does the mesh need it.
 SolverSpec frame_solver_spec(const SolverSpec& scene) {
@@ -24,56 +36,133 @@ SolverSpec frame_solver_spec(const SolverSpec& scene) {
   return spec;
 }
 
-/// The body at so many of the places where it may be seen.
-std::vector<std::unique_ptr<SkinScattering>> places(const MotionSensor& sensor, Scheme scheme, int count,
-                                                    std::vector<SolveRecord>& records, Progress* progress) {
-  const Model& model = sensor.solved().first();
-  std::vector<std::unique_ptr<SkinScattering>> all;
-  Progress silent;
-  for (const TriangleMesh& mesh : sensor.places(count)) {
-    all.push_back(std::make_unique<SkinScattering>(mesh, model.wave, scheme, model.scene.solve.solver, model.array,
-                                                   records, silent));
-    if (progress != nullptr) {  // those of all rounds before are about as many
-      progress->advance(static_cast<double>(count - 3 + static_cast<int>(all.size())) / (2 * kMostPlaces + 1));
-    }
-  }
-  return all;
+/// Whether frames after the first one follow the phases through the factors of the equations (FactoredTransfer).
+bool follows(const Model& model, const MethodSpec& method) {
+  const SolverSpec spec = frame_solver_spec(model.scene.solve.solver);
+  const Eigen::Index faces = model.body.mesh.face_count();
+  const SolverOptions options =
+      choose_solver(spec, method.scheme, faces, available_memory(), model.array.size()).options;
+  return method.kind->name == "surface" && !method.free_amplitudes && model.scene.solve.quiet_weight > 0 &&
+         model.scene.motion->start == MotionSpec::Start::kPrevious && options.kind == SolverKind::kLu &&
+         options.precision == Precision::kSingle && !choose_device(spec, method.scheme, faces, model.array.size()).card;
 }
 
-/// The largest share of b, by norm, that drives leave out at a place.
-double left_out(const std::vector<std::unique_ptr<SkinScattering>>& all, const Eigen::MatrixXcd& drives) {
-  double most = 0.0;
-  for (const auto& place : all) {
-    const Eigen::MatrixXcd b = place->system().right_hand_side(place->system().incident(place->array()));
-    const double total = b.squaredNorm();
-    most = std::max(most, std::max(0.0, total - matrix_product(b, drives).squaredNorm()) / total);
+/// What a channel that the solver knows to be dead would do has no bearing: it is not driven.
+void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
+  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
+    if (response.gain(n) == 0) {
+      solution.phases(n) = 0.0;
+      solution.amplitudes(n) = 0.0;
+    }
   }
-  return std::sqrt(most);
+}
+
+/// Rows of b of every channel at one place, some of all its rows, evenly over them: as long as 1 together.
+///
+/// shift   0 to 1: two shifts share few rows
+Eigen::MatrixXcd sampled_rows(const Model& model, Scheme scheme, const TriangleMesh& place, Eigen::Index count,
+                              double shift) {
+  SystemOptions options;
+  options.coupling = model.scene.solve.solver.coupling;
+  const ScatteringSystem system(place, model.wave, scheme, options);
+  std::vector<Eigen::Index> rows(static_cast<std::size_t>(std::min(count, system.unknowns())));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const double share = (static_cast<double>(i) + shift) / static_cast<double>(rows.size());
+    rows[i] = static_cast<Eigen::Index>(share * static_cast<double>(system.unknowns()));
+  }
+  const Eigen::MatrixXcd b = system.right_hand_side_rows(model.array, rows);
+  return b / b.norm();
+}
+
+/// b of every channel by a sample at several places, one below the other.
+class SampledMotion {
+ public:
+  /// every    how many places further each next one is, from the first of `places`
+  /// rows     about so many in all
+  /// phase    0 to 1: of the samples, see sampled_rows
+  SampledMotion(const Model& model, Scheme scheme, const std::vector<TriangleMesh>& places, std::size_t every,
+                Eigen::Index rows, double phase) {
+    constexpr double kGolden = 0.6180339887498949;  // the next place has other rows
+    const auto count = static_cast<Eigen::Index>((places.size() - 1) / every + 1);
+    for (std::size_t i = 0; i < places.size(); i += every) {
+      const double shift = phase + kGolden * static_cast<double>(i);
+      const Eigen::MatrixXcd own = sampled_rows(model, scheme, places[i], rows / count + 1, shift - std::floor(shift));
+      rows_.conservativeResize(begin_.back() + own.rows(), own.cols());
+      rows_.bottomRows(own.rows()) = own;
+      begin_.push_back(rows_.rows());
+    }
+  }
+
+  const Eigen::MatrixXcd& rows() const { return rows_; }
+
+  /// How many of the first drives do, so that no place has more than `tolerance` of b left out, by norm; -1 if all do not.
+  Eigen::Index sufficient(const Eigen::MatrixXcd& drives, double tolerance) const {
+    const Eigen::MatrixXd energy = matrix_product(rows_, drives).cwiseAbs2();
+    Eigen::VectorXd most = Eigen::VectorXd::Zero(drives.cols());  // left out with so many more than one
+    for (std::size_t i = 0; i + 1 < begin_.size(); ++i) {
+      Eigen::RowVectorXd own = energy.middleRows(begin_[i], begin_[i + 1] - begin_[i]).colwise().sum();
+      double left = 1.0;
+      for (Eigen::Index k = 0; k < own.size(); ++k) {
+        left -= own(k);
+        most(k) = std::max(most(k), left);
+      }
+    }
+    const auto enough =
+        std::find_if(most.begin(), most.end(), [&](double left) { return left <= tolerance * tolerance; });
+    return enough != most.end() ? enough - most.begin() + 1 : -1;
+  }
+
+ private:
+  Eigen::MatrixXcd rows_;
+  std::vector<Eigen::Index> begin_{0};  // of each place's rows, and their end
+};
+
+/// The farthest way of a vertex from one place to the next.
+double farthest_step(const std::vector<TriangleMesh>& places) {
+  double most = 0.0;
+  for (std::size_t i = 1; i < places.size(); ++i) {
+    most = std::max(most, (places[i].vertices() - places[i - 1].vertices()).colwise().norm().maxCoeff());
+  }
+  return most;
+}
+
+/// Orthonormal drives that span these rows to the tolerance, those first that carry most of them.
+Eigen::MatrixXcd principal_drives(const Eigen::MatrixXcd& rows, double tolerance) {
+  const LowRank span = compressed(rows.adjoint(), tolerance);
+  const HermitianEigen eigen = hermitian_eigen(hermitian_product(span.coefficients.adjoint()));
+  return matrix_product(span.basis, eigen.vectors.rowwise().reverse());
 }
 
 }  // namespace
 
 Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Progress* progress) {
-  std::vector<SolveRecord> records;
-  int count = 3;
-  auto known = places(sensor, scheme, count, records, progress);
-  for (;;) {
-    Eigen::MatrixXcd drives = spanning_drives(known, 0.5 * kDriveTolerance);
-    if (count >= kMostPlaces) {
-      return drives;
+  const Model& model = sensor.solved().first();
+  const Eigen::Index rows = kRowsAChannel * model.array.size();
+  int count = kFewestPlaces;
+  while (count < kMostPlaces && farthest_step(sensor.places(count)) > kLargestStep * model.wave.wavelength()) {
+    count = 2 * count - 1;
+  }
+  for (;; count = 2 * count - 1) {
+    const std::vector<TriangleMesh> places = sensor.places(2 * count - 1);
+    const SampledMotion known(model, scheme, places, 2, rows, 0.0);
+    const Eigen::MatrixXcd drives = principal_drives(known.rows(), 0.5 * kDriveTolerance);
+    // By other rows, of those places and of the ones between.
+    const SampledMotion checked(model, scheme, places, 1, rows, 0.5);
+    const Eigen::Index sufficient = checked.sufficient(drives, kSampled * kDriveTolerance);
+    if (sufficient > 0 || count >= kMostPlaces) {
+      return sufficient > 0 ? Eigen::MatrixXcd(drives.leftCols(sufficient)) : drives;
     }
-    count = 2 * count - 1;  // those between, too
-    known = places(sensor, scheme, count, records, progress);
-    if (left_out(known, drives) <= kDriveTolerance) {
-      return drives;
+    if (progress != nullptr) {
+      progress->advance(static_cast<double>(count) / kMostPlaces);
     }
   }
 }
 
 Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method, Progress* progress) {
-  const bool whole_skin = method.kind->model == MethodModel::kSkin && method.kind->minds_quiet &&
-                          sensor.solved().first().scene.solve.quiet_weight > 0;
-  return whole_skin ? drives_of_motion(sensor, method.scheme, progress) : Eigen::MatrixXcd();
+  const Model& model = sensor.solved().first();
+  const bool whole_skin =
+      method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && model.scene.solve.quiet_weight > 0;
+  return whole_skin && !follows(model, method) ? drives_of_motion(sensor, method.scheme, progress) : Eigen::MatrixXcd();
 }
 
 Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& array, const Wave& wave,
@@ -90,7 +179,8 @@ FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Ei
     : moving_(moving),
       method_(method),
       solver_(frame_solver_spec(moving.first().scene.solve.solver)),
-      drives_(drives.size() > 0 ? std::make_shared<const Eigen::MatrixXcd>(std::move(drives)) : nullptr) {
+      drives_(drives.size() > 0 ? std::make_shared<const Eigen::MatrixXcd>(std::move(drives)) : nullptr),
+      follows_(follows(moving.first(), method)) {
   method_.iterations = moving.first().scene.motion->iterations;
   method_.start = StartSpec{};
   method_.start.kind = StartSpec::Kind::kZero;
@@ -98,9 +188,14 @@ FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Ei
     kept_.expect(
         static_cast<int>(std::ceil(moving.first().scene.motion->seconds * moving.first().scene.motion->frames_hz)));
   }
+  if (follows_) {
+    method_.iterations = kUsualIterations;
+    solve(moving.at(moving.state(0)));
+    method_.iterations = moving.first().scene.motion->iterations;
+  }
 }
 
-void FrameSolver::set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame) {
+bool FrameSolver::set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame) {
   const bool still = methods_ && own_frame_->rotation == model.own_frame.rotation &&
                      own_frame_->shift == model.own_frame.shift && *vertices_ == model.body.mesh.vertices() &&
                      *beyond_ == model.beyond.corners;
@@ -108,7 +203,7 @@ void FrameSolver::set_up(const Model& model, const std::optional<Target>& target
     if (target) {
       methods_->aim(*target);
     }
-    return;
+    return false;
   }
   methods_.reset();
   scattering_.reset();
@@ -125,6 +220,55 @@ void FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   methods_ = std::make_unique<MethodSolver>(*scattering_, model.array.size(), target, std::move(spec), quiet_skin(model));
   if (drives_) {
     methods_->span(drives_);
+  }
+  return true;
+}
+
+PhaseSolution FrameSolver::followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
+                                    const Eigen::VectorXd& before, bool moved, MotionFrame& frame) {
+  const ScatteringSystem& system = scattering_->system();
+  const Eigen::VectorXd& areas = system.mesh().areas();
+  const QuietSkin quiet = quiet_skin(model);
+  const Eigen::Index faces = areas.size();
+  const Eigen::Index points = quiet.beyond.size();
+  try {
+    timed(silent_, frame.seconds, "factorise", "", [&] {
+      if (!factored_ || *factored_at_ != system.mesh().vertices()) {
+        factored_.reset();  // before the next one takes its memory
+        factored_ = std::make_unique<FactoredTransfer>(system);
+        factored_at_ = system.mesh().vertices();
+        moved = true;
+      }
+    });
+    timed(silent_, frame.seconds, "transfer", "", [&] {
+      if (moved) {
+        factored_->face(system, scattering_->array());
+        incident_beyond_ = quiet.beyond_pressure_single(model.wave);
+      }
+    });
+    const double quiet_weight = model.scene.solve.quiet_weight;
+    MappedSkin skin{[&](const Eigen::VectorXcf& q) {
+                      Eigen::VectorXcf all(faces + points);
+                      all.head(faces) = factored_->pressure(q);
+                      multiply(Op::kPlain, incident_beyond_, q, 0.0F, all.tail(points));
+                      return all;
+                    },
+                    [&](const Eigen::VectorXcf& v) {
+                      Eigen::VectorXcf back = factored_->sent_back(v.head(faces));
+                      multiply(Op::kAdjoint, incident_beyond_, v.tail(points), 1.0F, back);
+                      return back;
+                    },
+                    Eigen::VectorXd::Zero(faces + points), Eigen::VectorXd(faces + points)};
+    skin.weights << quiet.face_weights(areas, target, quiet_weight), quiet.beyond_weights(quiet_weight);
+    skin.amplitudes(target.faces) = amplitudes;
+    skin.weights(target.faces) = areas(target.faces);
+    PhaseSolution solution = timed(silent_, frame.seconds, "phases", "", [&] {
+      return descent_.descend(skin, before, kDescents * method_.iterations, method_.free_level);
+    });
+    leave_out_dead(scattering_->array().response, solution);
+    return solution;
+  } catch (const std::domain_error& error) {
+    throw NumericalError(fmt::format("method {}: {}", method_.name, error.what()));
   }
 }
 
@@ -152,9 +296,16 @@ MotionFrame FrameSolver::solve(const Model& model) {
   if (!target && method_.kind->model != MethodModel::kGiven) {
     return quiet();
   }
-  set_up(model, target, frame);
+  const bool moved = set_up(model, target, frame);
+  const Vector3 patch = target ? moving_.patch(model) : Vector3::Zero();
+  const MotionSpec& motion = *model.scene.motion;
+  std::optional<Eigen::VectorXd> before;
+  if (motion.start == MotionSpec::Start::kPrevious && phases_.size() > 0) {
+    before = motion.steer ? steered(phases_, model.array, model.wave, patch_, patch) : phases_;
+  }
+  const bool follow = follows_ && before;
   const bool works_on_body = method_.kind->model == MethodModel::kSkin || method_.kind->model == MethodModel::kCentre;
-  if (works_on_body) {
+  if (works_on_body && !follow) {
     timed(silent_, frame.seconds, "factorise", "", [&] { scattering_->prepare(); });
   }
   Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
@@ -166,17 +317,15 @@ MotionFrame FrameSolver::solve(const Model& model) {
     }
     amplitudes *= *scale_;
   }
-  if (method_.kind->model == MethodModel::kSkin) {
-    timed(silent_, frame.seconds, "transfer", "", [&] { methods_->skin_problem(amplitudes, silent_); });
+  if (follow) {
+    frame.solution = followed(model, *target, amplitudes, *before, moved, frame);
+  } else {
+    if (method_.kind->model == MethodModel::kSkin) {
+      timed(silent_, frame.seconds, "transfer", "", [&] { methods_->skin_problem(amplitudes, silent_); });
+    }
+    frame.solution = timed(silent_, frame.seconds, "phases", "",
+                           [&] { return methods_->solve(method_, amplitudes, silent_, before ? &*before : nullptr); });
   }
-  const Vector3 patch = target ? moving_.patch(model) : Vector3::Zero();
-  const MotionSpec& motion = *model.scene.motion;
-  std::optional<Eigen::VectorXd> before;
-  if (motion.start == MotionSpec::Start::kPrevious && phases_.size() > 0) {
-    before = motion.steer ? steered(phases_, model.array, model.wave, patch_, patch) : phases_;
-  }
-  frame.solution = timed(silent_, frame.seconds, "phases", "",
-                         [&] { return methods_->solve(method_, amplitudes, silent_, before ? &*before : nullptr); });
   phases_ = frame.solution.phases;
   patch_ = patch;
   for (const SolveRecord& record : records_) {

@@ -3,21 +3,24 @@
 #include <memory>
 #include <optional>
 
+#include "sim/bem/factored_transfer.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/solve/kept_models.h"
 #include "sim/solve/methods.h"
 #include "sim/store/motion_data.h"
+#include "solvers/phase/phase_descent.h"
 
 namespace touchfield {
 
-/// Drives that span what all channels do to a body wherever its sensor may see it (MotionSensor::places), N x r, to 5e-3
-/// of b.
+/// Drives that span what all channels do to a body wherever its sensor may see it (MotionSensor::places), N x r,
+/// orthonormal, as few as leave at most 5e-3 of b out at each place, by norm. They are found from a sample of b's rows at
+/// every second place and checked by other rows at all places, twice as densely again while that fails.
 ///
 /// scheme     of the frames
 /// progress   hears how far it is; may be null
 Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Progress* progress = nullptr);
 
-/// The same for a method, by its scheme, if it works on what all channels do to the whole skin; else nothing.
+/// The same for a method, by its scheme, if its frames work with them; else nothing.
 Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method, Progress* progress = nullptr);
 
 /// What is expected of phases that turn with a patch that moves: of channel n, at x_n,
@@ -33,11 +36,16 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 ///
 /// The body's equations are solved in single precision where the scene leaves that open. A body that keeps its shape has
 /// one factorisation; one that keeps its place has one transfer matrix for all targets.
+///
+/// Frames of `surface` that start from the one before on a processor, by LU in single precision, make no transfer matrix:
+/// they follow the least of the same cost by PhaseDescent on FactoredTransfer, two steps of it for each of
+/// motion.iterations. Before the first one the constructor solves the motion's beginning in the usual way, 30 steps. The
+/// residual of the equations is checked there.
 class FrameSolver {
  public:
   /// moving   what is solved
   /// method   of moving's scene
-  /// drives   of drives_of_motion; empty: found anew in each frame
+  /// drives   of drives_for; empty: found anew in each frame that needs them
   FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives);
 
   /// Phases for a model that `moving` gave, whose times are the caller's to fill in. Where the target holds no skin the
@@ -55,12 +63,16 @@ class FrameSolver {
 
  private:
   MotionFrame quiet() const;
-  void set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame);
+  /// Whether anything but the target has changed since the frame before.
+  bool set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame);
+  PhaseSolution followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& before,
+                         bool moved, MotionFrame& frame);
 
   const MovingModel& moving_;
   MethodSpec method_;
   SolverSpec solver_;
   std::shared_ptr<const Eigen::MatrixXcd> drives_;  // none: found anew in each frame
+  bool follows_;                                    // after the first solution
   KeptModels kept_;
   std::vector<SolveRecord> records_;
   Progress silent_;
@@ -71,6 +83,10 @@ class FrameSolver {
   std::optional<Points> beyond_;  // corners of skin that is not solved
   std::unique_ptr<SkinScattering> scattering_;
   std::unique_ptr<MethodSolver> methods_;
+  Eigen::MatrixXcf incident_beyond_;  // of every channel on the patches that are not solved, J x N
+  std::unique_ptr<FactoredTransfer> factored_;  // where frames follow
+  std::optional<Points> factored_at_;
+  PhaseDescent descent_;
   Eigen::VectorXd phases_;
   Vector3 patch_ = Vector3::Zero();
   std::optional<double> scale_;  // on the target's amplitudes, of a scene that asks for the best

@@ -10,7 +10,6 @@
 #include "sim/core/errors.h"
 #include "sim/solve/judge.h"
 #include "solvers/linear/blas_product.h"
-#include "solvers/linear/hermitian_eigen.h"
 #include "solvers/linear/low_rank.h"
 
 namespace touchfield {
@@ -147,32 +146,6 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, const Q
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives) {
   const bool single = scattering.decision().options.precision == Precision::kSingle;
   return {drives, scattering.pressure(drives, "transfer", single), 0.0};
-}
-
-Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScattering>>& scatterings, double tolerance) {
-  Eigen::MatrixXcd all;
-  for (const auto& scattering : scatterings) {
-    const Eigen::MatrixXcd b = scattering->system().right_hand_side(scattering->system().incident(scattering->array()));
-    const LowRank own = compressed(b.adjoint(), tolerance);
-    // b^H = V C and V U S, with C C^H = U S^2 U^H, have the same columns' Gram matrix.
-    const HermitianEigen eigen = hermitian_eigen(hermitian_product(own.coefficients.adjoint()));
-    const Eigen::MatrixXcd scaled = eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
-    all.conservativeResize(own.basis.rows(), all.cols() + own.rank());
-    all.rightCols(own.rank()) = matrix_product(own.basis, scaled) / b.norm();
-  }
-  // The fewest that do: the strongest principal directions of all places together.
-  const HermitianEigen eigen = hermitian_eigen(hermitian_product(all));
-  const double limit = tolerance * tolerance;  // of one place: of b, all are as long
-  Eigen::Index left = 0;
-  for (double sum = 0; left < eigen.values.size() - 1 && sum + eigen.values(left) <= limit; ++left) {
-    sum += std::max(0.0, eigen.values(left));
-  }
-  const Eigen::Index rank = eigen.values.size() - left;
-  const Eigen::MatrixXcd drives = matrix_product(
-      all, eigen.vectors.rightCols(rank) * eigen.values.tail(rank).cwiseSqrt().cwiseInverse().asDiagonal());
-  // Orthonormal to the rounding over the weakest value; once more by Newton's iteration, V (3 - V^H V) / 2.
-  const Eigen::MatrixXcd gram = hermitian_product(drives);
-  return matrix_product(drives, 1.5 * Eigen::MatrixXcd::Identity(rank, rank) - 0.5 * gram);
 }
 
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,

@@ -47,15 +47,8 @@ struct SpannedPressure {
 /// Of drives that are given, whose field is summed in the solver's precision. Those of this very body: by make_transfer.
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives);
 
-/// Drives that span what all channels do to a body at several places, N x r, orthonormal: of each place's b they leave
-/// out at most twice `tolerance`, by norm, and little more between places half a wavelength apart or less.
-///
-/// scatterings   of the body at those places, with one array; at least one
-/// tolerance     1e-6 to 1
-Eigen::MatrixXcd spanning_drives(const std::vector<std::unique_ptr<SkinScattering>>& scatterings, double tolerance);
-
-/// The same on a graphics card, of drives that are found there, or given: P stays there but for what H needs. With given
-/// ones, as frames have, rows of skin beyond are not reduced. Nothing on the processor.
+/// What make_transfer does, on a graphics card, of drives that are found there, or given: P stays there but for what H
+/// needs. With given ones, as frames have, rows of skin beyond are not reduced. Nothing on the processor.
 std::optional<Transfer> make_transfer_on_card(SkinScattering& scattering,
                                               const std::shared_ptr<const Eigen::MatrixXcd>& drives,
                                               const Target& target, const QuietSkin& quiet, double quiet_weight);

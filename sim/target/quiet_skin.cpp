@@ -19,8 +19,14 @@ Eigen::VectorXd QuietSkin::face_weights(const Eigen::VectorXd& areas, const Targ
   return weights;
 }
 
+Eigen::VectorXd QuietSkin::beyond_weights(double quiet_weight) const { return kWall * quiet_weight * beyond.areas; }
+
+Eigen::MatrixXcf QuietSkin::beyond_pressure_single(const Wave& wave) const {
+  return incident_matrix_single(array, wave, beyond.centres());
+}
+
 Eigen::MatrixXcd QuietSkin::beyond_rows(const Wave& wave, double quiet_weight) const {
-  return (kWall * quiet_weight * beyond.areas).cwiseSqrt().asDiagonal() *
+  return beyond_weights(quiet_weight).cwiseSqrt().asDiagonal() *
          incident_matrix(array, wave, beyond.centres());
 }
 

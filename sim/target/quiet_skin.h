@@ -16,7 +16,13 @@ struct QuietSkin {
   /// w_Z A of the quiet faces, 0 of the target's and of those that are no skin, M.
   Eigen::VectorXd face_weights(const Eigen::VectorXd& areas, const Target& target, double quiet_weight) const;
 
-  /// sqrt(2 w_Z A_j) p_inc(x_j) of every channel at unit drive, J x N [Pa m]: rows of R of a SkinProblem.
+  /// 2 w_Z A of the patches, J.
+  Eigen::VectorXd beyond_weights(double quiet_weight) const;
+
+  /// p_inc of every channel at unit drive on the patches, J x N [Pa].
+  Eigen::MatrixXcf beyond_pressure_single(const Wave& wave) const;
+
+  /// sqrt(2 w_Z A_j) p_inc(x_j), J x N [Pa m]: rows of R of a SkinProblem.
   Eigen::MatrixXcd beyond_rows(const Wave& wave, double quiet_weight) const;
 
   /// w of the rows of B and G in the paper's misfit: row_weights, 0 of faces that are no skin.
