@@ -107,7 +107,7 @@ TEST(FrameSolver, FollowsTheLeastOfTheSameCostAsFramesByDrives) {
       Progress silent;
       SkinScattering skin(model.body.mesh, model.wave, method.scheme, model.scene.solve.solver, model.array, records,
                           silent);
-      const Transfer transfer = make_transfer(skin, build_target(model), model.scene.solve.quiet_weight);
+      const Transfer transfer = make_transfer(skin, build_target(model), {}, model.scene.solve.quiet_weight);
       EXPECT_NEAR(last_cost(frame.solution), skin_cost(transfer.reduction.problem, drive(frame.solution)),
                   1e-3 * wanted);
     }
