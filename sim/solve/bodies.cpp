@@ -22,8 +22,8 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kNearestSkin = 0.5;   // of keep_within: farther from its centre kept_within finds none
-constexpr double kKeptSkin = 0.9;      // of keep_within: nearer to the centre no face is a cap's
+constexpr double kNearestSkin = 0.5;  // of keep_within: farther from its centre kept_within finds none
+constexpr double kKeptSkin = 0.9;     // of keep_within: nearer to the centre no face is a cap's
 
 /// What is known of a body before it is meshed as it is asked for.
 class Locator {
@@ -140,19 +140,23 @@ std::vector<Landmark> joined_landmarks(const Scene& scene, const std::vector<Bod
 }
 
 /// No skin of a body is where the target is.
-[[noreturn]] void refuse_far_target(const Scene& scene, const BodyPlan& plan, std::size_t i, const TriangleMesh& whole) {
+[[noreturn]] void refuse_far_target(const Scene& scene, const BodyPlan& plan, std::size_t i,
+                                    const TriangleMesh& whole) {
   const BodySpec& spec = scene.bodies[i];
   const double half = kNearestSkin * *spec.keep_within;
   const Vector3& centre = plan.bodies[i].kept_about;
   const Vector3 nearest = position(whole, nearest_landmark(whole, "", centre));
-  const auto world = [&](const Vector3& own) {
-    return place_text(to_world(spec.place, plan.bodies[i].anchor, own));
-  };
-  throw InputError(fmt::format(
-      "target.{}: no skin of {} within {:.4g} mm (half of keep_within_mm) of {} (scene coordinates); the "
-      "nearest is {:.1f} mm away at {}",
-      scene.target->boxes.size() == 1 ? "box" : "boxes", called(spec), half / kMillimetre, world(centre),
-      (nearest - centre).norm() / kMillimetre, world(nearest)));
+  const auto world = [&](const Vector3& own) { return place_text(to_world(spec.place, plan.bodies[i].anchor, own)); };
+  throw InputError(
+      fmt::format("target.{}: no skin of {} within {:.4g} mm (half of keep_within_mm) of {} (scene coordinates); the "
+                  "nearest is {:.1f} mm away at {}",
+                  scene.target->boxes.size() == 1 ? "box" : "boxes", called(spec), half / kMillimetre, world(centre),
+                  (nearest - centre).norm() / kMillimetre, world(nearest)));
+}
+
+/// Whether a body that lies beyond keep_within as a whole is an error: nothing would be left of it, or of the target.
+bool must_be_near(const Scene& scene, const BodyPlan& plan, std::size_t i) {
+  return scene.bodies[i].beyond == Beyond::kNothing || plan.bodies[i].pressed;
 }
 
 /// Leaves out what is farther than keep_within from the target; marks what is left as skin or cap. A body that lies
@@ -169,7 +173,7 @@ void keep_part(const Scene& scene, const BodyPlan& plan, std::size_t i, const Ed
   }
   const Vector3 nearest = position(body.mesh, nearest_landmark(body.mesh, "", centre));
   if ((nearest - centre).norm() > kNearestSkin * radius) {
-    if (scene.bodies[i].beyond == Beyond::kNothing || plan.bodies[i].pressed) {
+    if (must_be_near(scene, plan, i)) {
       refuse_far_target(scene, plan, i, body.mesh);
     }
     made.whole = body.mesh;
@@ -192,8 +196,10 @@ std::string place_key(const Vector3& x) { return fmt::format("({:.9f} {:.9f} {:.
 
 /// All that a body's mesh in its own frame follows from.
 ///
-/// kept_about   centre of keep_within; null: the whole body
-std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& sizing, const Vector3* kept_about) {
+/// kept_about     centre of keep_within; null: the whole body
+/// must_be_near   of it
+std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& sizing, const Vector3* kept_about,
+                        bool must_be_near) {
   std::string key = shape_text(spec);
   if (const auto* shape = std::get_if<MeshShape>(&spec.shape)) {
     key += file_state(shape->file);
@@ -205,7 +211,7 @@ std::string meshing_key(const BodySpec& spec, const std::optional<EdgeSizing>& s
     }
   }
   if (kept_about != nullptr) {
-    key += fmt::format(" kept {} {}", *spec.keep_within, place_key(*kept_about));
+    key += fmt::format(" kept {} {}{}", *spec.keep_within, place_key(*kept_about), must_be_near ? " near" : "");
   }
   return key;
 }
@@ -372,8 +378,8 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEd
       own->far = std::min(own->far, edges.coarsest);
       sizing = sizing_of(scene, plan, i, *own, kept);
     }
-    const bool part = spec.keep_within && (extent == Extent::kSolved ||
-                                           (extent == Extent::kJudged && spec.beyond == Beyond::kNothing));
+    const bool part = spec.keep_within &&
+                      (extent == Extent::kSolved || (extent == Extent::kJudged && spec.beyond == Beyond::kNothing));
     const auto make = [&] {
       MeshedBody made{meshed(spec, own ? &*own : nullptr, sizing ? &*sizing : nullptr, kept), {}, {}};
       require_closed_surface(made.body.mesh, called(spec));
@@ -398,8 +404,9 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEd
       }
     };
     if (kept != nullptr) {
-      place(kept->get(fmt::format("{} {}", extent == Extent::kSolved ? "solver" : "judge", i),
-                      meshing_key(spec, sizing, part ? &plan.bodies[i].kept_about : nullptr), make));
+      place(kept->get(
+          fmt::format("{} {}", extent == Extent::kSolved ? "solver" : "judge", i),
+          meshing_key(spec, sizing, part ? &plan.bodies[i].kept_about : nullptr, must_be_near(scene, plan, i)), make));
     } else {
       place(make());
     }
@@ -408,10 +415,8 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEd
     const RigidMotion own_frame = plan.own_frame(scene, 0);
     refuse_far_target(scene, plan, 0, {own_frame(whole.front().mesh.vertices()), whole.front().mesh.triangles()});
   }
-  PlacedBodies all{{joined(bodies), joined_landmarks(scene, bodies, numbers)},
-                   std::move(owner),
-                   std::move(skin),
-                   std::move(whole)};
+  PlacedBodies all{
+      {joined(bodies), joined_landmarks(scene, bodies, numbers)}, std::move(owner), std::move(skin), std::move(whole)};
   require_apart(scene, all.body.mesh, all.owner);
   return all;
 }
