@@ -63,6 +63,7 @@ int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
                      {"faces", report.faces},
                      {"channels", report.channels},
                      {"solver", to_string(report.decision.options.kind)},
+                     {"judged_skin", to_string(judged_extent(model))},
                      {"memory_mib", report.memory_mib},
                      {"seconds", report.seconds},
                      {"warnings", remarks.warnings},

@@ -172,6 +172,8 @@ Json difference_json(const RunDifference& difference) {
           {"largest", deviation_json(difference.largest)},
           {"largest_result", deviation_json(difference.largest_result)},
           {"causes", difference.causes},
+          {"judged_skin",
+           {{"a", to_string(difference.judged_skin.first)}, {"b", to_string(difference.judged_skin.second)}}},
           {"provenance", changes_json(difference.provenance)},
           {"scene", changes_json(difference.scene.changes)},
           {"scene_defaults_in_one_alone", only_json(difference.scene.at_defaults)},

@@ -40,8 +40,10 @@ nlohmann::ordered_json motion_json(const Motion& motion, const std::string& dire
     }
     methods.push_back(std::move(own));
   }
-  return {{"name", motion.name}, {"directory", directory},      {"seconds", motion.seconds},
-          {"methods", methods},  {"warnings", motion.warnings}, {"notes", motion.notes}};
+  return {{"name", motion.name},       {"directory", directory},
+          {"seconds", motion.seconds}, {"judged_skin", to_string(motion.judged_skin)},
+          {"methods", methods},        {"warnings", motion.warnings},
+          {"notes", motion.notes}};
 }
 
 int play_command(const PlayCommand& command, const Invocation& invoked) {

@@ -38,6 +38,7 @@ nlohmann::ordered_json run_json(const Run& run, const std::string& directory) {
           {"directory", directory},
           {"faces", run.mesh.face_count()},
           {"channels", run.array.size()},
+          {"judged_skin", to_string(run.judged_skin)},
           {"methods", methods_json(run)},
           {"seconds", seconds},
           {"warnings", run.warnings},

@@ -231,14 +231,7 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   SweepInput input = read_sweep_input(command.sweep, command.overrides, shard);
   SweepDirectory directory = open_sweep(input, output_directory(command, input.plan, shard),
                                         command.resume || command.options.retry_failed || command.output.empty());
-  if (directory.has_exchanged_sides() && input.identity.hash != input.identity.hash_in_first_words) {
-    Reporter::warn(
-        "an earlier version began this sweep, whose side: right was a left hand; cases that are computed now have the "
-        "same hand");
-  }
-  if (directory.of_other_defaults()) {
-    Reporter::warn("a version with other defaults began this sweep; cases that are computed now have this version's");
-  }
+  std::ranges::for_each(input.warnings, Reporter::warn);
   SweepOptions options = command.options;
   options.worker = {"/proc/self/exe", kWorkerName};
   options.threads = threads;

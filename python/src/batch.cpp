@@ -73,6 +73,9 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
         options.tick = [&progress] { progress.advance(0); };
         SweepInput input = read_sweep_input(path, overrides);
         SweepDirectory directory = open_sweep(input, place, resume);
+        for (const std::string& warning : input.warnings) {
+          progress.warn(warning);
+        }
         share_cards(input.scenes, options);
         SweepRunner runner(input.plan, input.scenes, input.identity, directory, options);
         try {

@@ -148,6 +148,9 @@ void add_models(nb::module_& module) {
       .def_prop_ro("array", [](const SharedModel& self) { return part_of(self, self->array); })
       .def_prop_ro("wave", [](const SharedModel& self) { return self->wave; })
       .def_prop_ro("target", &target_of)
+      .def_prop_ro(
+          "judged_skin", [](const SharedModel& self) { return to_string(judged_extent(*self)); },
+          "Of the bodies what the judge has: 'whole', or 'part' that keep_within_mm leaves.")
       .def("score", &score, nb::arg("pressure"),
            nb::sig("def score(self, pressure: numpy.typing.ArrayLike) -> dict[str, float]"),
            "The metrics of a pressure on every face of the mesh [Pa].")

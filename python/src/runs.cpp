@@ -219,6 +219,11 @@ void add_run(nb::module_& module) {
                    nb::sig("def amplitudes(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
                    "By method, of every channel, 0 to 1.")
       .def_prop_ro("judge", [](const SharedRun& self) { return self->judge; })
+      .def_prop_ro(
+          "solved_skin", [](const SharedRun& self) { return to_string(self->solved_skin); },
+          "Of the bodies what `mesh`, `pressures` and `fields` are of: 'whole', or 'part' that keep_within_mm leaves.")
+      .def_prop_ro(
+          "judged_skin", [](const SharedRun& self) { return to_string(self->judged_skin); }, "Likewise of `metrics`.")
       .def_prop_ro("judge_mesh",
                    [](const SharedRun& self) -> std::optional<SkinMesh> {
                      return self->judge_model ? std::optional(SkinMesh{part_of(self, self->judge_model->mesh)})

@@ -207,9 +207,9 @@ CheckReport check_model(const Model& model, int sharing) {
   }
   if (judged > 0) {
     const SolverDecision judge =
-        choose_solver({}, scene.judge.scheme, static_cast<Eigen::Index>(judged), available_memory());
+        choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged), available_memory());
     const double scale = std::pow(judged / m, 2);
-    const ModelCost cost = scattering_cost(judge, scene.judge.scheme, judged, judged, 1.0, steps, scale * product);
+    const ModelCost cost = scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product);
     const auto methods = static_cast<double>(scene.solve.methods.size());
     bytes += cost.bytes + kComplex * judged * 4.0 * methods * 30.0;
     report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * judged * n;
@@ -272,8 +272,11 @@ std::string describe_check(const Model& model, const CheckReport& report, const 
                       to_string(report.decision.options.kind), precision_name(report.decision.options),
                       report.decision.reason);
   if (report.judge_faces > 0) {
-    text += fmt::format("  judge    {} on about {} faces{}\n", to_string(scene.judge.scheme), report.judge_faces,
+    text += fmt::format("  judge    {} on about {} faces{}\n", to_string(judge_scheme(scene)), report.judge_faces,
                         whole_text(model));
+  }
+  if (is_of_part(model)) {
+    text += fmt::format("  figures  {}\n", extent_label(judged_extent(model)));
   }
   Remarks remarks = model_remarks(model);
   add(more, remarks);

@@ -46,6 +46,8 @@ std::string to_json(const SceneCheck& checked) {
                                  {"scheme", to_string(model.scene.solve.scheme)},
                                  {"solver", to_string(report.decision.options.kind)},
                                  {"precision", precision_name(report.decision.options)},
+                                 {"judge_faces", report.judge_faces},
+                                 {"judged_skin", to_string(judged_extent(model))},
                                  {"memory_mib", report.memory_mib},
                                  {"available_mib", report.available_mib},
                                  {"seconds", report.seconds},

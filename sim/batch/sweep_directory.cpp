@@ -28,7 +28,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
-constexpr int kPlanVersion = 2;
+constexpr int kPlanVersion = 3;
 constexpr const char* kRecordName = "case.json";
 constexpr std::string_view kFormer = ".old";  // of the folder of a case that another one takes the place of
 constexpr std::size_t kMostRecordBytes = std::size_t{1} << 28U;  // of a plan or a record
@@ -203,7 +203,8 @@ OwnDirectory own_sweep_directory(const std::string& path, const std::string& loc
   return own;
 }
 
-SweepDirectory::SweepDirectory(const std::string& path) : own_(own_sweep_directory(path, "sweep.lock")) {
+SweepDirectory::SweepDirectory(const std::string& path)
+    : own_(own_sweep_directory(path, "sweep.lock")), version_(kPlanVersion) {
   own_.require_own_folder("cases");
   std::error_code error;
   fs::create_directory(path + "/cases", error);
@@ -228,10 +229,9 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
           "output directory {} already holds a sweep; --resume goes on with it, or give another with -o", path));
     }
     const SweepIdentity kept = read_identity(path);
-    directory.has_exchanged_sides_ = kept.version < 2;
-    const std::string& hash = directory.has_exchanged_sides_ ? identity.hash_in_first_words : identity.hash;
-    directory.of_other_defaults_ = kept.hash != hash && same_texts(kept, identity) && !identity.names_files;
-    if ((kept.hash != hash && !directory.of_other_defaults_) || kept.shard.index != identity.shard.index ||
+    directory.version_ = kept.version;
+    directory.of_other_defaults_ = kept.hash != identity.hash && same_texts(kept, identity) && !identity.names_files;
+    if ((kept.hash != identity.hash && !directory.of_other_defaults_) || kept.shard.index != identity.shard.index ||
         kept.shard.count != identity.shard.count) {
       throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
                                    difference(kept, identity)));

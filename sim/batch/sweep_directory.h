@@ -22,9 +22,8 @@ struct Shard {
 struct SweepIdentity : SweepPlan {
   std::string hash;  // plan_hash, the scenes in the words of version 1
   Shard shard;
-  bool names_files = true;            // of the scenes
-  std::string hash_in_first_words{};  // what version 1 made of the same texts
-  int version = 2;                    // of sweep.json; in version 1 `side: right` was a left hand
+  bool names_files = true;  // of the scenes
+  int version = 3;          // of sweep.json: see has_exchanged_sides and has_earlier_parts
 };
 
 /// What the cases of a directory came to.
@@ -55,7 +54,9 @@ class SweepDirectory {
 
   const std::string& path() const { return own_.path(); }
   /// Whether a version began it whose `side: right` was a left hand.
-  bool has_exchanged_sides() const { return has_exchanged_sides_; }
+  bool has_exchanged_sides() const { return version_ < 2; }
+  /// Whether a version began it for which skin beyond keep_within was not there, and whose judge is `same` unless said.
+  bool has_earlier_parts() const { return version_ < 3; }
   /// Whether a version with other defaults began it.
   bool of_other_defaults() const { return of_other_defaults_; }
   std::string file(const std::string& name) const { return path() + "/" + name; }
@@ -79,7 +80,7 @@ class SweepDirectory {
   void clear_leftovers() const;
 
   OwnDirectory own_;
-  bool has_exchanged_sides_ = false;
+  int version_;  // of sweep.json
   bool of_other_defaults_ = false;
 };
 

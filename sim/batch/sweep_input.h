@@ -12,14 +12,15 @@ struct SweepInput {
   SweepPlan plan;
   std::vector<Scene> scenes;
   SweepIdentity identity;
+  std::vector<std::string> warnings{};  // of open_sweep: what an earlier version meant
 };
 
 /// overrides   as of read_sweep
 /// throws      InputError as read_sweep, read_cases and require_named_files
 SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard = {});
 
-/// Opens the directory of a sweep. Where a version began it whose `side: right` was a left hand, the scenes get the hands
-/// that this version meant.
+/// Opens the directory of a sweep. Where an earlier version began it, the scenes get what their texts meant then: the
+/// other hand, `beyond: nothing`, the former judge. Warnings say so.
 ///
 /// throws   InputError as SweepDirectory::open
 SweepDirectory open_sweep(SweepInput& input, const std::string& path, bool resume);

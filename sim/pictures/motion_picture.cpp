@@ -132,9 +132,11 @@ bool draw_motion(const std::string& path, const Motion& motion, PictureFormat fo
   canvas.text(kPanelLeft + 0.5 * kPanelWidth, kPanelsBottom - 52.0, "time [s]", {.size = 20, .align = Align::kCentre});
   draw_names(canvas, motion);
   draw_title(canvas, motion.name, "what is felt over time");
-  draw_caption(canvas,
-               fmt::format("{} scores a method{}", scores, motion.complete ? "" : "; the motion is not complete"),
-               "Displacement: of the target's patch since the sample that the array's phases come from.");
+  draw_caption(
+      canvas,
+      with_label(fmt::format("{} scores per method{}", scores, motion.complete ? "" : "; the motion is not complete"),
+                 motion.judged_skin),
+      "Displacement: of the target's patch since the sample that the array's phases come from.");
   write_atomically(path, {canvas.file()});
   return true;
 }

@@ -153,7 +153,7 @@ void draw_motion_strip(const std::string& path, const Motion& motion, const std:
   draw_colour_bar(canvas, top);
   draw_title(canvas, motion.name, "the skin over time, a row a method");
   draw_caption(
-      canvas, "",
+      canvas, extent_label(motion.judged_skin),
       fmt::format("Seen from the array's side, from one place. Colours from 0 to {:.6g} Pa; what lies above has "
                   "the last colour. Red: the target's outline.",
                   top));

@@ -59,6 +59,9 @@ void draw_title(Canvas& canvas, const std::string& title, const std::string& sub
 /// Lines at the foot of the picture.
 void draw_caption(Canvas& canvas, const std::string& first, const std::string& second);
 
+/// A caption with extent_label behind it.
+std::string with_label(const std::string& caption, SkinExtent extent);
+
 /// The colours of values from `bottom` to `top` at the right side of the picture.
 void draw_colour_bar(Canvas& canvas, double top, double bottom = 0.0, const std::string& label = "|p| [Pa]");
 

@@ -218,15 +218,16 @@ Map<BodySpec> body_map() {
                          "a hand {}. A mesh from a file is meshed anew if it is given, and else kept as it is.",
                          kHandEdge.text()))
       .needed_with({"hand", "sphere", "capsule", "box"}, {"mesh"})
-      .maybe("keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
-             "Scattering is solved on the part of the body within this distance of the target alone [mm]; its open ends "
-             "are capped.")
+      .maybe(
+          "keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
+          "Scattering is solved on the part of the body within this distance of the target alone [mm]; its open ends "
+          "are capped.")
       .allowed_with({"hand", "sphere", "capsule", "box", "mesh"})
       .key("beyond", &BodySpec::beyond,
            choice<Beyond>({{"incident", Beyond::kIncident}, {"nothing", Beyond::kNothing}}),
-           "What the skin beyond keep_within_mm is. incident: the phases keep the incident pressure low at points of it, "
+           "What the skin beyond keep_within_mm is. incident: the phases keep the incident pressure low at points of "
+           "it, "
            "and the judge has the whole body. nothing: it is not there, and every figure is of the part only.")
-      .before("nothing")
       .written_if([](const BodySpec& body) { return body.keep_within.has_value(); })
       .exactly_one({"hand", "sphere", "capsule", "box", "mesh", "meshes"})
       .check([](const Input& in, BodySpec& body, bool good) { return check_body(in, body, good); });

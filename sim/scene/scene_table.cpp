@@ -162,8 +162,11 @@ Codec<Scene> make_scene_codec() {
              "Where on the skin to press. Every method but fixed needs one.")
       .required("solve", &Scene::solve, solve_codec(), "", "How the phases are found.")
       .key("judge", &Scene::judge, judge_codec(),
-           "What computes the pressures that a result is judged by: the model that was solved, a model of its own, or "
-           "nothing.")
+           "What computes the pressures that a result is judged by: the model that was solved (same), a model of its "
+           "own, "
+           "or nothing. auto: same, if it is of whole bodies with edges of at most 0.35 wavelengths, else the whole "
+           "bodies "
+           "meshed anew.")
       .key("field", &Scene::fields, fields_codec(), "Planes and boxes of points in the air to compute the pressure at.")
       .key("write", &Scene::write, write_codec(),
            "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png); with transfer "

@@ -81,7 +81,7 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
   const JudgeMesh judge_mesh = timed(progress, run.seconds, "judge_mesh", "mesh of the judge",
                                      [&] { return build_judge_mesh(model, options.bodies); });
   const TriangleMesh& mesh = judge_mesh.mesh;
-  const Scheme scheme = scene.judge.kind == JudgeSpec::Kind::kSame ? scene.solve.scheme : scene.judge.scheme;
+  const Scheme scheme = judge_scheme(scene);
   JudgeModel judge_model{to_string(scheme), mesh, std::nullopt};
   if (scene.target) {
     judge_model.target = build_target(model, mesh);
@@ -117,9 +117,7 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
     run.methods[s].metrics.judge_difference = differences(column);
     run.methods[s].metrics.judge_difference_target = target_differences(column);
   }
-  run.judge = judges_own_bodies(model)                      ? "edge"
-              : scene.judge.kind == JudgeSpec::Kind::kSplit ? "split"
-                                                            : "truth";
+  run.judge = judges_own_bodies(model) ? "edge" : scene.judge.kind == JudgeSpec::Kind::kSplit ? "split" : "truth";
   run.judge_model = std::move(judge_model);
 }
 

@@ -179,9 +179,8 @@ JudgeSpec usual_judge(const Scene& scene, const Wave& wave) {
   const auto is_part = [](const BodySpec& body) { return body.keep_within && body.beyond == Beyond::kIncident; };
   const auto is_coarse = [&](const BodySpec& body) { return body.edge && body.edge->far > coarsest; };
   const bool all_meshed = std::ranges::all_of(scene.bodies, [](const BodySpec& body) { return body.edge.has_value(); });
-  if (!scene.target || !all_meshed || std::ranges::none_of(scene.bodies, [&](const BodySpec& body) {
-        return is_part(body) || is_coarse(body);
-      })) {
+  if (!scene.target || !all_meshed ||
+      std::ranges::none_of(scene.bodies, [&](const BodySpec& body) { return is_part(body) || is_coarse(body); })) {
     return judge;
   }
   judge.kind = JudgeSpec::Kind::kEdge;
@@ -247,7 +246,7 @@ void require_fine_mesh(const Model& model, const Target& target) {
     own = std::min(own, resolution_where(mesh, wavelength, faces_about(box, mesh))->mean);
   }
   const double judged = model.scene.judge.kind == JudgeSpec::Kind::kEdge ? judge_resolution(model, target)
-                                                                   : std::numeric_limits<double>::infinity();
+                                                                         : std::numeric_limits<double>::infinity();
   if (std::min(own, judged) < kFewestSolved) {
     const BodySpec& pressed =
         scene.bodies[static_cast<std::size_t>(model.owner[static_cast<std::size_t>(target.faces[0])])];
@@ -400,6 +399,14 @@ bool judges_own_bodies(const Model& model) {
 
 bool is_of_part(const Model& model) {
   return !model.cut.empty() && (model.scene.judge.kind == JudgeSpec::Kind::kNone || !judged_whole(model));
+}
+
+SkinExtent solved_extent(const Model& model) { return model.cut.empty() ? SkinExtent::kWhole : SkinExtent::kPart; }
+
+SkinExtent judged_extent(const Model& model) { return is_of_part(model) ? SkinExtent::kPart : SkinExtent::kWhole; }
+
+Scheme judge_scheme(const Scene& scene) {
+  return scene.judge.kind == JudgeSpec::Kind::kSame ? scene.solve.scheme : scene.judge.scheme;
 }
 
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {

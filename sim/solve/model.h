@@ -22,14 +22,14 @@ struct Model {
   TransducerArray array;                  // as the solver reckons with it
   std::optional<ArrayTruth> array_truth;  // what it does instead
   BodyPlan plan;
-  RigidMotion own_frame;              // from the world's frame into the first body's own
-  Body body;                          // what the solver sees: of several bodies one mesh, one behind the other
-  std::vector<int> owner;             // M: number of the body a face is of
-  std::vector<unsigned char> skin;    // M: 0 near the caps of keep_within, else 1
-  std::vector<int> cut;               // numbers of the bodies that keep_within cut
-  SkinPatches beyond;                 // of them, where it is `incident`: the skin that is not solved, as the solver sees it
-  double shadowed = 0;                // BeyondSkin::shadowed
-  double whole_faces = 0;             // about, that a judge has of the whole bodies; 0 if nothing is cut or it has no mesh
+  RigidMotion own_frame;            // from the world's frame into the first body's own
+  Body body;                        // what the solver sees: of several bodies one mesh, one behind the other
+  std::vector<int> owner;           // M: number of the body a face is of
+  std::vector<unsigned char> skin;  // M: 0 near the caps of keep_within, else 1
+  std::vector<int> cut;             // numbers of the bodies that keep_within cut
+  SkinPatches beyond;      // of them, where it is `incident`: the skin that is not solved, as the solver sees it
+  double shadowed = 0;     // BeyondSkin::shadowed
+  double whole_faces = 0;  // about, that a judge has of the whole bodies; 0 if nothing is cut or it has no mesh
   std::optional<TriangleMesh> truth;  // with sensing: the same triangles where the skin really is
   MeshReport report;                  // on `body`
   std::vector<TargetBox> boxes;       // empty without a target
@@ -65,6 +65,13 @@ bool judges_own_bodies(const Model& model);
 
 /// Whether the figures of a run are of parts of the bodies: of what keep_within leaves.
 bool is_of_part(const Model& model);
+
+/// What skin the solving mesh and fields of a run are of, and what skin its metrics.
+SkinExtent solved_extent(const Model& model);
+SkinExtent judged_extent(const Model& model);
+
+/// The scheme of the judge: that of the solver where the scene gives it none.
+Scheme judge_scheme(const Scene& scene);
 
 /// The mesh that a scene's judge computes on: the bodies meshed anew with the judge's edge lengths, in the places of
 /// the model's own, or the model's mesh, or one of the whole bodies where that is of parts, with every face split in

@@ -67,9 +67,7 @@ Eigen::MatrixXcd sounding_drives(const Run& run) {
                     [&](const MethodResult& method) { return sounding_drive(method.solution, run.array_truth); });
 }
 
-const TriangleMesh& field_mesh(const Run& run) {
-  return run.array_truth && run.judge_model ? run.judge_model->mesh : run.mesh;
-}
+const TriangleMesh& field_mesh(const Run& run) { return run.has_fields_of_judge() ? run.judge_model->mesh : run.mesh; }
 
 FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu) {
   const TriangleMesh& mesh = field_mesh(run);

@@ -43,6 +43,8 @@ Run begin_run(const Model& model, const SolveOptions& options) {
           .array = model.array,
           .array_truth = model.array_truth,
           .judge = judge,
+          .solved_skin = solved_extent(model),
+          .judged_skin = judged_extent(model),
           .provenance = std::move(provenance)};
   if (!scene.bodies.front().name.empty()) {
     for (const BodySpec& body : scene.bodies) {
@@ -130,7 +132,8 @@ void certify_methods(const Model& model, Models& models, Run& run, Progress& pro
                             certificate.converged ? "" : ", not as tight as it could be"));
   if (!model.beyond.empty()) {
     say({{},
-         {"certificate: its bound is of a cost that knows skin beyond keep_within_mm by its incident pressure. It is no "
+         {"certificate: its bound is of a cost that knows skin beyond keep_within_mm by its incident pressure. It is "
+          "no "
           "proof for the whole body; without keep_within_mm it is one"}},
         run, progress);
   }

@@ -194,8 +194,8 @@ void remark_on_part(const Model& model, Remarks& remarks) {
   }
   if (model.scene.judge.whole != JudgeSpec::Whole::kUnsaid) {
     remarks.warnings.push_back(
-        "judge_whole: judge.whole is out of use and will be an unknown key. A judge has the whole bodies, but with "
-        "body.beyond: nothing. Leave it out");
+        "judge_whole: judge.whole is a key of version 0.2 and will be unknown to the next one. A judge has the whole "
+        "bodies, but with body.beyond: nothing. Leave it out");
   }
 }
 

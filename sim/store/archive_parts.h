@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -28,9 +29,40 @@ inline void require_groups(const GroupReader& io) {
 /// The scene in today's words.
 ///
 /// true_sides   version of the layout from which on `side: right` is a right hand
-inline std::string read_scene(const GroupReader& io, int true_sides) {
+/// beyond       version from which on a body has `beyond`
+inline std::string read_scene(const GroupReader& io, int true_sides, int beyond) {
+  const int version = io.integer_attribute("format_version");
   std::string scene = io.read_text("scene");
-  return io.integer_attribute("format_version") < true_sides ? with_sides_exchanged(scene) : scene;
+  if (version < true_sides) {
+    scene = with_sides_exchanged(scene);
+  }
+  return version < beyond ? with_nothing_beyond(scene) : scene;
+}
+
+inline Choices<SkinExtent> extent_choices() {
+  return {{to_string(SkinExtent::kWhole), SkinExtent::kWhole}, {to_string(SkinExtent::kPart), SkinExtent::kPart}};
+}
+
+/// Result: a Run or a Motion, the rest of which has been read.
+///
+/// since    version of the layout that has them; before it, keep_within alone made parts of bodies, and a note said
+///          that they were judged
+/// judged   whether there is a judge; without one there was no note
+template <class Io, class Result>
+void extent_parts(const Io& io, Result& result, [[maybe_unused]] int since, [[maybe_unused]] bool judged) {
+  if constexpr (Io::kReads) {
+    if (io.integer_attribute("format_version") < since) {
+      const auto of_part = [](bool part) { return part ? SkinExtent::kPart : SkinExtent::kWhole; };
+      result.solved_skin = of_part(result.scene.find("keep_within_mm: ") != std::string::npos);
+      result.judged_skin =
+          judged ? of_part(std::ranges::any_of(result.notes,
+                                               [](const std::string& note) { return note.starts_with("truncated: "); }))
+                 : result.solved_skin;
+      return;
+    }
+  }
+  io.choice("solved_skin", result.solved_skin, extent_choices());
+  io.choice("judged_skin", result.judged_skin, extent_choices());
 }
 
 inline Choices<PhaseStatus> status_choices() {

@@ -15,6 +15,8 @@ namespace touchfield {
 
 namespace {
 
+constexpr int kSaysSkinOfMotion = 3;  // version from which on it says what skin it is of
+
 /// Records whose first column has this name.
 template <class Records>
 void sized_like(const GroupReader& io, Records& records, const std::string& column) {
@@ -156,12 +158,13 @@ void write_motion(const GroupWriter& io, const Motion& motion) {
     judge.part("mesh", true, [&](const GroupWriter& part) { mesh_parts(part, *motion.judge); });
   });
   motion_parts(io, motion);
+  extent_parts(io, motion, kSaysSkinOfMotion, true);
 }
 
 Motion read_motion(const GroupReader& io) {
   require_groups(io);
   Motion motion{.name = io.text_attribute("name"),
-                .scene = read_scene(io, 2),
+                .scene = read_scene(io, 2, kSaysSkinOfMotion),
                 .seconds = io.number_attribute("seconds"),
                 .mesh = read_mesh(GroupReader(io.open("mesh"))),
                 .complete = io.integer_attribute("complete") != 0};
@@ -169,6 +172,7 @@ Motion read_motion(const GroupReader& io) {
     motion.judge = read_mesh(GroupReader(io.open("judge").open("mesh")));
   }
   motion_parts(io, motion);
+  extent_parts(io, motion, kSaysSkinOfMotion, true);
   return motion;
 }
 

@@ -58,8 +58,8 @@ std::string method_text(const MotionMethod& method) {
 }  // namespace
 
 void write_motion_csv(const std::string& path, const Motion& motion) {
-  std::vector<std::string> header = {"method", "time_s", "frame", "age_s",
-                                     "dx_mm",  "dy_mm",  "dz_mm", "displacement_mm"};
+  std::vector<std::string> header = {"method", "time_s", "frame",           "age_s",      "dx_mm",
+                                     "dy_mm",  "dz_mm",  "displacement_mm", "judged_skin"};
   for (const MetricField& field : metric_fields()) {
     header.emplace_back(field.name);
   }
@@ -72,6 +72,7 @@ void write_motion_csv(const std::string& path, const Motion& motion) {
         line.push_back(csv_number(score.frame < 0 ? kNotComputed : 1e3 * score.displacement[i]));
       }
       line.push_back(csv_number(1e3 * shown_displacement(score)));
+      line.push_back(to_string(motion.judged_skin));
       for (const MetricField& field : metric_fields()) {
         line.push_back(csv_number(score.metrics.*field.value));
       }
@@ -129,7 +130,7 @@ std::string motion_table(const Motion& motion) {
                     in_ms(over.frame_seconds.median), in_ms(over.frame_seconds.p95), fmt::to_string(over.frames),
                     fmt::to_string(over.late), fmt::to_string(over.dropped)});
   }
-  return aligned_table(rows);
+  return label_line(motion.judged_skin) + aligned_table(rows);
 }
 
 std::string describe_motion(const Motion& motion) {

@@ -7,7 +7,7 @@
 namespace touchfield {
 
 /// motion.csv: a header line and a line a score and method: method, time_s, frame, age_s, dx_mm, dy_mm, dz_mm,
-/// displacement_mm, every metric. NaN is written as "nan"; displacements are NaN while the array shows no frame. Whole
+/// displacement_mm, judged_skin, every metric. NaN is written as "nan"; displacements are NaN while the array shows no frame. Whole
 /// or not at all.
 void write_motion_csv(const std::string& path, const Motion& motion);
 
@@ -16,7 +16,7 @@ void write_motion_csv(const std::string& path, const Motion& motion);
 /// at all.
 void write_frames_csv(const std::string& path, const Motion& motion);
 
-/// The methods side by side, one a line: error over the motion, level, displacement and age of what is felt, frames.
+/// Of a part its label, then the methods side by side, one a line: error over the motion, level, displacement and age of what is felt, frames.
 std::string motion_table(const Motion& motion);
 
 /// Meshes, array, methods with their frames, latencies and stages, and provenance as text for a person.

@@ -11,6 +11,9 @@ namespace touchfield {
 /// A share as "12.34 %"; "-" where nothing was computed.
 std::string percent_text(double fraction);
 
+/// extent_label as a line; empty if there is none.
+std::string label_line(SkinExtent extent);
+
 std::string array_line(const TransducerArray& array);
 
 /// Faces, vertices, area and mean edge length, without a word in front.

@@ -186,6 +186,8 @@ class Tally {
 };
 
 void add_models(Tally& tally, const RunDifference& difference) {
+  const bool same_skin = difference.judged_skin.first == difference.judged_skin.second;
+  tally.model("the skin that is evaluated", same_skin, same_skin ? 0.0 : kInfinite);
   tally.model("the mesh", difference.mesh.identical, difference.mesh.relative);
   tally.model("the array", difference.array.identical, difference.array.relative);
   tally.model("the target", difference.target.identical, difference.target.relative);
@@ -342,6 +344,7 @@ std::string to_string(Verdict verdict) {
 RunDifference compare_runs(const Run& a, const Run& b, SceneDifference scene) {
   RunDifference result;
   result.complete = {a.complete, b.complete};
+  result.judged_skin = {a.judged_skin, b.judged_skin};
   result.provenance = compare_provenance(a.provenance, b.provenance);
   result.scene = std::move(scene);
   result.mesh = compare_meshes(a.mesh, b.mesh);

@@ -80,7 +80,8 @@ std::string to_string(Verdict verdict);
 /// How two runs differ: what was recorded about them, what they modelled, what they found, and what it comes to.
 struct RunDifference {
   std::pair<bool, bool> complete;
-  std::vector<TextChange> provenance;  // named as in /provenance; start and end aside
+  std::pair<SkinExtent, SkinExtent> judged_skin;  // where they differ, no metric can be compared
+  std::vector<TextChange> provenance;             // named as in /provenance; start and end aside
   SceneDifference scene;
   MeshDifference mesh;
   ArrayDifference array;

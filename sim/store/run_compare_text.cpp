@@ -168,6 +168,15 @@ std::string judge_lines(const JudgeDifference& judge) {
   return text;
 }
 
+std::string skin_line(const std::pair<SkinExtent, SkinExtent>& judged) {
+  const auto [a, b] = judged;
+  const auto told = [](SkinExtent extent) {
+    return extent == SkinExtent::kPart ? "what keep_within_mm leaves" : "the whole skin";
+  };
+  return a == b ? ""
+                : line("skin", fmt::format("A evaluates {}, B {}: their metrics are not comparable", told(a), told(b)));
+}
+
 std::string only_lines(const std::string& label, const OnlyIn& only) {
   std::string text;
   if (!only.a.empty()) {
@@ -311,6 +320,7 @@ std::string describe_difference(const RunDifference& difference) {
   text += line("mesh", mesh_text(difference.mesh));
   text += line("array", array_text(difference.array));
   text += line("target", target_text(difference.target));
+  text += skin_line(difference.judged_skin);
   text += judge_lines(difference.judge);
   for (const TextChange& change : difference.solvers) {
     text += line("solve", fmt::format("{}: {} -> {}", change.what, *change.a, *change.b));

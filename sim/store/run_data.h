@@ -15,6 +15,19 @@
 
 namespace touchfield {
 
+/// What skin of the bodies a result is of.
+enum class SkinExtent {
+  kWhole,
+  kPart,  // what keep_within leaves
+};
+
+inline std::string to_string(SkinExtent extent) { return extent == SkinExtent::kPart ? "part" : "whole"; }
+
+/// What stands beside the figures of a part; of the whole nothing.
+inline std::string extent_label(SkinExtent extent) {
+  return extent == SkinExtent::kPart ? "part only: figures are of the skin within keep_within_mm of the target" : "";
+}
+
 /// What one method found and how it was judged.
 struct MethodResult {
   std::string name;    // unique in a run
@@ -103,8 +116,10 @@ struct Run {
   TransducerArray array{};                  // as the solver reckons with it
   std::optional<ArrayTruth> array_truth{};  // then judge and fields are of it
   std::optional<Target> target{};
-  std::string judge = "none";               // none, same (the solving mesh), truth, edge, split
-  std::optional<JudgeModel> judge_model{};  // there if judge is truth, edge or split
+  std::string judge = "none";                   // none, same (the solving mesh), truth, edge, split
+  std::optional<JudgeModel> judge_model{};      // there if judge is truth, edge or split
+  SkinExtent solved_skin = SkinExtent::kWhole;  // which `mesh` is of
+  SkinExtent judged_skin = SkinExtent::kWhole;  // which the metrics are of
   std::vector<MethodResult> methods{};
   std::vector<FieldResult> fields{};
   std::vector<SolveRecord> solves{};                      // in the order of the run
@@ -118,6 +133,9 @@ struct Run {
   std::vector<std::string> bodies{};     // names of the bodies; empty if there is one without a name
   std::vector<int> owner{};              // M: number of the body a face is of; empty with `bodies`
   std::vector<RunTransfer> transfers{};  // one a scheme, where the scene asks for them
+
+  /// Whether the fields are scattered by the judge's mesh: where the solver mistakes the channels.
+  bool has_fields_of_judge() const { return array_truth && judge_model; }
 };
 
 }  // namespace touchfield

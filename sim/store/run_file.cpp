@@ -17,6 +17,7 @@ namespace touchfield {
 namespace {
 
 constexpr ArchiveFormat kRunArchive = {"run", kRunFormatVersion};
+constexpr int kSaysSkinOfRun = 4;  // version from which on it says what skin it is of
 
 // Below, Io is GroupWriter or GroupReader, and what is written or read a const or a plain reference.
 
@@ -233,18 +234,20 @@ void write_run(const GroupWriter& io, const Run& run) {
     bodies_parts(part, run);
   });
   run_parts(io, run);
+  extent_parts(io, run, kSaysSkinOfRun, run.judge != "none");
 }
 
 Run read_run(const GroupReader& io) {
   require_groups(io);
   const GroupReader mesh(io.open("mesh"));
   Run run{.name = io.text_attribute("name"),
-          .scene = read_scene(io, 3),
+          .scene = read_scene(io, 3, kSaysSkinOfRun),
           .mesh = read_mesh(mesh),
           .complete = io.integer_attribute("complete") != 0};
   io.later_attribute("alarm", run.alarm);
   bodies_parts(mesh, run);
   run_parts(io, run);
+  extent_parts(io, run, kSaysSkinOfRun, run.judge != "none");
   return run;
 }
 

@@ -7,7 +7,7 @@
 namespace touchfield {
 
 /// Version of the layout of run.h5; docs/run-file.md describes it.
-inline constexpr int kRunFormatVersion = 3;
+inline constexpr int kRunFormatVersion = 4;
 
 /// Writes a run as HDF5. The file appears under `path` whole or not at all (temporary name, flush, rename); an older
 /// one is replaced. Groups that were not computed are absent.
@@ -25,14 +25,14 @@ Run read_run_file(const std::string& path);
 /// The run.h5 that a user's path names: the file itself, or the directory that holds it.
 std::string run_file_at(const std::string& path);
 
-/// The methods side by side, one a line; the gap to the certificate where it was computed; the best pressure and whose it
+/// Of a part its label, then the methods side by side, one a line; the gap to the certificate where it was computed; the best pressure and whose it
 /// is where the scene asked for it.
 std::string methods_table(const Run& run);
 
 /// Name, methods with their metrics, mesh and array sizes and provenance of a run file as text for a person.
 std::string describe_run(const Run& run);
 
-/// metrics.csv: a header line and a line a method: name, method, scheme, every metric, status. NaN is written as "nan".
+/// metrics.csv: a header line and a line a method: name, method, scheme, judged_skin, every metric, status. NaN is written as "nan".
 /// Whole or not at all.
 void write_metrics_csv(const std::string& path, const Run& run);
 

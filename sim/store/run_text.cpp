@@ -82,6 +82,11 @@ std::string solve_line(const SolveRecord& solve) {
 
 }  // namespace
 
+std::string label_line(SkinExtent extent) {
+  const std::string label = extent_label(extent);
+  return label.empty() ? "" : label + '\n';
+}
+
 std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
 
 std::string array_line(const TransducerArray& array) {
@@ -164,7 +169,7 @@ std::string methods_table(const Run& run) {
                                    ? fmt::format("wanted: {:.4g} Pa, where {} fits best\n",
                                                  run.target->amplitudes.maxCoeff(), run.methods.front().name)
                                    : "";
-  return aligned_table(rows) + pressure;
+  return label_line(run.judged_skin) + aligned_table(rows) + pressure;
 }
 
 std::string describe_run(const Run& run) {
@@ -199,14 +204,14 @@ std::string describe_run(const Run& run) {
 }
 
 void write_metrics_csv(const std::string& path, const Run& run) {
-  std::vector<std::string> header = {"name", "method", "scheme"};
+  std::vector<std::string> header = {"name", "method", "scheme", "judged_skin"};
   for (const MetricField& field : metric_fields()) {
     header.emplace_back(field.name);
   }
   header.emplace_back("status");
   std::string text = csv_line(header);
   for (const MethodResult& result : run.methods) {
-    std::vector<std::string> line = {result.name, result.method, result.scheme};
+    std::vector<std::string> line = {result.name, result.method, result.scheme, to_string(run.judged_skin)};
     for (const MetricField& field : metric_fields()) {
       line.push_back(csv_number(result.metrics.*field.value));
     }

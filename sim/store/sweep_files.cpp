@@ -96,6 +96,8 @@ std::vector<Column> columns_of(const SweepSummary& summary) {
   columns.push_back({"name", "", "text", text_of(&SweepRecord::Method::name)});
   columns.push_back({"method", "", "text", text_of(&SweepRecord::Method::method)});
   columns.push_back({"scheme", "", "text", text_of(&SweepRecord::Method::scheme)});
+  columns.push_back(
+      {"judged_skin", "", "text", Column::Text([](const SweepRow& row) { return row.record->judged_skin; })});
   for (const MetricField& field : metric_fields()) {
     columns.push_back({field.name, "metrics", field.unit, Column::Number([value = field.value](const SweepRow& row) {
                          return row.method != nullptr ? row.method->metrics.*value : kNotComputed;
@@ -227,6 +229,7 @@ std::string to_json(const SweepRecord& record, int indent) {
                {"status", record.status},
                {"reason", record.reason},
                {"methods", methods},
+               {"judged_skin", record.judged_skin},
                {"faces", record.faces},
                {"channels", record.channels},
                {"seconds", number_json(record.seconds)},
@@ -273,6 +276,7 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
       }
       record.methods.push_back(std::move(method));
     }
+    record.judged_skin = json.value("judged_skin", "");  // which an older record lacks
     record.faces = json.at("faces").get<int>();
     record.channels = json.at("channels").get<int>();
     record.seconds = json_number(json.at("seconds"));
@@ -344,6 +348,11 @@ void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
   write_archive(path, file);
 }
 
+std::string parts_text(const SweepSummary& summary) {
+  const auto parts = std::ranges::count(summary.records, to_string(SkinExtent::kPart), &SweepRecord::judged_skin);
+  return parts == 0 ? "" : fmt::format("{} case{} {}.", parts, parts == 1 ? "" : "s", extent_label(SkinExtent::kPart));
+}
+
 std::string sweep_table(const SweepSummary& summary, std::size_t most) {
   std::vector<std::string> parameters;  // what is the same everywhere only takes room
   for (const std::string& parameter : summary.parameters) {
@@ -384,7 +393,8 @@ std::string sweep_table(const SweepSummary& summary, std::size_t most) {
     line.push_back(row.record->status == "ok" ? row.method != nullptr ? row.method->status : "ok" : "FAILED");
     lines.push_back(std::move(line));
   }
-  return aligned_table(lines);
+  const std::string parts = parts_text(summary);
+  return (parts.empty() ? "" : parts + '\n') + aligned_table(lines);
 }
 
 }  // namespace touchfield

@@ -26,6 +26,7 @@ struct SweepRecord {
     std::vector<std::pair<std::string, double>> over_motion{};  // of a motion: its summary_columns
   };
   std::vector<Method> methods;  // empty if the case failed
+  std::string judged_skin;      // as of a run; empty if the case failed or a version before 0.3 computed it
   int faces = 0;
   int channels = 0;
   double seconds = kNotComputed;   // of the whole case
@@ -85,7 +86,7 @@ struct SweepColumn {
 };
 std::vector<SweepColumn> sweep_columns(const SweepSummary& summary);
 
-/// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, every metric,
+/// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, judged_skin, every metric,
 /// of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason. A case without a
 /// finished method has one line. Whole or not at all.
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
@@ -93,8 +94,11 @@ void write_sweep_csv(const std::string& path, const SweepSummary& summary);
 /// sweep.h5: the same as columns, one value a line of the table; docs/sweeps.md describes it. Whole or not at all.
 void write_sweep_h5(const std::string& path, const SweepSummary& summary);
 
+/// How many cases are of parts of the bodies, in a sentence; empty if none is.
+std::string parts_text(const SweepSummary& summary);
+
 /// The first and last lines of the table for a person: per case those parameters that differ and, per method, error,
-/// width, leakage and seconds.
+/// width, leakage and seconds; parts_text before it.
 ///
 /// most   lines; those in the middle are left out
 std::string sweep_table(const SweepSummary& summary, std::size_t most = 40);

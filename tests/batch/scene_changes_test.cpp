@@ -78,21 +78,18 @@ TEST(SceneChanges, AKeyThatCameSinceIsNoneAtItsDefault) {
               ElementsAre(TextChange{"solve.methods[0]", std::nullopt, "{focus: {}}"}));
 }
 
-// Before these keys there was a start from zero, a level of one, and what was left out was left out.
+// Before these keys there was a start from zero and a level of one.
 TEST(SceneChanges, ADefaultThatMeansSomethingElseSinceIsOne) {
-  const std::string old = "solve:\n  methods:\n    - surface: {as: s}\njudge: {edge_mm: 1}\n";
-  const auto now = [](const char* level, const char* start, const char* whole) {
-    return fmt::format(
-        "solve:\n  methods:\n    - surface: {{as: s, free_level: {}}}\n  start: {}\njudge: {{edge_mm: 1, whole: {}}}\n",
-        level, start, whole);
+  const std::string old = "solve:\n  methods:\n    - surface: {as: s}\n";
+  const auto now = [](const char* level, const char* start) {
+    return fmt::format("solve:\n  methods:\n    - surface: {{as: s, free_level: {}}}\n  start: {}\n", level, start);
   };
-  EXPECT_THAT(
-      changes(old, now("true", "auto", "auto")),
-      UnorderedElementsAre(TextChange{"solve.methods[0].surface.free_level", "false", "true"},
-                           TextChange{"solve.start", "zero", "auto"}, TextChange{"judge.whole", "false", "auto"}));
-  const SceneDifference same = scene_changes(old, now("false", "zero", "false"));
+  EXPECT_THAT(changes(old, now("true", "auto")),
+              UnorderedElementsAre(TextChange{"solve.methods[0].surface.free_level", "false", "true"},
+                                   TextChange{"solve.start", "zero", "auto"}));
+  const SceneDifference same = scene_changes(old, now("false", "zero"));
   EXPECT_THAT(same.changes, IsEmpty());
-  EXPECT_EQ(same.at_defaults.b.size(), 3U);
+  EXPECT_EQ(same.at_defaults.b.size(), 2U);
 }
 
 TEST(SceneChanges, ATextThatIsNoSceneNamesTheRun) {

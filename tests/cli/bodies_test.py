@@ -97,7 +97,7 @@ class Bodies(CommandTest):
 
     def test_a_part_of_a_body(self):
         scene = self.write("scene.yaml", FINGER.replace("length_mm: 10", "length_mm: 60"))
-        judge = "judge={scheme: burton_miller_polished, edge_mm: 2.2, whole: true}"
+        judge = "judge={scheme: burton_miller_polished, edge_mm: 2.2}"
         self.run_ok("run", scene, "-o", "part", "--set", "solve.methods=[focus]", "--set", "write=[h5]", "--set",
                     "body.keep_within_mm=24", "--set", judge)
         with open_run(self.folder / "part") as run:

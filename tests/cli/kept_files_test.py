@@ -79,7 +79,9 @@ class Versions(CommandTest):
 
     def test_a_newer_version_is_refused_in_one_line(self):
         version = self.run_ok("--version").stdout.split()[1]
-        for path in ["kept/run/run.h5", "kept/motion/motion.h5", "kept/sweep/sweep.json"]:
+        self.run_ok("run", "kept/tiny.yaml", "-o", "new/run", "--quiet")
+        self.run_ok("play", "kept/moving.yaml", "-o", "new/motion", "--quiet")
+        for path in ["new/run/run.h5", "new/motion/motion.h5", "kept/sweep/sweep.json"]:
             path = self.folder / path
             newest = listed()[path.name][1]
             renumber(path, newest)
@@ -175,6 +177,85 @@ class KeptHands(CommandTest):
         shutil.copytree(KEPT, self.folder / "kept")
         self.old = self.folder / "kept/hand_sweep/cases/00001"
 
+    def skin(self, run):
+        known = json.loads(self.run_ok("info", run, "--json").stdout)
+        return known["solved_skin"], known["judged_skin"]
+
+    def test_an_older_file_says_what_skin_its_figures_are_of(self):
+        self.assertEqual(self.skin(self.old), ("part", "part"))  # without a judge, so without a note
+        self.assertEqual(self.skin("kept/run"), ("whole", "whole"))
+        self.assertIn("part only: figures are of the skin within keep_within_mm", self.run_ok("info", self.old).stdout)
+        self.assertNotIn("part only", self.run_ok("info", "kept/run").stdout)
+        self.run_ok("run", "kept/hand.yaml", "-o", "whole", "--set", "judge={scheme: chief, edge_mm: 4}", "--set",
+                    "body.hand.side=left", "--quiet")
+        self.assertEqual(self.skin("whole"), ("part", "whole"))
+        done = self.touchfield("compare", self.old, "whole")
+        self.assertIn("skin      A evaluates what keep_within_mm leaves, B the whole skin: their metrics are not comparable\n",
+                      done.stdout)
+        self.assertIn("verdict   different: the skin that is evaluated\n", done.stdout)
+        known = json.loads(self.touchfield("compare", self.old, "whole", "--json").stdout)
+        self.assertEqual(known["judged_skin"], {"a": "part", "b": "whole"})
+        self.assertNotIn("not comparable", self.touchfield("compare", "whole", "whole").stdout)
+
+    def as_of_version_3(self, run):
+        """A run of `beyond: nothing` as it was before there was that key, and its note."""
+        with h5py.File(run, "r+") as file:
+            for name in ("solved_skin", "judged_skin"):
+                del file.attrs[name]
+            scene = file["scene"].asstr()[()]
+            self.assertIn("  beyond: nothing\n", scene)
+            notes = [note.replace("part_only: ", "truncated: ") for note in file["notes"].asstr()]
+            unit = file["scene"].attrs["unit"]
+            for name, content in [("scene", scene.replace("  beyond: nothing\n", "")), ("notes", notes)]:
+                del file[name]
+                file.create_dataset(name, data=content, dtype=h5py.string_dtype()).attrs["unit"] = unit
+        renumber(run, 3)
+
+    def test_a_run_of_version_3_is_repeated_with_its_judge(self):
+        # judge.whole decided what of the body a judge with edge lengths of its own had.
+        judges = [("same", "part"), ("none", "part"), ("{split: 1}", "part"), ("{edge_mm: 5, whole: true}", "whole"),
+                  ("{edge_mm: 5, whole: false}", "part"), ("{edge_mm: 5, whole: auto}", "whole"),
+                  ("{edge_mm: 0.9, whole: auto}", "part")]  # 28,000 faces of a whole hand
+        for judge, skin in judges:
+            with self.subTest(judge=judge):
+                self.run_ok("run", "kept/hand.yaml", "-o", "old", "--force", "--quiet", "--set", "body.beyond=nothing", "--set",
+                            "solve.methods=[focus]", "--set", f"judge={judge}")
+                self.assertEqual(self.skin("old"), ("part", skin))
+                self.as_of_version_3(self.folder / "old/run.h5")
+                self.assertEqual(self.skin("old"), ("part", skin))
+                self.run_ok("run", "--from", "old", "-o", "again", "--force", "--quiet")
+                self.assertEqual(self.skin("again"), ("part", skin))
+                self.assertLess(self.difference(self.folder / "old", self.folder / "again"), 1e-6)
+                self.assertIn("scene     the same\n", self.touchfield("compare", "old", "again").stdout)
+
+    def test_changes_of_a_repeated_run_are_in_todays_words(self):
+        for kept in ("kept/run", "kept/run_v3"):
+            self.run_ok("run", "--from", kept, "-o", "part", "--force", "--quiet", "--set", "body.keep_within_mm=9", "--set",
+                        "judge=auto")
+            self.assertEqual(self.skin("part"), ("part", "whole"))
+
+    def test_a_sweep_of_version_2_goes_on_with_its_parts_and_judge(self):
+        # A judge of 4 mm was `same` unless the scene said otherwise.
+        scene = (KEPT / "hand.yaml").read_text().replace("judge: none\n", "").replace("[focus, paper]", "[focus]")
+        scene = self.write("scene.yaml", scene)
+        sweep = self.write("sweep.yaml", "base: scene.yaml\ngrid: {array.level: [1, 0.9]}\n")
+        self.run_ok("sweep", sweep, "-o", "new", "--quiet")
+        self.assertEqual({row["judged_skin"] for row in table(self.folder / "new")}, {"whole"})
+        shutil.copytree(self.folder / "new", self.folder / "old")
+        renumber(self.folder / "old/sweep.json", 2)
+        shutil.rmtree(self.folder / "old/cases/00002")
+        done = self.run_ok("sweep", sweep, "-o", "old", "--resume")
+        self.assertIn("beyond: nothing, judge: same", done.stderr)
+        self.assertIn("1 case part only", done.stdout)
+        self.assertEqual([row["judged_skin"] for row in table(self.folder / "old")], ["whole", "part"])
+        self.run_ok("run", scene, "-o", "alone", "--quiet", "--set", "array.level=0.9", "--set", "body.beyond=nothing", "--set",
+                    "judge=same")
+        self.assertLess(self.difference(self.folder / "old/cases/00002", self.folder / "alone"), 1e-6)
+        # One of today goes on as it was begun.
+        shutil.rmtree(self.folder / "new/cases/00002")
+        self.assertNotIn("earlier version", self.run_ok("sweep", sweep, "-o", "new", "--resume").stderr)
+        self.assertEqual({row["judged_skin"] for row in table(self.folder / "new")}, {"whole"})
+
     def metrics(self, folder):
         with open(folder / "metrics.csv", newline="") as file:
             return [{name: float(value) for name, value in row.items() if re.fullmatch(r"[-+.e\d]+", value)
@@ -195,6 +276,8 @@ class KeptHands(CommandTest):
         self.run_ok("run", "--from", self.old, "-o", "again", "--quiet")
         self.assertEqual(self.side(self.folder / "again"), "left")
         self.assertLess(self.difference(self.old, self.folder / "again"), 1e-6)
+        with h5py.File(self.folder / "again/run.h5") as run:  # what lay beyond keep_within_mm was not there
+            self.assertIn("beyond: nothing\n", run["scene"].asstr()[()])
         done = self.touchfield("compare", self.old, "again", "--tolerance", "1e-6")
         self.assertIn("scene     the same\n", done.stdout)
         # Changes are in today's words.
@@ -205,7 +288,8 @@ class KeptHands(CommandTest):
     def test_a_scene_file_has_the_hand_of_that_name(self):
         self.run_ok("run", "kept/hand.yaml", "-o", "right", "--quiet")
         self.assertGreater(self.difference(self.old, self.folder / "right"), 1e-3)
-        self.run_ok("run", "kept/hand.yaml", "-o", "left", "--set", "body.hand.side=left", "--quiet")
+        self.run_ok("run", "kept/hand.yaml", "-o", "left", "--set", "body.hand.side=left", "--set", "body.beyond=nothing",
+                    "--quiet")
         self.assertLess(self.difference(self.old, self.folder / "left"), 1e-6)
 
     def test_a_mirrored_scene_with_the_other_hand_is_the_same(self):
@@ -220,6 +304,7 @@ class KeptHands(CommandTest):
         done = self.run_ok("sweep", "kept/hand_sweep.yaml", "-o", "kept/hand_sweep", "--resume", "--json")
         self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 1)
         self.assertIn("side: right was a left hand", done.stderr)
+        self.assertIn("left out the skin beyond keep_within_mm", done.stderr)
         self.assertLess(self.difference(KEPT / "hand_sweep/cases/00001", self.old), 1e-6)
         # A new sweep of the same files is of the other hand, and no part of the old one.
         self.run_ok("sweep", "kept/hand_sweep.yaml", "-o", "kept/hand_sweep", "--shard", "1/2", "--quiet")

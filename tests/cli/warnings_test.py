@@ -235,19 +235,22 @@ class Warnings(CommandTest):
         self.warned(SOFT, "judge={split: 1}")
         self.assertEqual(self.notes, [])
 
-    def test_truncated(self):
+    def test_a_part_of_a_body(self):
         kept = ["body.keep_within_mm=13", "judge={edge_mm: 2.4}"]
-        self.warned(SOFT, *kept)  # small enough to be judged whole
-        self.assertEqual(self.notes, [])
+        self.assertEqual(self.warned(SOFT, *kept), [])
+        self.assertEqual(self.note_names(), ["beyond"])
         with open_run(self.folder / "out") as run:
             whole = len(run["judge/mesh/triangles"])
-        self.warned(SOFT, *kept, "judge.whole=false")
-        self.assertEqual(self.note_names(), ["truncated"])
+        self.assertEqual(self.warned(SOFT, *kept, "body.beyond=nothing"), [])
+        self.assertEqual(self.note_names(), ["part_only"])
         with open_run(self.folder / "out") as run:
             self.assertLess(len(run["judge/mesh/triangles"]), whole)
-        scene = self.write("scene.yaml", SOFT)
-        large = [f"--set={change}" for change in [*kept, "judge.edge_mm=0.3"]]
-        self.assertIn("note     truncated: ", self.run_ok("check", scene, *large).stdout)
+        # Out of use: it gives a judge what it has without it, but with beyond: nothing.
+        for value, notes in [("true", []), ("false", ["part_only"])]:
+            self.assertEqual(self.warned(SOFT, *kept, "body.beyond=nothing", f"judge.whole={value}"), ["judge_whole"])
+            self.assertEqual(self.note_names(), notes)
+            self.assertEqual(self.warned(SOFT, *kept, f"judge.whole={value}"), ["judge_whole"])
+            self.assertEqual(self.note_names(), ["beyond"])
 
     def test_nonlinear(self):
         # 64 transducers of a pitch of 10.16 mm in focus 60 mm above them; the source's strength sets sigma.

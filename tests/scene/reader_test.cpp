@@ -17,6 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::kSmallScene;
 using testing::lines_of;
+using ::testing::Not;
 using testing::problems_of;
 using testing::scene_from;
 using testing::source_folder;
@@ -205,7 +206,7 @@ TEST(SceneReader, FillsInTheDefaults) {
   EXPECT_EQ(scene.solve.solver.precision, PrecisionChoice::kAuto);
   EXPECT_EQ(scene.solve.solver.tolerance, 1e-4);
   EXPECT_TRUE(scene.solve.solver.refine);
-  EXPECT_EQ(scene.judge.kind, JudgeSpec::Kind::kSame);
+  EXPECT_EQ(scene.judge.kind, JudgeSpec::Kind::kAuto);
   EXPECT_THAT(scene.fields, IsEmpty());
   EXPECT_TRUE(scene.write.h5 && scene.write.vtp && scene.write.vti && scene.write.png);
 }
@@ -313,18 +314,41 @@ TEST(SceneReader, AJudgeMayHaveAModelOfItsOwn) {
   EXPECT_EQ(of_file.judge.kind, JudgeSpec::Kind::kSplit);
 }
 
+TEST(SceneReader, AJudgeIsChosenUnlessTheSceneDoes) {
+  EXPECT_EQ(scene_from(kSmallScene, {}).judge.kind, JudgeSpec::Kind::kAuto);
+  EXPECT_EQ(scene_from(kSmallScene, {"judge=auto"}).judge.kind, JudgeSpec::Kind::kAuto);
+  EXPECT_EQ(scene_from(kSmallScene, {"judge=same"}).judge.kind, JudgeSpec::Kind::kSame);
+}
+
+TEST(SceneReader, SkinBeyondKeepWithinCountsUnlessTheSceneSaysNothing) {
+  const auto body = [](const std::vector<std::string>& changes) {
+    return scene_from(kSmallScene, changes).bodies.front();
+  };
+  EXPECT_EQ(body({}).beyond, Beyond::kIncident);
+  EXPECT_EQ(body({"body.keep_within_mm=20"}).beyond, Beyond::kIncident);
+  EXPECT_EQ(body({"body.keep_within_mm=20", "body.beyond=nothing"}).beyond, Beyond::kNothing);
+  const auto text = [](const std::vector<std::string>& changes) {
+    return resolved_yaml(scene_from(kSmallScene, changes));
+  };
+  EXPECT_THAT(text({}), Not(HasSubstr("beyond")));
+  EXPECT_THAT(text({"body.keep_within_mm=20"}), HasSubstr("  keep_within_mm: 20\n  beyond: incident\n"));
+  TempFolder folder;
+  EXPECT_THAT(problems_of(folder.write("scene.yaml", kSmallScene), {"body.beyond=none"}),
+              ElementsAre(HasSubstr("body.beyond")));
+}
+
 TEST(SceneReader, TheJudgeOfTheWholeBodyIsAskedForOrNot) {
   using Whole = JudgeSpec::Whole;
   const auto read = [](const std::string& keys) {
     return scene_from(kSmallScene, {"judge={" + keys + "}"}).judge.whole;
   };
-  EXPECT_EQ(read("edge_mm: 0.7"), Whole::kAuto);
+  EXPECT_EQ(read("edge_mm: 0.7"), Whole::kUnsaid);
   EXPECT_EQ(read("edge_mm: 0.7, whole: auto"), Whole::kAuto);
   EXPECT_EQ(read("edge_mm: 0.7, whole: true"), Whole::kYes);
   EXPECT_EQ(read("edge_mm: 0.7, whole: false"), Whole::kNo);
   EXPECT_EQ(read("split: 1, whole: false"), Whole::kNo);
-  EXPECT_EQ(read("split: 1"), Whole::kNo);
-  EXPECT_THAT(resolved_yaml(scene_from(kSmallScene, {"judge={edge_mm: 0.7}"})), HasSubstr("whole: auto\n"));
+  EXPECT_EQ(read("split: 1"), Whole::kUnsaid);
+  EXPECT_THAT(resolved_yaml(scene_from(kSmallScene, {"judge={edge_mm: 0.7}"})), Not(HasSubstr("whole:")));
   TempFolder folder;
   const auto problems = [&](const std::string& keys) {
     return problems_of(folder.write("scene.yaml", kSmallScene + "judge: {" + keys + "}\n"));

@@ -86,7 +86,7 @@ TEST(Schema, DefaultsAreTheReaders) {
             nlohmann::json::parse("[44, 34]"));
   EXPECT_EQ(schema["properties"]["solve"]["properties"]["iterations"]["maximum"], 100000);
   EXPECT_EQ(schema["properties"]["solve"]["properties"]["tolerance"]["default"], 1e-4);
-  EXPECT_EQ(schema["properties"]["judge"]["default"], "same");
+  EXPECT_EQ(schema["properties"]["judge"]["default"], "auto");
   EXPECT_EQ(schema["properties"]["array"]["properties"]["level"]["exclusiveMinimum"], 0);
 }
 

@@ -58,6 +58,8 @@ void expect_same(const Motion& a, const Motion& b) {
   EXPECT_EQ(a.timings, b.timings);
   EXPECT_EQ(a.warnings, b.warnings);
   EXPECT_EQ(a.notes, b.notes);
+  EXPECT_EQ(a.solved_skin, b.solved_skin);
+  EXPECT_EQ(a.judged_skin, b.judged_skin);
   expect_same(a.provenance, b.provenance);
   expect_same(a.array, b.array);
   expect_same(a.mesh, b.mesh);
@@ -230,6 +232,10 @@ void forge(const std::string& path, const Forged& forged) {
     root.set_attribute("complete", 1);
     root.set_attribute("seconds", 1.0);
     root.write_text("scene", forged.scene);
+    if (forged.version >= 3) {
+      root.set_attribute("solved_skin", "whole");
+      root.set_attribute("judged_skin", "part");
+    }
     const std::array<double, 9> numbers = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const std::array<int, 3> triangle = {0, 1, 2};
     const hdf5::Group mesh = root.create("mesh");
@@ -276,6 +282,17 @@ TEST(DamagedMotionFile, HandsKeepTheSideThatTheyHad) {
   EXPECT_EQ(read_motion_file(path).scene, "body:\n  hand:\n    side: left\n");
   forge(path, {.version = kMotionFormatVersion, .scene = "body:\n  hand:\n    side: right\n"});
   EXPECT_EQ(read_motion_file(path).scene, "body:\n  hand:\n    side: right\n");
+}
+
+TEST(DamagedMotionFile, AnOlderFileIsOfThePartThatItKept) {
+  const TemporaryDirectory directory;
+  const std::string path = directory.file("motion.h5");
+  forge(path, {.version = 2, .scene = "body:\n  keep_within_mm: 50\n"});
+  EXPECT_EQ(read_motion_file(path).scene, "body:\n  keep_within_mm: 50\n  beyond: nothing\n");
+  EXPECT_EQ(read_motion_file(path).solved_skin, SkinExtent::kPart);
+  forge(path, {.version = 3, .scene = "body:\n  keep_within_mm: 50\n"});
+  EXPECT_EQ(read_motion_file(path).scene, "body:\n  keep_within_mm: 50\n");
+  EXPECT_EQ(read_motion_file(path).judged_skin, SkinExtent::kPart);
 }
 
 TEST(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {

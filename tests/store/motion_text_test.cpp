@@ -41,13 +41,13 @@ TEST(MotionCsv, HasALineAScoreAndMethod) {
   const auto rows = cells_of(directory.file("motion.csv"));
   ASSERT_EQ(rows.size(), 1 + 2 * 6U);
   for (const auto& row : rows) {
-    ASSERT_EQ(row.size(), 8 + metric_fields().size());
+    ASSERT_EQ(row.size(), 9 + metric_fields().size());
   }
-  EXPECT_THAT(std::vector<std::string>(rows[0].begin(), rows[0].begin() + 9),
+  EXPECT_THAT(std::vector<std::string>(rows[0].begin(), rows[0].begin() + 10),
               ElementsAre("method", "time_s", "frame", "age_s", "dx_mm", "dy_mm", "dz_mm", "displacement_mm",
-                          "relative_error"));
-  EXPECT_THAT(std::vector<std::string>(rows[1].begin(), rows[1].begin() + 9),
-              ElementsAre("surface", "0", "-1", "nan", "nan", "nan", "nan", "nan", "nan"));
+                          "judged_skin", "relative_error"));
+  EXPECT_THAT(std::vector<std::string>(rows[1].begin(), rows[1].begin() + 10),
+              ElementsAre("surface", "0", "-1", "nan", "nan", "nan", "nan", "nan", "part", "nan"));
   const MotionScore& score = motion.methods[1].scores[5];
   const auto& last = rows.back();
   EXPECT_EQ(last[0], "paper-2");
@@ -59,7 +59,7 @@ TEST(MotionCsv, HasALineAScoreAndMethod) {
   EXPECT_DOUBLE_EQ(number(5), -2.0);
   EXPECT_DOUBLE_EQ(number(6), 0.5);
   EXPECT_DOUBLE_EQ(number(7), std::sqrt(1.0 / 9 + 4 + 0.25));
-  EXPECT_EQ(number(8), score.metrics.relative_error);
+  EXPECT_EQ(number(9), score.metrics.relative_error);
 }
 
 TEST(FramesCsv, HasALineAFrameAndMethod) {

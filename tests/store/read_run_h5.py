@@ -31,7 +31,8 @@ def check_same(found, expected):
 
 def check(run):
     assert run.attrs["format"] == "touchfield-run"
-    assert run.attrs["format_version"] == 3
+    assert run.attrs["format_version"] == 4
+    assert (run.attrs["solved_skin"], run.attrs["judged_skin"]) == ("part", "whole")
     assert run.attrs["name"] == "width \u00fc 5mm"
     assert run.attrs["complete"] == 1
     assert run.attrs["alarm"] == 0.0125
@@ -108,7 +109,7 @@ def check(run):
 
     assert run["seconds"].attrs["mesh"] == 0.125
     assert list(run["warnings"].asstr()) == ["coarse mesh", 'two, with "quotes"']
-    assert list(run["notes"].asstr()) == ["truncated: at 50 mm"]
+    assert list(run["notes"].asstr()) == ["beyond: at 50 mm"]
     assert list(run["alarms"].attrs["stages"]) == ["paper_corrected", "paper"]
     assert run["alarms"].attrs["paper"] == 1 / 3
     assert run["methods/surface"].attrs["shock_distance_share"] == 2 / 3
@@ -140,7 +141,8 @@ def check_same_judge(run):
 
 
 def check_motion(motion):
-    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 2
+    assert motion.attrs["format"] == "touchfield-motion" and motion.attrs["format_version"] == 3
+    assert (motion.attrs["solved_skin"], motion.attrs["judged_skin"]) == ("whole", "part")
     assert motion.attrs["complete"] == 1 and motion.attrs["seconds"] == 0.2
 
     def has_unit(name, item):

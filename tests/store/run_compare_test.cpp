@@ -453,10 +453,19 @@ TEST(CompareRuns, FilesThatASceneNamesAreACause) {
   EXPECT_THAT(compared(a, b).causes, ElementsAre(HasSubstr("phases that the scene reads")));
 }
 
+TEST(CompareRuns, FiguresOfAPartAndOfTheWholeAreNotComparable) {
+  const RunDifference difference = changed([](RunData& run) { run.judged_skin = SkinExtent::kPart; });
+  EXPECT_EQ(difference.verdict, Verdict::kDifferent);
+  EXPECT_EQ(difference.largest.what, "the skin that is evaluated");
+  EXPECT_THAT(describe_difference(difference), HasSubstr("skin      A evaluates the whole skin, B what keep_within_mm "
+                                                         "leaves: their metrics are not comparable\n"));
+  EXPECT_THAT(describe_difference(changed([](RunData&) {})), Not(HasSubstr("evaluates")));
+}
+
 TEST(CompareRuns, WarningsAreComparedByName) {
   const RunDifference difference = changed([](RunData& run) {
     run.warnings = {"coarse mesh", "ill_conditioned: about 1e9"};
-    run.notes = {"nonlinear: 0.4", "truncated: at 40 mm"};
+    run.notes = {"nonlinear: 0.4", "beyond: at 40 mm"};
   });
   EXPECT_THAT(difference.warnings.a, ElementsAre("two, with \"quotes\""));
   EXPECT_THAT(difference.warnings.b, ElementsAre("ill_conditioned"));

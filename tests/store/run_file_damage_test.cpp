@@ -2,6 +2,8 @@
 
 #include <functional>
 #include <random>
+#include <string>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -177,6 +179,10 @@ RunData read_forged(const std::string& path, int version, const std::function<vo
     root.set_attribute("name", "forged");
     root.set_attribute("complete", 1);
     root.write_text("scene", scene);
+    if (version >= 4) {
+      root.set_attribute("solved_skin", "whole");
+      root.set_attribute("judged_skin", "part");
+    }
     const std::array<double, 9> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0};
     const std::array<int, 3> triangle = {0, 1, 2};
     const hdf5::Group mesh = root.create("mesh");
@@ -248,6 +254,33 @@ TEST(DamagedRunFile, HandsKeepTheSideThatTheyHad) {
   run.scene = read(2, scene);
   write_run_file(directory.file("again.h5"), run);
   EXPECT_EQ(read_run_file(directory.file("again.h5")).scene, run.scene);
+}
+
+// Until version 3 skin beyond keep_within was not there, and a note told of it where there was a judge.
+TEST(DamagedRunFile, AnOlderFileIsOfThePartThatItKept) {
+  using ThreeTexts = std::tuple<std::string, std::string, std::string>;
+  const TemporaryDirectory directory;
+  const auto read = [&](int version, const std::string& scene, const std::string& judge, const std::string& note) {
+    const auto fill = [&](const hdf5::Group& root) {
+      if (judge != "none") {
+        const hdf5::Group group = root.create("judge");
+        group.set_attribute("judge", judge);
+        group.create("methods");
+      }
+      root.write_texts("notes", {"near_field: a truncated: b", note});
+    };
+    const RunData run = read_forged(directory.file("run.h5"), version, fill, scene);
+    return ThreeTexts(to_string(run.solved_skin), to_string(run.judged_skin), run.scene);
+  };
+  const std::string kept = "bodies:\n  - name: a\n    keep_within_mm: 50\n  - name: b\n";
+  const std::string nothing = "bodies:\n  - name: a\n    keep_within_mm: 50\n    beyond: nothing\n  - name: b\n";
+  for (const int version : {1, 3}) {
+    EXPECT_EQ(read(version, kept, "same", "truncated: c"), ThreeTexts("part", "part", nothing));
+    EXPECT_EQ(read(version, kept, "same", "coarse: c"), ThreeTexts("part", "whole", nothing));
+    EXPECT_EQ(read(version, kept, "none", "coarse: c"), ThreeTexts("part", "part", nothing));
+    EXPECT_EQ(read(version, "name: c\n", "none", "coarse: c"), ThreeTexts("whole", "whole", "name: c\n"));
+  }
+  EXPECT_EQ(read(4, kept, "same", "truncated: c"), ThreeTexts("whole", "part", kept));
 }
 
 TEST(DamagedRunFile, JudgesAndSolvesThatMakeNoSenseAreErrors) {

@@ -99,6 +99,8 @@ void expect_same(const Run& a, const Run& b) {
   EXPECT_EQ(a.alarms, b.alarms);
   EXPECT_EQ(a.warnings, b.warnings);
   EXPECT_EQ(a.notes, b.notes);
+  EXPECT_EQ(a.solved_skin, b.solved_skin);
+  EXPECT_EQ(a.judged_skin, b.judged_skin);
   expect_same(a.provenance, b.provenance);
   expect_same(a.mesh, b.mesh);
   expect_same(a.array, b.array);

@@ -61,6 +61,15 @@ TEST(Describe, AJudgeThatIsTheSolvingModel) {
   EXPECT_THAT(describe_run(support::self_judged_run()), HasSubstr("judge     same: the solving model\n"));
 }
 
+TEST(Describe, ARunOfAPartSaysSoAboveItsTable) {
+  RunData run = full_run();
+  EXPECT_THAT(methods_table(run), Not(HasSubstr("part only")));
+  run.judged_skin = SkinExtent::kPart;
+  const std::string label = "part only: figures are of the skin within keep_within_mm of the target\n";
+  EXPECT_THAT(methods_table(run), ::testing::StartsWith(label));
+  EXPECT_THAT(describe_run(run), HasSubstr('\n' + label));
+}
+
 TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("metrics.csv");
@@ -75,14 +84,14 @@ TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
   std::string rest;
   ASSERT_TRUE(std::getline(lines, header) && std::getline(lines, first) && std::getline(lines, second));
   EXPECT_FALSE(std::getline(lines, rest));
-  std::string expected = "name,method,scheme";
+  std::string expected = "name,method,scheme,judged_skin";
   for (const MetricField& field : metric_fields()) {
     expected += std::string(",") + field.name;
   }
   EXPECT_EQ(header, expected + ",status");
-  EXPECT_THAT(first, AllOf(::testing::StartsWith("surface,paper,\"chief, 3 \"\"points\"\"\",0.35,nan,"),
+  EXPECT_THAT(first, AllOf(::testing::StartsWith("surface,paper,\"chief, 3 \"\"points\"\"\",whole,0.35,nan,"),
                            ::testing::EndsWith(",stalled")));
-  EXPECT_THAT(second, ::testing::StartsWith("paper-2,paper,chief,nan,nan,"));
+  EXPECT_THAT(second, ::testing::StartsWith("paper-2,paper,chief,whole,nan,nan,"));
 }
 
 TEST(TextTable, NumbersAreGroupedByThousands) {

@@ -190,7 +190,8 @@ inline Run full_run() {
   run.alarms = {{"paper_corrected", 0.5}, {"paper", 1.0 / 3.0}};
   run.methods[0].shock_distance_share = 2.0 / 3.0;
   run.warnings = {"coarse mesh", "two, with \"quotes\""};
-  run.notes = {"truncated: at 50 mm"};
+  run.notes = {"beyond: at 50 mm"};
+  run.solved_skin = SkinExtent::kPart;
   run.provenance = {.version = "0.1.0",
                     .revision = "0123456789ab",
                     .compiler = "GNU 12.2.0",
