@@ -93,9 +93,9 @@ class ChannelValues {
   void at(const Vector3& x, const Vector3* direction, std::complex<Real>* values) const {
     if (!fast_) {
       for (Eigen::Index n = 0; n < array_.size(); ++n) {
-        values[n] = static_cast<std::complex<Real>>(direction != nullptr
-                                                        ? channel_derivative(array_, wave_, n, x, *direction)
-                                                        : channel_pressure(array_, wave_, n, x));
+        values[n] =
+            static_cast<std::complex<Real>>(direction != nullptr ? channel_derivative(array_, wave_, n, x, *direction)
+                                                                 : channel_pressure(array_, wave_, n, x));
       }
       return;
     }
@@ -108,8 +108,8 @@ class ChannelValues {
     const Place point = x.cast<Real>();
     const Place along = direction != nullptr ? Place(direction->cast<Real>()) : Place::Zero();
     static const SourceLoop<Real> loop = loop_of<Real>();
-    loop(shared, point.data(), direction != nullptr ? along.data() : nullptr, sources,
-         static_cast<int>(array_.size()), reinterpret_cast<Real*>(values));
+    loop(shared, point.data(), direction != nullptr ? along.data() : nullptr, sources, static_cast<int>(array_.size()),
+         reinterpret_cast<Real*>(values));
   }
 
  private:
@@ -196,7 +196,7 @@ auto pressures_at(const TransducerArray& array, const Wave& wave, const Points& 
 template <typename Real = double>
 auto derivatives_at(const TransducerArray& array, const Wave& wave, const Points& points, const Points& directions) {
   return [&points, &directions, channels = ChannelValues<Real>(array, wave, points)](Eigen::Index j,
-                                                                                    std::complex<Real>* values) {
+                                                                                     std::complex<Real>* values) {
     const Vector3 direction = directions.col(j);
     channels.at(points.col(j), &direction, values);
   };
@@ -227,8 +227,8 @@ Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const 
   return matrix_of<double>(array, points, derivatives_at(array, wave, points, directions));
 }
 
-Eigen::MatrixXcf incident_derivative_matrix_single(const TransducerArray& array, const Wave& wave,
-                                                   const Points& points, const Points& directions) {
+Eigen::MatrixXcf incident_derivative_matrix_single(const TransducerArray& array, const Wave& wave, const Points& points,
+                                                   const Points& directions) {
   return matrix_of<float>(array, points, derivatives_at<float>(array, wave, points, directions));
 }
 

@@ -24,8 +24,8 @@ Eigen::MatrixXcd incident_derivative_matrix(const TransducerArray& array, const 
 ///
 /// accuracy   1e-4 of the largest amplitude / r, a derivative k times as much, where k r is at most 300
 Eigen::MatrixXcf incident_matrix_single(const TransducerArray& array, const Wave& wave, const Points& points);
-Eigen::MatrixXcf incident_derivative_matrix_single(const TransducerArray& array, const Wave& wave,
-                                                   const Points& points, const Points& directions);
+Eigen::MatrixXcf incident_derivative_matrix_single(const TransducerArray& array, const Wave& wave, const Points& points,
+                                                   const Points& directions);
 
 /// Incident pressure of a driven array, G q, without forming G.
 ///

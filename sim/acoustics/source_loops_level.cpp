@@ -25,20 +25,20 @@ inline Real angle_of(Real c) {
   const Real z = steep ? c * c : (rest > Real(0.0) ? rest : Real(0.0));
   const Real x = std::sqrt(z);
   const Real p = z * (Real(1.66666666666666657415e-01) +
-                        z * (Real(-3.25565818622400915405e-01) +
-                             z * (Real(2.01212532134862925881e-01) +
-                                  z * (Real(-4.00555345006794114027e-02) +
-                                       z * (Real(7.91534994289814532176e-04) + z * Real(3.47933107596021167570e-05))))));
-  const Real q =
-      Real(1.0) + z * (Real(-2.40339491173441421878e+00) +
-                 z * (Real(2.02094576023350569471e+00) + z * (Real(-6.88283971605453293030e-01) + z * Real(7.70381505559019352791e-02))));
+                      z * (Real(-3.25565818622400915405e-01) +
+                           z * (Real(2.01212532134862925881e-01) +
+                                z * (Real(-4.00555345006794114027e-02) +
+                                     z * (Real(7.91534994289814532176e-04) + z * Real(3.47933107596021167570e-05))))));
+  const Real q = Real(1.0) + z * (Real(-2.40339491173441421878e+00) +
+                                  z * (Real(2.02094576023350569471e+00) +
+                                       z * (Real(-6.88283971605453293030e-01) + z * Real(7.70381505559019352791e-02))));
   const Real asine = x + x * (p / q);
   return steep ? kHalfPi<Real> - asine : Real(2.0) * asine;
 }
 
 template <typename Real, bool kSpline, bool kSlope>
-void fill(const SourceWave<Real>& given, const Real* point, const Real* direction, const SourceArrays<Real>& sources, int count,
-          Real* values) {
+void fill(const SourceWave<Real>& given, const Real* point, const Real* direction, const SourceArrays<Real>& sources,
+          int count, Real* values) {
   const SourceWave<Real> wave = given;  // copies that the values cannot alias
   const SourceArrays<Real> s = sources;
   const Real px = point[0];
@@ -89,8 +89,8 @@ void fill(const SourceWave<Real>& given, const Real* point, const Real* directio
 }
 
 template <typename Real>
-void values_of(const SourceWave<Real>& wave, const Real* point, const Real* direction, const SourceArrays<Real>& sources,
-               int count, Real* values) {
+void values_of(const SourceWave<Real>& wave, const Real* point, const Real* direction,
+               const SourceArrays<Real>& sources, int count, Real* values) {
   const bool spline = wave.spline != nullptr;
   if (direction == nullptr) {
     spline ? fill<Real, true, false>(wave, point, direction, sources, count, values)

@@ -18,11 +18,7 @@ FactoredTransfer::FactoredTransfer(const ScatteringSystem& system)
 }
 
 void FactoredTransfer::face(const ScatteringSystem& system, const TransducerArray& array) {
-  const IncidentField field = system.incident(array);
-  b_ = system.right_hand_side(field).cast<std::complex<float>>();
-  if (polisher_.size() > 0) {
-    incident_ = field.pressure.cast<std::complex<float>>();
-  }
+  b_ = system.right_hand_side_single(array, incident_);
 }
 
 VectorXcf FactoredTransfer::pressure(const VectorXcf& q) const {

@@ -15,7 +15,7 @@ namespace touchfield {
 /// For a few products with one vector at a time, which cost 8 M (M + N) operations each, twice that if polished, against
 /// 8 M^2 N for H itself.
 ///
-/// accuracy   1e-5 of the largest pressure, where B is well conditioned
+/// accuracy   1e-4 of the largest pressure, where B is well conditioned: that of incident_matrix_single
 class FactoredTransfer {
  public:
   /// Factorises B.

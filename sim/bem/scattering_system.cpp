@@ -165,6 +165,23 @@ Eigen::MatrixXcd ScatteringSystem::right_hand_side_rows(const TransducerArray& a
   return scale.asDiagonal() * b;
 }
 
+Eigen::MatrixXcf ScatteringSystem::right_hand_side_single(const TransducerArray& array,
+                                                          Eigen::MatrixXcf& incident) const {
+  const Eigen::MatrixXcf pressure = incident_matrix_single(array, wave_, mesh_.centroids());
+  if (traits(scheme_).burton_miller) {
+    incident = pressure;
+    return pressure + std::complex<float>(0, static_cast<float>(gamma())) *
+                          incident_derivative_matrix_single(array, wave_, mesh_.centroids(), mesh_.normals());
+  }
+  Eigen::MatrixXcf b(unknowns(), array.size());
+  b.topRows(faces()) = pressure;
+  if (interior_.cols() > 0) {
+    b.bottomRows(interior_.cols()) =
+        chief_scale_.cast<std::complex<float>>().asDiagonal() * incident_matrix_single(array, wave_, interior_);
+  }
+  return b;
+}
+
 Eigen::MatrixXcd ScatteringSystem::pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const {
   Eigen::MatrixXcd p = solution.topRows(faces());
   if (operators().polisher) {

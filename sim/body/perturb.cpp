@@ -196,8 +196,7 @@ Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
 }
 
 SkinPatches perturbed(SkinPatches patches, const SensingNoise& noise) {
-  const Eigen::VectorXd heights =
-      noise.rms * RandomField(1.0, noise.correlation, noise.seed).at(patches.centres());
+  const Eigen::VectorXd heights = noise.rms * RandomField(1.0, noise.correlation, noise.seed).at(patches.centres());
   const Points shifts = (patches.normals() * heights.asDiagonal()).colwise() + noise.offset;
   for (Index j = 0; j < patches.size(); ++j) {
     patches.corners.middleCols<3>(3 * j).colwise() += shifts.col(j);

@@ -217,7 +217,8 @@ bool FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   });
   SolveSpec spec = model.scene.solve;
   spec.methods = {method_};
-  methods_ = std::make_unique<MethodSolver>(*scattering_, model.array.size(), target, std::move(spec), quiet_skin(model));
+  methods_ =
+      std::make_unique<MethodSolver>(*scattering_, model.array.size(), target, std::move(spec), quiet_skin(model));
   if (drives_) {
     methods_->span(drives_);
   }

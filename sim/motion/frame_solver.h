@@ -65,8 +65,8 @@ class FrameSolver {
   MotionFrame quiet() const;
   /// Whether anything but the target has changed since the frame before.
   bool set_up(const Model& model, const std::optional<Target>& target, MotionFrame& frame);
-  PhaseSolution followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& before,
-                         bool moved, MotionFrame& frame);
+  PhaseSolution followed(const Model& model, const Target& target, const Eigen::VectorXd& amplitudes,
+                         const Eigen::VectorXd& before, bool moved, MotionFrame& frame);
 
   const MovingModel& moving_;
   MethodSpec method_;
@@ -83,7 +83,7 @@ class FrameSolver {
   std::optional<Points> beyond_;  // corners of skin that is not solved
   std::unique_ptr<SkinScattering> scattering_;
   std::unique_ptr<MethodSolver> methods_;
-  Eigen::MatrixXcf incident_beyond_;  // of every channel on the patches that are not solved, J x N
+  Eigen::MatrixXcf incident_beyond_;            // of every channel on the patches that are not solved, J x N
   std::unique_ptr<FactoredTransfer> factored_;  // where frames follow
   std::optional<Points> factored_at_;
   PhaseDescent descent_;

@@ -113,7 +113,7 @@ class MovingModel {
   std::optional<MeshSequence> sequence_;
   MovingSkin solving_;
   std::optional<MovingSkin> judging_;
-  std::optional<MovingSkin> beyond_;  // the patches of skin that is not solved
+  std::optional<MovingSkin> beyond_;                 // the patches of skin that is not solved
   std::vector<std::optional<SkinnedHand>> anchors_;  // of bodies whose anchor moves with their joints
   Landmark patch_;
   Remarks on_the_way_;

@@ -124,10 +124,7 @@ std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, con
   }
   draw_colour_bar(canvas, top);
   draw_title(canvas, text.title, text.subtitle);
-  std::string legend = run_.target ? " Red: the target's outline." : "";
-  if (run_.solved_skin != run_.judged_skin) {
-    legend += " Only skin within keep_within_mm is shown; the figures are of all.";
-  }
+  const std::string legend = run_.target ? " Red: the target's outline." : "";
   draw_caption(canvas, text.caption,
                fmt::format("Seen from the array's side. Colours from 0 to {:.6g} Pa in every picture of this run's "
                            "skin; what lies above has the last colour.{}",

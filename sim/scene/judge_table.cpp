@@ -37,10 +37,11 @@ Codec<JudgeSpec> own_model_codec() {
       .maybe("edge_mm", &JudgeSpec::edge, edge_codec(), "1.4",
              fmt::format("Edge length of a mesh of its own [mm], as a body's edge_mm; of a hand {}.", kHandEdge.text()))
       .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kEdge; })
-      .maybe("whole", &JudgeSpec::whole, whole_codec(), "true",
-             fmt::format("Out of use: a judge has the whole bodies, but with beyond: nothing. There true gives it what is "
-                         "left out, and auto where its mesh then has no more than {} faces. Only with edge_mm.",
-                         kWholeFaces))
+      .maybe(
+          "whole", &JudgeSpec::whole, whole_codec(), "true",
+          fmt::format("Out of use: a judge has the whole bodies, but with beyond: nothing. There true gives it what is "
+                      "left out, and auto where its mesh then has no more than {} faces. Only with edge_mm.",
+                      kWholeFaces))
       .written_if([](const JudgeSpec& judge) { return judge.whole != JudgeSpec::Whole::kUnsaid; })
       .maybe("split", &JudgeSpec::splits, integer(between(1, 2)), "1",
              "Or the solving mesh with every face in four, as often as this says.")
@@ -58,10 +59,9 @@ Codec<JudgeSpec> own_model_codec() {
 }  // namespace
 
 Codec<JudgeSpec> judge_codec() {
-  const auto bare = kept_in(
-      &JudgeSpec::kind, choice<JudgeSpec::Kind>({{"auto", JudgeSpec::Kind::kAuto},
-                                                 {"same", JudgeSpec::Kind::kSame},
-                                                 {"none", JudgeSpec::Kind::kNone}}));
+  const auto bare = kept_in(&JudgeSpec::kind, choice<JudgeSpec::Kind>({{"auto", JudgeSpec::Kind::kAuto},
+                                                                       {"same", JudgeSpec::Kind::kSame},
+                                                                       {"none", JudgeSpec::Kind::kNone}}));
   return plain_or_map<JudgeSpec>(bare, own_model_codec(), [](const JudgeSpec& judge) {
     return judge.kind != JudgeSpec::Kind::kEdge && judge.kind != JudgeSpec::Kind::kSplit;
   });

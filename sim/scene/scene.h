@@ -255,7 +255,7 @@ inline constexpr double kCoarsestJudge = 0.35;
 /// The model whose pressures a result is judged by.
 struct JudgeSpec {
   enum class Kind {
-    kAuto,   // kSame of whole bodies with edges of at most kCoarsestJudge wavelengths, else kEdge; build_model decides
+    kAuto,  // kSame of whole bodies with edges of at most kCoarsestJudge wavelengths, else kEdge; build_model decides
     kNone,
     kSame,   // the model that was solved
     kEdge,   // the same body meshed anew

@@ -103,8 +103,8 @@ double shadowed_share(const Scene& scene, const PlacedBodies& bodies, const Tran
 
 }  // namespace
 
-BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array,
-                       double wavelength, std::optional<Index> count) {
+BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array, double wavelength,
+                       std::optional<Index> count) {
   SkinPatches pieces;
   for (const auto& [body, mesh] : bodies.whole) {
     if (scene.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kIncident) {

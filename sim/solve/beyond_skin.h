@@ -20,7 +20,7 @@ struct BeyondSkin {
 ///
 /// bodies   of Extent::kSolved
 /// count    of patches; none: as said
-BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array,
-                       double wavelength, std::optional<Eigen::Index> count = std::nullopt);
+BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array, double wavelength,
+                       std::optional<Eigen::Index> count = std::nullopt);
 
 }  // namespace touchfield

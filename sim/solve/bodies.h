@@ -50,7 +50,7 @@ struct PlacedBodies {
                            // their own names where only one body has one
   std::vector<int> owner;  // M: number of the body a face is of
   std::vector<unsigned char> skin;  // M: 1 on skin of the body, 0 on caps of keep_within and within a tenth of its
-                                             // radius from them
+                                    // radius from them
   struct Whole {
     int owner;
     TriangleMesh mesh;
@@ -69,7 +69,7 @@ BodyPlan plan_bodies(const Scene& scene, const std::function<Vector3(const Trian
 
 /// By which edge lengths bodies are meshed.
 struct BodyEdges {
-  const EdgeSpec* edge = nullptr;                                // taken for every body's own edge_mm where it is given
+  const EdgeSpec* edge = nullptr;                             // taken for every body's own edge_mm where it is given
   double coarsest = std::numeric_limits<double>::infinity();  // [m]: longer far edges of edge_mm are cut down to it
 };
 

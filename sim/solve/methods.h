@@ -72,8 +72,8 @@ class MethodSolver {
                                   const Eigen::VectorXd* before, const IterationCallback& advance, Progress& progress);
   IncidentProblem unscattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
   IncidentProblem scattered(const Eigen::VectorXd& amplitudes, FaceWeights faces);
-  const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights,
-                                           FaceWeights faces, std::map<FaceWeights, Eigen::MatrixXcd>& kept) const;
+  const Eigen::MatrixXcd& weighted_gram_of(const Eigen::MatrixXcd& g, const Eigen::VectorXd& weights, FaceWeights faces,
+                                           std::map<FaceWeights, Eigen::MatrixXcd>& kept) const;
   const Transfer& transfer(const Eigen::VectorXd& amplitudes, double quiet_weight, Progress& progress);
   const Eigen::RowVectorXcd& central_row();
 

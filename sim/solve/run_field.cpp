@@ -71,11 +71,13 @@ const TriangleMesh& field_mesh(const Run& run) { return run.has_fields_of_judge(
 
 FieldValues run_field(const Run& run, const Wave& wave, const Points& points, Gpu* gpu) {
   const TriangleMesh& mesh = field_mesh(run);
-  if (!run.array_truth) {
+  if (!run.has_fields_of_judge()) {
     return field_by(gpu, mesh, run.array, wave, points, pressures_of(run), drives_of(run));
   }
   TransducerArray array = run.array;
-  array.response = run.array_truth->response;
+  if (run.array_truth) {
+    array.response = run.array_truth->response;
+  }
   const auto pressures = columns_of(run, mesh.face_count(), [&](const MethodResult& method) -> const Eigen::VectorXcd& {
     return judged_pressure(method, mesh);
   });

@@ -157,8 +157,7 @@ Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& sca
   const Eigen::VectorXd& areas = scattering.system().mesh().areas();
   const Eigen::VectorXd weights =
       quiet_weight > 0 ? quiet.face_weights(areas, target, quiet_weight) : Eigen::VectorXd();
-  transfer.reduction =
-      reduced_skin_problem(spanned.pressure, spanned.drives, areas, target, weights, kQuietTolerance);
+  transfer.reduction = reduced_skin_problem(spanned.pressure, spanned.drives, areas, target, weights, kQuietTolerance);
   finish(scattering, quiet, reduce, transfer);
   return transfer;
 }

@@ -26,8 +26,7 @@ Eigen::MatrixXcf QuietSkin::beyond_pressure_single(const Wave& wave) const {
 }
 
 Eigen::MatrixXcd QuietSkin::beyond_rows(const Wave& wave, double quiet_weight) const {
-  return beyond_weights(quiet_weight).cwiseSqrt().asDiagonal() *
-         incident_matrix(array, wave, beyond.centres());
+  return beyond_weights(quiet_weight).cwiseSqrt().asDiagonal() * incident_matrix(array, wave, beyond.centres());
 }
 
 Eigen::VectorXd QuietSkin::misfit_weights(FaceWeights weights, const Eigen::VectorXd& areas, Eigen::Index rows) const {

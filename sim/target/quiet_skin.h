@@ -9,9 +9,9 @@ namespace touchfield {
 /// The skin that is to stay quiet. A rigid wall in the way of sound has twice its incident pressure at most, so that
 /// skin that is not solved counts by 2 |p_inc|^2, between that of skin in the shade and skin that is lit.
 struct QuietSkin {
-  Eigen::VectorXd faces{};                      // M: 1 on faces of the solving mesh that are skin, else 0; empty: all are
-  SkinPatches beyond{};                         // skin that is not solved, by its incident pressure
-  TransducerArray array{};                      // in the frame of `beyond`
+  Eigen::VectorXd faces{};  // M: 1 on faces of the solving mesh that are skin, else 0; empty: all are
+  SkinPatches beyond{};     // skin that is not solved, by its incident pressure
+  TransducerArray array{};  // in the frame of `beyond`
 
   /// w_Z A of the quiet faces, 0 of the target's and of those that are no skin, M.
   Eigen::VectorXd face_weights(const Eigen::VectorXd& areas, const Target& target, double quiet_weight) const;

@@ -21,9 +21,12 @@ struct Spectrum {
 
 Spectrum spectrum_of(const HermitianEigen& eigen, double tolerance) {
   Spectrum spectrum{eigen.values.cwiseMax(0.0), 0, 0.0};
+  if (spectrum.values.size() == 0) {
+    return spectrum;  // of an array that is all dead
+  }
   const double least = tolerance * tolerance * spectrum.values.tail(1).sum();
-  const auto dropped = static_cast<Eigen::Index>(std::count_if(
-      spectrum.values.begin(), spectrum.values.end(), [&](double value) { return value <= least; }));
+  const auto dropped = static_cast<Eigen::Index>(
+      std::count_if(spectrum.values.begin(), spectrum.values.end(), [&](double value) { return value <= least; }));
   spectrum.rank = spectrum.values.size() - dropped;
   spectrum.dropped = spectrum.values.head(dropped).sum();
   return spectrum;

@@ -103,7 +103,7 @@ TEST(SourceValues, FollowTheDirectivityThroughAllAngles) {
       const Vector3 point(std::sin(theta), 0.0, std::cos(theta));
       std::complex<double> value;
       source_loops(level).exact(wave, point.data(), nullptr, {&zero, &zero, &zero, &zero, &zero, &one, &one}, 1,
-                         reinterpret_cast<double*>(&value));
+                                reinterpret_cast<double*>(&value));
       // A rounding of the cosine is one of 1 / sin(theta) as much of the angle.
       EXPECT_NEAR(std::abs(value), directivity.at(theta).value, 1e-15 + 1e-15 / std::sin(theta)) << theta;
     }
@@ -122,8 +122,8 @@ TEST(SourceValues, SinglePrecisionIsNearDouble) {
       for (const int count : kCounts) {
         const Scene scene(count, directivity, static_cast<unsigned>(count));
         std::array<std::vector<float>, 7> parts;
-        const std::array<const std::vector<double>*, 7> whole = {&scene.x,      &scene.y,      &scene.z,        &scene.axis_x,
-                                                                 &scene.axis_y, &scene.axis_z, &scene.amplitude};
+        const std::array<const std::vector<double>*, 7> whole = {
+            &scene.x, &scene.y, &scene.z, &scene.axis_x, &scene.axis_y, &scene.axis_z, &scene.amplitude};
         for (std::size_t i = 0; i < parts.size(); ++i) {
           parts[i].assign(whole[i]->begin(), whole[i]->end());
         }
@@ -161,13 +161,17 @@ TEST(SourceValues, AreWhatIncidentPressureSums) {
   const Eigen::MatrixXcd drive = Eigen::MatrixXcd::Random(array.size(), 3);
   const Eigen::MatrixXcd g = incident_matrix(array, wave, points);
   EXPECT_LT((incident_pressure(array, wave, points, drive) - g * drive).norm(), 1e-13 * (g * drive).norm());
-  EXPECT_LT((incident_matrix_single(array, wave, points).cast<Complex>() - g).cwiseAbs().maxCoeff(), 1e-4 * g.cwiseAbs().maxCoeff());
+  EXPECT_LT((incident_matrix_single(array, wave, points).cast<Complex>() - g).cwiseAbs().maxCoeff(),
+            1e-4 * g.cwiseAbs().maxCoeff());
   const Points up = Points::Zero(3, points.cols()).colwise() + Vector3(0.6, 0.0, 0.8);
   const Eigen::MatrixXcd slope = incident_derivative_matrix(array, wave, points, up);
-  EXPECT_LT((incident_derivative_matrix_single(array, wave, points, up).cast<Complex>() - slope).cwiseAbs().maxCoeff(), 1e-4 * slope.cwiseAbs().maxCoeff());
-  const TransducerArray piston = make_array(grid_layout(7, 5, 0.01), Directivity::piston(wave.k(), 4.5e-3), 0.5, kAutd3SourceStrength);
+  EXPECT_LT((incident_derivative_matrix_single(array, wave, points, up).cast<Complex>() - slope).cwiseAbs().maxCoeff(),
+            1e-4 * slope.cwiseAbs().maxCoeff());
+  const TransducerArray piston =
+      make_array(grid_layout(7, 5, 0.01), Directivity::piston(wave.k(), 4.5e-3), 0.5, kAutd3SourceStrength);
   const Eigen::MatrixXcd one_by_one = incident_matrix(piston, wave, points);  // by no loop
-  EXPECT_LT((incident_matrix_single(piston, wave, points).cast<Complex>() - one_by_one).norm(), 1e-6 * one_by_one.norm());
+  EXPECT_LT((incident_matrix_single(piston, wave, points).cast<Complex>() - one_by_one).norm(),
+            1e-6 * one_by_one.norm());
   for (Eigen::Index j = 0; j < points.cols(); ++j) {
     for (Eigen::Index n = 0; n < array.size(); ++n) {
       const Vector3 offset = points.col(j) - array.positions.col(n);

@@ -16,8 +16,8 @@ TEST(Check, ForetellsTheFacesOfTheJudge) {
   for (const char* judge : {"same", "{split: 1}", "{edge_mm: 1.5}", "{edge_mm: 1.5, whole: auto}"}) {
     for (const char* beyond : {"incident", "nothing"}) {
       SCOPED_TRACE(std::string(judge) + ", " + beyond);
-      const Model model = small_model({"body.keep_within_mm=11", std::string("body.beyond=") + beyond,
-                                       std::string("judge=") + judge});
+      const Model model =
+          small_model({"body.keep_within_mm=11", std::string("body.beyond=") + beyond, std::string("judge=") + judge});
       if (!judged_elsewhere(model)) {
         EXPECT_EQ(check_model(model).judge_faces, 0);
         continue;

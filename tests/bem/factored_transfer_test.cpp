@@ -22,7 +22,7 @@ class FactoredTransferOf : public ::testing::TestWithParam<Scheme> {};
 INSTANTIATE_TEST_SUITE_P(EveryScheme, FactoredTransferOf, ::testing::ValuesIn(all_schemes()),
                          [](const auto& info) { return to_string(info.param); });
 
-// Single precision: 6e-8 of some hundred terms, times a condition below 100.
+// Single precision: k r of 150 is known to 1e-5, times what a condition below 100 makes of it.
 TEST_P(FactoredTransferOf, MultipliesByTheTransferMatrixOfTheDoubleSolver) {
   const ScatteringSystem system(icosphere(7e-3, 3), {air(293.15), 40e3}, GetParam());
   const DenseLu lu(system.dense());
@@ -37,8 +37,8 @@ TEST_P(FactoredTransferOf, MultipliesByTheTransferMatrixOfTheDoubleSolver) {
     const Eigen::VectorXcd v = Eigen::VectorXcd::Random(system.faces());
     const Eigen::VectorXcd p = h * q;
     const Eigen::VectorXcd back = h.adjoint() * v;
-    EXPECT_LT((factored.pressure(q.cast<std::complex<float>>()).cast<Complex>() - p).norm(), 1e-5 * p.norm());
-    EXPECT_LT((factored.sent_back(v.cast<std::complex<float>>()).cast<Complex>() - back).norm(), 1e-5 * back.norm());
+    EXPECT_LT((factored.pressure(q.cast<std::complex<float>>()).cast<Complex>() - p).norm(), 1e-4 * p.norm());
+    EXPECT_LT((factored.sent_back(v.cast<std::complex<float>>()).cast<Complex>() - back).norm(), 1e-4 * back.norm());
   }
 }
 

@@ -81,6 +81,18 @@ TEST(NoisySensor, GivesTheSameBitsInAnyOrder) {
   EXPECT_EQ(*third_is_fourth.sensor->sample(3, 0.1).state.skin, fourth);
 }
 
+TEST(NoisySensor, SkinBeyondIsSeenWithTheSameNoise) {
+  const SensedMotion sensed = sensed_motion(noisy_scene({"body.keep_within_mm=16"}));
+  const Seen seen = sensed.sensor->sample(2, 0.1);
+  const Model truth = sensed.truth->at(sensed.truth->state(0.1));
+  ASSERT_FALSE(truth.beyond.empty());
+  const Model model = sensed.solved().at(seen.state);
+  EXPECT_EQ(model.beyond.corners, *seen.state.patches);
+  const Eigen::VectorXd off = (model.beyond.centres() - truth.beyond.centres()).colwise().norm();
+  EXPECT_GT(off.mean(), 0.1e-3);
+  EXPECT_LT(off.maxCoeff(), 1.5e-3);
+}
+
 TEST(NoisySensor, TheBoxStandsOnTheSkinThatIsSeen) {
   const SensedMotion sensed = sensed_motion(noisy_scene());
   const Seen seen = sensed.sensor->sample(2, 0.1);

@@ -8,6 +8,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/mesh/query/face_tree.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/moving_model.h"
@@ -30,9 +31,10 @@ const std::string kBendingFinger =
     "  place: {landmark: index_pad, at_mm: [0, 0, 120]}\n"
     "  edge_mm: {near_target: 2.5, far: 5, within_mm: 8}\n"
     "  keep_within_mm: 35\n"
+    "  beyond: nothing\n"
     "target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}\n"
     "solve: {methods: [surface], scheme: chief}\n"
-    "judge: {scheme: chief, edge_mm: {near_target: 1.8, far: 4, within_mm: 8}, whole: false}\n"
+    "judge: {scheme: chief, edge_mm: {near_target: 1.8, far: 4, within_mm: 8}}\n"
     "motion:\n"
     "  seconds: 0.5\n"
     "  solve_ms: 20\n"
@@ -66,6 +68,29 @@ TEST(MovingHand, JudgeAndSolverSeeTheSameSkin) {
     }
     EXPECT_TRUE(presses(model, judge->mesh));
   }
+}
+
+TEST(MovingHand, SkinBeyondMovesWithTheHand) {
+  const MovingModel moving(
+      scene_from(kBendingFinger, {"body.beyond=incident",
+                                  "motion.change=[{path: body.hand.joints.index.mcp_deg, keys: [[0, 0], [0.5, 20]]}, "
+                                  "{path: 'body.place.at_mm[0]', rate: 20}]"}));
+  const Model begin = moving.at(moving.state(0.0));
+  EXPECT_EQ(begin.beyond.size(), moving.first().beyond.size());
+  EXPECT_LT((begin.beyond.corners - moving.first().beyond.corners).cwiseAbs().maxCoeff(), 1e-9);
+  const MotionState state = moving.state(0.5);
+  const Model end = moving.at(state);
+  EXPECT_EQ(end.beyond.areas, begin.beyond.areas);
+  // The judge has the whole hand, finer than the mesh that the patches lie on: chords of 5 mm on a radius of 8 are 0.4 mm off.
+  const FaceTree skin(moving.judge_mesh(end, state)->mesh);
+  const Points centres = end.beyond.centres();
+  double farthest = 0;
+  for (const auto& x : centres.colwise()) {
+    farthest = std::max(farthest, skin.nearest(x).distance);
+  }
+  EXPECT_LT(farthest, 1.2 * kMillimetre);
+  EXPECT_GT((centres - begin.beyond.centres()).colwise().norm().maxCoeff(), 12 * kMillimetre);
+  EXPECT_GT((centres - begin.beyond.centres()).colwise().norm().minCoeff(), 3 * kMillimetre);
 }
 
 TEST(MovingHand, FramesFollowABendingFinger) {

@@ -4,8 +4,8 @@
 
 #include <gmock/gmock.h>
 
-#include "sim/core/progress.h"
 #include "sim/core/errors.h"
+#include "sim/core/progress.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/solve/methods.h"
 #include "sim/solve/solve_model.h"
@@ -15,8 +15,8 @@ namespace touchfield {
 namespace {
 
 using support::small_model;
-using testing::ElementsAre;
 using testing::Each;
+using testing::ElementsAre;
 using testing::HasSubstr;
 
 const std::vector<std::string> kLong = {"body.capsule.length_mm=60", "body.place.at_mm=[0, 20, 50]"};
@@ -56,14 +56,17 @@ TEST(BeyondSkin, PartAndPatchesTogetherAreTheSkin) {
 TEST(BeyondSkin, PatchesAreTwiceAsManyAsWhatReachesThem) {
   const Model model = long_model({"body.keep_within_mm=14", "array={autd3: {layout: [1, 2]}}"});
   const SkinPatches& beyond = model.beyond;
-  const double drives = expected_drives(beyond.centres(), beyond.normals(), beyond.areas, model.array, model.wave.wavelength());
+  const double drives =
+      expected_drives(beyond.centres(), beyond.normals(), beyond.areas, model.array, model.wave.wavelength());
   EXPECT_GT(static_cast<double>(beyond.size()), 1.8 * drives);
 }
 
 TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
   const std::string two =
-      "bodies=[{name: one, capsule: {radius_mm: 6, length_mm: 10}, edge_mm: 2.5, place: {landmark: bottom, at_mm: [0, 0, "
-      "50]}, keep_within_mm: 30}, {name: other, sphere: {radius_mm: 8}, edge_mm: 2.5, keep_within_mm: 30, place: {at_mm: [70, 0, 60]}}]";
+      "bodies=[{name: one, capsule: {radius_mm: 6, length_mm: 10}, edge_mm: 2.5, place: {landmark: bottom, at_mm: [0, "
+      "0, "
+      "50]}, keep_within_mm: 30}, {name: other, sphere: {radius_mm: 8}, edge_mm: 2.5, keep_within_mm: 30, place: "
+      "{at_mm: [70, 0, 60]}}]";
   const std::string target = "target.box={at: one.bottom, size_mm: [6, 12, 5]}";
   const Model model = small_model({two, "body=null", target});
   EXPECT_THAT(model.owner, Each(0));
@@ -75,7 +78,11 @@ TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
   const JudgeMesh judge = build_judge_mesh(model);
   EXPECT_THAT(judge.owner, testing::Contains(1));
   // It has to be there where it is pressed on, or where nothing may lie beyond.
-  EXPECT_THROW(small_model({two, "body=null", "target.boxes=[{at: one.bottom, size_mm: [6, 12, 5]}, {at: other.bottom, size_mm: [6, 6, 5]}]", "target.box=null"}), InputError);
+  EXPECT_THROW(
+      small_model({two, "body=null",
+                   "target.boxes=[{at: one.bottom, size_mm: [6, 12, 5]}, {at: other.bottom, size_mm: [6, 6, 5]}]",
+                   "target.box=null"}),
+      InputError);
   EXPECT_THROW(small_model({two, "body=null", target, "bodies.1.beyond=nothing"}), InputError);
 }
 
@@ -91,7 +98,9 @@ TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
     quiet.faces.setOnes(mesh.face_count());
     const SkinPatches all = pieces_of(mesh, 1.0, 0);
     ASSERT_EQ(all.size(), mesh.face_count());
-    const auto is_far = [&](Eigen::Index f) { return (mesh.centroids().col(f) - Vector3(0, 20e-3, 50e-3)).norm() > 15e-3; };
+    const auto is_far = [&](Eigen::Index f) {
+      return (mesh.centroids().col(f) - Vector3(0, 20e-3, 50e-3)).norm() > 15e-3;
+    };
     for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
       quiet.faces(f) = is_far(f) ? 0.0 : 1.0;
     }
@@ -116,7 +125,8 @@ TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
 
 /// The skin beyond is minded: with it the whole body gets a better pattern than without.
 TEST(BeyondSkin, PhasesMindTheSkinThatIsNotSolved) {
-  const std::vector<std::string> changes = {"array.grid.count=[16, 16]", "body.keep_within_mm=14", "target.pressure_pa=1500",
+  const std::vector<std::string> changes = {"array.grid.count=[16, 16]", "body.keep_within_mm=14",
+                                            "target.pressure_pa=1500",
                                             "solve.methods=[surface, {paper: {faces: area}}]", "judge={edge_mm: 2.2}"};
   const auto errors = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all = changes;
@@ -138,7 +148,10 @@ TEST(BeyondSkin, PatchesAreSeenAsTheSkinIs) {
   const Model truth = long_model(kept);
   const Model moved = long_model({kept[0], "sensing={noise_mm_rms: 0, offset_mm: [0.5, -0.6, 0.7]}"});
   ASSERT_EQ(moved.beyond.size(), truth.beyond.size());
-  EXPECT_LT((moved.beyond.corners - (truth.beyond.corners.colwise() + Vector3(0.5e-3, -0.6e-3, 0.7e-3))).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((moved.beyond.corners - (truth.beyond.corners.colwise() + Vector3(0.5e-3, -0.6e-3, 0.7e-3)))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-12);
   const Model noisy = long_model({kept[0], "sensing={noise_mm_rms: 0.3, correlation_mm: 5, seed: 2}"});
   const Points shift = noisy.beyond.centres() - truth.beyond.centres();
   const Eigen::VectorXd along = shift.cwiseProduct(truth.beyond.normals()).colwise().sum();

@@ -96,7 +96,9 @@ TEST(ModelRemarks, APatternJudgedWhereItWasFoundIsNoted) {
 
 TEST(ModelRemarks, SkinBeyondIsNotedAndAPartIsNamed) {
   const std::string kept = "body.keep_within_mm=11";
-  const auto beyond = [](const char* end) { return MatchesRegex(std::string("beyond: .* within 11 mm .* [0-9]+ points") + end + ". Version .*"); };
+  const auto beyond = [](const char* end) {
+    return MatchesRegex(std::string("beyond: .* within 11 mm .* [0-9]+ points") + end + ". Version .*");
+  };
   EXPECT_THAT(notes_of({kept, kFinerJudge}), ElementsAre(beyond(", and the judge has all of it")));
   EXPECT_THAT(notes_of({kept, "judge=same"}), ElementsAre(beyond(", and the judge has all of it")));
   EXPECT_THAT(notes_of({kept, "judge=none"}),
@@ -117,10 +119,13 @@ TEST(ModelRemarks, AKeyOutOfUseIsNamed) {
 
 TEST(ModelRemarks, ABodyBetweenTheArrayAndTheSkinBeyondIsNamed) {
   const auto warned = [](double height) {
-    return warnings_of({fmt::format("bodies=[{{name: pressed, capsule: {{radius_mm: 6, length_mm: 60}}, edge_mm: 2.5, keep_within_mm: 15, "
-                                    "place: {{landmark: bottom, at_mm: [0, 0, 60]}}}}, "
-                                    "{{name: other, box: {{size_mm: [40, 20, 8]}}, edge_mm: 2.5, place: {{at_mm: [0, 25, {}]}}}}]", height),
-                        "body=null", "target.box={at: pressed.bottom, size_mm: [6, 12, 5]}"});
+    return warnings_of(
+        {fmt::format(
+             "bodies=[{{name: pressed, capsule: {{radius_mm: 6, length_mm: 60}}, edge_mm: 2.5, keep_within_mm: 15, "
+             "place: {{landmark: bottom, at_mm: [0, 0, 60]}}}}, "
+             "{{name: other, box: {{size_mm: [40, 20, 8]}}, edge_mm: 2.5, place: {{at_mm: [0, 25, {}]}}}}]",
+             height),
+         "body=null", "target.box={at: pressed.bottom, size_mm: [6, 12, 5]}"});
   };
   EXPECT_THAT(warned(45), ElementsAre(StartsWith("shadowed_skin: ")));
   EXPECT_THAT(warned(90), IsEmpty());

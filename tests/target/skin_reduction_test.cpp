@@ -59,8 +59,8 @@ Eigen::VectorXd quiet_of(const Skin& skin, double quiet_weight) {
 TEST(SkinReduction, KeepsTheCost) {
   const Skin skin = make_skin(80, 30);
   for (const double weight : {1.0, 0.1}) {
-    const SkinReduction reduction =
-        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, weight), 1e-9);
+    const SkinReduction reduction = reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target,
+                                                         quiet_of(skin, weight), 1e-9);
     for (int i = 0; i < 5; ++i) {
       const VectorXcd q = VectorXcd::Random(30);
       const double expected = cost_of(skin, weight, q);
@@ -72,7 +72,8 @@ TEST(SkinReduction, KeepsTheCost) {
 TEST(SkinReduction, QuietRowsAreOrthogonalTheStrongestFirst) {
   const Skin skin = make_skin(80, 30);
   const MatrixXcd quiet =
-      reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-3).problem.quiet;
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-3)
+          .problem.quiet;
   const MatrixXcd mutual = quiet * quiet.adjoint();
   EXPECT_LT((mutual - MatrixXcd(mutual.diagonal().asDiagonal())).norm(), 1e-12 * mutual.norm());
   for (Eigen::Index i = 1; i < quiet.rows(); ++i) {
@@ -83,8 +84,8 @@ TEST(SkinReduction, QuietRowsAreOrthogonalTheStrongestFirst) {
 TEST(SkinReduction, LeavesOutWhatItSays) {
   const Skin skin = make_skin(80, 30);
   for (const double tolerance : {1e-1, 1e-2, 1e-3}) {
-    const SkinReduction reduction =
-        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), tolerance);
+    const SkinReduction reduction = reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target,
+                                                         quiet_of(skin, 1.0), tolerance);
     Eigen::VectorXd quiet = skin.areas;
     quiet(skin.target.faces).setZero();
     const double all = (quiet.cwiseSqrt().asDiagonal() * skin.h).squaredNorm();
@@ -123,10 +124,11 @@ TEST(SkinReduction, RowsThatAreAddedKeepTheCost) {
   const Skin skin = make_skin(80, 30);
   for (const Index count : {4, 60}) {  // fewer rows than channels in all, and more
     const MatrixXcd rows = MatrixXcd::Random(count, 30);
-    SkinReduction reduction = reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target,
-                                                   quiet_of(skin, 1.0), 1e-2);
+    SkinReduction reduction =
+        reduced_skin_problem(skin.h, MatrixXcd::Identity(30, 30), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-2);
     const MatrixXcd before = reduction.problem.quiet;
-    const double dropped = std::pow(reduction.left_out, 2) / (1 - std::pow(reduction.left_out, 2)) * before.squaredNorm();
+    const double dropped =
+        std::pow(reduction.left_out, 2) / (1 - std::pow(reduction.left_out, 2)) * before.squaredNorm();
     add_quiet_rows(rows, 1e-9, reduction);
     const MatrixXcd& quiet = reduction.problem.quiet;
     EXPECT_LE(quiet.rows(), std::min<Index>(30, before.rows() + count));
@@ -142,8 +144,9 @@ TEST(SkinReduction, RowsThatAreAddedKeepTheCost) {
 
 TEST(SkinReduction, RefusesSizesThatDoNotFit) {
   const Skin skin = make_skin(20, 10);
-  EXPECT_THROW(reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 9), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-4),
-               std::invalid_argument);
+  EXPECT_THROW(
+      reduced_skin_problem(skin.h, MatrixXcd::Identity(10, 9), skin.areas, skin.target, quiet_of(skin, 1.0), 1e-4),
+      std::invalid_argument);
 }
 
 }  // namespace

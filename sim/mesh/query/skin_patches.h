@@ -9,10 +9,10 @@ namespace touchfield {
 
 /// Small flat triangles of skin, each of which stands for the skin round it.
 struct SkinPatches {
-  Points corners{3, 0};       // 3 x 3 J [m]: those of patch j are the columns 3 j to 3 j + 2
-  Eigen::VectorXd areas{};    // J: of the skin that a patch stands for [m2]
-  Eigen::VectorXd faces{};    // J: how many faces of its mesh it stands for
-  std::vector<int> owner{};   // J: number of the body that it is of, ascending
+  Points corners{3, 0};      // 3 x 3 J [m]: those of patch j are the columns 3 j to 3 j + 2
+  Eigen::VectorXd areas{};   // J: of the skin that a patch stands for [m2]
+  Eigen::VectorXd faces{};   // J: how many faces of its mesh it stands for
+  std::vector<int> owner{};  // J: number of the body that it is of, ascending
 
   Eigen::Index size() const { return areas.size(); }
   bool empty() const { return size() == 0; }
