@@ -260,7 +260,7 @@ class Player {
                   .array = solved.first().array,
                   .mesh = solved.at(solved.state(0)).body.mesh,
                   .solved_skin = solved_extent(solved.first()),
-                  .judged_skin = judged_extent(sensed_.truth->first())};
+                  .judged_skin = judged_extent(sensed_.truth ? sensed_.truth->first() : solved.first())};
     motion.notes = options_.notes;
     motion.provenance = provenance_now(options_.threads, used_seeds(scene), options_.command_line, text_hash(text));
     return motion;

@@ -18,7 +18,7 @@ using Index = Eigen::Index;
 
 constexpr double kPiece = 0.25;    // longest edge of what patches are chosen from [wavelengths]
 constexpr double kApart = 0.9;     // of patches [wavelengths]
-constexpr double kPerDrive = 1.2;  // patches, at least
+constexpr double kPerDrive = 2.0;  // patches, at least
 
 /// The faces of a body that are solved as its skin; none if it lies beyond as a whole.
 Triangles solved_skin(const PlacedBodies& bodies, int body) {
