@@ -74,6 +74,8 @@ void add_hand_command(CLI::App& app, Invocation& invocation) {
   add_number(command, "--edge-mm", hand->options.edge,
              schema::between(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre), "Edge length [mm]",
              kMillimetre);
+  add_number(command, "--forearm-mm", hand->options.forearm, schema::between(0, kMostForearm / kMillimetre),
+             "Length of forearm beyond the hand's own skin [mm]", kMillimetre);
   command->add_option("--unit", hand->unit, "Unit of the file: mm (default), cm or m")
       ->check(one_of({"mm", "cm", "m"}));
   finish_command(command, invocation, [hand](const Invocation& invoked) { return hand_command(*hand, invoked.flags); });

@@ -67,7 +67,8 @@ SkinMesh mesh_of_file(const std::string& file, const std::optional<double>& unit
   return {shared(std::move(mesh))};
 }
 
-SkinMesh hand_mesh(const std::string& pose, double edge, double breadth, double length, const std::string& side) {
+SkinMesh hand_mesh(const std::string& pose, double edge, double breadth, double length, const std::string& side,
+                   double forearm) {
   if (side != "right" && side != "left") {
     throw InputError(fmt::format("hand: side = '{}' must be right or left", side));
   }
@@ -76,6 +77,7 @@ SkinMesh hand_mesh(const std::string& pose, double edge, double breadth, double 
   options.edge = edge;
   options.breadth = breadth;
   options.length = length;
+  options.forearm = forearm;
   options.side = side == "right" ? HandSide::kRight : HandSide::kLeft;
   return computed(0, [options](Progress&) { return skin_mesh(hand(options)); });
 }
@@ -149,8 +151,9 @@ void add_shapes(nb::module_& module) {
   module.def("hand", &hand_mesh, nb::arg("pose") = HandOptions{}.pose, nb::kw_only(),
              nb::arg("edge") = HandOptions{}.edge, nb::arg("breadth") = HandOptions{}.breadth,
              nb::arg("length") = HandOptions{}.length, nb::arg("side") = "right",
+             nb::arg("forearm") = HandOptions{}.forearm,
              "The built-in hand in its own frame [m]: the wrist at the origin, y to the fingertips, z out of its back; "
-             "a right hand's thumb is at negative x.");
+             "a right hand's thumb is at negative x. A forearm continues its skin by that length.");
   module.def(
       "sphere",
       [](double radius, double edge) {

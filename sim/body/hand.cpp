@@ -29,8 +29,8 @@ void require_within(const char* field, double value, double least, double most) 
 
 /// A left hand: bones and flesh.
 struct Anatomy {
-  Anatomy(const HandPose& pose, double length, double breadth)
-      : skeleton(posed_skeleton(pose, length, breadth)), flesh(hand_flesh(skeleton)) {}
+  Anatomy(const HandPose& pose, double length, double breadth, double forearm)
+      : skeleton(posed_skeleton(pose, length, breadth)), flesh(hand_flesh(skeleton, forearm)) {}
 
   HandSkeleton skeleton;
   SoftBody flesh;
@@ -41,17 +41,18 @@ std::shared_ptr<const Anatomy> anatomy_of(const HandOptions& options) {
   const HandPose pose = hand_pose(options.pose, options.joints);
   require_within("breadth", options.breadth, 0.05, 0.15);
   require_within("length", options.length, 0.12, 0.26);
-  using Key = std::tuple<JointAngles, double, double>;
+  require_within("forearm", options.forearm, 0.0, kMostForearm);
+  using Key = std::tuple<JointAngles, double, double, double>;
   static std::mutex mutex;
   static std::pair<Key, std::shared_ptr<const Anatomy>> last;
-  const Key key(joint_angles(pose), options.length, options.breadth);
+  const Key key(joint_angles(pose), options.length, options.breadth, options.forearm);
   {
     const std::lock_guard lock(mutex);
     if (last.second && last.first == key) {
       return last.second;
     }
   }
-  auto made = std::make_shared<const Anatomy>(pose, options.length, options.breadth);
+  auto made = std::make_shared<const Anatomy>(pose, options.length, options.breadth, options.forearm);
   const std::lock_guard lock(mutex);
   last = {key, made};
   return made;
@@ -80,15 +81,36 @@ Body mirrored(const Body& body) {
   return {TriangleMesh(std::move(vertices), std::move(triangles)), std::move(landmarks)};
 }
 
+/// The same with edges half as long where faces cut each other.
+EdgeSizing shorter_at(const EdgeSizing& sizing, const TriangleMesh& mesh,
+                      const std::vector<std::pair<Eigen::Index, Eigen::Index>>& cuts) {
+  std::vector<SizingZone> zones = sizing.zones();
+  for (const auto& [face, other] : cuts) {
+    const Vector3 at = mesh.centroids().col(face);
+    const double edge = sizing.at(at);
+    zones.push_back({at, 0.5 * edge, edge});
+  }
+  return EdgeSizing(sizing.far(), std::move(zones), sizing.growth());
+}
+
 /// Parts that touch merge, but an edge that is long against a fold may still draw one side of it through the other.
-void require_no_cut(const TriangleMesh& mesh) {
-  const auto pairs = self_intersections(mesh, 1);
-  if (!pairs.empty()) {
-    throw InputError(fmt::format(
-        "hand: the skin cuts itself near {} of the hand's own frame, in a fold that these edges are too long "
-        "for: ask for shorter edges, or for joint angles that keep the parts there apart or press them "
-        "together",
-        place_text(mesh.centroids().col(pairs.front().first))));
+TriangleMesh mesh_without_cuts(const SoftBody& flesh, EdgeSizing sizing, HandSide side) {
+  constexpr int kMostTries = 4;
+  for (int tries = 1;; ++tries) {
+    TriangleMesh mesh = skin_mesh(flesh, sizing, kHandGrid);
+    const auto cuts = self_intersections(mesh);
+    if (cuts.empty()) {
+      return mesh;
+    }
+    if (tries == kMostTries) {
+      const Vector3 left = mesh.centroids().col(cuts.front().first);
+      throw InputError(fmt::format(
+          "hand: the skin cuts itself near {} of the hand's own frame, in a fold that these edges are too long "
+          "for: ask for shorter edges, or for joint angles that keep the parts there apart or press them "
+          "together",
+          place_text(side == HandSide::kLeft ? left : mirrored(left))));
+    }
+    sizing = shorter_at(sizing, mesh, cuts);
   }
 }
 
@@ -98,9 +120,7 @@ Body finished(const HandOptions& options, const Anatomy& anatomy, TriangleMesh m
     landmarks.push_back(nearest_landmark(mesh, name, landmark_on_skin(anatomy.skeleton, anatomy.flesh, name)));
   }
   Body left{std::move(mesh), std::move(landmarks)};
-  Body body = options.side == HandSide::kLeft ? std::move(left) : mirrored(left);
-  require_no_cut(body.mesh);
-  return body;
+  return options.side == HandSide::kLeft ? std::move(left) : mirrored(left);
 }
 
 }  // namespace
@@ -122,8 +142,9 @@ Body hand(const HandOptions& options, const EdgeSizing& sizing) {
   require_within("sizing.finest", sizing.finest(), kLeastHandEdge, kMostHandEdge);
   require_within("sizing.far", sizing.far(), kLeastHandEdge, kMostHandEdge);
   const auto anatomy = anatomy_of(options);
-  return finished(options, *anatomy,
-                  skin_mesh(anatomy->flesh, options.side == HandSide::kLeft ? sizing : mirrored(sizing), kHandGrid));
+  return finished(
+      options, *anatomy,
+      mesh_without_cuts(anatomy->flesh, options.side == HandSide::kLeft ? sizing : mirrored(sizing), options.side));
 }
 
 Vector3 hand_landmark(const HandOptions& options, const std::string& name) {

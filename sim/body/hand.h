@@ -53,10 +53,12 @@ struct HandOptions {
   HandSide side = HandSide::kRight;
   double edge = 3e-3;   // wanted edge length of a uniform mesh [m]; kLeastHandEdge to kMostHandEdge
   HandJoints joints{};  // joints turned away from the pose
+  double forearm = 0;   // how far the skin goes on towards the elbow beyond the hand's own end [m]; 0 to kMostForearm
 };
 
 inline constexpr double kLeastHandEdge = 0.4e-3;  // [m]
-inline constexpr double kMostHandEdge = 8e-3;     // [m]
+inline constexpr double kMostHandEdge = 12e-3;    // [m]
+inline constexpr double kMostForearm = 0.3;       // [m]
 
 /// Names of the poses that hand() knows: flat; index_up (index finger straight, the others curled, the thumb over
 /// them); grasp (a box of 55 mm between the pads of the thumb and the fingers); point_down (index_up with the index
@@ -66,8 +68,10 @@ std::vector<std::string> hand_poses();
 /// A closed, manifold, outwardly oriented hand in its own frame: origin at the wrist joint, y to the fingertips, z out of
 /// the back of the hand, x to the right as one sees it palm down with the fingers away. So a right hand's thumb is at
 /// negative x, that of a left hand, the mirror image in x, at positive x. The crease of the wrist, from which the length
-/// counts, lies 0.073 lengths behind the wrist joint, the end of the skin 20 mm.
-/// Parts that touch, or that are nearer than 2.6 mm, merge.
+/// counts, lies 0.073 lengths behind the wrist joint, the hand's own end 20 mm; a forearm ends `forearm` behind that.
+/// Parts that touch, or that are nearer than 2.6 mm, merge. Edges above 5 mm are at most 0.45 of the flesh's
+/// thickness and of a cleft's width (skin_mesh.h).
+/// Where the skin cuts itself in a fold it is meshed again with edges half as long about the place, up to three times.
 ///
 /// sizing      wanted edge length by place in the hand's own frame, kLeastHandEdge to kMostHandEdge; without it, uniform
 /// landmarks   thumb_pad, index_pad, middle_pad, ring_pad, little_pad (middle of the distal segment, palm side),
@@ -75,7 +79,9 @@ std::vector<std::string> hand_poses();
 ///             tip pressed into other flesh lies on the skin nearest to it
 /// accuracy    mean edge of a uniform mesh within 3 % of the wanted one from 2 mm on, 5 % below; area and volume of the
 ///             default hand in pose flat 445 cm2 and 343 cm3 (published: 425 and 340), the same at every edge up to
-///             3 mm within 0.5 %; finger thickness within 10 % of the published means
+///             3 mm within 0.5 %; finger thickness within 10 % of the published means. With far edges up to 12 mm
+///             the volume is within 1.5 % of that of a fine mesh and a finger's within 6 %; the skin is within 6 mm of the
+///             fine one's
 /// throws      InputError on an unknown pose, a value or an angle out of range, or if the skin cuts itself: the edges
 ///             are too long for a fold that the angles make
 /// source      Buryanov & Kotiuk 2010 (bones); ANSUR II (length and breadth)

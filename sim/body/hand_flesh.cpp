@@ -1,6 +1,9 @@
 #include "sim/body/hand_flesh.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -10,7 +13,12 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kStub = 20e-3;  // [m], of forearm behind the wrist joint
+constexpr double kStub = 20e-3;      // [m], from the wrist joint to the end of the hand's own skin
+constexpr double kBeyondCut = 6e-3;  // [m], of flesh behind an end that is cut off
+// The wrist's section: the hull of two circles, shares of the breadth.
+constexpr double kWristRadius = 0.20;
+constexpr double kWristAside = 0.13;
+constexpr double kWristHeight = -0.02;
 
 Plate plate(const Vector3& a, const Vector3& b, const Vector3& c, double radius_a, double radius_b, double radius_c) {
   Plate result;
@@ -47,9 +55,9 @@ SoftPart palm_flesh(const HandSkeleton& hand) {
   add_quad(part, {carpus_middle, heads[1], heads[2], carpus_little}, {carpus, head_radii[1], head_radii[2], carpus});
   part.plates.push_back(plate(carpus_little, heads[2], heads[3], carpus, head_radii[2], head_radii[3]));
   // Wrist and forearm; the cut of the body ends them.
-  const double wrist = 0.20 * b;
-  const Vector3 wrist_thumb(0.13 * b, -0.03 * l, -0.02 * b);
-  const Vector3 wrist_little(-0.13 * b, -0.03 * l, -0.02 * b);
+  const double wrist = kWristRadius * b;
+  const Vector3 wrist_thumb(kWristAside * b, -0.03 * l, kWristHeight * b);
+  const Vector3 wrist_little(-kWristAside * b, -0.03 * l, kWristHeight * b);
   const Vector3 elbow(0, -1.3 * kStub, 0);
   add_quad(part, {carpus_thumb, wrist_thumb, wrist_little, carpus_little}, {carpus, wrist, wrist, carpus});
   add_quad(part, {wrist_thumb, wrist_thumb + elbow, wrist_little + elbow, wrist_little}, {wrist, wrist, wrist, wrist});
@@ -147,9 +155,56 @@ SoftPart web(const BoneChain& one, const BoneChain& other, const HandSkeleton& h
   return part;
 }
 
+/// Half the section of a forearm: the hull of two circles of this radius, their centres this far from the middle.
+struct ForearmSection {
+  double radius;
+  double aside;
+};
+
+double smooth_step(double t) { return t * t * (3.0 - 2.0 * t); }
+
+/// behind   the wrist joint [m], kStub at least
+ForearmSection forearm_section(const HandSkeleton& hand, double behind) {
+  constexpr double kElbow = 1.36;       // behind the wrist joint, share of the hand's length
+  constexpr double kWidest = 1.02;      // likewise
+  constexpr double kStartGirth = 1.83;  // over the hand's breadth; the wrist's, with what its plates bulge
+  constexpr double kMostGirth = 3.45;
+  constexpr double kElbowGirth = 0.93;                                         // of the greatest
+  constexpr double kStartRound = kWristRadius / (kWristRadius + kWristAside);  // thickness over width
+  constexpr double kMostRound = 0.86;
+  const double widest = kWidest * hand.length;
+  const double grown = smooth_step(std::clamp((behind - kStub) / (widest - kStub), 0.0, 1.0));
+  const double fallen = smooth_step(std::clamp((behind - widest) / (kElbow * hand.length - widest), 0.0, 1.0));
+  const double girth = std::lerp(kStartGirth, kMostGirth, grown) * std::lerp(1.0, kElbowGirth, fallen) * hand.breadth;
+  const double aside_over_radius = 1.0 / std::lerp(kStartRound, kMostRound, grown) - 1.0;
+  const double radius = girth / (2.0 * std::numbers::pi + 4.0 * aside_over_radius);
+  return {radius, radius * aside_over_radius};
+}
+
+/// Plates from station to station, radii linear between them. Neighbours agree where they meet, so that no blend is
+/// needed among them.
+SoftPart forearm_flesh(const HandSkeleton& hand, double forearm) {
+  constexpr double kStation = 8e-3;  // [m]
+  SoftPart part;
+  part.outward_blend = 0.05 * hand.breadth;
+  const auto at = [&](double behind, double side) {
+    return Vector3(side * forearm_section(hand, behind).aside, -behind, kWristHeight * hand.breadth);
+  };
+  const double end = kStub + forearm + kBeyondCut;
+  const int stations = static_cast<int>(std::ceil((end - kStub) / kStation));
+  for (int i = 0; i < stations; ++i) {
+    const double from = kStub + (end - kStub) * i / stations;
+    const double to = kStub + (end - kStub) * (i + 1) / stations;
+    const double r = forearm_section(hand, from).radius;
+    const double s = forearm_section(hand, to).radius;
+    add_quad(part, {at(from, 1), at(to, 1), at(to, -1), at(from, -1)}, {r, s, s, r});
+  }
+  return part;
+}
+
 }  // namespace
 
-SoftBody hand_flesh(const HandSkeleton& hand) {
+SoftBody hand_flesh(const HandSkeleton& hand, double forearm) {
   std::vector<SoftPart> parts = {palm_flesh(hand), thumb_ball(hand), phalanges(hand.thumb, 1, hand.breadth)};
   for (std::size_t i = 0; i < 4; ++i) {
     const BoneChain& finger = hand.fingers[i];
@@ -159,8 +214,13 @@ SoftBody hand_flesh(const HandSkeleton& hand) {
       parts.push_back(web(neighbour, finger, hand));
     }
   }
-  constexpr double kRim = 12e-3;  // [m]
-  return SoftBody(std::move(parts), SoftCut{{0, -kStub, 0}, {0, -1, 0}, kRim}, SoftFinish{kLeastHandGap, kHandGrid});
+  double rim = 12e-3;  // [m]
+  if (forearm > 0) {
+    parts.push_back(forearm_flesh(hand, forearm));
+    rim += 2.0 * (forearm_section(hand, kStub + forearm).radius - kWristRadius * hand.breadth);  // rounder where wider
+  }
+  return SoftBody(std::move(parts), SoftCut{{0, -kStub - forearm, 0}, {0, -1, 0}, rim},
+                  SoftFinish{kLeastHandGap, kHandGrid});
 }
 
 }  // namespace touchfield

@@ -92,16 +92,56 @@ Eigen::VectorXd heights_above(const SoftBody& body, const TriangleMesh& mesh) {
   return heights;
 }
 
+/// How far it is from a point of the skin through the body (side -1) or the air (1) to the next skin, `most` if that is
+/// farther.
+double room(const SoftBody& body, const Vector3& x, double side, double most) {
+  constexpr double kFirst = 0.1;       // of `most`
+  constexpr double kWide = 0.5;        // of `most`: the distance there from skin that is surely farther
+  constexpr double kStep = 0.7;        // of the distance: the function's slope may exceed 1
+  constexpr double kLeastStep = 0.03;  // of `most`
+  const Vector3 way = side * body.at(x).gradient.normalized();
+  if (side * body.distance(x + most * way) > kWide * most) {
+    return most;
+  }
+  double reach = kFirst * most;
+  while (reach < most) {
+    const double distance = side * body.distance(x + reach * way);
+    if (distance <= 0) {
+      return reach;
+    }
+    reach += std::max(kStep * distance, kLeastStep * most);
+  }
+  return most;
+}
+
+/// The edges asked for, none longer than the thickness of the body and the width of its clefts allow.
+Eigen::VectorXd possible_edges(const SoftBody& body, const EdgeSizing& sizing, const Points& points) {
+  Eigen::VectorXd edges = sizing.at(points);
+#pragma omp parallel for schedule(dynamic, 256)
+  for (Eigen::Index i = 0; i < points.cols(); ++i) {
+    for (const double side : {-1.0, 1.0}) {
+      if (edges(i) > kAlwaysPossible) {
+        const double enough = edges(i) / kOfRoom;
+        if (const double there = room(body, points.col(i), side, enough); there < enough) {
+          edges(i) = std::max(kOfRoom * there, kAlwaysPossible);
+        }
+      }
+    }
+  }
+  return edges;
+}
+
 }  // namespace
 
 TriangleMesh skin_mesh(const SoftBody& body, const EdgeSizing& sizing, double coarsest_grid) {
   constexpr int kRounds = 8;
   const Isosurface soup = without_cavities(extract(body, std::min(sizing.far(), coarsest_grid)));
-  const RemeshTarget target{[&](const Points& points) { return sizing.at(points); },
+  const RemeshTarget target{[&](const Points& points) { return possible_edges(body, sizing, points); },
                             [&](Points& points) { body.project(points, 0.5 * sizing.far()); }};
   const TriangleMesh mesh = remeshed(soup.points, soup.triangles, target, kRounds);
   constexpr double kMostLift = 0.1;  // of the wanted edge
-  return with_mean_height_zero(mesh, heights_above(body, mesh), kMostLift * sizing.at(mesh.vertices()));
+  return with_mean_height_zero(mesh, heights_above(body, mesh),
+                               kMostLift * possible_edges(body, sizing, mesh.vertices()));
 }
 
 TriangleMesh skin_mesh(const SoftBody& body, double edge, double coarsest_grid) {

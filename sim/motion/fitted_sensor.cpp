@@ -54,6 +54,12 @@ HandShape fitted_hand(const Scene& scene) {
   return mean;
 }
 
+/// The hand alone: the images need not show as much of a forearm as the scene has, and its end says nothing of the hand.
+HandShape without_forearm(HandShape hand) {
+  hand.forearm = 0;
+  return hand;
+}
+
 /// Since its first image; the last one holds for as long as one usually does.
 double covered_seconds(const CameraFolder& folder) {
   RunningMedian period;  // [ticks]
@@ -121,7 +127,7 @@ FittedSensor::FittedSensor(const Scene& scene, HandImages images, const MovingMo
     : solved_(fitted_scene(scene), kept),
       images_(std::move(images)),
       truth_(truth),
-      hand_(std::get<HandShape>(solved_.first().scene.bodies.front().shape), HandTemplate::kUsualEdge),
+      hand_(without_forearm(std::get<HandShape>(solved_.first().scene.bodies.front().shape)), HandTemplate::kUsualEdge),
       workspace_(scene.motion->sensor.workspace),
       hz_(scene.motion->sensor.hz),
       seconds_(scene.motion->seconds),

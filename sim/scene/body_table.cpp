@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include "sim/body/hand.h"
+#include "sim/body/skin_mesh.h"
+#include "sim/core/units.h"
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/scene/mesh_times.h"
 #include "sim/scene/scene_table.h"
@@ -195,6 +197,13 @@ bool is_series(const BodySpec& body) {
   return mesh != nullptr && mesh->series;
 }
 
+std::string usual_edges_text() {
+  using Usual = UsualHandEdges;
+  return fmt::format("{{near_target: {:g}, far: {:g}, within_mm: {:g}}} in a scene with a target, {:g} without",
+                     Usual::kNearTarget / kMillimetre, Usual::kFar / kMillimetre, Usual::kWithin / kMillimetre,
+                     Usual::kWithoutTarget / kMillimetre);
+}
+
 Map<BodySpec> body_map() {
   Map<BodySpec> map;
   map.maybe(
@@ -215,9 +224,11 @@ Map<BodySpec> body_map() {
       .key("place", &BodySpec::place, place_codec(), "Where the body is.")
       .maybe("edge_mm", &BodySpec::edge, edge_codec(), "2.8",
              fmt::format("Wanted edge length of the mesh [mm]: one for all of it, or shorter ones near some places; of "
-                         "a hand {}. A mesh from a file is meshed anew if it is given, and else kept as it is.",
-                         kHandEdge.text()))
-      .needed_with({"hand", "sphere", "capsule", "box"}, {"mesh"})
+                         "a hand {}, above {:g} mm no longer than {:g} of the flesh's thickness or a cleft's width, "
+                         "and if left out {}. A mesh "
+                         "from a file is meshed anew if it is given, and else kept as it is.",
+                         kHandEdge.text(), kAlwaysPossible / kMillimetre, kOfRoom, usual_edges_text()))
+      .needed_with({"sphere", "capsule", "box"}, {"hand", "mesh"})
       .maybe(
           "keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
           "Scattering is solved on the part of the body within this distance of the target alone [mm]; its open ends "
@@ -257,6 +268,10 @@ Codec<HandShape> hand_codec() {
       .key("side", &HandShape::side, choice<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}),
            "Which hand; the left one is the mirror image in x.")
       .key("joints", &HandShape::joints, joints_codec(), "Joints turned away from the pose.")
+      .key("forearm_mm", &HandShape::forearm, number(kMillimetres, between(0, kMostForearm / kMillimetre)),
+           "Length of forearm [mm] beyond the hand's own skin, which ends 20 mm behind the wrist joint; it is rigid "
+           "with "
+           "the palm.")
       .codec();
 }
 

@@ -106,6 +106,7 @@ struct HandShape {
   double length = HandOptions{}.length;
   HandSide side = HandSide::kRight;
   HandJoints joints;
+  double forearm = HandOptions{}.forearm;
 };
 struct SphereShape {
   double radius = 0;
@@ -151,6 +152,16 @@ struct EdgeSpec {
   EdgeSpec scaled(double factor) const;
 };
 
+/// Edges of a built-in hand in a scene that says nothing of them.
+struct UsualHandEdges {
+  static constexpr double kNearTarget = 1.2e-3;   // [m], of a scene with a target
+  static constexpr double kFar = 6.5e-3;          // [m], likewise
+  static constexpr double kWithin = 15e-3;        // [m], likewise
+  static constexpr double kWithoutTarget = 3e-3;  // [m], everywhere
+
+  static EdgeSpec of_scene(bool has_target);
+};
+
 /// What the skin beyond keep_within is for the phases and the judge.
 enum class Beyond {
   kIncident,  // quiet skin, by the incident pressure at points of it; judged with the rest
@@ -161,7 +172,7 @@ struct BodySpec {
   std::string name;  // empty if it is the scene's only body
   std::variant<HandShape, SphereShape, CapsuleShape, BoxShape, MeshShape> shape;
   Placement place;
-  std::optional<EdgeSpec> edge;       // absent: a mesh from a file as it is
+  std::optional<EdgeSpec> edge;       // absent: a mesh from a file as it is; a hand that was read has some
   std::optional<double> keep_within;  // [m] of the target; scattering is solved there alone
   Beyond beyond = Beyond::kIncident;  // of keep_within
 };

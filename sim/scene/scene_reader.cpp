@@ -107,6 +107,16 @@ double EdgeSpec::finest() const {
   return edge;
 }
 
+EdgeSpec UsualHandEdges::of_scene(bool has_target) {
+  EdgeSpec edge;
+  edge.far = has_target ? kFar : kWithoutTarget;
+  if (has_target) {
+    edge.near_target = kNearTarget;
+    edge.within = kWithin;
+  }
+  return edge;
+}
+
 EdgeSpec EdgeSpec::scaled(double factor) const {
   EdgeSpec other = *this;
   other.far *= factor;

@@ -109,6 +109,14 @@ std::string method_of(const Node& item) {
   return item.kind == Node::Kind::kMap && item.entries.size() == 1 ? item.entries.front().key : "";
 }
 
+void fill_hand_edges(Scene& scene) {
+  for (BodySpec& body : scene.bodies) {
+    if (std::holds_alternative<HandShape>(body.shape) && !body.edge) {
+      body.edge = UsualHandEdges::of_scene(scene.target.has_value());
+    }
+  }
+}
+
 // Every method but `fixed` works towards a target, and the transfer matrix is that of its faces.
 bool check_targets(const Input& in, const Scene& scene) {
   for (const auto& entry : in.node().entries) {  // a misspelt one has its own message
@@ -176,6 +184,7 @@ Codec<Scene> make_scene_codec() {
           "How the scene moves, and the loop of sensor, solver and array meanwhile. The rest of the scene is a still, "
           "which is all that a run computes.")
       .check([](const Input& in, Scene& scene, bool good) {
+        fill_hand_edges(scene);
         const bool good_targets = check_targets(in, scene);
         const bool good_motion = !good || check_motion(in, scene);
         const bool good_landmarks = !good || check_box_landmarks(in, scene.bodies);

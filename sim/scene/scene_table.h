@@ -49,7 +49,7 @@ inline const Range kRate = above_to(0, 1e5);
 /// Of a motion [ms].
 inline const Range kDelay = between(0, 60'000);
 /// The hand generator's own bounds of an edge [mm]; other shapes take any.
-inline const Range kHandEdge = between(0.4, 8);
+inline const Range kHandEdge = between(kLeastHandEdge / 1e-3, kMostHandEdge / 1e-3);
 /// Sizes of a body [mm]: from a tenth of a hair to a room. Beyond is a slip of the unit.
 inline const Range kBodySize = between(0.01, 10'000);
 

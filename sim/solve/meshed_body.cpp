@@ -118,7 +118,7 @@ MeshedBody closed_body(const BodySpec& spec) {
 }  // namespace
 
 HandOptions hand_options(const HandShape& shape, double edge) {
-  return {shape.pose, shape.breadth, shape.length, shape.side, edge, shape.joints};
+  return {shape.pose, shape.breadth, shape.length, shape.side, edge, shape.joints, shape.forearm};
 }
 
 std::string called(const BodySpec& spec) { return spec.name.empty() ? "body" : fmt::format("bodies: {}", spec.name); }

@@ -17,12 +17,13 @@ namespace touchfield {
 namespace {
 
 TriangleMesh skin_on_flesh(const HandShape& hand_shape, const HandPose& pose, double edge) {
-  const Body body =
-      hand({hand_shape.pose, hand_shape.breadth, hand_shape.length, hand_shape.side, edge, hand_shape.joints});
+  const Body body = hand({hand_shape.pose, hand_shape.breadth, hand_shape.length, hand_shape.side, edge,
+                          hand_shape.joints, hand_shape.forearm});
   Points vertices = body.mesh.vertices();
   const double side = mirror_sign(hand_shape.side);
   vertices.row(0) *= side;
-  hand_flesh(posed_skeleton(pose, hand_shape.length, hand_shape.breadth)).project(vertices, 0.2 * edge);
+  hand_flesh(posed_skeleton(pose, hand_shape.length, hand_shape.breadth), hand_shape.forearm)
+      .project(vertices, 0.2 * edge);
   vertices.row(0) *= side;
   return {std::move(vertices), body.mesh.triangles()};
 }

@@ -79,8 +79,8 @@ struct FitTimes {
 /// following frames look for it anew (HandSearch), some starts a frame. The skin is then deformed towards the points (DeformationFit).
 ///
 /// accuracy   three simulated D415 0.34 m away with their noise, a hand 6 % shorter and 7 % narrower than the template that
-///            moves at 50 mm/s while its index finger flexes: the skin seen within 0.12 mm rms and 0.23 mm at 95 %, its
-///            index pad within 0.16 mm rms; digits 3 to 6 % off and a bump of 2 mm besides: 0.15, 0.26 and 0.23 mm
+///            moves at 50 mm/s while its index finger flexes: the skin seen within 0.11 mm rms and 0.23 mm at 95 % in front
+///            of the wrist, its index pad within 0.16 mm rms; with a forearm in view 0.11, 0.24 and 0.18; digits 3 to 6 % off and a bump of 2 mm besides: 0.15, 0.26 and 0.23 mm
 class HandTracker {
  public:
   /// workspace   box in which hands are looked for, the world's frame [m]

@@ -18,6 +18,7 @@ constexpr double kLeastCosine = 0.3;        // between a point's normal and the 
 constexpr double kSlack = 10 * kDegree;     // of the joints' ranges
 constexpr double kMostTurn = 20 * kDegree;  // in a step
 constexpr double kMostShift = 40e-3;        // [m]
+constexpr double kEnd = 12e-3;              // of the skin, where it is rounded off and an arm goes on [m]
 
 Eigen::Index first_joint(std::size_t digit) { return digit == 0 ? 0 : 1 + 4 * static_cast<Eigen::Index>(digit); }
 Eigen::Index joint_count(std::size_t digit) { return digit == 0 ? 5 : 4; }
@@ -65,6 +66,7 @@ PoseFit::PoseFit(const HandTemplate& hand) : hand_(hand) {
   const JointRanges ranges = joint_ranges();
   least_ = ranges.least.array() - kSlack;
   most_ = ranges.most.array() + kSlack;
+  end_ = hand.mesh().vertices().row(1).minCoeff() + kEnd;
 }
 
 void PoseFit::place_skin(const ShapedHand& shape, const HandState& state) {
@@ -106,6 +108,9 @@ bool PoseFit::match_point(const HandPoints& points, int i, int vertex, SkinMatch
   match.weights.maxCoeff(&heaviest);
   match.point = i;
   match.vertex = face(heaviest);
+  if (hand_.mesh().vertices()(1, match.vertex) < end_) {
+    return false;
+  }
   match.normal = normal;
   match.residual = 0.5 * (normal.dot(p - foot) + planes);
   return true;

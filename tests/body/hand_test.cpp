@@ -515,8 +515,8 @@ TEST(Hand, RefusesWhatIsNoHand) {
   EXPECT_THROW(with([](HandOptions& o) { o.breadth = std::nan(""); })(), InputError);
   EXPECT_THROW(with([](HandOptions& o) { o.length = 0.1; })(), InputError);
   EXPECT_THROW(with([](HandOptions& o) { o.edge = 0.3e-3; })(), InputError);
-  EXPECT_THROW(with([](HandOptions& o) { o.edge = 9e-3; })(), InputError);
-  EXPECT_THROW(hand(HandOptions(), EdgeSizing(9e-3)), InputError);
+  EXPECT_THROW(with([](HandOptions& o) { o.edge = 13e-3; })(), InputError);
+  EXPECT_THROW(hand(HandOptions(), EdgeSizing(13e-3)), InputError);
   EXPECT_THROW(hand(HandOptions(), EdgeSizing(3e-3, {{Vector3::Zero(), 0.3e-3, 1e-3}})), InputError);
   EXPECT_THROW(hand_landmark(options_for("wave", 3e-3), "index_pad"), InputError);
 }

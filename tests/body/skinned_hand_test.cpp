@@ -325,6 +325,37 @@ TEST_P(SkinnedPoses, FreeOnesKeepVolumeAndOrientation) {
   EXPECT_LE(cut, GetParam().free / 100);
 }
 
+// A graded mesh with faces of 12 mm and a forearm keeps its volume, and no face turns over.
+TEST(SkinnedHand, CarriesCoarseMeshes) {
+  HandOptions options = options_of("flat");
+  options.forearm = 100 * kMm;
+  const Vector3 pad = hand_landmark(options, "index_pad");
+  const Body body = hand(options, EdgeSizing(12 * kMm, {{pad, 2.4 * kMm, 15 * kMm}}));
+  const HandSkeleton skeleton = skeleton_of(options);
+  const SkinnedHand skin(body.mesh.vertices(), skeleton);
+  const HandContacts contacts(skeleton);
+  std::mt19937 random(20);
+  int cut = 0;
+  for (int pose = 0; pose < 60;) {
+    HandOptions other = random_hand(random);
+    other.forearm = options.forearm;
+    const HandSkeleton posed = skeleton_of(other);
+    if (contacts.at(posed)) {
+      continue;
+    }
+    Points vertices;
+    skin.pose(posed, body.mesh.triangles(), vertices);
+    EXPECT_THAT(skin.inverted_faces(posed, vertices, body.mesh.triangles()), IsEmpty()) << pose;
+    const TriangleMesh mesh(vertices, body.mesh.triangles());
+    cut += self_intersections(mesh, 1).empty() ? 0 : 1;
+    if (pose < 2) {
+      EXPECT_NEAR(mesh.signed_volume() / hand(other).mesh.signed_volume(), 1.0, 0.03) << pose;
+    }
+    ++pose;
+  }
+  EXPECT_LE(cut, 4);  // between ring and little finger; fold_of finds them
+}
+
 TEST_P(SkinnedPoses, WhatCutsItselfIsFound) {
   const Skinned& flat = skinned("flat");
   std::mt19937 random(21);

@@ -211,6 +211,24 @@ TEST(SceneReader, FillsInTheDefaults) {
   EXPECT_TRUE(scene.write.h5 && scene.write.vtp && scene.write.vti && scene.write.png);
 }
 
+// Fine near a target, and in a resolved scene as if they had been written; other shapes must say their edges.
+TEST(SceneReader, GivesAHandItsUsualEdges) {
+  const Scene pressed =
+      scene_from(kSmallScene, {"body={hand: {}}", "target={box: {at: index_pad, size_mm: [8, 8, 6]}}"});
+  const EdgeSpec& graded = *pressed.bodies.at(0).edge;
+  EXPECT_EQ(graded.far, UsualHandEdges::kFar);
+  EXPECT_EQ(graded.near_target, UsualHandEdges::kNearTarget);
+  EXPECT_EQ(graded.within, UsualHandEdges::kWithin);
+  EXPECT_THAT(resolved_yaml(pressed), HasSubstr("near_target: 1.2"));
+  EXPECT_THAT(resolved_yaml(pressed), HasSubstr("far: 6.5"));
+  const Scene bare = scene_from(kSmallScene, {"body={hand: {}}"});
+  EXPECT_FALSE(bare.bodies.at(0).edge->graded());
+  EXPECT_EQ(bare.bodies.at(0).edge->far, UsualHandEdges::kWithoutTarget);
+  EXPECT_THAT(resolved_yaml(bare), HasSubstr("edge_mm: 3\n"));
+  const Scene own = scene_from(kSmallScene, {"body={hand: {}, edge_mm: 12}"});
+  EXPECT_EQ(own.bodies.at(0).edge->far, 12e-3);
+}
+
 // The SI value is the double nearest to the written decimal, not a product with a rounded 0.001.
 TEST(SceneReader, ConvertsUnits) {
   const Scene scene = scene_from(

@@ -36,7 +36,7 @@ bool operator==(const ThumbJoints& a, const ThumbJoints& b) {
 bool operator==(const HandShape& a, const HandShape& b) {
   return a.pose == b.pose && a.breadth == b.breadth && a.length == b.length && a.side == b.side &&
          a.joints.thumb == b.joints.thumb && a.joints.index == b.joints.index && a.joints.middle == b.joints.middle &&
-         a.joints.ring == b.joints.ring && a.joints.little == b.joints.little;
+         a.joints.ring == b.joints.ring && a.joints.little == b.joints.little && a.forearm == b.forearm;
 }
 bool operator==(const SphereShape& a, const SphereShape& b) { return a.radius == b.radius; }
 bool operator==(const CapsuleShape& a, const CapsuleShape& b) { return a.radius == b.radius && a.length == b.length; }
@@ -172,6 +172,7 @@ const std::vector<Variant> kVariants = {
     {"axes", {"array={positions: {points_mm: [[0, 0, 0], [1, 2, 3]], axes: [[1, 2, 3], [-1e-5, 7, 0.3]]}}"}},
     {"plane_wave", {"array={plane_wave: {direction: [1, 1, 1], amplitude_pa: 0.7}}"}},
     {"hand", {"body={hand: {pose: flat, breadth_mm: 78.2, length_mm: 181.1, side: left}, edge_mm: 3.3}"}},
+    {"forearm", {"body={hand: {forearm_mm: 123.4}}"}},
     {"joints",
      {"body={hand: {pose: fist, joints: {thumb: {cmc_flexion_deg: -3.3, ip_deg: 7.7}, little: {abduction_deg: 11.1, "
       "mcp_deg: 22.2, pip_deg: 33.3, dip_deg: -4.4}}}, edge_mm: 3.3}"}},

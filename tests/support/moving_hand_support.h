@@ -30,7 +30,7 @@ inline std::vector<CameraSpec> cameras_beside_array() {
 inline Box workspace_above_array() { return {Vector3(-0.3, -0.3, 0.05), Vector3(0.3, 0.3, 0.6)}; }
 
 inline HandOptions hand_options(const HandShape& hand, double edge) {
-  return {hand.pose, hand.breadth, hand.length, hand.side, edge, hand.joints};
+  return {hand.pose, hand.breadth, hand.length, hand.side, edge, hand.joints, hand.forearm};
 }
 
 /// A hand over an array that goes round at 50 mm/s while its index finger flexes by up to 30 degrees a second.

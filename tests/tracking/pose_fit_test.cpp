@@ -34,17 +34,23 @@ HandState some_state(const HandTemplate& hand) {
   return state;
 }
 
-/// All of its skin, each point a third of a face away from a vertex.
+/// All of its skin but the end at the wrist, which matches nothing; each point a third of a face away from a vertex.
 HandPoints points_of(const HandTemplate& hand, const HandState& state) {
   const ShapedHand shape = hand.shaped(HandProportions::Zero());
   Points vertices;
   hand.carry(shape, hand.skeleton_at(shape.proportions, state.joints), vertices);
   const TriangleMesh mesh(state.place(vertices), hand.mesh().triangles());
+  std::vector<Eigen::Index> faces;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    if (hand.mesh().centroids()(1, f) > hand.mesh().vertices().row(1).minCoeff() + 15e-3) {
+      faces.push_back(f);
+    }
+  }
   HandPoints points;
-  points.at = mesh.centroids();
-  points.normal = mesh.normals();
-  points.camera.assign(static_cast<std::size_t>(mesh.face_count()), 0);
-  points.sigma.setConstant(mesh.face_count(), 0.1e-3);
+  points.at = mesh.centroids()(Eigen::all, faces);
+  points.normal = mesh.normals()(Eigen::all, faces);
+  points.camera.assign(faces.size(), 0);
+  points.sigma.setConstant(points.at.cols(), 0.1e-3);
   return points;
 }
 
@@ -106,7 +112,8 @@ TEST(PoseFit, FindsTheExactPoseOfExactPoints) {
     Points other;
     hand.carry(shape, hand.skeleton_at(shape.proportions, truth.joints), one);
     hand.carry(shape, hand.skeleton_at(shape.proportions, found.joints), other);
-    EXPECT_LT((truth.place(one) - found.place(other)).colwise().norm().mean(), 0.15e-3);
+    // Those at the fingertips lie below it too, and no end at the wrist holds against them.
+    EXPECT_LT((truth.place(one) - found.place(other)).colwise().norm().mean(), 0.4e-3);
     for (const int joint : {6, 7, 8, 15}) {
       EXPECT_NEAR(found.joints(joint), truth.joints(joint), 1 * kDegree) << joint;
     }

@@ -334,6 +334,25 @@ TEST(KeptWithin, TruncatesHands) {
   }
 }
 
+// Fine about the pad and coarse from there on, as a whole hand is meshed: the ball cuts faces of any size.
+TEST(KeptWithin, TruncatesGradedHands) {
+  for (const double forearm : {0.0, 0.25}) {
+    for (const double far : {6.5e-3, 8e-3, 12e-3}) {
+      const HandOptions options{.pose = "index_up", .forearm = forearm};
+      const Vector3 pad = hand_landmark(options, "index_pad");
+      const EdgeSizing sizing(far, {{pad, 1.2e-3, 15e-3}});
+      const TriangleMesh whole = hand(options, sizing).mesh;
+      for (const double radius : {30e-3, 40e-3, 50e-3, 70e-3}) {
+        SCOPED_TRACE(std::to_string(far) + " " + std::to_string(radius));
+        const TriangleMesh part = kept_within(whole, pad, radius, sizing);
+        expect_sound(part);
+        EXPECT_EQ(inspect(part).components, 1);
+        EXPECT_LT((part.vertices().colwise() - pad).colwise().norm().maxCoeff(), radius + 0.25 * far);
+      }
+    }
+  }
+}
+
 // Faces of 0.1 m: the ball touches none of their edges, and its cut must be round all the same.
 TEST(KeptWithin, FollowsTheSphereOnCoarseFaces) {
   const TriangleMesh slab = box({0.2, 0.2, 0.05}, 1).mesh;
