@@ -49,6 +49,9 @@ Scene with_edge(Scene scene, double edge) {
     for (BodySpec& body : scene.bodies) {
       if (body.edge) {
         body.edge = body.edge->scaled(factor);
+        if (std::holds_alternative<HandShape>(body.shape)) {
+          body.edge->far = std::min(body.edge->far, kMostHandEdge);
+        }
       }
     }
   }
