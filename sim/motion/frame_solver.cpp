@@ -42,7 +42,10 @@ bool follows(const Model& model, const MethodSpec& method) {
   const Eigen::Index faces = model.body.mesh.face_count();
   const SolverOptions options =
       choose_solver(spec, method.scheme, faces, available_memory(), model.array.size()).options;
-  return method.kind->name == "surface" && !method.free_amplitudes && model.scene.solve.quiet_weight > 0 &&
+  // A small body is solved as fast with a transfer matrix, to the last bit each time.
+  constexpr Eigen::Index kFewestFollowed = 1000;
+  return (faces >= kFewestFollowed || !model.beyond.empty()) && method.kind->name == "surface" &&
+         !method.free_amplitudes && model.scene.solve.quiet_weight > 0 &&
          model.scene.motion->start == MotionSpec::Start::kPrevious && options.kind == SolverKind::kLu &&
          options.precision == Precision::kSingle && !choose_device(spec, method.scheme, faces, model.array.size()).card;
 }

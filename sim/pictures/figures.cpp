@@ -26,7 +26,9 @@ namespace {
 /// The run with the judge's skin and pressures for its own, where there are some: what its metrics are of.
 Run as_judged(const Run& run) {
   Run judged = run;
-  const auto is_judged = [&](const MethodResult& result) { return result.judge_pressure.size() != 0; };
+  const auto is_judged = [](const MethodResult& result) {
+    return result.judge_pressure.size() != 0 && result.pressure.size() != 0;
+  };
   if (run.judge_model && std::ranges::all_of(run.methods, is_judged)) {
     judged.mesh = run.judge_model->mesh;
     judged.target = run.judge_model->target;

@@ -14,6 +14,7 @@
 #include "sim/mesh/query/mesh_risks.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/mesh_quality.h"
+#include "sim/mesh/subset.h"
 #include "sim/solve/array_view.h"
 #include "sim/solve/judge_comparison.h"
 
@@ -108,12 +109,32 @@ std::string worth(double resolution) {
   return "the pressure of any scheme is an estimate (check --accuracy measures the error on this mesh)";
 }
 
+/// Whether the mesh counts near the target alone: where it finds phases that a judge holds against bodies meshed anew.
+bool counts_near_target(const Model& model, const std::optional<Target>& target) {
+  return target && judges_own_bodies(model);
+}
+
+/// `near` counts: the rest of the skin is the judge's to resolve.
+void warn_of_coarse_surroundings(const Resolution& near, Remarks& remarks) {
+  const bool few = near.mean < kFewestEdges;
+  if (few || near.least_5 < kFewestNearTarget) {
+    remarks.warnings.push_back(
+        fmt::format("coarse_mesh: {:.2f} edges per wavelength {}within {:.0f} mm of the target; below {}: {}",
+                    few ? near.mean : near.least_5, few ? "" : "on a twentieth of the skin ",
+                    kTargetReach / kMillimetre, few ? kFewestEdges : kFewestNearTarget, worth(near.mean)));
+  }
+}
+
 void warn_of_coarse_mesh(const Model& model, const std::optional<Target>& target, Remarks& remarks) {
   const TriangleMesh& mesh = model.body.mesh;
   const double wavelength = model.wave.wavelength();
   const Resolution all = mesh_quality(mesh, wavelength).resolution;
   const std::optional<Resolution> near =
       target ? resolution_where(mesh, wavelength, target_surroundings(mesh, target->faces)) : std::nullopt;
+  if (near && counts_near_target(model, target)) {
+    warn_of_coarse_surroundings(*near, remarks);
+    return;
+  }
   std::string where;
   if (all.mean < kFewestEdges) {
     where = fmt::format("{:.2f} edges per wavelength; below {:.0f}", all.mean, kFewestEdges);
@@ -133,6 +154,13 @@ void warn_of_coarse_mesh(const Model& model, const std::optional<Target>& target
     const double worst = near ? std::min(all.mean, near->mean) : all.mean;
     remarks.warnings.push_back(fmt::format("coarse_mesh: {}: {}", where, worth(worst)));
   }
+}
+
+/// The faces near the target.
+TriangleMesh surroundings(const TriangleMesh& mesh, const Target& target) {
+  const std::vector<unsigned char> near = target_surroundings(mesh, target.faces);
+  return {mesh.vertices(),
+          faces_where(mesh.triangles(), [&](Eigen::Index f) { return near[static_cast<std::size_t>(f)] != 0; })};
 }
 
 void note_landmarks(const BodyPlan& plan, Remarks& remarks) {
@@ -223,7 +251,7 @@ Remarks played_remarks(const Model& model) {
   Remarks remarks{model.plan.warnings, {}};
   warn_of_crossings(mesh, remarks);
   warn_of_coarse_mesh(model, target, remarks);
-  const MeshRisks risks = mesh_risks(mesh);
+  const MeshRisks risks = mesh_risks(counts_near_target(model, target) ? surroundings(mesh, *target) : mesh);
   if (risks.smallest_angle < kSmallestAngle) {
     remarks.warnings.push_back(
         fmt::format("slivers: a face has an angle of {:.2f} degrees {}; it should have {:.0f} or more",

@@ -128,7 +128,7 @@ class Bash(CompletionTest):
 
     def test_lists_and_values(self):
         self.assertEqual(self.in_bash("study", "--solvers", "lu", "g"), ["gmres"])
-        self.assertEqual(self.in_bash("hand", "--pose", "fist", "--f"), ["--force"])
+        self.assertEqual(self.in_bash("hand", "--pose", "fist", "--forc"), ["--force"])
         self.assertEqual(self.in_bash("array", "test", "--at-mm", "-1", "-2.5", "-3", "--emi"), ["--emit"])
         self.assertEqual(self.in_bash("run", "--set", "a=1", "sc"), ["scene.yaml"])
         self.assertEqual(self.in_bash("mesh", "--cut", ""), [])

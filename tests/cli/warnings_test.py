@@ -283,7 +283,7 @@ class Warnings(CommandTest):
                     continue
                 explained.add(warning.split(":")[0])
                 self.assertIn(f"`{warning.split(':')[0]}`", comment, f"{scene.name}: {warning}")
-        self.assertIn("narrow_gap", explained)  # between the fingers of grasp
+        self.assertIn("coarse_mesh", explained)  # of frames
 
     def test_not_converged(self):
         self.assertEqual(self.warned(MESH, "solve.max_steps=2", mesh=icosphere(2, 8)), ["not_converged"])
