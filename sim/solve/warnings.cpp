@@ -117,11 +117,11 @@ bool counts_near_target(const Model& model, const std::optional<Target>& target)
 /// `near` counts: the rest of the skin is the judge's to resolve.
 void warn_of_coarse_surroundings(const Resolution& near, Remarks& remarks) {
   const bool few = near.mean < kFewestEdges;
-  if (few || near.least_5 < kFewestNearTarget) {
+  if (few || near.least_5 < kFewestAnywhere) {
     remarks.warnings.push_back(
         fmt::format("coarse_mesh: {:.2f} edges per wavelength {}within {:.0f} mm of the target; below {}: {}",
                     few ? near.mean : near.least_5, few ? "" : "on a twentieth of the skin ",
-                    kTargetReach / kMillimetre, few ? kFewestEdges : kFewestNearTarget, worth(near.mean)));
+                    kTargetReach / kMillimetre, few ? kFewestEdges : kFewestAnywhere, worth(near.mean)));
   }
 }
 

@@ -57,8 +57,9 @@ TEST(ModelRemarks, EachWarningIsNamed) {
 TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
   const std::string ball = "body={sphere: {radius_mm: 20}, place: {at_mm: [0, 0, 60]}, edge_mm: ";
   const std::string box = "target.box={at: nearest_array, size_mm: [10, 10, 4]}";
-  const auto warned = [&](const std::string& edges, const std::string& target) {
-    return warnings_of({ball + edges + "}", target, kFinerJudge});
+  const auto warned = [&](const std::string& edges, const std::string& target,
+                          const std::string& judge = "judge=same") {
+    return warnings_of({ball + edges + "}", target, judge});
   };
   EXPECT_THAT(warned("1.5", box), IsEmpty());
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box),
@@ -67,6 +68,12 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
               ElementsAre(AllOf(StartsWith("coarse_mesh: "), HasSubstr("within 15 mm of the target;"))));
   EXPECT_THAT(warned("{near: {top: 0.7}, far: 3.3, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}"),
               ElementsAre(StartsWith("facing_away: ")));
+  // Where a judge has the body, the rest of the skin is its to resolve.
+  EXPECT_THAT(
+      warned("{near: {top: 0.7}, far: 5, within_mm: 14}", "target.box={at: top, size_mm: [10, 10, 4]}", kFinerJudge),
+      ElementsAre(StartsWith("facing_away: ")));
+  EXPECT_THAT(warned("{near: {top: 0.7}, far: 5, within_mm: 14}", box, kFinerJudge),
+              ElementsAre(MatchesRegex("coarse_mesh: .* within 15 mm of the target; below 3: .*")));
 }
 
 TEST(ModelRemarks, CrossingFacesAreNamedWhateverTheyComeFrom) {
