@@ -37,8 +37,8 @@ struct DescentPoint {
   }
 
   double cost_at(const MappedSkin& skin, double level) const {
-    const auto misfit = level * magnitudes().array() - skin.amplitudes.array();
-    return (skin.weights.array() * misfit.square()).sum();
+    const VectorXd misfit = level * magnitudes() - skin.amplitudes;
+    return skin.weights.dot(misfit.cwiseAbs2());
   }
 
   /// The common amplitude of all drives, up to 1, at which the cost is least.
