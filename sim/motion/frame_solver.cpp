@@ -50,16 +50,6 @@ bool follows(const Model& model, const MethodSpec& method) {
          options.precision == Precision::kSingle && !choose_device(spec, method.scheme, faces, model.array.size()).card;
 }
 
-/// What a channel that the solver knows to be dead would do has no bearing: it is not driven.
-void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
-  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
-    if (response.gain(n) == 0) {
-      solution.phases(n) = 0.0;
-      solution.amplitudes(n) = 0.0;
-    }
-  }
-}
-
 /// Rows of b of every channel at one place, some of all its rows, evenly over them: as long as 1 together.
 ///
 /// shift   0 to 1: two shifts share few rows

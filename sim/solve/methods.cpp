@@ -72,16 +72,6 @@ Eigen::MatrixXcd start_drives(const MethodSpec& method, const SkinProblem& probl
   return Eigen::MatrixXcd::Ones(channels, 1);
 }
 
-/// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
-void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
-  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
-    if (response.gain(n) == 0) {
-      solution.phases(n) = 0.0;
-      solution.amplitudes(n) = 0.0;
-    }
-  }
-}
-
 /// The solution of least final cost among those of several starts, a column each.
 template <class Starts, class Solve>
 PhaseSolution best_of(const Starts& starts, const Solve& solve) {
@@ -123,6 +113,15 @@ double golden_section(const std::function<double(double)>& f, double low, double
 }
 
 }  // namespace
+
+void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution) {
+  for (Eigen::Index n = 0; n < response.gain.size(); ++n) {
+    if (response.gain(n) == 0) {
+      solution.phases(n) = 0.0;
+      solution.amplitudes(n) = 0.0;
+    }
+  }
+}
 
 MethodSolver::MethodSolver(SkinScattering& scattering, Eigen::Index channels, std::optional<Target> target,
                            SolveSpec spec, QuietSkin quiet)

@@ -17,6 +17,9 @@ namespace touchfield {
 /// Patterns that are tried for the best pressure: narrows 1/50 to 1 of the largest one to a factor of 1.09.
 constexpr int kScaleTrials = 9;
 
+/// A channel that the solver knows to be dead has no bearing on any cost: it is not driven.
+void leave_out_dead(const ChannelResponse& response, PhaseSolution& solution);
+
 /// Solves the phase methods of a scene on one scattering model. What several methods share (b of every channel, its
 /// Gram matrix, columns of B, the transfer matrix) is computed once, when the first one needs it.
 class MethodSolver {
