@@ -18,7 +18,7 @@ PLAIN = {"motion.seconds": "1.2", "motion.solve_ms": "0", "motion.array_ms": "0"
          "motion.iterations": "10", "solve.methods": "[surface]", "write": "[h5]"}
 AS_WIDTH_8MM = {"motion.seconds": "0.4", "motion.change": "[]", "body.edge_mm": "{near_target: 1.2, far: 3, within_mm: 15}",
                 "solve.scheme": "burton_miller_polished",
-                "judge": "{scheme: burton_miller_polished, edge_mm: {near_target: 0.8, far: 2, within_mm: 15}, whole: false}"}
+                "judge": "{scheme: burton_miller_polished, edge_mm: {near_target: 1, far: 5, within_mm: 15}}"}
 SETTLED = 4  # frames that are left out: the first ones come from zero
 
 
@@ -36,10 +36,10 @@ class Case:
         """What two cases have in common that differ in their sensor alone."""
         return self.hand, tuple(sorted((path, value) for path, value in self.changes.items() if path != "motion.sensor"))
 
-    def line(self, bumpy):
+    def line(self, bumpy, judge):
         """As a case of a sweep; `bumpy`: what makes the scene's hand a bumpy one."""
         hands = {TEMPLATES: {}, OTHER: {"body.hand": "{pose: index_up, length_mm: 178, breadth_mm: 79}"}, BUMPY: bumpy, FINE: AS_WIDTH_8MM}
-        changes = PLAIN | self.changes | hands[self.hand]
+        changes = PLAIN | {"judge": judge} | self.changes | hands[self.hand]
         return f"  - {{name: {self.name()}, " + ", ".join(f"{path}: {value}" for path, value in changes.items()) + "}\n"
 
 
