@@ -9,11 +9,13 @@ import markdown
 
 import assumptions
 import cameras
+import claims
 import course
 import curves
 import delays
 import panels
 import sequences
+import whole_hand
 import widths
 import widths_figure
 import widths_trials
@@ -33,15 +35,15 @@ def taken(work):
     """What the scenes take for what the study leaves open, from the scene that ran."""
     known = settings(work / "panels/width_8mm", [
         "medium.temperature_c", "array.directivity", "array.source_pa_m", "array.grid.count", "array.grid.pitch_mm", "array.at_mm",
-        "body.place.at_mm", "body.edge_mm.near_target", "body.edge_mm.far", "body.keep_within_mm", "target.pressure_pa"])
+        "body.place.at_mm", "body.edge_mm.near_target", "body.edge_mm.far", "target.pressure_pa", "array.level"])
     columns, lines = json.loads(known["array.grid.count"])
     boxes = [json.loads(settings(work / "panels" / name, ["target.box.size_mm"])["target.box.size_mm"])
              for name in SCENES if name.startswith("width_")]
     return (f"Taken here: air at {known['medium.temperature_c']} C, directivity `{known['array.directivity']}`, "
-            f"{known['array.source_pa_m']} Pa m a transducer, a flat array of {columns} x {lines} ({columns * lines:,} transducers, "
+            f"{known['array.source_pa_m']} Pa m per transducer at full level, level {known['array.level']}, a flat array of {columns} x {lines} ({columns * lines:,} transducers, "
             f"{known['array.grid.pitch_mm']} mm apart), its middle at {known['array.at_mm']} mm, the pad at "
             f"{known['body.place.at_mm']} mm, the built-in hand, edges of {known['body.edge_mm.near_target']} mm near the target and "
-            f"{known['body.edge_mm.far']} mm elsewhere, the skin within {known['body.keep_within_mm']} mm of the target, boxes of "
+            f"{known['body.edge_mm.far']} mm elsewhere, boxes of "
             + ", ".join(" x ".join(f"{side:g}" for side in box) for box in boxes)
             + f" mm, centred at the pad, {number(float(known['target.pressure_pa']) / 1e3)} kPa. What changing them changes, one at a "
             "time, for the 8 mm box:")
@@ -121,6 +123,31 @@ def add_panels(page, work, report):
         page.table("metrics_autd3.csv", *panels.short_table(rows), origin)
 
 
+def add_claims(page, work, shares, quick):
+    page.add("## What was published, and what is found here")
+    page.add(markdown_table(claims.HEADER, claims.rows(
+        panels.metric_rows(work, list(SCENES), "panels"), curves.convergence_rows(work), curves.iteration_times(work / "faces"),
+        shares, delays.delay_rows(delays.plays(work / "delays", "held")[0], delays.plays(work / "delays", "predicted"),
+                                       course.translations(quick)))))
+    page.add("Every row is explained below. The model has steady sound, a rigid skin, equal transducers, and nothing of what people feel.")
+
+
+def add_whole_hand(page, work, report):
+    rows, origin = whole_hand.finger_rows(work), made(work, "finger", "panels")
+    write_table(report / "tables/finger.csv", rows, origin)
+    page.add("## What a finger alone would have said\n\nThe published figure shows fingers. Here each finger ends 50 mm from the target, and "
+             "nothing else is there: phases are found and judged on it. Then the same phases sound on the whole hand.")
+    page.add(lines_of(whole_hand.finger_sentences(rows)))
+    page.table("finger.csv", ["scene", "method", "error of the finger alone", "its phases on the hand", "phases of the hand there"],
+               [[row["scene"], f"`{row['method']}`", *(percent(value) for value in list(row.values())[2:])] for row in rows], origin)
+    rows, origin = whole_hand.arm_rows(work), made(work, "forearm", "panels")
+    write_table(report / "tables/forearm.csv", rows, origin)
+    page.add("### The arm behind the hand")
+    page.add(lines_of(whole_hand.arm_sentences(rows)))
+    page.table("forearm.csv", ["scene", "p^2 on the arm, unknown", "known", "error of `surface`, arm unknown", "known"],
+               [[row["scene"], *(percent(value) for value in list(row.values())[1:5])] for row in rows], origin)
+
+
 def add_sequences(page, work, report, quick):
     origin = made(work, "panels/width_8mm")
     rows = sequences.kept_rows(work, quick, origin)
@@ -164,7 +191,7 @@ def add_curves(page, work, report):
     origin = made(work, "study")
     curves.study_figure(work, report / "figures/speed_error.png")
     (report / "tables/study.csv").write_text(origin.head() + (work / "study" / "study.csv").read_text(), encoding="utf-8")
-    page.figure("speed_error.png", "Ways to solve for the pressure of one drive on the skin of the 8 mm scene (`touchfield study`): scheme, mesh, solver, "
+    page.figure("speed_error.png", "Ways to solve for the pressure of one drive on the skin of the 8 mm scene (`touchfield study`), of its finger alone: scheme, mesh, solver, "
                 "precision. Error against the best scheme on a finer mesh than any of them.", origin)
     page.table("study.csv", *curves.study_table(work), origin)
 
@@ -183,9 +210,7 @@ def add_assumptions(page, work, report):
     page.table("assumptions.csv", header, rows, origin)
 
 
-def add_widths(page, work, report):
-    trials = widths_trials.load(work / "hands")
-    result = widths.analyse(trials)
+def add_widths(page, work, report, trials, result):
     origin = made(work, "hands")
     widths.write_tables(result, report / "tables", origin)
     widths_figure.figure(result, trials, report / "figures/widths.png")
@@ -225,7 +250,7 @@ def add_delays(page, work, report, quick):
     delays.figure(held, predicted, segments, report / "figures/delays.png")
     page.add(f"{DELAYS}\n\nThe 8 mm box on a finger that moves through the place of the scenes above, 200 mm above the array, at "
              "constant velocity or shaking across itself; phases are found on a mesh of some 570 faces (scenes/moving.yaml), errors judged on "
-             "the skin that is kept. Every score counts with the age of the sample that its phases are of. Without prediction frames are "
+             "the whole hand. Every score counts with the age of the sample that its phases are of. Without prediction frames are "
              "held for 200 ms, 30 steps each, so that one play has every age; with it, and of tremor, frames come at 20 Hz, 10 steps "
              "each, of a sensor at 30 Hz, and solving takes no time: the delay is the array's.")
     page.figure("delays.png", "Judged error against the age of the sample that the phases are of. Dashed: with `predict: linear`. Numbers: "
@@ -249,7 +274,7 @@ def add_cameras(page, work, report, quick):
     noise = report / "tables/widths_noise.csv"
     page.add(f"{CAMERAS}\n\nThe hand of scenes/cameras.yaml, which sways at up to 50 mm/s while its finger flexes, is seen by depth cameras; the "
              "built-in hand, its shape learnt from the first second, is fitted to their images (docs/cameras.md), phases are found on the "
-             "fitted skin of some 570 faces and judged on the true one. Nothing is late here, so that what is left above the exact "
+             "fitted skin of some 570 faces and the incident pressure beyond it, and judged on the whole true hand. Nothing is late here, so that what is left above the exact "
              "sensor is what seeing costs. The cameras are simulated: their noise is independent from image to image, and they know "
              "where they stand unless a row says otherwise.")
     page.figure("cameras.png", "Judged error (mean and 95 %) against what is changed of the sensor. Grey: the skin known exactly. Squares: how far the skin about the target is off.",
@@ -282,11 +307,15 @@ def write_report(work, report, quick):
     revisions = made(work, *{stamp.stem.split("-")[0] for stamp in (work / "steps").glob("*.json")}).revisions
     page.add(f"Computed by touchfield {ran['version']} ({' and '.join(revisions)}) with {ran['threads']} threads on "
              f"{curves.processor()}." + ("" if len(revisions) == 1 else " **Of several revisions: the captions say what is of which.**"))
+    trials = widths_trials.load(work / "hands")
+    result = widths.analyse(trials)
+    add_claims(page, work, [{"observer": score.observer, "method": score.method, "share": score.share} for score in result.scores], quick)
     add_panels(page, work, report)
+    add_whole_hand(page, work, report)
     add_sequences(page, work, report, quick)
     add_curves(page, work, report)
     add_assumptions(page, work, report)
-    add_widths(page, work, report)
+    add_widths(page, work, report, trials, result)
     for _, add in LAST.values():
         add(page, work, report, quick)
     page.add(f"{AGAIN}\n\n`scripts/reproduce` computes all of this (seeds are in the scenes and sweeps), `--quick` a small version of it, "

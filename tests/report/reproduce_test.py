@@ -92,7 +92,7 @@ class Reproduce(unittest.TestCase):
                                            delta=None if row[metric] == "nan" else 1e-8 * abs(kept[metric]),
                                            msg=f"{row['scene']} {row['method']} {metric}")
         self.assertEqual(len(self.rows("convergence.csv")), 2 * 3 * 4)
-        for table in ("iteration_faces.csv", "iteration_channels.csv", "study.csv", "assumptions.csv", "sequences.csv",
+        for table in ("iteration_faces.csv", "iteration_channels.csv", "study.csv", "assumptions.csv", "sequences.csv", "finger.csv",
                       "widths.csv", "widths_wilcoxon.csv", "widths_fit.csv", "delays.csv", "delays_by_displacement.csv",
                       "delays_answers.csv", "delays_tremor.csv", "delays_loop.csv", "cameras.csv"):
             self.assertGreater(len(self.rows(table)), 1, table)

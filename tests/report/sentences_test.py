@@ -7,10 +7,12 @@ import report_support  # noqa: F401
 
 import numpy
 
+import claims
 import curves
 import panels
 import runs
 import sequences
+import whole_hand
 
 NAMES = list(runs.SCENES)
 
@@ -127,6 +129,38 @@ class Sentences(unittest.TestCase):
         step = 1e-6
         ahead, behind = (sequences.cost_and_slope(problem, phase + sign * step * way)[0] for sign in (1, -1))
         self.assertAlmostEqual((ahead - behind) / (2 * step), slope, delta=1e-6 * abs(slope))
+
+    def claims_of(self, rows, after_five=0.461, shares=(0.9, 0.8)):
+        return claims.rows(rows, convergence_rows([0.6, after_five, 0.462, 0.461]),
+                           [{"faces": 12000, "channels": 1496, "paper_ms_an_iteration": "25"}],
+                           [{"observer": "width reader", "method": method, "share": share} for method, share in
+                            zip(("paper", "unscattered"), shares)], [])
+
+    def test_verdicts_follow_from_the_numbers(self):
+        rows = metric_rows()
+        self.assertEqual([row[2] for row in self.claims_of(rows)],
+                         ["holds", "holds", "not explained", "holds", "not compared: another machine"])
+        for row in rows:
+            if row["scene"] == "grasp" and row["method"].startswith("paper"):
+                row["relative_error"] = "0.7"
+        found = self.claims_of(rows, 0.5, (0.57, 0.46))
+        self.assertEqual([row[2] for row in found[:4]], ["holds in part", "holds in part", "explained", "fails"])
+        self.assertIn("lower on 4 of 5 scenes, by -16.0 to 7.0 points", found[0][1])
+        for row in rows:
+            if row["method"].startswith("paper"):
+                row["relative_error"] = "0.7"
+        self.assertEqual(self.claims_of(rows)[0][2], "fails")
+
+    def test_a_finger_and_its_hand_are_put_in_order(self):
+        rows = [{"scene": name, "method": method, "finger_alone": f"{error}", "its_phases_on_the_hand": f"{1.2 - error}",
+                 "phases_of_the_hand": f"{error + 0.1}"} for name in whole_hand.FINGERS
+                for method, error in (("surface", 0.4), ("paper", 0.42), ("unscattered", 0.5))]
+        said = whole_hand.finger_sentences(rows)
+        self.assertIn("alone `surface` < `paper` < `unscattered`; these phases on the hand: `unscattered` < `paper` < `surface`", said[0])
+        self.assertIn("70 % to 80 %", said[-1])
+        for row in rows:
+            row["its_phases_on_the_hand"] = row["finger_alone"]
+        self.assertIn("on the hand: the same order;", whole_hand.finger_sentences(rows)[0])
 
     # Where a table comes from
 

@@ -1,0 +1,74 @@
+"""What the skin that is not solved does: a finger alone against the hand it belongs to, and the arm behind the hand."""
+
+import h5py
+import numpy
+from scipy.spatial import cKDTree
+
+from runs import SCENES, attributes, percent
+
+COMPARED = ("surface", "paper", "unscattered")
+FINGERS = [name for name in SCENES if name != "grasp"]
+
+
+def finger_rows(work):
+    """Judged error of phases of a finger on that finger and on its hand, and of phases of the hand there."""
+    rows = []
+    for name in FINGERS:
+        alone, there, whole = (attributes(work / folder) for folder in (
+            f"finger/{name}", f"finger/{name}_on_the_hand", f"panels/{name}"))
+        rows += [{"scene": name, "method": method, "finger_alone": f"{alone[method]['relative_error']:.9g}",
+                  "its_phases_on_the_hand": f"{there[method]['relative_error']:.9g}",
+                  "phases_of_the_hand": f"{whole[method]['relative_error']:.9g}"} for method in COMPARED]
+    return rows
+
+
+def order(rows, scene, column):
+    own = sorted((row for row in rows if row["scene"] == scene), key=lambda row: float(row[column]))
+    return " < ".join(f"`{row['method']}`" for row in own)
+
+
+def finger_sentences(rows):
+    said = []
+    for name in FINGERS:
+        orders = {column: order(rows, name, column) for column in ("finger_alone", "its_phases_on_the_hand", "phases_of_the_hand")}
+        same = "the same order" if orders["finger_alone"] == orders["its_phases_on_the_hand"] else orders["its_phases_on_the_hand"]
+        said.append(f"{SCENES[name]}: by the finger alone {orders['finger_alone']}; these phases on the hand: {same}; phases of the "
+                    f"hand: {orders['phases_of_the_hand']}.")
+    off = [float(row["its_phases_on_the_hand"]) for row in rows]
+    said.append(f"On the hand, phases of a finger miss by {percent(min(off), 0)} to {percent(max(off), 0)}.")
+    return said
+
+
+def arm_of(work, name, run):
+    """Sum of p^2 over the arm as a share of that over all skin, of `surface` in a run with a forearm."""
+    with h5py.File(work / "panels" / name / "run.h5") as known:
+        hand = known["judge/mesh/vertices"][:]
+    with h5py.File(work / run / "run.h5") as with_arm:
+        judge = with_arm["judge"]
+        corners = judge["mesh/vertices"][:][judge["mesh/triangles"][:]]
+        weight = judge["mesh/area"][:] * numpy.abs(judge["methods/surface/pressure"][:]) ** 2
+    apart = cKDTree(hand).query(corners.mean(axis=1))[0] > 0.006  # m; the edges of either mesh are shorter
+    return float(weight[apart].sum() / weight.sum())
+
+
+def arm_rows(work):
+    rows = []
+    for name in SCENES:
+        if not (work / "forearm" / name).exists():
+            continue
+        unknown, known = (attributes(work / f"forearm/{name}{suffix}")["surface"] for suffix in ("_of_the_hand", ""))
+        rows.append({"scene": name, "arm_unknown": f"{arm_of(work, name, f'forearm/{name}_of_the_hand'):.6g}",
+                     "arm_known": f"{arm_of(work, name, f'forearm/{name}'):.6g}",
+                     "error_unknown": f"{unknown['relative_error']:.9g}", "error_known": f"{known['relative_error']:.9g}",
+                     "inside_unknown_pa": f"{unknown['mean_inside_pa']:.6g}", "inside_known_pa": f"{known['mean_inside_pa']:.6g}"})
+    return rows
+
+
+def arm_sentences(rows):
+    unknown, known = ([float(row[column]) for row in rows] for column in ("arm_unknown", "arm_known"))
+    gained = [100 * (float(row["error_unknown"]) - float(row["error_known"])) for row in rows]
+    inside = [float(row["inside_known_pa"]) / float(row["inside_unknown_pa"]) - 1 for row in rows]
+    return [f"A forearm of 250 mm that the phases do not know receives {percent(min(unknown))} to {percent(max(unknown))} of the squared "
+            f"pressure on all skin; where they know it, {percent(min(known))} to {percent(max(known))}.",
+            f"Knowing it changes the error over hand and arm by {min(-g for g in gained):+.1f} to {max(-g for g in gained):+.1f} points, "
+            f"and the mean pressure on the target by {percent(min(inside))} to {percent(max(inside))}."]
