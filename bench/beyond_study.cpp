@@ -55,6 +55,7 @@ std::vector<Setting> settings_in(std::istream& in) {
 }
 
 void study(const std::string& path, const std::vector<std::string>& changes, const std::vector<Setting>& settings) {
+  fmt::print("scene,method,near_mm,far_mm,kept_mm,points,faces,seconds,relative_error,leakage\n");
   std::vector<Line> lines;
   std::vector<Eigen::VectorXcd> drives;
   KeptBodies kept;
@@ -111,6 +112,10 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
 }  // namespace touchfield
 
 int main(int count, char** arguments) {
+  if (count < 2 || count % 2 != 0) {
+    std::fprintf(stderr, "usage: beyond_study SCENE [--set key.path=value]... < settings\n");
+    return 2;
+  }
   std::vector<std::string> changes;
   for (int i = 3; i < count; i += 2) {
     changes.emplace_back(arguments[i]);

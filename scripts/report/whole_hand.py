@@ -64,11 +64,17 @@ def arm_rows(work):
     return rows
 
 
+def span(values, form="{:.1%}"):
+    """From the least to the largest; one number where they are the same."""
+    said = [form.format(value).replace("%", " %") for value in (min(values), max(values))]
+    return " to ".join(dict.fromkeys(said))
+
+
 def arm_sentences(rows):
     unknown, known = ([float(row[column]) for row in rows] for column in ("arm_unknown", "arm_known"))
-    gained = [100 * (float(row["error_unknown"]) - float(row["error_known"])) for row in rows]
+    changed = [100 * (float(row["error_known"]) - float(row["error_unknown"])) for row in rows]
     inside = [float(row["inside_known_pa"]) / float(row["inside_unknown_pa"]) - 1 for row in rows]
-    return [f"A forearm of 250 mm that the phases do not know receives {percent(min(unknown))} to {percent(max(unknown))} of the squared "
-            f"pressure on all skin; where they know it, {percent(min(known))} to {percent(max(known))}.",
-            f"Knowing it changes the error over hand and arm by {min(-g for g in gained):+.1f} to {max(-g for g in gained):+.1f} points, "
-            f"and the mean pressure on the target by {percent(min(inside))} to {percent(max(inside))}."]
+    return [f"A forearm of 250 mm that the phases do not know receives {span(unknown)} of the squared pressure on all skin; where they "
+            f"know it, {span(known)}.",
+            f"Knowing it changes the error over hand and arm by {span(changed, '{:+.1f}')} points, and the mean pressure on the target by "
+            f"{span(inside, '{:+.1%}')}."]
