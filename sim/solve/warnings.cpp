@@ -214,6 +214,15 @@ void remark_on_part(const Model& model, Remarks& remarks) {
         "rest of the body counts nowhere{}",
         radius, model.scene.judge.kind == JudgeSpec::Kind::kNone ? ": the scene has no judge" : ""));
   }
+  const auto ends_at_the_wrist = [](const BodySpec& body) {
+    const auto* hand = std::get_if<HandShape>(&body.shape);
+    return hand != nullptr && hand->forearm == 0;
+  };
+  if (model.scene.target && !is_of_part(model) && std::ranges::any_of(model.scene.bodies, ends_at_the_wrist)) {
+    remarks.notes.emplace_back(
+        "no_arm: the hand ends behind the wrist. Sound that the phases keep off the hand goes where an arm would be: "
+        "body.hand.forearm_mm: 250 makes one");
+  }
   if (model.shadowed > kShadowed) {
     remarks.warnings.push_back(fmt::format(
         "shadowed_skin: another body stands between the array and {:.0f} % of the skin beyond keep_within_mm. Its "

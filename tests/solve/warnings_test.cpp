@@ -114,6 +114,18 @@ TEST(ModelRemarks, SkinBeyondIsNotedAndAPartIsNamed) {
   EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerJudge}), IsEmpty());  // nothing is left out
 }
 
+TEST(ModelRemarks, AHandWithoutAnArmIsNoted) {
+  const auto hand = [](const std::string& more) {
+    return "body={hand: {pose: index_up" + more + "}, edge_mm: {near_target: 3, far: 8, within_mm: 10}, "
+           "place: {landmark: index_pad, at_mm: [0, 0, 100]}}";
+  };
+  const std::string on_the_pad = "target.box.at=index_pad";
+  EXPECT_THAT(notes_of({hand(""), on_the_pad, "judge=none"}), ElementsAre(StartsWith("no_arm: ")));
+  EXPECT_THAT(notes_of({hand(", forearm_mm: 100"), on_the_pad, "judge=none"}), IsEmpty());
+  EXPECT_THAT(notes_of({hand(""), on_the_pad, "judge=none", "body.keep_within_mm=30", "body.beyond=nothing"}),
+              ElementsAre(StartsWith("part_only: ")));
+}
+
 TEST(ModelRemarks, AKeyOutOfUseIsNamed) {
   const std::vector<std::string> part = {"body.keep_within_mm=11", "body.beyond=nothing"};
   for (const char* whole : {"true", "false", "auto"}) {
