@@ -144,8 +144,9 @@ def add_whole_hand(page, work, report):
     write_table(report / "tables/forearm.csv", rows, origin)
     page.add("### The arm behind the hand")
     page.add(lines_of(whole_hand.arm_sentences(rows)))
-    page.table("forearm.csv", ["scene", "p^2 on the arm, unknown", "known", "error of `surface`, arm unknown", "known"],
-               [[row["scene"], *(percent(value) for value in list(row.values())[1:5])] for row in rows], origin)
+    page.table("forearm.csv", ["scene", "p^2 on the arm, unknown", "known", "error of `surface`, arm unknown", "known", "`paper`, known",
+                               "`unscattered`, known"],
+               [[row["scene"], *(percent(value) for value in list(row.values())[1:7])] for row in rows], origin)
 
 
 def add_sequences(page, work, report, quick):

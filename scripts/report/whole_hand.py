@@ -56,10 +56,13 @@ def arm_rows(work):
     for name in SCENES:
         if not (work / "forearm" / name).exists():
             continue
-        unknown, known = (attributes(work / f"forearm/{name}{suffix}")["surface"] for suffix in ("_of_the_hand", ""))
+        methods = attributes(work / f"forearm/{name}")
+        unknown, known = attributes(work / f"forearm/{name}_of_the_hand")["surface"], methods["surface"]
         rows.append({"scene": name, "arm_unknown": f"{arm_of(work, name, f'forearm/{name}_of_the_hand'):.6g}",
                      "arm_known": f"{arm_of(work, name, f'forearm/{name}'):.6g}",
                      "error_unknown": f"{unknown['relative_error']:.9g}", "error_known": f"{known['relative_error']:.9g}",
+                     "paper_known": f"{methods['paper']['relative_error']:.9g}",
+                     "unscattered_known": f"{methods['unscattered']['relative_error']:.9g}",
                      "inside_unknown_pa": f"{unknown['mean_inside_pa']:.6g}", "inside_known_pa": f"{known['mean_inside_pa']:.6g}"})
     return rows
 
@@ -74,7 +77,9 @@ def arm_sentences(rows):
     unknown, known = ([float(row[column]) for row in rows] for column in ("arm_unknown", "arm_known"))
     changed = [100 * (float(row["error_known"]) - float(row["error_unknown"])) for row in rows]
     inside = [float(row["inside_known_pa"]) / float(row["inside_unknown_pa"]) - 1 for row in rows]
-    return [f"A forearm of 250 mm that the phases do not know receives {span(unknown)} of the squared pressure on all skin; where they "
+    errors = [[float(row[column]) for column in ("error_known", "paper_known", "unscattered_known")] for row in rows]
+    return [f"With the arm known, `surface` <= `paper` <= `unscattered` on {sum(one == sorted(one) for one in errors)} of {len(rows)} scenes.",
+            f"A forearm of 250 mm that the phases do not know receives {span(unknown)} of the squared pressure on all skin; where they "
             f"know it, {span(known)}.",
             f"Knowing it changes the error over hand and arm by {span(changed, '{:+.1f}')} points, and the mean pressure on the target by "
             f"{span(inside, '{:+.1%}')}."]
