@@ -29,10 +29,11 @@ void require_range(const std::string& device, const char* what, Eigen::Index n, 
 std::uint8_t intensity_step(double amplitude, int levels, const std::string& device) {
   const double exact = amplitude * (levels - 1);
   if (levels == 2 && std::abs(exact - std::round(exact)) > kStepSlack) {
-    throw InputError(fmt::format("{}: it drives a transducer fully or not at all, an amplitude of {:.3g} cannot be had; "
-                                 "amplitudes that are all alike are 1 where the run has array.level: 1 and a higher "
-                                 "target.pressure_pa",
-                                 device, amplitude));
+    throw InputError(
+        fmt::format("{}: it drives a transducer fully or not at all, an amplitude of {:.3g} cannot be had; "
+                    "amplitudes that are all alike are 1 where the run has array.level: 1 and a higher "
+                    "target.pressure_pa",
+                    device, amplitude));
   }
   return static_cast<std::uint8_t>(std::floor(exact + kStepSlack));
 }

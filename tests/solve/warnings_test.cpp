@@ -116,7 +116,8 @@ TEST(ModelRemarks, SkinBeyondIsNotedAndAPartIsNamed) {
 
 TEST(ModelRemarks, AHandWithoutAnArmIsNoted) {
   const auto hand = [](const std::string& more) {
-    return "body={hand: {pose: index_up" + more + "}, edge_mm: {near_target: 3, far: 8, within_mm: 10}, "
+    return "body={hand: {pose: index_up" + more +
+           "}, edge_mm: {near_target: 3, far: 8, within_mm: 10}, "
            "place: {landmark: index_pad, at_mm: [0, 0, 100]}}";
   };
   const std::string on_the_pad = "target.box.at=index_pad";
