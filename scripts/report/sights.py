@@ -14,7 +14,7 @@ TEMPLATES = "template's"
 OTHER = "other size"
 BUMPY = "bumpy"
 FINE = "template's, meshed as width_8mm"
-PLAIN = {"motion.seconds": "1.2", "motion.solve_ms": "0", "motion.array_ms": "0", "motion.frames_hz": "20", "motion.score_hz": "20",
+PLAIN = {"motion.seconds": "0.8", "motion.solve_ms": "0", "motion.array_ms": "0", "motion.frames_hz": "20", "motion.score_hz": "20",
          "motion.iterations": "10", "solve.methods": "[surface]", "write": "[h5]"}
 AS_WIDTH_8MM = {"motion.seconds": "0.4", "motion.change": "[]", "body.edge_mm": "{near_target: 1.2, far: 3, within_mm: 15}",
                 "solve.scheme": "burton_miller_polished",
