@@ -14,10 +14,10 @@ from runs import number, percent, table  # noqa: E402
 
 METHOD = "surface"
 GROUPS = {"noise": "noise of the skin itself [mm rms]", "cameras": "D415 cameras", "disparity noise": "disparity noise [pixels rms]",
-          "distance": "distance [0.35 to 0.39 m]", "speed": "speed, finger held still [mm/s]", "place error": "error of the cameras' places [mm]",
-          "turn error": "error of their turn [deg]", "model": "model", "hand": "hand", "mesh": "mesh"}
+          "distance": "distance [0.35 to 0.39 m]", "place error": "error of the cameras' places [mm]",
+          "turn error": "error of their turn [deg]", "model": "model", "hand": "hand"}
 STANDARD = {"disparity noise": "0.08", "distance": "1", "place error": "0", "turn error": "0", "model": "d415",
-            "hand": sights.TEMPLATES, "mesh": "some 570 faces"}  # what the case of three cameras has
+            "hand": sights.TEMPLATES}  # what the case of three cameras has
 
 
 def folders(work):
@@ -60,7 +60,7 @@ def group_of(rows, group):
     own = [row for row in rows if row["sensor"] == group]
     if group in STANDARD:
         own += [row | {"value": STANDARD[group]} for row in rows if (row["sensor"], row["value"]) == ("cameras", "3")]
-    return sorted(own, key=lambda row: float(row["value"])) if group not in ("model", "hand", "mesh") else own
+    return sorted(own, key=lambda row: float(row["value"])) if group not in ("model", "hand") else own
 
 
 def points(row):
@@ -108,7 +108,7 @@ def explanation(three, thirds):
 
 
 def figure(rows, path):
-    groups = [group for group in GROUPS if group not in ("model", "hand", "mesh") and len(group_of(rows, group)) > 1]
+    groups = [group for group in GROUPS if group not in ("model", "hand") and len(group_of(rows, group)) > 1]
     if not groups:
         groups = ["noise"]
     drawing, panels = pyplot.subplots(1, len(groups), figsize=(2.6 * len(groups) + 0.6, 3.2), layout="constrained", sharey=True,
