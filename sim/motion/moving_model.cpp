@@ -219,7 +219,7 @@ TriangleMesh MovingSkin::at(const Scene& scene, const BodyPlan& plan, const Moti
 }
 
 MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progress)
-    : first_(build_model(scene, kept)),
+    : first_(build_model(scene, kept, kPatchesOfFrames)),
       trajectory_(scene),
       sequence_(sequence_of(scene)),
       solving_(scene, first_.plan, first_.body.mesh, first_.owner) {

@@ -16,9 +16,8 @@ namespace {
 
 using Index = Eigen::Index;
 
-constexpr double kPiece = 0.25;    // longest edge of what patches are chosen from [wavelengths]
-constexpr double kApart = 0.9;     // of patches [wavelengths]
-constexpr double kPerDrive = 2.0;  // patches, at least
+constexpr double kPiece = 0.25;  // longest edge of what patches are chosen from [wavelengths]
+constexpr double kApart = 0.9;   // of patches [wavelengths]
 
 /// The faces of a body that are solved as its skin; none if it lies beyond as a whole.
 Triangles solved_skin(const PlacedBodies& bodies, int body) {
@@ -104,7 +103,7 @@ double shadowed_share(const Scene& scene, const PlacedBodies& bodies, const Tran
 }  // namespace
 
 BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array, double wavelength,
-                       std::optional<Index> count) {
+                       double per_drive, std::optional<Index> count) {
   SkinPatches pieces;
   for (const auto& [body, mesh] : bodies.whole) {
     if (scene.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kIncident) {
@@ -116,7 +115,7 @@ BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const Tra
   }
   const double drives = expected_drives(pieces.centres(), pieces.normals(), pieces.areas, array, wavelength);
   BeyondSkin beyond{count ? spread(pieces, std::numeric_limits<double>::infinity(), *count)
-                          : spread(pieces, kApart * wavelength, static_cast<Index>(std::ceil(kPerDrive * drives)))};
+                          : spread(pieces, kApart * wavelength, static_cast<Index>(std::ceil(per_drive * drives)))};
   beyond.shadowed = shadowed_share(scene, bodies, array, beyond.patches);
   return beyond;
 }

@@ -15,12 +15,13 @@ struct BeyondSkin {
 };
 
 /// The skin of bodies beyond keep_within, where it is `incident` there: what no face of the solving mesh with skin = 1
-/// covers. Patches are at most 0.9 wavelengths apart, and at least twice as many as there are drives that span what all
-/// channels do to that skin (expected_drives): with fewer the phases send sound between them.
+/// covers. Patches are at most 0.9 wavelengths apart, and at least `per_drive` times as many as there are drives that span
+/// what all channels do to that skin (expected_drives): with fewer than one the phases send sound between them.
 ///
-/// bodies   of Extent::kSolved
-/// count    of patches; none: as said
+/// bodies      of Extent::kSolved
+/// per_drive   kPatchesOfStills or kPatchesOfFrames
+/// count       of patches; none: as said
 BeyondSkin beyond_skin(const Scene& scene, const PlacedBodies& bodies, const TransducerArray& array, double wavelength,
-                       std::optional<Eigen::Index> count = std::nullopt);
+                       double per_drive, std::optional<Eigen::Index> count = std::nullopt);
 
 }  // namespace touchfield

@@ -433,10 +433,10 @@ JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
   throw std::logic_error("this judge has no mesh of its own");
 }
 
-Model build_model(const Scene& scene, KeptBodies* kept) {
+Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
   if (kept == nullptr) {
     KeptBodies own;  // a file that is resurfaced is needed several times
-    return build_model(scene, &own);
+    return build_model(scene, &own, per_drive);
   }
   if (scene.solve.solver.device.kind == ComputeDevice::Kind::kCuda) {
     require_card(scene.solve.solver.device);
@@ -449,7 +449,7 @@ Model build_model(const Scene& scene, KeptBodies* kept) {
   BodyPlan plan = plan_bodies(scene, near_array, kept);
   require_clear_places(scene, plan, array, kept);
   PlacedBodies bodies = build_bodies(scene, plan, {}, Extent::kSolved, kept);
-  BeyondSkin beyond = beyond_skin(scene, bodies, array, wave.wavelength());
+  BeyondSkin beyond = beyond_skin(scene, bodies, array, wave.wavelength(), per_drive);
   require_closed_surface(bodies.body.mesh, "body");
   require_clear_array(scene, array, bodies.body.mesh, bodies.owner);
   for (const MethodSpec& method : scene.solve.methods) {

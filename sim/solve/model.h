@@ -36,6 +36,10 @@ struct Model {
   std::vector<FieldGrid> fields;
 };
 
+/// Patches per drive. A frame's time goes with them: fewer cost half a point of error on a hand, and a third of the time.
+inline constexpr double kPatchesOfStills = 2.0;
+inline constexpr double kPatchesOfFrames = 1.2;
+
 /// Builds the mesh, the array, the target's boxes and the grids of a scene and checks that they go together.
 ///
 /// throws   InputError on a mesh that is no closed surface, an unknown landmark, bodies that touch, a transducer inside
@@ -43,8 +47,9 @@ struct Model {
 ///          holds no face, every face or a cap of keep_within, fewer than kFewestSolved edges per wavelength near the
 ///          target unless the scene allows it, phases that do not fit the channels
 ///
-/// kept     meshes of scenes before this one
-Model build_model(const Scene& scene, KeptBodies* kept = nullptr);
+/// kept        meshes of scenes before this one
+/// per_drive   patches of the skin beyond keep_within (beyond_skin.h)
+Model build_model(const Scene& scene, KeptBodies* kept = nullptr, double per_drive = kPatchesOfStills);
 
 /// Edges per wavelength near the target, by the mean face, below which no pressure there means anything.
 inline constexpr double kFewestSolved = 1.5;
