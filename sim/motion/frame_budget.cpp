@@ -13,7 +13,7 @@ namespace touchfield {
 namespace {
 
 constexpr double kWithin = 12 * kMillimetre;
-constexpr double kMargin = 0.8;  // of the budget: the 95th percentile lies above the median
+constexpr double kMargin = 0.7;  // of the budget: frames on the wall clock find cold caches and sleeping threads
 constexpr int kTrials = 9;
 constexpr double kSway = 0.1e-3;  // from frame to frame [m]
 
@@ -48,19 +48,13 @@ double frame_seconds(Scene scene, Progress* progress) {
 
 const std::vector<FrameSetting>& frame_settings() {
   static const std::vector<FrameSetting> settings = {
-      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kPaperCorrected, 1, 20.7, 0.04619},
-      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kPaperCorrected, 3, 22.7, 0.02912},
-      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kPaperCorrected, 5, 24.6, 0.02481},
-      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kPaperCorrected, 3, 32.4, 0.00834},
-      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kPaperCorrected, 5, 35.9, 0.00623},
-      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kChief, 3, 44.3, 0.00516},
-      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kBurtonMillerPolished, 10, 72.9, 0.00464},
-      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kPaperCorrected, 1, 204.0, 0.00254},
-      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kPaperCorrected, 5, 212.0, 0.00023},
-      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kChief, 5, 244.0, 7e-05},
-      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kChief, 10, 261.0, 5e-05},
-      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kBurtonMillerPolished, 5, 320.0, 1e-05},
-      {1.2 * kMillimetre, 3.0 * kMillimetre, Scheme::kBurtonMillerPolished, 10, 333.0, 0.0},
+      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kChief, 1, 30.2, 0.00332},
+      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kChief, 3, 38.2, 0.00196},
+      {3.0 * kMillimetre, 7.5 * kMillimetre, Scheme::kChief, 5, 51.4, 0.00191},
+      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kChief, 3, 71.4, 0.00161},
+      {2.4 * kMillimetre, 6.0 * kMillimetre, Scheme::kChief, 5, 73.6, 0.00132},
+      {1.7 * kMillimetre, 4.2 * kMillimetre, Scheme::kChief, 5, 175.0, 0.00008},
+      {1.7 * kMillimetre, 4.2 * kMillimetre, Scheme::kBurtonMillerPolished, 5, 273.0, 0.00000},
   };
   return settings;
 }
@@ -86,8 +80,8 @@ Scene within_budget(const Scene& scene, std::vector<std::string>& notes, Progres
   const double budget = 1e3 * scene.motion->frame->budget;
   notes.push_back(
       fmt::format("frame: edges of {:.3g} and {:.3g} mm, {}, {} steps: about {:.0f} ms a frame here, {} the {:.4g} ms "
-                  "asked for; on a "
-                  "fingertip that is {:.1f} points of error above the nearest there is (docs/motion.md)",
+                  "asked for; on "
+                  "scenes/moving.yaml that is {:.1f} points of error above the nearest there is (docs/motion.md)",
                   choice.setting.near_target / kMillimetre, choice.setting.far / kMillimetre,
                   to_string(choice.setting.scheme), choice.setting.steps, choice.milliseconds,
                   choice.milliseconds <= budget ? "within" : "NOT within", budget, 1e2 * choice.setting.above_best));
