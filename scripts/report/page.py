@@ -20,7 +20,7 @@ import widths
 import widths_figure
 import widths_trials
 import widths_words
-from runs import SCENES, made, markdown_table, number, percent, provenance, settings, size_of, table, write_table
+from runs import SCENES, made, markdown_table, number, percent, provenance, settings, size_of, steps_of, table, write_table
 
 STYLE = """body { max-width: 62em; margin: 2em auto; padding: 0 1em; font: 16px/1.5 sans-serif; color: #111; background: #fff; }
 img { max-width: 100%; } table { border-collapse: collapse; font-size: 85%; display: block; overflow-x: auto; }
@@ -47,6 +47,11 @@ def taken(work):
             + ", ".join(" x ".join(f"{side:g}" for side in box) for box in boxes)
             + f" mm, centred at the pad, {number(float(known['target.pressure_pa']) / 1e3)} kPa. What changing them changes, one at a "
             "time, for the 8 mm box:")
+
+
+def is_done(work, *parts):
+    """Whether every step of these parts was done."""
+    return all(stamps and all(stamp["done"] for stamp in stamps) for stamps in (steps_of(work, part) for part in parts))
 
 
 def lines_of(items):
@@ -128,7 +133,7 @@ def add_claims(page, work, shares, quick):
     page.add(markdown_table(claims.HEADER, claims.rows(
         panels.metric_rows(work, list(SCENES), "panels"), curves.convergence_rows(work), curves.iteration_times(work / "faces"),
         shares, delays.delay_rows(delays.plays(work / "delays", "held")[0], delays.plays(work / "delays", "predicted"),
-                                       course.translations(quick)))))
+                                       course.translations(quick)) if is_done(work, "delays") else [])))
     page.add("Every row is explained below. The model has steady sound, a rigid skin, equal transducers, and nothing of what people feel.")
 
 
@@ -188,6 +193,8 @@ def add_curves(page, work, report):
         write_table(report / f"tables/{name}.csv", rows, origin)
         page.table(f"{name}.csv", list(rows[0]), [list(row.values()) for row in rows], origin)
 
+    if not is_done(work, "study"):
+        return
     page.add("## Speed against error")
     origin = made(work, "study")
     curves.study_figure(work, report / "figures/speed_error.png")
@@ -308,17 +315,30 @@ def write_report(work, report, quick):
     revisions = made(work, *{stamp.stem.split("-")[0] for stamp in (work / "steps").glob("*.json")}).revisions
     page.add(f"Computed by touchfield {ran['version']} ({' and '.join(revisions)}) with {ran['threads']} threads on "
              f"{curves.processor()}." + ("" if len(revisions) == 1 else " **Of several revisions: the captions say what is of which.**"))
-    trials = widths_trials.load(work / "hands")
-    result = widths.analyse(trials)
-    add_claims(page, work, [{"observer": score.observer, "method": score.method, "share": score.share} for score in result.scores], quick)
+    trials = widths_trials.load(work / "hands") if is_done(work, "hands") else None
+    result = widths.analyse(trials) if trials else None
+    shares = [{"observer": score.observer, "method": score.method, "share": score.share} for score in result.scores] if result else []
+    add_claims(page, work, shares, quick)
     add_panels(page, work, report)
     add_whole_hand(page, work, report)
     add_sequences(page, work, report, quick)
     add_curves(page, work, report)
-    add_assumptions(page, work, report)
-    add_widths(page, work, report, trials, result)
-    for _, add in LAST.values():
-        add(page, work, report, quick)
+    missing = []
+    if is_done(work, "assumptions"):
+        add_assumptions(page, work, report)
+    else:
+        missing.append("what could not be compared")
+    if result:
+        add_widths(page, work, report, trials, result)
+    else:
+        missing.append("whether the widths can be told apart")
+    for part, (title, add) in LAST.items():
+        if is_done(work, part):
+            add(page, work, report, quick)
+        else:
+            missing.append(title.lstrip("# ").lower())
+    if missing:
+        page.add(f"## Not computed\n\nOf this revision, not yet: {'; '.join(missing)}. `scripts/reproduce` goes on with it.")
     page.add(f"{AGAIN}\n\n`scripts/reproduce` computes all of this (seeds are in the scenes and sweeps), `--quick` a small version of it, "
              "`--report-only` the report of what is there.")
     parts = seconds_of(work)
