@@ -193,8 +193,8 @@ def add_curves(page, work, report):
         write_table(report / f"tables/{name}.csv", rows, origin)
         page.table(f"{name}.csv", list(rows[0]), [list(row.values()) for row in rows], origin)
 
-    if not is_done(work, "study"):
-        return
+
+def add_study(page, work, report):
     page.add("## Speed against error")
     origin = made(work, "study")
     curves.study_figure(work, report / "figures/speed_error.png")
@@ -323,20 +323,14 @@ def write_report(work, report, quick):
     add_whole_hand(page, work, report)
     add_sequences(page, work, report, quick)
     add_curves(page, work, report)
-    missing = []
-    if is_done(work, "assumptions"):
-        add_assumptions(page, work, report)
-    else:
-        missing.append("what could not be compared")
-    if result:
-        add_widths(page, work, report, trials, result)
-    else:
-        missing.append("whether the widths can be told apart")
-    for part, (title, add) in LAST.items():
+    later = {"study": ("speed against error", lambda: add_study(page, work, report)),
+             "assumptions": ("what could not be compared", lambda: add_assumptions(page, work, report)),
+             "hands": ("whether the widths can be told apart", lambda: add_widths(page, work, report, trials, result))}
+    later |= {part: (title.lstrip("# ").lower(), lambda add=add: add(page, work, report, quick)) for part, (title, add) in LAST.items()}
+    for part, (_, add) in later.items():
         if is_done(work, part):
-            add(page, work, report, quick)
-        else:
-            missing.append(title.lstrip("# ").lower())
+            add()
+    missing = [words for part, (words, _) in later.items() if not is_done(work, part)]
     if missing:
         page.add(f"## Not computed\n\nOf this revision, not yet: {'; '.join(missing)}. `scripts/reproduce` goes on with it.")
     page.add(f"{AGAIN}\n\n`scripts/reproduce` computes all of this (seeds are in the scenes and sweeps), `--quick` a small version of it, "
