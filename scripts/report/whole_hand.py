@@ -4,9 +4,9 @@ import h5py
 import numpy
 from scipy.spatial import cKDTree
 
+from curves import METHODS
 from runs import SCENES, attributes, percent
 
-COMPARED = ("surface", "paper", "unscattered")
 FINGERS = [name for name in SCENES if name != "grasp"]
 
 
@@ -18,7 +18,7 @@ def finger_rows(work):
             f"finger/{name}", f"finger/{name}_on_the_hand", f"panels/{name}"))
         rows += [{"scene": name, "method": method, "finger_alone": f"{alone[method]['relative_error']:.9g}",
                   "its_phases_on_the_hand": f"{there[method]['relative_error']:.9g}",
-                  "phases_of_the_hand": f"{whole[method]['relative_error']:.9g}"} for method in COMPARED]
+                  "phases_of_the_hand": f"{whole[method]['relative_error']:.9g}"} for method in METHODS]
     return rows
 
 
