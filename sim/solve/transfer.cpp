@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 #include <utility>
 
@@ -25,17 +26,19 @@ LowRank spanning_drives(SkinScattering& scattering) {
   return compressed(scattering.system().right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
 }
 
-/// The rows of skin beyond, reduced with the others or behind them, and nothing of dead channels: what they do is 0, not
-/// what rounding leaves of it.
+/// The rows of skin beyond, reduced with the others or, of a frame, in single precision behind them; and nothing of dead
+/// channels: what they do is 0, not what rounding leaves of it.
 void finish(const SkinScattering& scattering, const QuietSkin& quiet, bool reduce, Transfer& transfer) {
   if (transfer.quiet_weight > 0 && !quiet.beyond.empty()) {
-    const Eigen::MatrixXcd rows = quiet.beyond_rows(scattering.system().wave(), transfer.quiet_weight);
+    const Wave& wave = scattering.system().wave();
     if (reduce) {
-      add_quiet_rows(rows, kQuietTolerance, transfer.reduction);
+      add_quiet_rows(quiet.beyond_rows(wave, transfer.quiet_weight), kQuietTolerance, transfer.reduction);
     } else {
-      Eigen::MatrixXcd& all = transfer.reduction.problem.quiet;
-      all.conservativeResize(all.rows() + rows.rows(), rows.cols());
-      all.bottomRows(rows.rows()) = rows;
+      Eigen::MatrixXcd& rows = transfer.reduction.problem.quiet;
+      const Eigen::VectorXd scale = quiet.beyond_weights(transfer.quiet_weight).cwiseSqrt();
+      Eigen::MatrixXcd all(rows.rows() + scale.size(), rows.cols());
+      all << rows, scale.asDiagonal() * quiet.beyond_pressure_single(wave).cast<std::complex<double>>();
+      rows = std::move(all);
     }
   }
   const ChannelResponse& response = scattering.array().response;
