@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Whole runs by the first graphics card and by two of its machine's cores: a sphere against the series, and sweeps of heights.
+"""Whole runs by the first graphics card and by two of its machine's cores: a sphere against the series, and a sweep of heights.
 
 usage: scripts/gpu_runs.py [PROGRAM [FOLDER]]     (default: build/release/apps/touchfield, results/tables)
 
-Writes gpu_runs.csv: seconds of each, and how far what the card says is off: of the sphere's pressures by the series, of sweeps the
+Writes gpu_runs.csv: seconds of each, and how far what the card says is off: of the sphere's pressures by the series, of the sweep the
 judged error by the processor's, in points. The card computes all twenty heights, from start to end; the processor the first
 three, whose later ones, with everything at hand, stand for the rest: four minutes.
 """
@@ -37,7 +37,6 @@ write: [h5]
 """
 SPHERE_KA = 25
 HEIGHTS = [150 + 10 * i for i in range(20)]
-SWEEPS = {"heights of scenes/width_8mm.yaml": "", "heights of its whole hand": "body.keep_within_mm: null, judge: same, "}
 
 
 def touchfield(device, *arguments):
@@ -71,24 +70,24 @@ def sphere(folder):
         return row("a sphere, one drive", len(run["mesh/area"]), seconds["cuda"], seconds["cpu"], off)
 
 
-def sweep(work, folder):
+def sweep(folder):
     cases = {}
     for device, heights in (("cpu", HEIGHTS[:3]), ("cuda", HEIGHTS)):
         scene = folder / f"{device}.yaml"
         scene.write_text(f"base: {ROOT / 'scenes/width_8mm.yaml'}\nname: heights\n"
-                         f"set: {{{SWEEPS[work]}solve.methods: [surface], field: [], write: [h5], solve.device: {device}}}\n"
+                         f"set: {{solve.methods: [surface], field: [], write: [h5], solve.device: {device}}}\n"
                          f"grid: {{'body.place.at_mm[2]': {heights}}}\n")
         whole = touchfield(device, "sweep", scene, "-o", folder / device, "--jobs", "1")
         cases[device] = table(folder / device / "sweep.csv")
     times = [float(case["seconds"]) for case in cases["cpu"]]
     processor = times[0] + (len(HEIGHTS) - 1) * sum(times[1:]) / len(times[1:])
     off = max(abs(float(a["relative_error"]) - float(b["relative_error"])) for a, b in zip(cases["cpu"], cases["cuda"]))
-    return row(work, cases["cuda"][0]["faces"], whole, processor, 100 * off)
+    return row("heights of scenes/width_8mm.yaml", cases["cuda"][0]["faces"], whole, processor, 100 * off)
 
 
 tables = pathlib.Path(sys.argv[2] if len(sys.argv) > 2 else ROOT / "results/tables")
 rows = []
-for measure in (sphere, *(lambda folder, work=work: sweep(work, folder) for work in SWEEPS)):
+for measure in (sphere, sweep):
     with tempfile.TemporaryDirectory() as place:
         rows.append(measure(pathlib.Path(place)))
     print(*rows[-1].values(), flush=True)
