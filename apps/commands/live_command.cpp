@@ -26,6 +26,7 @@
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/stages.h"
 #include "sim/store/run_file.h"
+#include "solvers/linear/program_start.h"
 
 namespace touchfield {
 
@@ -151,6 +152,7 @@ class Live {
  private:
   void build() {
     progress_.note(fmt::format("live: building {}", scene_.name));
+    keep_freed_memory();
     std::future<SensedMotion> built = std::async(std::launch::async, [this] {
       leave_one_to_the_sensor(apply_threads(flags_), *scene_.motion);
       const Scene scene = within_budget(scene_, notes_, &progress_);

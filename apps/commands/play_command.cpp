@@ -18,6 +18,7 @@
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/motion_text.h"
+#include "solvers/linear/program_start.h"
 
 namespace touchfield {
 
@@ -51,6 +52,7 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
   ClaimedDirectory claimed(
       "motion.h5 holds all up to the last whole second that was written, {} says that it is not the whole motion");
   const int threads = apply_threads(flags);
+  keep_freed_memory();
   ConsoleProgress progress(flags.quiet || flags.json);
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = read_scene(command.scene, command.overrides);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <malloc.h>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -44,6 +45,11 @@ void restart_with_better_settings(char** argv) {
   for (const auto& [name, value] : settings) {
     unsetenv(name);  // what its children inherit is what the user has set
   }
+}
+
+void keep_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, -1);  // never
 }
 
 bool threads_wait_long() {
