@@ -186,7 +186,7 @@ class KeptHands(CommandTest):
         self.assertEqual(self.skin("kept/run"), ("whole", "whole"))
         self.assertIn("part only: figures are of the skin within keep_within_mm", self.run_ok("info", self.old).stdout)
         self.assertNotIn("part only", self.run_ok("info", "kept/run").stdout)
-        self.run_ok("run", "kept/hand.yaml", "-o", "whole", "--set", "judge={scheme: chief, edge_mm: 4}", "--set",
+        self.run_ok("run", "kept/hand.yaml", "-o", "whole", "--set", "judge={edge_mm: {near_target: 3, far: 8, within_mm: 10}}", "--set",
                     "body.hand.side=left", "--quiet")
         self.assertEqual(self.skin("whole"), ("part", "whole"))
         done = self.touchfield("compare", self.old, "whole")
@@ -212,13 +212,15 @@ class KeptHands(CommandTest):
         renumber(run, 3)
 
     def test_a_run_of_version_3_is_repeated_with_its_judge(self):
-        # judge.whole decided what of the body a judge with edge lengths of its own had.
+        # judge.whole decided what of the body a judge with edge lengths of its own had. A ball is such a body as well as a hand.
+        ball = (KEPT / "hand.yaml").read_text().replace("hand: {pose: index_up}", "sphere: {radius_mm: 20}").replace("index_pad", "bottom")
+        scene = self.write("ball.yaml", ball)
         judges = [("same", "part"), ("none", "part"), ("{split: 1}", "part"), ("{edge_mm: 5, whole: true}", "whole"),
                   ("{edge_mm: 5, whole: false}", "part"), ("{edge_mm: 5, whole: auto}", "whole"),
-                  ("{edge_mm: 0.9, whole: auto}", "part")]  # 28,000 faces of a whole hand
+                  ("{edge_mm: 0.9, whole: auto}", "part")]  # 14,000 faces of a whole ball
         for judge, skin in judges:
             with self.subTest(judge=judge):
-                self.run_ok("run", "kept/hand.yaml", "-o", "old", "--force", "--quiet", "--set", "body.beyond=nothing", "--set",
+                self.run_ok("run", scene, "-o", "old", "--force", "--quiet", "--set", "body.beyond=nothing", "--set",
                             "solve.methods=[focus]", "--set", f"judge={judge}")
                 self.assertEqual(self.skin("old"), ("part", skin))
                 self.as_of_version_3(self.folder / "old/run.h5")
@@ -235,8 +237,8 @@ class KeptHands(CommandTest):
             self.assertEqual(self.skin("part"), ("part", "whole"))
 
     def test_a_sweep_of_version_2_goes_on_with_its_parts_and_judge(self):
-        # A judge of 4 mm was `same` unless the scene said otherwise.
-        scene = (KEPT / "hand.yaml").read_text().replace("judge: none\n", "").replace("[focus, paper]", "[focus]")
+        # A judge of 4 mm was `same` unless the scene said otherwise. At half the frequency today's has a quarter of the faces.
+        scene = (KEPT / "hand.yaml").read_text().replace("judge: none\n", "frequency_khz: 20\n").replace("[focus, paper]", "[focus]")
         scene = self.write("scene.yaml", scene)
         sweep = self.write("sweep.yaml", "base: scene.yaml\ngrid: {array.level: [1, 0.9]}\n")
         self.run_ok("sweep", sweep, "-o", "new", "--quiet")
