@@ -12,7 +12,7 @@ from sonicsurface_board import Board  # noqa: E402
 
 LIBRARY = pathlib.Path(os.environ.get("TOUCHFIELD_AUTD3_LIBRARY", SOURCE / "build/autd3/libautd3capi.so"))
 PAGE = (SOURCE / "docs/hardware.md").read_text()
-COARSE = ["body.edge_mm=6", "solve.allow_coarse_mesh=true", "judge=null", "field=[]", "write=[h5]", "solve.iterations=1", "target.pressure_pa=1e5",
+COARSE = ["body.edge_mm=12", "solve.allow_coarse_mesh=true", "judge=none", "field=[]", "write=[h5]", "solve.iterations=1", "target.pressure_pa=1e6",
           "solve.methods=[{surface: {start: {random: 1}}}]"]
 
 
