@@ -143,11 +143,11 @@ class Bodies(CommandTest):
             self.assertEqual(run["provenance"].attrs["seeds"], "sensing=3")
 
     def test_the_point_nearest_the_array(self):
-        write_ply(self.folder / "ball.ply", *icosphere(3, 60.0))  # mm
+        write_ply(self.folder / "ball.ply", *icosphere(3, 30.0))  # mm
         text = FINGER.replace("capsule: {radius_mm: 8, length_mm: 10}", "mesh: {file: ball.ply, unit: mm}").replace(
-            "place: {landmark: bottom, at_mm: [0, 0, 60]}", "place: {at_mm: [0, 5, 120]}").replace(
-            "at: bottom", "at: nearest_array").replace("edge_mm: 2.6", "edge_mm: 8")
-        scene = self.write("scene.yaml", text.replace("size_mm: [8, 12, 6]", "size_mm: [30, 30, 20]"))
+            "place: {landmark: bottom, at_mm: [0, 0, 60]}", "place: {at_mm: [0, 5, 90]}").replace(
+            "at: bottom", "at: nearest_array").replace("edge_mm: 2.6", "edge_mm: 6")
+        scene = self.write("scene.yaml", text.replace("size_mm: [8, 12, 6]", "size_mm: [22, 22, 20]"))
         self.run_ok("run", scene, "-o", "out", "--set", "solve.methods=[focus]", "--set", "write=[h5]", "--set",
                     "solve.allow_coarse_mesh=true")
         with open_run(self.folder / "out") as run:
@@ -155,7 +155,7 @@ class Bodies(CommandTest):
             target = run["target/face"][:]
             middle = (area[target, None] * centroids[target]).sum(axis=0) / area[target].sum()
             # Over the array's own points the lowest one is the nearest: (0, 5, 60) mm, less the sagitta of a box that
-            # reaches 15 mm to each side.
+            # reaches 11 mm to each side.
             numpy.testing.assert_allclose(middle, [0, 0.005, 0.061], atol=4e-3)
 
     def test_a_run_takes_the_first_mesh_of_a_series(self):
