@@ -60,7 +60,7 @@ class Transfer(CommandTest):
 
     def test_it_is_kept_by_a_repetition_and_of_no_weight_in_a_comparison(self):
         self.run_ok("run", QUICK, "-o", "with", "--quiet", "--set", "write=[transfer]", "--set", "field=null", "--set",
-                    "solve.solver=lu")  # which the matrix has a say in choosing
+                    "target.pressure_pa=300", "--set", "solve.solver=lu")  # which the matrix has a say in choosing
         self.run_ok("run", "--from", "with", "-o", "again", "--quiet")
         with open_run(self.folder / "with") as run, open_run(self.folder / "again") as again:
             a, b = Matrix(run), Matrix(again)
