@@ -36,6 +36,7 @@ write: [h5]
 """
 
 FULL = ["--max-level", "1"]  # the board has no other level
+BRIEF = ["--seconds", "0.2"]  # as long as a pattern has to be heard
 QUIET_WITHIN = 0.2  # s
 DEVICE_FAILED = 4
 BAD_INPUT = 2
@@ -147,7 +148,7 @@ class Bytes(BoardTest):
         amplitudes[[0, 17, 255]] = 0
         run = self.with_drives(self.run_of(), "some_off", numpy.full(256, 1.0), amplitudes)
         board = self.board()
-        self.send_ok(board, run)
+        self.send_ok(board, run, *BRIEF)
         self.assertEqual([n for n, byte in enumerate(board.patterns()[0]) if byte == OFF], [0, 17, 255])
         half = self.with_drives(self.run_of("b"), "half", numpy.zeros(256), numpy.full(256, 0.5))
         self.refused(None, half, "--to", f"sonicsurface:{board.port}", says=["fully or not at all", "0.5"])
@@ -163,11 +164,11 @@ class Bytes(BoardTest):
 
     def test_the_second_board(self):
         board = self.board(number=1)
-        self.send_ok(board, self.run_of(), options="?firmware=secondary")
+        self.send_ok(board, self.run_of(), *BRIEF, options="?firmware=secondary")
         self.assertEqual(len(board.patterns()), 1)
         # The same bytes leave the first board of the pair alone.
         board = self.board(number=0)
-        self.send(board, self.run_of("b"), options="?firmware=secondary")
+        self.send(board, self.run_of("b"), *BRIEF, options="?firmware=secondary")
         self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
         self.assertEqual(board.patterns(), [])
 
@@ -175,7 +176,7 @@ class Bytes(BoardTest):
         phases = 2 * numpy.pi * (numpy.arange(256) % 32) / 32
         run = self.with_drives(self.run_of(), "ramp", phases)
         board = self.board(order=list(range(256)))
-        self.send_ok(board, run, options="?order=natural")
+        self.send_ok(board, run, *BRIEF, options="?order=natural")
         self.assertEqual(board.patterns(), [[n % 32 for n in range(256)]])
 
     def test_frames_keep_within_the_line(self):
@@ -198,7 +199,7 @@ class Bytes(BoardTest):
         self.refused(board, run, "--to", where, says=["modulates by itself", "none"])
         self.refused(board, run, "--to", where, "--modulation", 500, says=["500 Hz", "416.7"])
         self.refused(board, run, "--to", where, "--modulation", 200, "--depth", 0.5, says="depth 0.5")
-        done = self.send_ok(board, run, "--modulation", 200, options="?firmware=tactile")
+        done = self.send_ok(board, run, *BRIEF, "--modulation", 200, options="?firmware=tactile")
         # 512 times a step of s + 1 ticks of 0.64 MHz make a period: s = 5 is the nearest to 200 Hz.
         self.assertEqual(board.firmware.step, 5)
         self.assertIn("208.3 Hz", done.stdout)
@@ -310,8 +311,8 @@ class Permission(BoardTest):
                                   ("mirrored", positions(mirrored=True), ["mirrored"])]:
             with self.subTest(name):
                 self.refused(board, self.run_of(name, array), *to, says=["the run's array is not that of", *says])
-        self.send_ok(board, self.run_of("same", "grid: {count: [16, 16], pitch_mm: 10.5}"))
-        self.send_ok(board, self.run_of("turned", positions(turned)))
+        self.send_ok(board, self.run_of("same", "grid: {count: [16, 16], pitch_mm: 10.5}"), *BRIEF)
+        self.send_ok(board, self.run_of("turned", positions(turned)), *BRIEF)
         # One of a sequence is enough.
         self.refused(None, self.folder / "same", self.folder / "pitch", *to, says="pitch")
 
@@ -659,7 +660,7 @@ class Bench(BoardTest):
     def test_walk(self):
         board = self.board()
         done = self.run_ok("array", "walk", "--to", f"sonicsurface:{board.port}", "--first", 14, "--count", 4,
-                           "--dwell", 0.5, *FULL, "--emit")
+                           "--dwell", 0.1, *FULL, "--emit")
         self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
         self.assertEqual([[n for n, byte in enumerate(pattern) if byte != OFF] for pattern in board.patterns()],
                          [[14], [15], [16], [17]])
@@ -668,7 +669,7 @@ class Bench(BoardTest):
     def test_focus(self):
         board = self.board()
         point = numpy.array([20.0, -10.0, 120.0])
-        self.run_ok("array", "test", "--to", f"sonicsurface:{board.port}", "--at-mm", *point, *FULL, "--emit",
+        self.run_ok("array", "test", "--to", f"sonicsurface:{board.port}", "--at-mm", *point, *FULL, *BRIEF, "--emit",
                     "--temperature-c", 25)
         self.assertTrue(board.wait(lambda b: b.quiet_at is not None))
         delays = numpy.array(board.patterns()[0]) / 32  # [periods]
