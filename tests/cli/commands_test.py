@@ -19,8 +19,16 @@ from live_test import SCENE  # noqa: E402
 from sonicsurface_board import Board  # noqa: E402
 from support import FINGER, SOURCE, CommandTest  # noqa: E402
 
-COARSE = [part for change in ("body.edge_mm=5", "solve.iterations=2", "solve.methods=[surface, focus]", "judge=same", "write=[h5]")
-          for part in ("--set", change)]
+
+
+def sets(*changes):
+    return [part for change in changes for part in ("--set", change)]
+
+
+SHORT = sets("solve.iterations=2", "solve.methods=[surface, focus]", "judge=same", "write=[h5]")
+# For less pressure a board's transducers would be turned down, which it cannot.
+COARSE = [*SHORT, *sets("body.edge_mm=12", "solve.allow_coarse_mesh=true", "target.pressure_pa=1e6")]
+SMALL = sets("body.edge_mm=3", "array.grid.count=[8, 8]")
 SWEPT = ("scenes/sweeps/spread.yaml", "scenes/sweeps/spread_grasp.yaml")  # minutes: they are checked only
 LIBRARY = "build/autd3"
 
@@ -54,6 +62,8 @@ class Commands(CommandTest):
             return [*words, "--seconds", "1"]
         if words[0] == "sweep" and words[1] in SWEPT:
             return ["check", words[1]]
+        if words[0] == "sweep" and "--collect" not in words:
+            return [*words, *SMALL]
         return words
 
     def follow(self, name, count):
@@ -80,7 +90,7 @@ class Commands(CommandTest):
         self.follow("cameras.md", 1)
 
     def test_hardware(self):
-        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "RUN", "--quiet", *COARSE)
+        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "RUN", "--quiet", *SHORT)
         self.follow("hardware.md", 8)
         self.assertTrue(self.board.heard)
 
@@ -95,7 +105,7 @@ class Commands(CommandTest):
         self.follow("sweeps.md", 1)
 
     def test_transducers(self):
-        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "out", "--quiet", *COARSE)
+        self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "out", "--quiet", *SHORT)
         shutil.copy(self.folder / "out/run.h5", self.folder / "RUN.h5")
         self.write("MEASURED.csv", "x_mm,y_mm,z_mm,p_pa\n0,0,40,10\n10,0,40,9\n0,10,40,8\n")
         self.follow("transducers.md", 4)
