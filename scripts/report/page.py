@@ -306,7 +306,7 @@ def write_report(work, report, quick):
     page = Page()
     page.add("# Pressure patterns on the skin of a hand: the published analysis, reproduced and carried further")
     if quick:
-        page.add("**A quick rehearsal: coarse meshes, a quarter of the transducers, few cases. Its numbers mean nothing.**")
+        page.add("**A quick rehearsal: coarse meshes, an eighth of the transducers, few cases. Its numbers mean nothing.**")
     page.add("The study: Matsubayashi, Makino, Shinoda, EuroHaptics 2020, doi 10.1007/978-3-030-58147-3_45. Methods: "
              "`paper`, its optimisation, on this program's model of scattering; `unscattered`, its comparison, as if the hand did not "
              "scatter; both with faces weighed by area, since the mesh is finer about the target; `paper_original` and "
