@@ -23,7 +23,7 @@ struct FitCommand {
   std::string folder;
   std::string output;  // empty: results/runs/NAME-NNNN
   bool force = false;
-  std::string pose = HandShape{}.pose;
+  std::string pose = "auto";
   std::string side = "right";
   double length_mm = HandShape{}.length / kMillimetre;
   double breadth_mm = HandShape{}.breadth / kMillimetre;
@@ -34,7 +34,8 @@ struct FitCommand {
 
 FolderFit fit_of(const FitCommand& command) {
   FolderFit how;
-  how.hand.pose = command.pose;
+  how.any_pose = command.pose == "auto";
+  how.hand.pose = how.any_pose ? HandShape{}.pose : command.pose;
   how.hand.side = command.side == "left" ? HandSide::kLeft : HandSide::kRight;
   how.hand.length = command.length_mm * kMillimetre;
   how.hand.breadth = command.breadth_mm * kMillimetre;
@@ -136,8 +137,10 @@ void add_fit_command(CLI::App& app, Invocation& invocation) {
                    "results/runs/fit-NNNN, the next free number")
       ->type_name(kFolder);
   command->add_flag("--force", fit->force, "Replace what the output directory holds of a run");
-  command->add_option("--pose", fit->pose, "How the fingers are held")
-      ->check(one_of(hand_poses()))
+  std::vector<std::string> poses = hand_poses();
+  poses.emplace_back("auto");
+  command->add_option("--pose", fit->pose, "How the fingers are held; auto: index_up or flat, what comes nearer")
+      ->check(one_of(poses))
       ->capture_default_str();
   command->add_option("--side", fit->side, "Which hand")->check(one_of({"right", "left"}))->capture_default_str();
   add_number(command, "--length-mm", fit->length_mm, schema::between(120, 260),

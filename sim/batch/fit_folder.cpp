@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
+#include <deque>
 #include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -15,6 +18,7 @@
 #include "sim/scene/yaml_tree.h"
 #include "sim/solve/meshed_body.h"
 #include "sim/solve/stages.h"
+#include "sim/store/motion_summary.h"
 #include "sim/store/vtk_files.h"
 #include "sim/tracking/seen_distance.h"
 
@@ -46,6 +50,37 @@ bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker, Pro
   return false;
 }
 
+/// The pose of the built-in hand that comes nearest to the first frame, of some spread over the recording, that one is found in.
+std::string nearest_pose(const CameraFolder& folder, const FolderFit& how) {
+  constexpr std::size_t kMostFrames = 8;
+  std::deque<HandTracker> trackers;  // they cannot be moved
+  const std::vector<std::string> poses = {"index_up", "flat"};
+  for (const std::string& pose : poses) {
+    HandShape hand = how.hand;
+    hand.pose = pose;
+    trackers.emplace_back(HandTemplate(hand, HandTemplate::kUsualEdge), folder.cameras(),
+                          Box{how.workspace[0], how.workspace[1]});
+  }
+  const std::size_t step = (folder.size() + kMostFrames - 1) / kMostFrames;
+  for (std::size_t k = 0; k < folder.size(); k += step) {
+    const DepthFrame frame = folder.frame(k);
+    std::size_t best = poses.size();
+    double most = 0;
+    for (std::size_t pose = 0; pose < poses.size(); ++pose) {
+      trackers[pose].forget();
+      const HandFit fit = trackers[pose].track(frame);
+      if (!fit.lost && fit.worth() > most) {
+        most = fit.worth();
+        best = pose;
+      }
+    }
+    if (best < poses.size()) {
+      return poses[best];
+    }
+  }
+  return poses.front();
+}
+
 /// Whether the other hand is in the images.
 bool finds_other_hand(const CameraFolder& folder, const FolderFit& how, Progress& progress) {
   HandShape other = how.hand;
@@ -56,13 +91,13 @@ bool finds_other_hand(const CameraFolder& folder, const FolderFit& how, Progress
 }
 
 std::string frames_csv(const std::vector<FittedFrame>& frames) {
-  std::string text = "time_s,lost,residual_mm,explained,share,seen,fit_ms,file,reason\n";
+  std::string text = "time_s,lost,residual_mm,explained,share,evidence,seen,fit_ms,file,reason\n";
   for (const FittedFrame& frame : frames) {
     const HandFit& fit = frame.fit;
     text += fmt::format("{},{:d},", schema::decimal_text(fit.seconds), fit.lost);
-    text += fit.placed ? fmt::format("{:.4g},{:.4g},{:.4g},{:.4g}", fit.residual / kMillimetre, fit.explained,
-                                     fit.share, fit.seen)
-                       : ",,,";
+    text += fit.placed ? fmt::format("{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}", fit.residual / kMillimetre, fit.explained,
+                                     fit.share, fit.evidence, fit.seen)
+                       : ",,,,";
     text += fmt::format(",{:.4g},{},{}\n", frame.milliseconds, frame.file, lost_text(fit));
   }
   return text;
@@ -70,11 +105,12 @@ std::string frames_csv(const std::vector<FittedFrame>& frames) {
 
 /// What a camera saw in all frames so far.
 struct CameraUse {
-  std::size_t frames = 0;        // with any depth
-  std::size_t with_hand = 0;     // of these, in which the hand was found
-  std::size_t confirming = 0;    // of these, in which it saw the skin
-  std::size_t in_workspace = 0;  // of those in which the hand was lost, with points where it is looked for
-  std::vector<double> depths{};  // median of each frame with any depth [m]
+  std::size_t frames = 0;         // with any depth
+  std::size_t with_hand = 0;      // of these, in which the hand was found
+  std::size_t confirming = 0;     // of these, in which it saw the skin
+  std::size_t in_workspace = 0;   // of those in which the hand was lost, with points where it is looked for
+  std::vector<double> on_skin{};  // share of its points near the hand that lie on the skin, each frame with the hand
+  std::vector<double> depths{};   // median of each frame with any depth [m]
 };
 
 /// The median of the depths in an image, of some of its pixels [m]; 0 if it saw nothing.
@@ -108,13 +144,17 @@ void add_use(const DepthFrame& frame, const HandFit& fit, std::vector<CameraUse>
     if (!fit.lost) {
       ++use.with_hand;
       use.confirming += fit.confirmed[c] >= kLeastConfirmed ? 1 : 0;
+      if (std::isfinite(fit.explained_by[c])) {
+        use.on_skin.push_back(fit.explained_by[c]);
+      }
     }
   }
 }
 
 /// Cameras that see something and not the skin where the fit has it.
 std::vector<std::string> cameras_apart(const std::vector<DepthCamera>& cameras, const std::vector<CameraUse>& uses) {
-  constexpr double kFew = 0.1;  // of the frames
+  constexpr double kFew = 0.1;      // of the frames
+  constexpr double kOnSkin = 0.85;  // of the points
   std::vector<std::string> warnings;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const CameraUse& use = uses[c];
@@ -123,9 +163,38 @@ std::vector<std::string> cameras_apart(const std::vector<DepthCamera>& cameras, 
           "cameras: in {1} of {2} frames {0} sees something, but not the skin where the fit has it; correct "
           "its pose in cameras.yaml (translation_mm, the rotation from camera to world), or leave it out",
           cameras[c].name, use.with_hand - use.confirming, use.with_hand));
+    } else if (const double share = statistics(use.on_skin).median; cameras.size() > 1 && share < kOnSkin) {
+      warnings.push_back(
+          fmt::format("cameras: of the points that {} sees near the hand, {:.0f} % lie on the fitted skin (median); "
+                      "where cameras agree "
+                      "it is {:.0f} % or more. Correct its pose in cameras.yaml, or leave it out",
+                      cameras[c].name, 100 * share, 100 * kOnSkin));
     }
   }
   return warnings;
+}
+
+/// A residual above what the noise of the points and the model explain.
+std::optional<std::string> residual_warning(const std::vector<FittedFrame>& frames, std::size_t cameras) {
+  constexpr double kModel = 0.4e-3;  // of a hand that is not the template [m]
+  constexpr double kMost = 1.5;      // times both
+  std::vector<double> residuals;
+  std::vector<double> noises;
+  for (const FittedFrame& frame : frames) {
+    if (!frame.fit.lost) {
+      residuals.push_back(frame.fit.residual);
+      noises.push_back(frame.fit.noise);
+    }
+  }
+  const double residual = statistics(residuals).median;
+  const double noise = statistics(noises).median;
+  if (!(residual > kMost * std::hypot(kModel, noise))) {
+    return {};
+  }
+  return fmt::format(
+      "residual: points lie {:.2f} mm rms off the fitted skin, and a depth camera's noise explains {:.2f} mm. Check {}"
+      "depth_unit_mm and the distance from the cameras",
+      residual / kMillimetre, noise / kMillimetre, cameras > 1 ? "the cameras' places, " : "");
 }
 
 /// Why the hand is in no frame, and what to try.
@@ -247,6 +316,9 @@ class FolderFitter {
                            : nothing_found(folder_.cameras(), uses_, fitted_.frames, how_));
     }
     std::ranges::for_each(cameras_apart(folder_.cameras(), uses_), warn);
+    if (const auto warning = residual_warning(fitted_.frames, folder_.cameras().size())) {
+      warn(*warning);
+    }
     return std::move(fitted_);
   }
 
@@ -309,7 +381,13 @@ class FolderFitter {
 }  // namespace
 
 FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress) {
-  return FolderFitter(folder, how, directory).fitted(progress);
+  FolderFit own = how;
+  if (how.any_pose) {
+    std::vector<std::pair<std::string, double>> seconds;
+    own.hand.pose = timed(progress, seconds, "pose", "that comes nearest", [&] { return nearest_pose(folder, how); });
+    progress.note(fmt::format("  pose {}", own.hand.pose));
+  }
+  return FolderFitter(folder, own, directory).fitted(progress);
 }
 
 }  // namespace touchfield

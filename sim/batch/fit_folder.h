@@ -15,6 +15,7 @@ namespace touchfield {
 /// How a hand is fitted to recorded images.
 struct FolderFit {
   HandShape hand;                    // before its shape is learnt
+  bool any_pose = false;             // index_up or flat, what comes nearer, instead of the hand's own
   double edge = 3e-3;                // of the meshes that are written [m]
   std::array<Vector3, 2> workspace;  // corners of the box that it is looked for in [m]
   double learning = 1;  // its shape is learnt from the first part so long in which it is found [s]; 0: it is as it is

@@ -22,14 +22,38 @@ constexpr double kFollowScale = 2e-3;        // [m]
 constexpr double kFollowTurn = 6 * kDegree;  // deviation of joints from what is predicted
 constexpr double kRegionMargin = 40e-3;      // round the hand where points are looked for [m]
 constexpr double kNear = 12e-3;              // points count as near the skin [m]
+constexpr double kBeside = 20e-3;            // of points that no skin is matched with [m]
 constexpr double kBehindWrist = -5e-3;       // y in the hand's frame [m]
 constexpr double kSightTolerance = 7e-3;     // [m]
 constexpr Eigen::Index kLeastFitPoints = 150;
 constexpr std::size_t kLearningFrames = 12;
 constexpr std::size_t kLeastLearningFrames = 3;
 constexpr std::size_t kStartsPerFrame = 2;
+constexpr std::size_t kStartsOfAnImage = 36;  // of images so far apart that each is searched for itself
 constexpr Eigen::Index kPointsOfStart = 500;
-constexpr double kStartTurn = 15 * kDegree;  // deviation of joints from the template's
+constexpr double kStartTurn = 15 * kDegree;                        // deviation of joints from the template's
+constexpr std::size_t kBestFits = 4;                               // fits of which digits are moved
+constexpr double kSeldom = 0.1;                                    // frames so far apart show no motion [s]
+constexpr std::array<double, 4> kSizes = {0.84, 0.92, 1.0, 1.08};  // of the template's, that are looked for
+
+/// The template's posture and, where its joints are free, two others: fingers far apart, and half bent.
+std::vector<JointAngles> postures(const HandTemplate& hand) {
+  const JointAngles own = joint_angles(hand.pose());
+  std::vector<JointAngles> all{own};
+  if (hand.free_joints().minCoeff() == 1) {
+    JointAngles apart = own;
+    JointAngles bent = own;
+    constexpr std::array<double, 4> kAbduction = {16, 2, 12, 26};
+    for (Eigen::Index finger = 0; finger < 4; ++finger) {
+      const Eigen::Index first = 5 + 4 * finger;
+      apart(first) = kAbduction[static_cast<std::size_t>(finger)] * kDegree;
+      bent.segment<3>(first + 1) += Vector3(25, 30, 15) * kDegree;
+    }
+    all.push_back(apart);
+    all.push_back(bent);
+  }
+  return all;
+}
 
 class Stopwatch {
  public:
@@ -69,12 +93,20 @@ std::string lost_text(const HandFit& fit) {
   };
   require(fit.near >= kLeastFitPoints, fmt::format("points near the skin {} ({} asked)", fit.near, kLeastFitPoints));
   require(fit.share >= fit.asked.share, fmt::format("share {:.3f} ({:g} asked)", fit.share, fit.asked.share));
+  require(fit.evidence >= fit.asked.evidence,
+          fmt::format("evidence {:.3f} ({:g} asked)", fit.evidence, fit.asked.evidence));
   require(fit.explained >= fit.asked.explained,
           fmt::format("explained {:.3f} ({:g} asked)", fit.explained, fit.asked.explained));
-  require(fit.residual <= fit.asked.residual,
-          fmt::format("residual {:.2f} mm ({:g} asked)", fit.residual / kMillimetre, fit.asked.residual / kMillimetre));
+  require(
+      fit.residual <= fit.asked.residual,
+      fmt::format("residual {:.2f} mm ({:.2g} asked)", fit.residual / kMillimetre, fit.asked.residual / kMillimetre));
   require(fit.digits, "a digit's end is not where it is fitted");
   return fmt::format("{}", fmt::join(reasons, "; "));
+}
+
+double HandFit::worth() const {
+  constexpr double kBelieved = 1.5;
+  return seen_area * evidence * explained * explained * (lost ? 1.0 : kBelieved);
 }
 
 PoseVector HandFit::pose() const {
@@ -91,11 +123,18 @@ HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> came
       workspace_(workspace),
       options_(options),
       shape_(hand_->shaped(HandProportions::Zero())),
-      fit_(*hand_),
-      search_({hand_->mesh()}) {
+      fit_(*hand_) {
+  std::vector<ShapedHand> sizes;
+  for (const double ratio : kSizes) {
+    HandProportions by = HandProportions::Zero();
+    by(kLengthRatio) = std::log(ratio);
+    by(kBreadthRatio) = std::log(ratio);
+    sizes.push_back(hand_->shaped(by));
+  }
+  look_for(sizes);
   for (Eigen::Index v = 0; v < hand_->mesh().vertex_count(); ++v) {
     const std::size_t bone = hand_->influences(v).front().bone;
-    const bool end = bone != SkinnedHand::kPalm && bone != SkinnedHand::kSwing && (bone - 1) % 3 > 0;
+    const bool end = bone != SkinnedHand::kPalm && bone != SkinnedHand::kSwing && (bone - 1) % 3 == 2;
     digit_.push_back(end ? static_cast<int>((bone - 1) / 3) : -1);
   }
   if (options.node_spacing > 0) {
@@ -103,10 +142,25 @@ HandTracker::HandTracker(const HandTemplate& hand, std::vector<DepthCamera> came
   }
 }
 
+void HandTracker::look_for(const std::vector<ShapedHand>& shapes) {
+  kinds_.clear();
+  std::vector<TriangleMesh> skins;
+  for (const ShapedHand& shape : shapes) {
+    for (const JointAngles& joints : postures(*hand_)) {
+      kinds_.push_back({shape, joints});
+      Points vertices;
+      hand_->carry(shape, hand_->skeleton_at(shape.proportions, joints), vertices);
+      skins.emplace_back(vertices, hand_->mesh().triangles());
+    }
+  }
+  search_.emplace(skins);
+}
+
 void HandTracker::forget() {
   past_.clear();
   starts_.clear();
   shifts_.resize(3, 0);
+  last_ = -std::numeric_limits<double>::infinity();
 }
 
 HandState HandTracker::predicted(double seconds) const {
@@ -131,15 +185,21 @@ HandState HandTracker::predicted(double seconds) const {
   return state;
 }
 
+HandPoints HandTracker::read(const DepthFrame& frame, const Box& within) {
+  const Stopwatch watch(times_.points);
+  return reader_.read(frame, within);
+}
+
 Box HandTracker::region(const HandState& state) const {
   Points vertices;
   hand_->carry(shape_, hand_->skeleton_at(shape_.proportions, state.joints), vertices);
   return box_round(state.place(vertices), kRegionMargin).intersection(workspace_);
 }
 
-/// Whether the ends of all digits are where the images can have them.
-bool HandTracker::digits_confirmed(double least) const {
-  constexpr double kLeastSaid = 12;
+/// Digits whose last bones the images do not show where they are fitted.
+std::vector<std::size_t> HandTracker::digits_missing() const {
+  constexpr double kLeastSaid = 8;
+  constexpr double kLeast = 0.45;  // 15 mm of air leave a third of a last bone
   std::array<double, HandSkeleton::kDigits> confirmed{};
   std::array<double, HandSkeleton::kDigits> said{};
   for (std::size_t v = 0; v < digit_.size(); ++v) {
@@ -147,49 +207,71 @@ bool HandTracker::digits_confirmed(double least) const {
       const auto d = static_cast<std::size_t>(digit_[v]);
       const auto vertex = static_cast<Eigen::Index>(v);
       confirmed[d] += check_.confirmed(vertex);
-      said[d] += check_.confirmed(vertex) + check_.refuted(vertex);
+      said[d] += check_.confirmed(vertex) + check_.refuted(vertex) + check_.blank(vertex) + check_.covered(vertex);
     }
   }
+  std::vector<std::size_t> missing;
   for (std::size_t d = 0; d < said.size(); ++d) {
-    if (said[d] >= kLeastSaid && confirmed[d] < least * said[d]) {
-      return false;
+    if (said[d] >= kLeastSaid && confirmed[d] < kLeast * said[d]) {
+      missing.push_back(d);
     }
   }
-  return true;
+  return missing;
 }
 
 /// Whether a fit is to be believed. Leaves the skin's matches in fit_.
 void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& belief, HandFit& fit) {
-  constexpr double kOfDigits = 0.6;
   const Stopwatch watch(times_.check);
   fit_.match(shape_, points, fit.state, kNear, kFollowScale);
   const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
-  double near = 0;
-  double explained = 0;
+  const auto counts = [&](int point) {
+    return (back * (points.at.col(point) - fit.state.place.shift)).y() > kBehindWrist;
+  };
+  std::vector<bool> matched(static_cast<std::size_t>(points.size()));
+  Eigen::VectorXd near = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cameras().size()));  // of each camera's points
+  Eigen::VectorXd explained = near;
   double squares = 0;
+  double noise = 0;
   double weights = 0;
   for (const SkinMatch& match : fit_.matches()) {
-    if ((back * (points.at.col(match.point) - fit.state.place.shift)).y() > kBehindWrist) {
-      near += 1;
-      explained += std::abs(match.residual) < belief.within ? 1 : 0;
+    matched[static_cast<std::size_t>(match.point)] = true;
+    const double sigma = points.sigma(match.point);
+    if (counts(match.point)) {
+      const int camera = points.camera[static_cast<std::size_t>(match.point)];
+      near(camera) += 1;
+      explained(camera) += std::abs(match.residual) < belief.within + 2 * sigma ? 1 : 0;
     }
     squares += match.weight * match.residual * match.residual;
+    noise += match.weight * sigma * sigma;
     weights += match.weight;
+  }
+  // What goes on beside the hand is no hand, or another one.
+  for (int point = 0; point < points.size(); ++point) {
+    if (!matched[static_cast<std::size_t>(point)] && counts(point)) {
+      const double squared = (fit_.vertices().colwise() - points.at.col(point)).colwise().squaredNorm().minCoeff();
+      near(points.camera[static_cast<std::size_t>(point)]) += squared < kBeside * kBeside ? 1 : 0;
+    }
   }
   check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, options_.points.baseline, check_);
   fit.placed = true;
   fit.asked = belief;
-  fit.near = static_cast<Eigen::Index>(near);
+  fit.noise = weights > 0 ? std::sqrt(noise / weights) : 0;
+  fit.asked.residual = std::hypot(belief.residual, fit.noise);
+  fit.near = static_cast<Eigen::Index>(near.sum());
   fit.confirmed = check_.confirmed_by;
-  fit.digits = digits_confirmed(kOfDigits * belief.share);
+  fit.digits = digits_missing().empty();
   const TriangleMesh& mesh = hand_->mesh();
   fit.seen_vertex = check_.confirmed.cwiseMin(1.0);
   fit.seen = confidence(fit).dot(mesh.areas()) / mesh.total_area();
-  fit.explained = explained / std::max(near, 1.0);
+  fit.explained = explained.sum() / std::max(near.sum(), 1.0);
+  const Eigen::VectorXd shares = explained.cwiseQuotient(near);  // 0 / 0 is NaN
+  fit.explained_by.assign(shares.begin(), shares.end());
+  fit.seen_area = fit.seen * mesh.total_area() * std::exp(shape_.proportions.head<2>().sum());
   fit.share = check_.share();
+  fit.evidence = check_.evidence();
   fit.residual = weights > 0 ? std::sqrt(squares / weights) : 0;
   fit.lost = !(fit.near >= kLeastFitPoints && fit.explained >= belief.explained && fit.share >= belief.share &&
-               fit.residual <= belief.residual && fit.digits);
+               fit.evidence >= belief.evidence && fit.residual <= fit.asked.residual && fit.digits);
 }
 
 /// freedom   deviation of the joints from where they start [rad]
@@ -212,42 +294,166 @@ HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, c
   return fit;
 }
 
-/// Brings a start that is some centimetres and tens of degrees off to where fitted() can take it up.
-HandState HandTracker::brought_closer(const HandPoints& points, const HandStart& start) {
+/// Brings a hand that is some centimetres and tens of degrees off to where fitted() can take it up.
+HandState HandTracker::brought_closer(const HandPoints& points, const HandState& start) {
   const Stopwatch watch(times_.pose);
   const int stride = std::max(1, static_cast<int>(points.size() / kPointsOfStart));
-  const JointAngles joints = joint_angles(hand_->pose());
-  const PosePrior stiff{joints, JointAngles::Constant(kFollowTurn)};
-  const HandState placed =
-      fit_.fit(shape_, points, {start.place, joints}, stiff, {6, 24e-3, 12e-3, 4e-3, stride, true}).state;
-  const PosePrior loose{joints, JointAngles::Constant(kStartTurn)};
+  const PosePrior stiff{start.joints, JointAngles::Constant(kFollowTurn)};
+  const HandState placed = fit_.fit(shape_, points, start, stiff, {6, 24e-3, 12e-3, 4e-3, stride, true}).state;
+  const PosePrior loose{start.joints, JointAngles::Constant(kStartTurn)};
   return fit_.fit(shape_, points, placed, loose, {8, 20e-3, 8e-3, 3e-3, stride, false}).state;
 }
 
-HandFit HandTracker::found(const DepthFrame& frame, const HandPoints& points) {
-  HandFit fit;
-  fit.seconds = frame.seconds;
-  if (points.size() < kLeastFitPoints) {
-    starts_.clear();
-    return fit;
+/// The fit or, where digits are not seen where it has them, one with these bent, half bent, to a side, or shorter, if
+/// that is seen. Sets shape_.
+HandFit HandTracker::with_digits_moved(const DepthFrame& frame, const HandPoints& points, HandFit fit) {
+  constexpr double kAside = 14;
+  constexpr double kShorter = 0.08;  // of the ratio's logarithm
+  constexpr double kShortest = -0.25;
+  const std::array<Eigen::Vector4d, 4> moves = {Eigen::Vector4d(0, 80, 95, 50), Eigen::Vector4d(0, 40, 50, 30),
+                                                Eigen::Vector4d(kAside, 0, 0, 0), Eigen::Vector4d(-kAside, 0, 0, 0)};
+  const FitBelief& belief = learnt_ ? options_.found : options_.unlearnt;
+  for (std::size_t tries = 0; fit.lost && tries < 2 * HandSkeleton::kDigits; ++tries) {
+    judge(frame, points, belief, fit);
+    const ShapedHand before = shape_;
+    ShapedHand shape = before;
+    HandFit best = fit;
+    const auto attempt = [&](const HandState& start) {
+      HandFit other = fitted(frame, points, start, kStartTurn, options_.found);
+      if (other.worth() > best.worth()) {
+        best = std::move(other);
+        shape = shape_;
+      }
+    };
+    for (const std::size_t digit : digits_missing()) {
+      const Eigen::Index first = digit == 0 ? 0 : 5 + 4 * (static_cast<Eigen::Index>(digit) - 1);
+      HandProportions by = before.proportions;
+      double& length = by(kDigitRatios + static_cast<Eigen::Index>(digit));
+      length -= kShorter;
+      if (!learnt_ && length >= kShortest) {
+        shape_ = hand_->shaped(by);
+        attempt(fit.state);
+        shape_ = before;
+      }
+      HandState start = fit.state;
+      if (digit == 0) {
+        start.joints.head<5>() = joint_angles(hand_pose("index_up")).head<5>();
+        attempt(start);
+        continue;
+      }
+      for (const Eigen::Vector4d& move : moves) {
+        start.joints = fit.state.joints;
+        if (move(0) != 0) {
+          start.joints(first) += move(0) * kDegree;
+        } else {
+          start.joints.segment<3>(first + 1) = move.tail<3>() * kDegree;
+        }
+        attempt(start);
+      }
+    }
+    if (!(best.worth() > fit.worth())) {
+      break;
+    }
+    shape_ = std::move(shape);
+    fit = std::move(best);
   }
-  std::size_t most = kStartsPerFrame;
-  if (starts_.empty()) {
-    const Stopwatch watch(times_.search);
-    starts_ = search_.starts(points, cameras(), frame);
-    std::ranges::reverse(starts_);
-    most = 1;
-  }
-  most = learning_ ? starts_.size() : std::min(most, starts_.size());
-  for (std::size_t k = 0; k < most && fit.lost; ++k) {
-    const HandState near = brought_closer(points, starts_.back());
-    starts_.pop_back();
-    HandFit other = fitted(frame, points, near, kStartTurn, options_.found);
-    if (!other.lost || other.share + other.explained >= fit.share + fit.explained) {
-      fit = std::move(other);
+  return fit;
+}
+
+/// The fit or that of a hand a little longer, shorter, broader or narrower, as long as it explains more. Sets shape_.
+HandFit HandTracker::with_size_changed(const DepthFrame& frame, const HandPoints& points, HandFit fit) {
+  constexpr double kStep = 0.04;  // of the ratio's logarithm
+  constexpr double kMost = 0.22;
+  constexpr int kSteps = 8;
+  constexpr double kGain = 1.002;
+  const std::array<Eigen::Vector2d, 6> changes = {Eigen::Vector2d(1, 1), Eigen::Vector2d(-1, -1),
+                                                  Eigen::Vector2d(1, 0), Eigen::Vector2d(-1, 0),
+                                                  Eigen::Vector2d(0, 1), Eigen::Vector2d(0, -1)};
+  for (int step = 0; step < kSteps; ++step) {
+    const ShapedHand before = shape_;
+    ShapedHand shape = before;
+    HandFit best = fit;
+    for (const Eigen::Vector2d& change : changes) {
+      HandProportions by = before.proportions;
+      by.head<2>() += kStep * change;
+      if (by.head<2>().cwiseAbs().maxCoeff() > kMost) {
+        continue;
+      }
+      shape_ = hand_->shaped(by);
+      HandFit other = fitted(frame, points, fit.state, kStartTurn, options_.found);
+      if (other.worth() > best.worth() && other.worth() > kGain * fit.worth()) {
+        best = std::move(other);
+        shape = shape_;
+      }
+    }
+    const bool better = best.worth() > fit.worth();
+    shape_ = std::move(shape);
+    fit = std::move(best);
+    if (!better) {
+      break;
     }
   }
   return fit;
+}
+
+HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
+  if (points.size() < kLeastFitPoints) {
+    starts_.clear();
+    HandFit none;
+    none.seconds = frame.seconds;
+    return none;
+  }
+  std::size_t most = kStartsPerFrame;
+  if (starts_.empty() || apart_) {
+    const Stopwatch watch(times_.search);
+    starts_ = search_->starts(points, cameras(), frame, apart_ ? kStartsOfAnImage : kinds_.size() + 5);
+    std::ranges::reverse(starts_);
+    most = 1;
+  }
+  most = learning_ || apart_ ? starts_.size() : std::min(most, starts_.size());
+  struct Found {
+    HandFit fit;
+    HandPoints points;
+    ShapedHand shape;
+  };
+  std::vector<Found> all;
+  for (std::size_t k = 0; k < most && (all.empty() || all.front().fit.lost || apart_); ++k) {
+    const std::size_t kind = starts_.back().skin;
+    shape_ = kinds_[kind].shape;
+    const HandState near = brought_closer(points, {starts_.back().place, kinds_[kind].joints});
+    starts_.pop_back();
+    HandPoints own = read(frame, region(near));
+    HandFit fit = fitted(frame, own, apart_ ? brought_closer(own, near) : near, kStartTurn, options_.found);
+    all.push_back({std::move(fit), std::move(own), shape_});
+    std::ranges::stable_sort(all, std::greater{}, [](const Found& one) { return one.fit.worth(); });
+    all.resize(std::min(all.size(), kBestFits));
+  }
+  if (apart_) {
+    for (Found& one : all) {
+      if (one.fit.placed) {
+        shape_ = one.shape;
+        const auto sized = [&] {
+          if (!learnt_) {
+            one.fit = with_size_changed(frame, one.points, std::move(one.fit));
+          }
+        };
+        sized();
+        if (!one.fit.digits) {
+          one.fit = with_digits_moved(frame, one.points, std::move(one.fit));
+          sized();
+        }
+        one.shape = shape_;
+      }
+    }
+    std::ranges::stable_sort(all, std::greater{}, [](const Found& one) { return one.fit.worth(); });
+  }
+  Found& best = all.front();
+  shape_ = best.shape;
+  points = std::move(best.points);
+  if (best.fit.placed) {  // deformation goes on from its matches
+    judge(frame, points, learnt_ ? options_.found : options_.unlearnt, best.fit);
+  }
+  return std::move(best.fit);
 }
 
 void HandTracker::deform(const HandPoints& points, HandFit& fit) {
@@ -278,13 +484,19 @@ void HandTracker::deform(const HandPoints& points, HandFit& fit) {
 
 HandFit HandTracker::track_points(const DepthFrame& frame, HandPoints& points) {
   times_ = {};
-  const bool following = !past_.empty();
-  const HandState from = following ? predicted(frame.seconds) : HandState{};
-  {
-    const Stopwatch watch(times_.points);
-    points = reader_.read(frame, following ? region(from) : workspace_);
+  apart_ = frame.seconds > last_ + kSeldom;
+  last_ = frame.seconds;
+  HandFit fit;
+  if (!past_.empty()) {
+    const HandState from = predicted(frame.seconds);
+    points = read(frame, region(from));
+    fit = fitted(frame, points, from, kFollowTurn, options_.followed);
   }
-  HandFit fit = following ? fitted(frame, points, from, kFollowTurn, options_.followed) : found(frame, points);
+  if (past_.empty() || (fit.lost && apart_)) {
+    past_.clear();
+    points = read(frame, workspace_);
+    fit = found(frame, points);
+  }
   fit.points.assign(cameras().size(), 0);
   for (const int camera : points.camera) {
     ++fit.points[static_cast<std::size_t>(camera)];
@@ -337,6 +549,7 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
   }
   learnt_ = true;
   shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
+  look_for({shape_});
   shifts_.resize(3, 0);
   if (!past_.empty()) {
     past_ = {{past_.back().seconds, chosen_states.back()}};

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,10 +20,11 @@ namespace touchfield {
 
 /// What a fit must reach to be believed.
 struct FitBelief {
-  double share;      // of what the images say of the skin, confirmed; of each digit's end 0.6 of it
+  double share;      // of what was seen where the skin is, the share that is the skin (SightCheck)
+  double evidence;   // of the skin that should be seen, the share that is
   double explained;  // share of the points within 12 mm of the skin that lie ...
-  double within;     // ... so near to it [m]
-  double residual;   // most rms distance of matched points [m]
+  double within;     // ... so near to it, and two deviations of their noise [m]
+  double residual;   // most rms distance of matched points, besides their noise [m]
 };
 
 struct FitOptions {
@@ -31,29 +33,35 @@ struct FitOptions {
   int rounds = 3;               // of the pose, each frame
   double node_spacing = 12e-3;  // of the deformation graph [m]; 0: the skin follows its skeleton alone
   DeformationPriors deformation{.rigid = 20.0, .rest = 2.0, .before = 2.0};
-  FitBelief unlearnt{0.70, 0.75, 4.0e-3, 2.0e-3};  // by the template's own shape
-  FitBelief found{0.90, 0.92, 2.5e-3, 0.9e-3};     // after the hand was lost
-  FitBelief followed{0.85, 0.85, 2.5e-3, 1.2e-3};  // from frame to frame
+  FitBelief unlearnt{0.70, 0.50, 0.93, 4.0e-3, 2.0e-3};  // by the template's own shape
+  FitBelief found{0.90, 0.60, 0.92, 2.5e-3, 0.9e-3};     // after the hand was lost
+  FitBelief followed{0.85, 0.50, 0.85, 2.5e-3, 1.2e-3};  // from frame to frame
 };
 
 /// A hand as it was fitted to one frame. Where it is lost, what was fitted best is not to be believed; asked says why.
 struct HandFit {
   double seconds = 0;
   bool lost = true;
-  bool placed = false;         // something was fitted; if not, nothing below the points holds
-  std::vector<int> points;     // that each camera saw where the hand is looked for
-  std::vector<int> confirmed;  // vertices that each camera saw where the fit has them
-  Eigen::Index near = 0;       // points near the skin, of which `explained` is
-  bool digits = true;          // whether the ends of all digits are where the images can have them
-  FitBelief asked{};           // what had to be reached
-  double residual = 0;         // rms distance of the matched points from the skin, robustly weighted [m]
-  double explained = 0;        // share of the points near the hand's skin that lie on it (FitBelief)
-  double share = 0;            // of what the images say of the skin, confirmed
-  double seen = 0;             // share of the template's area that a camera saw where the fit has it
+  bool placed = false;               // something was fitted; if not, nothing below the points holds
+  std::vector<int> points;           // that each camera saw where the hand is looked for
+  std::vector<int> confirmed;        // vertices that each camera saw where the fit has them
+  Eigen::Index near = 0;             // points near the skin, of which `explained` is
+  bool digits = true;                // whether the ends of all digits are where the images can have them
+  FitBelief asked{};                 // what had to be reached
+  double residual = 0;               // rms distance of the matched points from the skin, robustly weighted [m]
+  double explained = 0;              // share of the points near the hand's skin that lie on it (FitBelief)
+  std::vector<double> explained_by;  // the same of each camera's points; NaN if it has none there
+  double noise = 0;                  // what the residual would be of the points' noise alone [m]
+  double share = 0;                  // of what was seen where the skin is, the share that is the skin
+  double evidence = 0;               // of the skin that should be seen, the share that is
+  double seen = 0;                   // share of the template's area that a camera saw where the fit has it
+  double seen_area = 0;              // [m2]
   HandState state{};
   Points deformation;           // 3 x N shifts of the graph's nodes (DeformationGraph::shifts); empty for none
   Eigen::VectorXd seen_vertex;  // of the template: 1 seen, 0 not
 
+  /// How much of a hand it explains, to choose between fits to one frame [m2].
+  double worth() const;
   /// Unknowns in a row: the place's turn as angle times axis [rad], its shift [m], the joints [rad].
   PoseVector pose() const;
 };
@@ -101,7 +109,7 @@ class HandTracker {
   /// The fit to the next frame in time.
   HandFit track(const DepthFrame& frame);
 
-  /// Forgets where the hand was, not its shape.
+  /// Forgets where the hand was, not its shape; the next frame is searched whole.
   void forget();
 
   /// Where the fit has the points that a carrier of the template holds [m], the world's frame.
@@ -125,13 +133,23 @@ class HandTracker {
   };
 
   HandState predicted(double seconds) const;
+  /// A hand that is looked for: a size and a posture.
+  struct Kind {
+    ShapedHand shape;
+    JointAngles joints;
+  };
+
+  void look_for(const std::vector<ShapedHand>& shapes);
+  HandPoints read(const DepthFrame& frame, const Box& within);
   Box region(const HandState& state) const;
   HandFit fitted(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom,
                  const FitBelief& belief);
-  HandFit found(const DepthFrame& frame, const HandPoints& points);
-  HandState brought_closer(const HandPoints& points, const HandStart& start);
+  HandFit found(const DepthFrame& frame, HandPoints& points);
+  HandFit with_size_changed(const DepthFrame& frame, const HandPoints& points, HandFit fit);
+  HandFit with_digits_moved(const DepthFrame& frame, const HandPoints& points, HandFit fit);
+  HandState brought_closer(const HandPoints& points, const HandState& start);
   void judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& belief, HandFit& fit);
-  bool digits_confirmed(double least) const;
+  std::vector<std::size_t> digits_missing() const;
   void deform(const HandPoints& points, HandFit& fit);
   NodeMotions motions(const HandFit& fit) const;
   HandFit track_points(const DepthFrame& frame, HandPoints& points);
@@ -142,14 +160,17 @@ class HandTracker {
   FitOptions options_;
   ShapedHand shape_;
   PoseFit fit_;
-  HandSearch search_;
+  std::vector<Kind> kinds_;
+  std::optional<HandSearch> search_;  // of their skins
   std::optional<DeformationFit> deformation_;
   SightCheck check_;
   SkinTargets targets_;
   std::vector<Past> past_;         // none, one or two, the last at the end
   Points shifts_;                  // of the last frame
   std::vector<HandStart> starts_;  // still to be tried while the hand is lost, the best at the end
-  std::vector<int> digit_;         // at whose end a vertex lies, -1 elsewhere
+  double last_ = -std::numeric_limits<double>::infinity();  // when the last frame was taken [s]
+  bool apart_ = false;                                      // whether this frame is too far from it to show motion
+  std::vector<int> digit_;                                  // on whose last bone a vertex lies, -1 elsewhere
   bool learning_ = false;
   bool learnt_ = false;
   FitTimes times_;

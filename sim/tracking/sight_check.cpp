@@ -1,14 +1,19 @@
 #include "sim/tracking/sight_check.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace touchfield {
 
 namespace {
 
-constexpr double kTowards = 0.34;  // cosine between normal and ray
-constexpr double kEdge = 3;        // that an edge is off [pixels]
+constexpr double kTowards = 0.34;    // cosine between normal and ray
+constexpr double kEdge = 3;          // that an edge is off [pixels]
+constexpr int kOutline = 4;          // that is missing along outlines [pixels]
+constexpr int kHole = 40;            // half of the widest hole in a hand [pixels]
+constexpr double kSameBody = 40e-3;  // in depth [m]
+constexpr double kOwn = 10e-3;       // from a vertex, still the skin's [m]
 
 double depth_at(const DepthImage& image, int column, int row) {
   return static_cast<double>(image.depth[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
@@ -43,12 +48,41 @@ bool hidden_from_second_eye(const DepthImage& image, int column, int row, double
   return false;
 }
 
+/// Whether a pixel that saw nothing lacks skin of that depth all the same: at an outline, or in a hole.
+bool beside_or_within(const DepthImage& image, int column, int row, double depth) {
+  constexpr std::array<std::array<int, 2>, 4> kWays{{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
+  int round = 0;
+  for (const auto& [right, down] : kWays) {
+    for (int step = 1; step <= kHole; ++step) {
+      const int i = column + step * right;
+      const int j = row + step * down;
+      if (i < 0 || j < 0 || i >= image.width || j >= image.height) {
+        break;
+      }
+      if (const double seen = depth_at(image, i, j); seen > 0) {
+        if (std::abs(seen - depth) < kSameBody) {
+          if (step <= kOutline) {
+            return true;
+          }
+          ++round;
+        }
+        break;
+      }
+    }
+  }
+  return round >= 3;
+}
+
 }  // namespace
 
 void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const Points& vertices,
                  const Points& normals, double tolerance, double baseline, SightCheck& check) {
   check.confirmed.setZero(vertices.cols());
   check.refuted.setZero(vertices.cols());
+  check.blank.setZero(vertices.cols());
+  check.covered.setZero(vertices.cols());
+  std::vector<bool> faces(static_cast<std::size_t>(vertices.cols()));
+  std::vector<bool> looked(static_cast<std::size_t>(vertices.cols()));
   check.confirmed_by.assign(cameras.size(), 0);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const DepthImage& image = frame.images[c];
@@ -57,22 +91,33 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
       if (-normals.col(v).dot(from_eye) < kTowards * from_eye.norm()) {
         continue;
       }
+      faces[static_cast<std::size_t>(v)] = true;
       const std::optional<ImagePoint> point = image_point(cameras[c], vertices.col(v));
       if (!point) {
         continue;
       }
+      looked[static_cast<std::size_t>(v)] = true;
       const auto column = static_cast<int>(point->at.x());
       const auto row = static_cast<int>(point->at.y());
       const double depth = depth_round(image, column, row);
       if (depth > 0 && std::abs(depth - point->depth) <= tolerance) {
         check.confirmed(v) += 1;
         ++check.confirmed_by[c];
-      } else if (depth > point->depth ||
-                 (depth == 0 && !hidden_from_second_eye(image, column, row, point->depth, tolerance,
-                                                        cameras[c].view.focal.x() * baseline))) {
+      } else if (depth > point->depth) {
         check.refuted(v) += 1;
+      } else if (depth == 0 && !beside_or_within(image, column, row, point->depth) &&
+                 !hidden_from_second_eye(image, column, row, point->depth, tolerance,
+                                         cameras[c].view.focal.x() * baseline)) {
+        check.blank(v) += 1;
+      } else if (depth > 0) {
+        const Vector3 hiding = cameras[c].view.eye + from_eye * (depth / point->depth);
+        const double squared = (vertices.colwise() - hiding).colwise().squaredNorm().minCoeff();
+        check.covered(v) += squared > kOwn * kOwn ? 1 : 0;
       }
     }
+  }
+  for (std::size_t v = 0; v < faces.size(); ++v) {
+    check.blank(static_cast<Eigen::Index>(v)) += faces[v] && !looked[v] ? 1 : 0;
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "sim/mesh/triangle_mesh.h"
@@ -11,19 +12,30 @@ namespace touchfield {
 struct SightCheck {
   /// How many cameras saw each vertex where it is thought to be,
   Eigen::VectorXd confirmed;
-  /// and how many looked past it, or saw nothing there.
+  /// how many looked past it at something farther,
   Eigen::VectorXd refuted;
+  /// how many saw nothing there and nothing of a body beside it, 1 if it is in no camera's image,
+  Eigen::VectorXd blank;
+  /// and how many saw something nearer that is not of this skin.
+  Eigen::VectorXd covered;
   /// How many vertices each camera saw where they are thought to be.
   std::vector<int> confirmed_by;
 
-  /// Of what could be said of all vertices: 0 to 1.
+  /// Of what was seen at all vertices, the share that is theirs: 0 to 1. A pixel that saw nothing is no evidence.
   double share() const { return confirmed.sum() / std::max(confirmed.sum() + refuted.sum(), 1.0); }
+  /// Of what should have been seen of them, the share that was.
+  double evidence() const {
+    return confirmed.sum() / std::max(confirmed.sum() + refuted.sum() + blank.sum() + covered.sum(), 1.0);
+  }
 };
 
 /// Holds vertices against the images: a vertex whose normal is within 70 degrees of a camera is seen if the depth at its
-/// pixel is its own within the tolerance, refuted if that is greater, or if the nine pixels round it saw nothing. If it is
-/// less something hides the vertex, which says nothing; nor does a pixel that saw nothing where something nearer hides the
-/// vertex from the camera's second eye, which stands to the right of the first.
+/// pixel is its own within the tolerance, and refuted if that is greater. If it is less something hides the vertex: it is
+/// covered, unless that lies on the skin too. Where the nine pixels round it saw nothing, it is blank, unless
+///
+///   something nearer hides the vertex from the camera's second eye, which stands to the right of the first,
+///   it is within 4 pixels of what was seen at its depth: outlines of stereo cameras lack as much, or
+///   what was seen at its depth lies round it, in three of four directions within 40 pixels: a hole in a hand.
 ///
 /// vertices, normals   3 x V, in the world's frame [m], unit
 /// tolerance           [m]

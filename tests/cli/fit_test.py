@@ -7,7 +7,7 @@ import shutil
 import tempfile
 import unittest
 
-from support import CommandTest
+from support import SOURCE, CommandTest
 
 SEEN = """\
 name: seen
@@ -250,6 +250,39 @@ class Fit(CommandTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("camera_2", done.stderr)
         self.assertFalse((self.folder / "out").exists())
+
+
+REAL = SOURCE.parent / "shared/data/depth_sr305"
+
+
+@unittest.skipUnless(REAL.exists(), f"no measured depth images at {REAL}")
+class RealImages(CommandTest):
+    """A real hand with its arm and body, by one camera: each image is 0.67 s from the next. What is true of it is not known."""
+
+    def found(self, part):
+        recorded = self.folder / part
+        shutil.copytree(REAL / part, recorded / "camera")
+        numbers = sorted(int(path.stem) for path in (recorded / "camera").glob("*.png"))
+        rows = [f"{number / 30:.4f},camera/{number}.png" for number in numbers]
+        (recorded / "times.csv").write_text("\n".join(["time_s,camera", *rows]) + "\n")
+        (recorded / "cameras.yaml").write_text(
+            "format: touchfield-cameras\nversion: 1\ncameras:\n"
+            "  - {name: camera, width: 640, height: 480, fx: 476.007, fy: 476.007, cx: 313.683, cy: 242.755, depth_unit_mm: 0.125,\n"
+            "     distortion: {model: none}, pose: {quaternion_wxyz: [0, 1, 0, 0], translation_mm: [0, 0, 700]}}\n")
+        self.run_ok("fit", recorded, "-o", part + "_fit", "--quiet",
+                    "--workspace-mm", "-400", "-400", "-200", "400", "400", "400")
+        rows = list(csv.DictReader((self.folder / f"{part}_fit/fit.csv").read_text().splitlines()))
+        found = [float(row["residual_mm"]) for row in rows if row["lost"] == "0"]
+        self.assertLess(max(found), 1.5)
+        return len(found), len(rows)
+
+    def test_stretched_fingers_turned_in_the_image(self):
+        self.assertEqual(self.found("a"), (7, 8))
+
+    def test_bent_fingers(self):
+        found, images = self.found("b")
+        self.assertEqual(images, 11)
+        self.assertGreaterEqual(found, 8)
 
 
 if __name__ == "__main__":

@@ -31,11 +31,16 @@ TEST(SightCheck, AHoleCountsUnlessTheSecondEyeDidNotSeeThere) {
   check_sight({camera}, frame, vertices, normals, 4e-3, kBaseline, check);
   Eigen::VectorXd confirmed(6);
   Eigen::VectorXd refuted(6);
+  Eigen::VectorXd blank(6);
   confirmed << 1, 0, 0, 0, 0, 0;
-  refuted << 0, 1, 1, 0, 0, 0;
+  refuted.setZero();
+  blank << 0, 1, 1, 0, 0, 0;
   EXPECT_EQ(check.confirmed, confirmed);
   EXPECT_EQ(check.refuted, refuted);
-  EXPECT_DOUBLE_EQ(check.share(), 1.0 / 3);
+  EXPECT_EQ(check.blank, blank);
+  EXPECT_DOUBLE_EQ(check.share(), 1.0);
+  EXPECT_EQ(check.covered.sum(), 1);  // by what is nearer
+  EXPECT_DOUBLE_EQ(check.evidence(), 1.0 / 4);
 }
 
 }  // namespace
