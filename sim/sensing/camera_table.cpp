@@ -3,12 +3,11 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
 #include "sim/scene/camera_models.h"
+#include "sim/scene/rigid_pose.h"
 #include "sim/scene/scene_table.h"
 #include "sim/scene/schema.h"
 
@@ -18,9 +17,8 @@ namespace schema {
 
 namespace {
 
-constexpr double kPixelMiddle = 0.5;  // of the upper left pixel, where the file's columns and rows are 0
-constexpr double kNear = 0.01;        // [m]
-constexpr double kRotation = 1e-4;
+constexpr double kPixelMiddle = 0.5;    // of the upper left pixel, where the file's columns and rows are 0
+constexpr double kNear = 0.01;          // [m]
 constexpr double kLeastUnit = 0.01e-3;  // [m]
 constexpr double kMostUnit = 10e-3;     // [m]
 const std::string kStraight = "none";
@@ -32,13 +30,6 @@ struct Lens {
   std::array<double, 5> coefficients{};  // k1, k2, p1, p2, k3
 };
 
-struct Pose {
-  std::optional<std::array<Vector3, 3>> rows;
-  std::optional<std::array<double, 4>> quaternion;  // w, x, y, z
-  Vector3 translation = Vector3::Zero();            // [m]
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
-};
-
 /// A camera in the shape that it has in the file.
 struct CameraForm {
   std::string name;
@@ -47,8 +38,8 @@ struct CameraForm {
   std::array<double, 2> focal{};
   std::array<double, 2> centre{};
   Lens lens;
-  Pose pose;
-  double unit = 0;  // [m]
+  RigidMotion pose;  // the columns of its rotation: right, down and forward
+  double unit = 0;   // [m]
 };
 
 struct CameraFile {
@@ -90,50 +81,6 @@ Codec<Lens> lens_codec() {
   return map.codec();
 }
 
-/// Makes the axes of what the file has; reports what is no rotation.
-bool take_rotation(const Input& in, Pose& pose) {
-  if (pose.quaternion) {
-    const auto& [w, x, y, z] = *pose.quaternion;
-    const Eigen::Quaterniond turn(w, x, y, z);
-    if (std::abs(turn.norm() - 1) > kRotation) {
-      in.at(*in.node().find("quaternion_wxyz"))
-          .problem(fmt::format("of length {:.6g}, must be 1 within {}", turn.norm(), kRotation));
-      return false;
-    }
-    pose.axes = turn.normalized().toRotationMatrix();
-    return true;
-  }
-  Eigen::Matrix3d matrix;
-  matrix << (*pose.rows)[0].transpose(), (*pose.rows)[1].transpose(), (*pose.rows)[2].transpose();
-  const Input at = in.at(*in.node().find("rotation"));
-  const double off = (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-  if (off > kRotation) {
-    at.problem(
-        fmt::format("R^T R differs from 1 by {:.2g}, must by at most {}: the columns are the camera's right, "
-                    "down and forward in the world",
-                    off, kRotation));
-    return false;
-  }
-  if (matrix.determinant() < 0) {
-    at.problem("a reflection, must be a rotation: the columns are the camera's right, down and forward in the world");
-    return false;
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  pose.axes = svd.matrixU() * svd.matrixV().transpose();
-  return true;
-}
-
-Codec<Pose> pose_codec() {
-  const Range cosine = between(-1 - kRotation, 1 + kRotation);
-  return Map<Pose>()
-      .maybe("rotation", &Pose::rows, tuple_of<Vector3, 3>(vector3(kPlain, cosine)), "", "")
-      .maybe("quaternion_wxyz", &Pose::quaternion, tuple_of<double, 4>(number(kPlain, cosine)), "", "")
-      .exactly_one({"rotation", "quaternion_wxyz"})
-      .required("translation_mm", &Pose::translation, vector3(kMillimetres, between(-100'000, 100'000)), "", "")
-      .check([](const Input& in, Pose& pose, bool good) { return good && take_rotation(in, pose); })
-      .codec();
-}
-
 DepthCamera camera_of(const CameraForm& form) {
   DepthCamera camera;
   camera.name = form.name;
@@ -141,8 +88,8 @@ DepthCamera camera_of(const CameraForm& form) {
   camera.distortion = form.lens.coefficients;
   camera.view = {.width = form.width,
                  .height = form.height,
-                 .eye = form.pose.translation,
-                 .axes = form.pose.axes,
+                 .eye = form.pose.shift,
+                 .axes = form.pose.rotation,
                  .focal = {form.focal[0], form.focal[1]},
                  .centre = {form.centre[0] + kPixelMiddle, form.centre[1] + kPixelMiddle},
                  .near = kNear};
@@ -162,11 +109,7 @@ CameraForm form_of(const DepthCamera& camera) {
   if (camera.distortion != std::array<double, 5>{}) {
     form.lens.model = kBrownConrady;
   }
-  form.pose.rows.emplace();
-  for (int row = 0; row < 3; ++row) {
-    (*form.pose.rows)[static_cast<std::size_t>(row)] = view.axes.row(row);
-  }
-  form.pose.translation = view.eye;
+  form.pose = {view.axes, view.eye};
   return form;
 }
 
@@ -229,7 +172,7 @@ Codec<DepthCamera> camera_codec() {
   number_key(map, "cy", &CameraForm::centre, 1, {}, true);
   map.required("depth_unit_mm", &CameraForm::unit, number(kMillimetres, above(0)), "", "")
       .required("distortion", &CameraForm::lens, lens_codec(), "", "")
-      .required("pose", &CameraForm::pose, pose_codec(), "", "")
+      .required("pose", &CameraForm::pose, rigid_pose_codec("the camera's right, down and forward"), "", "")
       .check([](const Input& in, CameraForm& form, bool good) { return good && check_camera(in, form); });
   return kept_as<DepthCamera, CameraForm>(
       map.codec(), [](const Input&, const CameraForm& form) { return std::optional(camera_of(form)); }, &form_of);
