@@ -1,6 +1,7 @@
 #include "sim/scene/number_table.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include <fmt/format.h>
@@ -67,7 +68,7 @@ constexpr std::pair<std::string_view, int> kLengths[] = {{"_um", -6}, {"_mm", -3
 /// A known length in the unit that a file names; nothing if it is another column.
 std::optional<FileColumn> as_length(const TableColumn& column, const std::string& name, bool bare_names) {
   const std::string stem(without_unit(column.name));
-  if (stem + "_mm" != column.name) {
+  if (stem + "_mm" != column.name && stem + "_m" != column.name) {
     return std::nullopt;
   }
   if (bare_names && name == stem) {
@@ -95,6 +96,9 @@ std::optional<FileColumn> column_named(const TableForm& form, const std::string&
 
 /// The names that a message lists.
 std::string listed_names(const TableForm& form) {
+  if (!form.names.empty()) {
+    return form.names;
+  }
   std::vector<std::string> names;
   for (const TableColumn& column : form.known) {
     if (column.refused.empty() && !column.ignored) {
@@ -183,6 +187,9 @@ std::optional<CommentedHeader> commented_header(const TableForm& form, const Com
 /// A value of a column in its SI unit; reports and returns nothing where it is none.
 std::optional<double> cell_value(FileReport& report, int line, const FileColumn& column, std::string_view text) {
   const std::string_view number = unquoted(text);
+  if (column.known->gaps && (number.empty() || plain_name(number) == "nan")) {
+    return std::numeric_limits<double>::quiet_NaN();
+  }
   const auto written = parse_decimal(number);
   const auto rule = written ? column.known->range.broken_by(*written) : std::optional<std::string>("a number");
   if (rule) {
@@ -322,7 +329,7 @@ void FileReport::add(const std::string& text) { report(fmt::format("{}: {}", pat
 
 std::optional<std::string> FileReport::text() {
   try {
-    std::string text = read_whole_file(path_, kMostTextBytes);
+    std::string text = read_whole_file(path_, most_);
     if (text.starts_with(kByteOrderMark)) {
       text.erase(0, kByteOrderMark.size());
     }
@@ -343,9 +350,9 @@ std::optional<std::string> FileReport::text() {
   }
 }
 
-void FileReport::require_few(std::size_t count, const char* what) {
-  if (count > kMostListed) {
-    add(fmt::format("{} {}, must be at most {}", count, what, kMostListed));
+void FileReport::require_few(std::size_t count, const char* what, std::size_t most) {
+  if (count > most) {
+    add(fmt::format("{} {}, must be at most {}", count, what, most));
   }
 }
 
@@ -377,7 +384,7 @@ std::optional<NumberTable> read_number_table(FileReport& report, const TableForm
   if (!report.failed() && table.rows() == 0) {
     report.add(fmt::format("no {} in it, must hold at least one", form.rows));
   }
-  report.require_few(table.rows(), form.rows);
+  report.require_few(table.rows(), form.rows, form.most);
   return report.failed() ? std::nullopt : std::optional(std::move(table));
 }
 

@@ -10,6 +10,7 @@
 #include "sim/core/text_number.h"
 #include "sim/scene/input.h"
 #include "sim/scene/quantity.h"
+#include "sim/scene/schema.h"
 #include "sim/scene/text_file.h"
 
 /// What files of numbers have in common: lines, # for comments, cells between commas, and how their faults are named.
@@ -40,9 +41,11 @@ void for_each_line(std::string_view text, const Visit& visit) {
 class FileReport {
  public:
   /// in     the value that names the file; it and the path outlive this
-  FileReport(const Input& in, const std::string& path) : in_(in), path_(path) {}
-  FileReport(const Input&&, const std::string&) = delete;
-  FileReport(const Input&, const std::string&&) = delete;
+  /// most   bytes that it may have
+  FileReport(const Input& in, const std::string& path, std::size_t most = kMostTextBytes)
+      : in_(in), path_(path), most_(most) {}
+  FileReport(const Input&&, const std::string&, std::size_t = 0) = delete;
+  FileReport(const Input&, const std::string&&, std::size_t = 0) = delete;
 
   bool failed() const { return count_ > 0; }
   bool full() const { return count_ >= kMost; }
@@ -51,7 +54,7 @@ class FileReport {
 
   /// What is in the file, without a byte order mark; reports and returns nothing if it cannot be read or is no text.
   std::optional<std::string> text();
-  void require_few(std::size_t count, const char* what);
+  void require_few(std::size_t count, const char* what, std::size_t most = kMostListed);
   /// A number within the bounds every number of a scene has; reports and returns nothing otherwise.
   std::optional<double> number(int line, std::string_view text, int power = 0);
 
@@ -62,6 +65,7 @@ class FileReport {
 
   const Input& in_;
   const std::string& path_;
+  std::size_t most_;
   std::map<int, std::string> odd_;  // of lines: what is odd in them
   int count_ = 0;
 };
@@ -74,6 +78,7 @@ struct TableColumn {
   bool required = false;
   std::vector<std::string> also{};  // other names of it, without their unit: ax for nx
   bool ignored = false;             // read past, whatever it holds
+  bool gaps = false;                // no value, or nan, is NaN
   std::string refused{};            // why a table of this kind cannot hold it, and what does
 };
 
@@ -94,6 +99,8 @@ struct TableForm {
   /// How many columns a table without a header may have: so many of the known ones, in their order. Empty: a header must
   /// come first. Names of lengths then mean their known unit where they have none: x is x_mm.
   std::vector<std::size_t> without_header{};
+  std::string names{};  // how messages list the columns; empty: all their names
+  std::size_t most = kMostListed;
 };
 
 /// A table whose first line names its columns, in any order, and whose others hold a number for each.

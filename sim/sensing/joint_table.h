@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/core/rigid_motion.h"
+
+namespace touchfield {
+
+/// The joints that OpenXR has of a hand, in its order.
+inline constexpr std::array kOpenXrJoints = {"palm",
+                                             "wrist",
+                                             "thumb_metacarpal",
+                                             "thumb_proximal",
+                                             "thumb_distal",
+                                             "thumb_tip",
+                                             "index_metacarpal",
+                                             "index_proximal",
+                                             "index_intermediate",
+                                             "index_distal",
+                                             "index_tip",
+                                             "middle_metacarpal",
+                                             "middle_proximal",
+                                             "middle_intermediate",
+                                             "middle_distal",
+                                             "middle_tip",
+                                             "ring_metacarpal",
+                                             "ring_proximal",
+                                             "ring_intermediate",
+                                             "ring_distal",
+                                             "ring_tip",
+                                             "little_metacarpal",
+                                             "little_proximal",
+                                             "little_intermediate",
+                                             "little_distal",
+                                             "little_tip"};
+
+/// Those that say where the built-in hand is, in the same order: the wrist, three of the thumb, four of each finger. The
+/// palm and the metacarpals (the joints at their bases) lie inside the rigid palm, where trackers put them differently.
+inline constexpr Eigen::Index kTrackedJoints = 20;
+using JointPoints = Eigen::Matrix<double, 3, kTrackedJoints>;  // [m]
+
+/// Joints of a hand over time.
+struct JointRecording {
+  std::vector<double> seconds;                     // rising, from any start
+  std::vector<std::optional<JointPoints>> joints;  // in the world's frame; none where the hand was lost
+};
+
+/// A table with a header and a row a frame: time_s and for each joint x, y and z as index_tip_x, lengths in m, or in the
+/// unit that names end with (index_tip_x_mm); # starts a comment. Columns of the joints that are not used may be left out;
+/// they and radii (index_tip_radius) are read past. Without a header: time_s and x, y, z of all 26 joints [m].
+/// A row with a joint that has no value, or nan, is a frame without a hand, and so is one with all joints in one place.
+///
+/// pose     from the tracker's frame to the world's
+/// throws   InputError that names every fault as file:line: what, rule
+JointRecording read_joints(const std::string& path, const RigidMotion& pose = {});
+
+}  // namespace touchfield

@@ -1,0 +1,121 @@
+#include "sim/sensing/joint_table.h"
+
+#include <fstream>
+
+#include <Eigen/Geometry>
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "tests/support/error_support.h"
+#include "tests/support/scene_support.h"
+
+namespace touchfield {
+namespace {
+
+using support::message_of;
+using ::testing::HasSubstr;
+using testing::TempFolder;
+
+bool is_palm(const std::string& joint) { return joint == "palm" || joint.ends_with("_metacarpal"); }
+
+/// A header of all joints, or of those that are used, whose names end so.
+std::string header(const std::string& unit, bool all = true) {
+  std::string line = "time_s";
+  for (const std::string joint : kOpenXrJoints) {
+    for (const char axis : {'x', 'y', 'z'}) {
+      line += all || !is_palm(joint) ? fmt::format(",{}_{}{}", joint, axis, unit) : "";
+    }
+  }
+  return line + "\n";
+}
+
+/// Joint j at (j, 0.1, 0.2) times scale, counted among those that are written.
+std::string row(double seconds, double scale, std::size_t count = kOpenXrJoints.size()) {
+  std::string line = fmt::format("{}", seconds);
+  for (std::size_t j = 0; j < count; ++j) {
+    line += fmt::format(",{},{},{}", scale * static_cast<double>(j), 0.1 * scale, 0.2 * scale);
+  }
+  return line + "\n";
+}
+
+class JointTable : public ::testing::Test {
+ protected:
+  JointRecording read(const std::string& text, const RigidMotion& pose = {}) {
+    std::ofstream(folder_.path() / "hand.csv") << text;
+    return read_joints((folder_.path() / "hand.csv").string(), pose);
+  }
+  std::string fault(const std::string& text) {
+    return message_of<InputError>([&] { read(text); });
+  }
+
+ private:
+  TempFolder folder_;
+};
+
+// The wrist is OpenXR's joint 1, the thumb's proximal 3, the index finger's proximal 7, the last 25.
+TEST_F(JointTable, TakesTheJointsThatASkeletonHasInEachUnit) {
+  const JointRecording metres = read(header("") + row(5, 1) + row(5.5, 2));
+  EXPECT_THAT(metres.seconds, ::testing::ElementsAre(5, 5.5));
+  const JointPoints& joints = *metres.joints[1];
+  EXPECT_EQ(Vector3(joints.col(0)), Vector3(2, 0.2, 0.4));
+  EXPECT_EQ(joints(0, 1), 6);
+  EXPECT_EQ(joints(0, 4), 14);
+  EXPECT_EQ(joints(0, kTrackedJoints - 1), 50);
+  EXPECT_EQ(*read(header("_m") + row(5, 1)).joints[0], *metres.joints[0]);
+  EXPECT_TRUE(read(header("_mm") + row(5, 1000)).joints[0]->isApprox(*metres.joints[0], 1e-15));
+  EXPECT_EQ(*read(row(5, 1)).joints[0], *metres.joints[0]);  // without a header
+  EXPECT_EQ((*read(header("", false) + row(5, 1, 20)).joints[0])(0, kTrackedJoints - 1), 19);
+}
+
+TEST_F(JointTable, ReadsPastRadiiAndPlacesTheTracker) {
+  RigidMotion pose;
+  pose.rotation = Eigen::AngleAxisd(90 * kDegree, Vector3::UnitZ()).toRotationMatrix();
+  pose.shift = {0, 0, 1};
+  std::string names = header("");
+  names.insert(names.size() - 1, ",index_tip_radius");
+  std::string values = row(1, 1);
+  values.insert(values.size() - 1, ",0.008");
+  const JointRecording placed = read(names + values, pose);
+  EXPECT_TRUE(placed.joints[0]->col(0).isApprox(Vector3(-0.1, 1, 1.2), 1e-12));
+}
+
+TEST_F(JointTable, RowsWithoutAHandAreLost) {
+  std::string empty = row(1, 1);
+  empty.replace(empty.find(",1,"), 3, ",,");  // the wrist's x
+  std::string nan = row(2, 1);
+  nan.replace(nan.find(",1,"), 3, ",NaN,");
+  std::string palm = row(3, 1);
+  palm.replace(palm.find(",0,"), 3, ",,");  // of a joint that is not used
+  const JointRecording read_rows = read(header("") + row(0, 1) + empty + nan + palm + row(4, 0));
+  EXPECT_TRUE(read_rows.joints[0].has_value());
+  EXPECT_FALSE(read_rows.joints[1].has_value());
+  EXPECT_FALSE(read_rows.joints[2].has_value());
+  EXPECT_TRUE(read_rows.joints[3].has_value());
+  EXPECT_FALSE(read_rows.joints[4].has_value());  // all at the origin
+}
+
+TEST_F(JointTable, NamesWhatIsWrong) {
+  std::string names = header("");
+  names.replace(names.find("index_tip_x"), 11, "index_tipp_x");
+  EXPECT_THAT(fault(names + row(0, 1)),
+              HasSubstr("hand.csv:1: column index_tipp_x must be one of time_s, or x, y and z of a joint as OpenXR"));
+  names = header("");
+  names.erase(names.find(",little_tip_z"), 13);
+  EXPECT_THAT(fault(names + row(0, 1)), HasSubstr(":1: a header with the column little_tip_z_m must come first"));
+  names = header("");
+  names.replace(names.find("index_tip_x"), 11, "index_tip_x_mm");
+  EXPECT_THAT(fault(names + row(0, 1)), HasSubstr("has no unit and index_tip_x_mm has one"));
+  EXPECT_THAT(fault(header("") + row(1, 1) + row(1, 1)), HasSubstr("hand.csv:3: time_s = 1 must be after 1"));
+  EXPECT_THAT(fault(header("") + "0,1,2\n"), HasSubstr("hand.csv:2: 3 values, must be 79 as in the header"));
+  std::string word = row(0, 1);
+  word.replace(word.find(",1,"), 3, ",here,");
+  EXPECT_THAT(fault(header("") + word), HasSubstr("hand.csv:2: wrist_x_m = here must be a number"));
+  EXPECT_THAT(fault(header("")), HasSubstr("no frames in it, must hold at least one"));
+  EXPECT_THAT(fault("0,1,2\n"), HasSubstr("3 values, must be 79, or a header must name the columns: time_s, or x, y"));
+}
+
+}  // namespace
+}  // namespace touchfield
