@@ -69,6 +69,8 @@ std::vector<std::string> read_by(const std::string& scene_file, const Scene& sce
   if (scene.motion) {
     if (const auto* recorded = std::get_if<RecordedSpec>(&scene.motion->sensor.sight)) {
       read.push_back(recorded->folder);
+    } else if (const auto* joints = std::get_if<JointsSpec>(&scene.motion->sensor.sight)) {
+      read.push_back(joints->file);
     }
   }
   return read;

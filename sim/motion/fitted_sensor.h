@@ -8,18 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "sim/motion/fitted_skin.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/tracking/hand_tracker.h"
 
 namespace touchfield {
-
-/// The scene that is solved where a hand is fitted to images. Its body is the hand that is fitted (motion.sensor.hand, or
-/// the scene's own in the mean size), in the scene's place, with the scene's edges, cut and target; a body without edges
-/// gets WholeSkin::kFar. Nothing of it moves by itself but its target, and it has no judge.
-///
-/// throws   InputError unless it is one body, a hand or with motion.sensor.hand; of recorded images, whose hand nobody
-///          moves, if motion.change names anything but the target
-Scene fitted_scene(const Scene& scene);
 
 /// Where the images of a hand come from.
 struct HandImages {
@@ -55,7 +48,7 @@ class FittedSensor final : public MotionSensor {
   /// throws   InputError as fitted_scene, MovingModel and HandTracker
   FittedSensor(const Scene& scene, HandImages images, const MovingModel* truth, KeptBodies* kept = nullptr);
 
-  const MovingModel& solved() const override { return solved_; }
+  const MovingModel& solved() const override { return skin_.solved(); }
   void start(Progress& progress) override;
   bool remembers() const override { return true; }
   Seen sample(std::int64_t number, double seconds) override;
@@ -75,15 +68,12 @@ class FittedSensor final : public MotionSensor {
   Seen seen(const DepthFrame& frame);
   double time_of(std::int64_t number) const;
 
-  MovingModel solved_;
+  FittedSkin skin_;
   HandImages images_;
   const MovingModel* truth_;
-  HandTemplate hand_;
   std::array<Vector3, 2> workspace_;
   double hz_;
   double seconds_;  // of the motion
-  HandTemplate::Carrier carrier_;
-  std::optional<HandTemplate::Carrier> beyond_;  // of the skin that is not solved
   std::optional<HandTracker> tracker_;
   std::optional<Seen> last_;
   std::vector<TriangleMesh> rehearsed_;

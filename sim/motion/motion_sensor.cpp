@@ -9,6 +9,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/motion/fitted_sensor.h"
+#include "sim/motion/joints_sensor.h"
 #include "sim/motion/loop_clock.h"
 
 namespace touchfield {
@@ -21,6 +22,13 @@ constexpr std::uint64_t kNextDraw = 1'000'000;  // seeds on: beyond those of a m
 /// Number i of so many times evenly over a motion, its beginning and end among them.
 double evenly(const MovingModel& moving, int i, int count) {
   return count > 1 ? moving.first().scene.motion->seconds * i / (count - 1) : 0.0;
+}
+
+void require_covered(const Scene& scene, double seconds, const std::string& recording) {
+  if (to_ticks(scene.motion->seconds) > to_ticks(seconds) + 1) {  // times of a recording are rounded to a tick
+    throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of what is recorded in {}",
+                                 scene.motion->seconds, seconds, recording));
+  }
 }
 
 }  // namespace
@@ -114,11 +122,14 @@ SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept, Progress* progr
   SensedMotion motion{scene, nullptr, nullptr};
   if (const auto* recorded = std::get_if<RecordedSpec>(&sight)) {
     HandImages images = recorded_images(recorded->folder, progress);
-    if (to_ticks(scene.motion->seconds) > to_ticks(images.seconds) + 1) {  // times of images are rounded to a tick
-      throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of what is recorded in {}",
-                                   scene.motion->seconds, images.seconds, recorded->folder));
-    }
+    require_covered(scene, images.seconds, recorded->folder);
     motion.sensor = std::make_unique<FittedSensor>(scene, std::move(images), nullptr, kept);
+    return motion;
+  }
+  if (const auto* joints = std::get_if<JointsSpec>(&sight)) {
+    const JointRecording recording = read_joints(joints->file, joints->pose);
+    require_covered(scene, RecordedTimes(recording.seconds).covered(), joints->file);
+    motion.sensor = std::make_unique<JointsSensor>(scene, recording, joints->file, kept);
     return motion;
   }
   if (std::holds_alternative<std::vector<CameraSpec>>(sight)) {
@@ -147,6 +158,8 @@ std::string sensor_text(const MotionSpec::Sensor& sensor) {
                         cameras->size() == 1 ? "" : "s");
   } else if (const auto* recorded = std::get_if<RecordedSpec>(&sensor.sight)) {
     sight = fmt::format("a hand fitted to the images in {}", recorded->folder);
+  } else if (const auto* joints = std::get_if<JointsSpec>(&sensor.sight)) {
+    sight = fmt::format("a hand fitted to the joints in {}", joints->file);
   }
   return fmt::format("{}, {:g} samples a second, known {:g} ms later", sight, sensor.hz, 1e3 * sensor.latency);
 }

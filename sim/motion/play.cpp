@@ -209,10 +209,10 @@ class Player {
     if (sensed.sensor->remembers()) {
       timed(progress, motion_.timings, "sensor", "what the sensor learns before the clock starts",
             [&] { sensed.sensor->start(progress); });
-      for (const std::string& note : sensed.sensor->notes()) {
-        motion_.notes.push_back(note);
-        progress.remark(note);
-      }
+    }
+    for (const std::string& note : sensed.sensor->notes()) {
+      motion_.notes.push_back(note);
+      progress.remark(note);
     }
     std::map<Scheme, Eigen::MatrixXcd> drives;  // one matrix for all methods of a scheme
     for (const MethodSpec& method : scene.solve.methods) {

@@ -14,6 +14,7 @@
 #include "sim/bem/scheme.h"
 #include "sim/body/hand.h"
 #include "sim/body/perturb.h"
+#include "sim/core/rigid_motion.h"
 #include "sim/gpu/compute_device.h"
 #include "sim/mesh/remesh/edge_sizing.h"
 #include "sim/scene/phase_methods.h"
@@ -343,6 +344,12 @@ struct RecordedSpec {
   std::string folder;
 };
 
+/// Joints that a hand tracker has recorded: sim/sensing/joint_table.h.
+struct JointsSpec {
+  std::string file;
+  RigidMotion pose;  // from the tracker's frame to the world's
+};
+
 /// The loop of sensor, solver and array while the scene moves.
 struct MotionSpec {
   enum class Target { kOnSkin, kInWorld };
@@ -352,10 +359,10 @@ struct MotionSpec {
     double hz = 30;
     double latency = 0;  // from when a sample is taken until it is known [s]
     /// What the solver knows of the skin: where it is; that made worse by noise of its own in every sample; or what is
-    /// fitted to images of cameras.
-    std::variant<std::monostate, SensingNoise, std::vector<CameraSpec>, RecordedSpec> sight;
-    unsigned seed = 1;                                           // of what cameras get wrong
-    std::optional<HandShape> hand;                               // that is fitted; absent: the scene's pose, mean size
+    /// fitted to images of cameras or to tracked joints.
+    std::variant<std::monostate, SensingNoise, std::vector<CameraSpec>, RecordedSpec, JointsSpec> sight;
+    unsigned seed = 1;              // of what cameras get wrong
+    std::optional<HandShape> hand;  // that is fitted; absent: the scene's pose, of images in mean size
     std::array<Vector3, 2> workspace{Vector3{-0.3, -0.3, 0.05},  // the corners of the box that hands are looked for in,
                                      Vector3{0.3, 0.3, 0.6}};    // the world's frame [m]
   };

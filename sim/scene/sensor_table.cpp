@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "sim/scene/camera_models.h"
+#include "sim/scene/rigid_pose.h"
 #include "sim/scene/scene_table.h"
 
 namespace touchfield::schema {
@@ -69,11 +70,22 @@ Codec<RecordedSpec> recorded_codec() {
       .codec();
 }
 
+Codec<JointsSpec> tracked_joints_codec() {
+  return Map<JointsSpec>()
+      .required("file", &JointsSpec::file, absolute_file(), "hand.csv",
+                "Table of the joints of a hand, a row a frame, as OpenXR names them; a relative name counts from the "
+                "scene's folder.")
+      .key("pose", &JointsSpec::pose, rigid_pose_codec("the tracker's x, y and z"),
+           "How the tracker's own frame lies in the world.")
+      .codec();
+}
+
 }  // namespace
 
 Codec<MotionSpec::Sensor> sensor_codec() {
   using Sensor = MotionSpec::Sensor;
   const std::vector<std::string> images{"cameras", "recorded"};
+  const std::vector<std::string> fitted{"cameras", "recorded", "joints"};
   return Map<Sensor>()
       .key("hz", &Sensor::hz, number(kPlain, kRate), "Samples of the hand a second.")
       .key("latency_ms", &Sensor::latency, number(kMilliseconds, kDelay),
@@ -85,19 +97,22 @@ Codec<MotionSpec::Sensor> sensor_codec() {
              "The solver sees a hand fitted to images of simulated depth cameras.")
       .maybe("recorded", &Sensor::sight, recorded_codec(), "",
              "The solver sees a hand fitted to recorded depth images.")
-      .at_most_one({"noise", "cameras", "recorded"})
+      .maybe("joints", &Sensor::sight, tracked_joints_codec(), "",
+             "The solver sees a hand fitted to the joints that a hand tracker has recorded.")
+      .at_most_one({"noise", "cameras", "recorded", "joints"})
       .key("seed", &Sensor::seed, seed(), "Of what the cameras get wrong.")
       .written_if([](const Sensor& sensor) { return std::holds_alternative<std::vector<CameraSpec>>(sensor.sight); })
       .allowed_with({"cameras"})
-      .maybe("hand", &Sensor::hand, hand_codec(), "",
-             "The built-in hand that is fitted, before its shape is learnt; the scene's pose in the mean size if left "
-             "out.")
-      .allowed_with(images)
+      .maybe(
+          "hand", &Sensor::hand, hand_codec(), "",
+          "The built-in hand that is fitted, before its shape is learnt; if left out that of the scene, to images in "
+          "the mean size.")
+      .allowed_with(fitted)
       .key("workspace_mm", &Sensor::workspace, tuple_of<Vector3, 2>(vector3(kMillimetres, {})),
            "Two corners of the box that the hand is looked for in: the least x, y, z and the largest [mm].")
       .written_if([](const Sensor& sensor) {
-        return !std::holds_alternative<std::monostate>(sensor.sight) &&
-               !std::holds_alternative<SensingNoise>(sensor.sight);
+        return std::holds_alternative<std::vector<CameraSpec>>(sensor.sight) ||
+               std::holds_alternative<RecordedSpec>(sensor.sight);
       })
       .allowed_with(images)
       .check([](const Input& in, Sensor& sensor, bool good) {

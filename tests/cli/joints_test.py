@@ -1,0 +1,92 @@
+"""A hand that follows tracked joints: a table as the docs write it, and the play of it."""
+
+import csv
+import re
+import unittest
+
+import h5py
+import numpy
+
+from support import SOURCE, CommandTest
+
+SCENE = """\
+name: joints
+array: {grid: {count: [12, 10], pitch_mm: 10.16}}
+body:
+  hand: {pose: index_up, length_mm: 180, breadth_mm: 84}
+  place: {at_mm: [21, -145, 200]}
+  edge_mm: {near_target: 2.5, far: 5, within_mm: 8}
+  keep_within_mm: 35
+target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}
+solve: {methods: [surface], scheme: paper_corrected}
+judge: none
+motion: {seconds: 0.3, frames_hz: 20, solve_ms: 20, score_hz: 10, sensor: {hz: 50}}
+"""
+MOVED = "motion.change=[{path: 'body.place.at_mm[0]', rate: 30}]"
+SENSOR = "motion.sensor.joints={file: hand.csv}"
+
+
+class Joints(CommandTest):
+    def table(self, change=lambda joint: joint):
+        """hand.csv of the scene's hand as it moves, by the example of the docs; `change` is made to each joint [m]."""
+        text = (SOURCE / "tests/data/index_up_joints.csv").read_text().split("\n", 1)[1]
+        rows = list(csv.DictReader(text.splitlines()))
+        own = {row["joint"]: numpy.array([float(row[f"{axis}_mm"]) for axis in "xyz"]) for row in rows}
+        for joint in ("palm", *(f"{finger}_metacarpal" for finger in ("index", "middle", "ring", "little"))):
+            own[joint] = numpy.full(3, 1e6)  # not used
+        frames = []
+        for k in range(16):
+            at = numpy.array([21 + 30 * 0.02 * k, -145, 200])
+            joints = {name: change(1e-3 * (place + at)) for name, place in own.items()}
+            frames.append((0.02 * k, joints if k != 10 else None))
+        docs = (SOURCE / "docs/cameras.md").read_text()
+        example, = [code for code in re.findall(r"```python\n(.*?)```", docs, re.S) if "hand.csv" in code]
+        example, changed = re.subn("^frames = .*$", "", example, flags=re.M)
+        self.assertEqual(changed, 1)
+        exec(example.replace('"hand.csv"', repr(str(self.folder / "hand.csv"))), {"frames": frames})
+
+    def frames(self, folder):
+        return list(csv.DictReader((self.folder / folder / "frames.csv").read_text().splitlines()))
+
+    def test_play_is_that_of_an_exact_sensor(self):
+        self.table()
+        scene = self.write("scene.yaml", SCENE)
+        self.run_ok("play", scene, "-o", "exact", "--set", MOVED, "--quiet")
+        done = self.run_ok("play", scene, "-o", "tracked", "--set", SENSOR)
+        with h5py.File(self.folder / "tracked/motion.h5") as motion:
+            notes = "\n".join(note.decode() for note in motion["notes"][:])
+        self.assertRegex(notes, r"joints: the skeleton is 0\.0\d mm rms off the tracked joints")
+        self.assertIn("lost: of 16 frames 1 have no hand", notes)
+        self.assertIn("joints: before the clock starts", done.stderr)
+        tracked, exact = self.frames("tracked"), self.frames("exact")
+        self.assertEqual([row["lost"] for row in tracked], ["0", "0", "0", "0", "1", "0"])
+        for ours, theirs in zip(tracked, exact):
+            if ours["lost"] == "0":
+                # What the solver is left with, on skins that differ by up to 0.2 mm.
+                self.assertAlmostEqual(float(ours["cost"]) / float(theirs["cost"]), 1, delta=0.03)
+                self.assertEqual(ours["sampled_s"], theirs["sampled_s"])
+
+    def test_refused(self):
+        scene = self.write("scene.yaml", SCENE)
+        for change, named in ((lambda joint: joint * (-1, 1, 1), "the joints are of a left hand"),
+                              (lambda joint: 10 * joint, "must be 90 to 270: names of columns must end with their unit")):
+            self.table(change)
+            for command in ("check", "play"):
+                done = self.touchfield(command, scene, "--set", SENSOR)
+                self.assertEqual(done.returncode, 2, done.stderr)
+                self.assertIn(named, done.stderr)
+        self.table()
+        table = (self.folder / "hand.csv").read_text()
+        self.write("hand.csv", table.replace("index_tip_x", "index_end_x"))
+        done = self.touchfield("play", scene, "--set", SENSOR)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("hand.csv:1: column index_end_x must be one of time_s, or x, y and z of a joint", done.stderr)
+        # Results never take the place of what they are made of.
+        self.write("frames.csv", table)
+        done = self.touchfield("play", scene, "--set", SENSOR.replace("hand.csv", "frames.csv"), "-o", ".")
+        self.assertEqual(done.returncode, 2)
+        self.assertEqual((self.folder / "frames.csv").read_text(), table)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,215 @@
+#include "sim/motion/joints_sensor.h"
+
+#include <memory>
+#include <sstream>
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "sim/body/hand_skeleton.h"
+#include "sim/core/errors.h"
+#include "sim/core/units.h"
+#include "sim/motion/play.h"
+#include "tests/support/error_support.h"
+#include "tests/support/joint_table_support.h"
+#include "tests/support/scene_support.h"
+
+namespace touchfield::joints_sensor_test {
+
+using support::joint_table_text;
+using support::message_of;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using testing::scene_from;
+using testing::TempFolder;
+
+using Frames = std::vector<std::optional<JointPoints>>;
+
+constexpr double kPeriod = 0.02;  // of the table [s]
+
+const std::string kFinger =
+    "name: joints\n"
+    "array: {grid: {count: [12, 10], pitch_mm: 10.16}}\n"
+    "body:\n"
+    "  hand: {pose: index_up, length_mm: 180, breadth_mm: 84}\n"
+    "  place: {landmark: index_pad, at_mm: [0, 0, 200], rotate_deg: [10, 0, 20]}\n"
+    "  edge_mm: {near_target: 2.5, far: 5, within_mm: 8}\n"
+    "  keep_within_mm: 35\n"
+    "target: {box: {at: index_pad, size_mm: [7, 7, 6]}, pressure_pa: 1500}\n"
+    "solve: {methods: [surface], scheme: paper_corrected}\n"
+    "judge: none\n";
+const std::string kMoving =
+    "motion: {seconds: 0.2, frames_hz: 10, solve_ms: 20, score_hz: 11, "
+    "change: [{path: 'body.place.at_mm[0]', rate: 30}]}\n";
+
+/// A hand that moves as the scene says, whose joints are tracked exactly.
+class Tracked : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    scene_ = std::make_unique<Scene>(scene_from(kFinger + kMoving));
+    kept_ = std::make_unique<KeptBodies>();
+    truth_ = std::make_unique<MovingModel>(*scene_, kept_.get());
+  }
+  static void TearDownTestSuite() {
+    truth_.reset();
+    kept_.reset();
+    scene_.reset();
+  }
+
+  /// The true joints of the whole motion, for the table's times.
+  static Frames frames(HandSide side = HandSide::kRight) {
+    const auto& hand = std::get<HandShape>(scene_->bodies.front().shape);
+    const JointPoints own =
+        joints_of(posed_skeleton(hand_pose(hand.pose), hand.length, hand.breadth), mirror_sign(side));
+    Frames result;
+    for (int k = 0; k < 11; ++k) {
+      const RigidMotion to_own = truth_->at(truth_->state(kPeriod * k)).own_frame;
+      result.emplace_back(to_own.rotation.transpose() * (own.colwise() - to_own.shift));
+    }
+    return result;
+  }
+  std::string file(const Frames& joints) const {
+    return folder_.write("hand.csv", joint_table_text(joints, kPeriod, 1e9));
+  }
+  std::unique_ptr<JointsSensor> sensor(const Frames& joints, const std::vector<std::string>& overrides = {}) const {
+    std::vector<std::string> all{"motion.sensor={joints: {file: '" + file(joints) + "'}}", "motion.change=[]"};
+    all.insert(all.end(), overrides.begin(), overrides.end());
+    SensedMotion sensed = sensed_motion(scene_from(kFinger + kMoving, all), kept_.get());
+    EXPECT_EQ(sensed.truth, nullptr);
+    return std::unique_ptr<JointsSensor>(dynamic_cast<JointsSensor*>(sensed.sensor.release()));
+  }
+
+  static std::unique_ptr<Scene> scene_;
+  static std::unique_ptr<KeptBodies> kept_;  // of all these scenes, meshed once
+  static std::unique_ptr<MovingModel> truth_;
+  TempFolder folder_;
+  Progress silent_;
+};
+std::unique_ptr<Scene> Tracked::scene_;
+std::unique_ptr<KeptBodies> Tracked::kept_;
+std::unique_ptr<MovingModel> Tracked::truth_;
+
+// The hand is learnt to 1e-6, its pose to the prior's 0.1 mm; the template's vertices are those of the true mesh.
+TEST_F(Tracked, TheSkinIsTheTrueOne) {
+  const auto seen_by = sensor(frames());
+  EXPECT_THAT(seen_by->notes(), Contains(HasSubstr("learnt from 11 frames")));
+  EXPECT_THAT(seen_by->notes(), ::testing::Not(Contains(HasSubstr("lost"))));
+  for (int k = 0; k < 6; ++k) {
+    const Seen seen = seen_by->sample(k, k / 30.0);
+    ASSERT_FALSE(seen.lost) << k;
+    EXPECT_NEAR(seen.seconds, kPeriod * std::floor(k / 30.0 / kPeriod + 1e-9), 1e-6);
+    const Points truth = truth_->at(truth_->state(seen.seconds)).body.mesh.vertices();
+    EXPECT_LT((*seen.state.skin - truth).colwise().norm().maxCoeff(), 0.25 * kMillimetre) << k;
+  }
+  EXPECT_EQ(seen_by->places(3).size(), 3U);
+}
+
+// 0.2 mm of skin; the two play the same frames otherwise, and their errors some 60 %.
+TEST_F(Tracked, APlayHasTheErrorOfAnExactSensor) {
+  const auto error = [&](std::unique_ptr<MotionSensor> by) {
+    const SensedMotion sensed{*scene_, std::make_unique<const MovingModel>(*scene_, kept_.get()), std::move(by)};
+    const Motion motion = play_motion(sensed, {}, silent_);
+    double sum = 0;
+    int count = 0;
+    for (const MotionScore& score : motion.methods.front().scores) {
+      if (score.frame >= 0) {
+        sum += score.metrics.relative_error;
+        ++count;
+      }
+    }
+    EXPECT_EQ(count, 2);
+    return sum / count;
+  };
+  const double exact = error(std::make_unique<ExactSensor>(*truth_));
+  const double tracked = error(sensor(frames()));
+  EXPECT_NEAR(tracked, exact, 0.01 * exact);
+}
+
+TEST_F(Tracked, FramesAreLostAndSaidWhy) {
+  Frames joints = frames();
+  joints[2].reset();
+  for (std::size_t k = 7; k < joints.size(); ++k) {  // the index finger's last joints far off
+    joints[k]->col(6) += Vector3(0, 0, 0.03);
+    joints[k]->col(7) -= Vector3(0, 0, 0.03);
+  }
+  const auto seen_by = sensor(joints, {"motion.sensor.hz=50"});
+  for (int k = 0; k < 11; ++k) {
+    EXPECT_EQ(seen_by->sample(k, kPeriod * k).lost, k == 2 || k >= 7) << k;
+  }
+  EXPECT_THAT(seen_by->notes(), Contains(HasSubstr("lost: of 11 frames 1 have no hand; 4 are more than 6 mm rms off")));
+  EXPECT_THAT(message_of<InputError>([&] { sensor(Frames(11)); }), HasSubstr("hand.csv: no frame has a hand"));
+}
+
+TEST_F(Tracked, TheOtherHandAndAnotherUnitAreRefused) {
+  const auto fault = [&](const Frames& joints, const std::vector<std::string>& overrides = {}) {
+    return message_of<InputError>([&] { sensor(joints, overrides); });
+  };
+  EXPECT_THAT(fault(frames(HandSide::kLeft)),
+              ::testing::AllOf(HasSubstr("hand.csv: the joints are of a left hand ("),
+                               HasSubstr("the hand that is fitted must have side: left; or an axis of the tracker")));
+  EXPECT_FALSE(sensor(frames(HandSide::kLeft), {"motion.sensor.hand={pose: index_up, side: left}"})->sample(0, 0).lost);
+  Frames large = frames();
+  for (auto& joints : large) {
+    *joints *= 10;
+  }
+  EXPECT_THAT(fault(large), HasSubstr("mm long from the wrist to the middle fingertip, must be 90 to 270: names of "
+                                      "columns must end with their unit where that is not m, as index_tip_x_mm"));
+  EXPECT_THAT(fault(frames(), {"motion.seconds=0.23"}), HasSubstr("motion.seconds = 0.23 must be <= 0.22"));
+  EXPECT_THAT(fault(frames(), {"motion.change=[{path: 'body.place.at_mm[0]', rate: 30}]"}),
+              HasSubstr("motion.change: the joints of motion.sensor.joints say how the hand moves"));
+}
+
+// Fingers that are one skin in index_up cannot open.
+TEST_F(Tracked, FingersThatTheTemplateHoldsTogetherAreLostWhereTheyOpen) {
+  Frames joints;
+  const auto& hand = std::get<HandShape>(scene_->bodies.front().shape);
+  const JointPoints own = joints_of(posed_skeleton(hand_pose("flat"), hand.length, hand.breadth), -1);
+  for (int k = 0; k < 11; ++k) {
+    joints.emplace_back(own);
+  }
+  const auto folded = sensor(joints);
+  EXPECT_TRUE(folded->sample(0, 0).lost);
+  EXPECT_THAT(folded->notes(), Contains(HasSubstr("7 have fingers elsewhere that touch in the pose index_up")));
+  EXPECT_FALSE(sensor(joints, {"motion.sensor.hand={pose: flat}"})->sample(0, 0).lost);
+}
+
+TEST_F(Tracked, TheTrackersFrameIsPlacedInTheWorld) {
+  Frames joints = frames();
+  for (auto& one : joints) {
+    *one = one->colwise() - Vector3(0.5, 0.1, 0);
+    *one = (Eigen::AngleAxisd(-90 * kDegree, Vector3::UnitX()).toRotationMatrix() * *one).eval();
+  }
+  const auto seen_by = sensor(joints, {"motion.sensor.joints.pose={rotation: [[1, 0, 0], [0, 0, -1], [0, 1, 0]], "
+                                       "translation_mm: [500, 100, 0]}"});
+  const Points truth = truth_->first().body.mesh.vertices();
+  EXPECT_LT((*seen_by->sample(0, 0).state.skin - truth).colwise().norm().maxCoeff(), 0.25 * kMillimetre);
+  EXPECT_THAT(message_of<InputError>([&] {
+                sensor(joints, {"motion.sensor.joints.pose={rotation: [[1, 0, 0], [0, 1, 0], [0, 0, -1]], "
+                                "translation_mm: [0, 0, 0]}"});
+              }),
+              HasSubstr("a reflection, must be a rotation: the columns are the tracker's x, y and z in the world"));
+}
+
+// What the tests of the command line move.
+TEST(TrackedJointsOfTheCommandLine, AreTheHands) {
+  const JointPoints own = joints_of(posed_skeleton(hand_pose("index_up"), 0.180, 0.084), -1);
+  std::istringstream rows(testing::text_of(testing::source_folder() / "tests/data/index_up_joints.csv"));
+  Eigen::Index count = 0;
+  for (std::string line; std::getline(rows, line);) {
+    if (line.starts_with("#") || line.starts_with("joint,") || line.starts_with("thumb_metacarpal,")) {
+      continue;
+    }
+    std::string name;
+    Vector3 at;
+    char comma = 0;
+    std::istringstream cells(line);
+    std::getline(cells, name, ',');
+    cells >> at.x() >> comma >> at.y() >> comma >> at.z();
+    ASSERT_LT(count, kTrackedJoints);
+    EXPECT_LT((at * kMillimetre - own.col(count++)).norm(), 1e-6) << name;
+  }
+  EXPECT_EQ(count, kTrackedJoints);
+}
+
+}  // namespace touchfield::joints_sensor_test
