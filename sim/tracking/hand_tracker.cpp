@@ -198,7 +198,7 @@ Box HandTracker::region(const HandState& state) const {
 
 /// Digits whose last bones the images do not show where they are fitted.
 std::vector<std::size_t> HandTracker::digits_missing() const {
-  constexpr double kLeastSaid = 8;
+  constexpr double kLeastSaid = 6;
   constexpr double kLeast = 0.45;  // 15 mm of air leave a third of a last bone
   std::array<double, HandSkeleton::kDigits> confirmed{};
   std::array<double, HandSkeleton::kDigits> said{};
@@ -206,8 +206,8 @@ std::vector<std::size_t> HandTracker::digits_missing() const {
     if (digit_[v] >= 0) {
       const auto d = static_cast<std::size_t>(digit_[v]);
       const auto vertex = static_cast<Eigen::Index>(v);
-      confirmed[d] += check_.confirmed(vertex);
-      said[d] += check_.confirmed(vertex) + check_.refuted(vertex) + check_.blank(vertex) + check_.covered(vertex);
+      confirmed[d] += check_.seen(vertex) ? 1 : 0;
+      said[d] += check_.said(vertex) ? 1 : 0;
     }
   }
   std::vector<std::size_t> missing;

@@ -13,6 +13,7 @@ constexpr double kEdge = 3;          // that an edge is off [pixels]
 constexpr int kOutline = 4;          // that is missing along outlines [pixels]
 constexpr int kHole = 40;            // half of the widest hole in a hand [pixels]
 constexpr double kSameBody = 40e-3;  // in depth [m]
+constexpr double kAgreeing = 0.1;    // of what the camera that confirms most does
 constexpr double kOwn = 10e-3;       // from a vertex, still the skin's [m]
 
 double depth_at(const DepthImage& image, int column, int row) {
@@ -77,48 +78,64 @@ bool beside_or_within(const DepthImage& image, int column, int row, double depth
 
 void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& frame, const Points& vertices,
                  const Points& normals, double tolerance, double baseline, SightCheck& check) {
-  check.confirmed.setZero(vertices.cols());
-  check.refuted.setZero(vertices.cols());
-  check.blank.setZero(vertices.cols());
-  check.covered.setZero(vertices.cols());
-  std::vector<bool> faces(static_cast<std::size_t>(vertices.cols()));
-  std::vector<bool> looked(static_cast<std::size_t>(vertices.cols()));
+  const Eigen::Index count = vertices.cols();
+  const auto number = static_cast<Eigen::Index>(cameras.size());
+  check.confirmed.setZero(count);
+  check.refuted.setZero(count);
+  check.blank.setZero(count);
+  check.covered.setZero(count);
   check.confirmed_by.assign(cameras.size(), 0);
-  for (std::size_t c = 0; c < cameras.size(); ++c) {
-    const DepthImage& image = frame.images[c];
-    for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
-      const Vector3 from_eye = vertices.col(v) - cameras[c].view.eye;
+  // Of each camera: vertices that face it, that are in its image, blank and covered.
+  Eigen::ArrayXXd faces = Eigen::ArrayXXd::Zero(count, number);
+  Eigen::ArrayXXd looked = faces;
+  Eigen::ArrayXXd blank = faces;
+  Eigen::ArrayXXd covered = faces;
+  for (Eigen::Index c = 0; c < number; ++c) {
+    const DepthCamera& camera = cameras[static_cast<std::size_t>(c)];
+    const DepthImage& image = frame.images[static_cast<std::size_t>(c)];
+    for (Eigen::Index v = 0; v < count; ++v) {
+      const Vector3 from_eye = vertices.col(v) - camera.view.eye;
       if (-normals.col(v).dot(from_eye) < kTowards * from_eye.norm()) {
         continue;
       }
-      faces[static_cast<std::size_t>(v)] = true;
-      const std::optional<ImagePoint> point = image_point(cameras[c], vertices.col(v));
+      faces(v, c) = 1;
+      const std::optional<ImagePoint> point = image_point(camera, vertices.col(v));
       if (!point) {
         continue;
       }
-      looked[static_cast<std::size_t>(v)] = true;
+      looked(v, c) = 1;
       const auto column = static_cast<int>(point->at.x());
       const auto row = static_cast<int>(point->at.y());
       const double depth = depth_round(image, column, row);
       if (depth > 0 && std::abs(depth - point->depth) <= tolerance) {
         check.confirmed(v) += 1;
-        ++check.confirmed_by[c];
+        ++check.confirmed_by[static_cast<std::size_t>(c)];
       } else if (depth > point->depth) {
         check.refuted(v) += 1;
       } else if (depth == 0 && !beside_or_within(image, column, row, point->depth) &&
                  !hidden_from_second_eye(image, column, row, point->depth, tolerance,
-                                         cameras[c].view.focal.x() * baseline)) {
-        check.blank(v) += 1;
+                                         camera.view.focal.x() * baseline)) {
+        blank(v, c) = 1;
       } else if (depth > 0) {
-        const Vector3 hiding = cameras[c].view.eye + from_eye * (depth / point->depth);
+        const Vector3 hiding = camera.view.eye + from_eye * (depth / point->depth);
         const double squared = (vertices.colwise() - hiding).colwise().squaredNorm().minCoeff();
-        check.covered(v) += squared > kOwn * kOwn ? 1 : 0;
+        covered(v, c) = squared > kOwn * kOwn ? 1 : 0;
       }
     }
   }
-  for (std::size_t v = 0; v < faces.size(); ++v) {
-    check.blank(static_cast<Eigen::Index>(v)) += faces[v] && !looked[v] ? 1 : 0;
+  // A camera that confirms next to nothing of what another one does looks elsewhere, or stands where it is not told to be.
+  const int most = *std::ranges::max_element(check.confirmed_by);
+  Eigen::ArrayXd facing = Eigen::ArrayXd::Zero(count);
+  Eigen::ArrayXd seen = facing;
+  for (Eigen::Index c = 0; c < number; ++c) {
+    if (check.confirmed_by[static_cast<std::size_t>(c)] >= kAgreeing * most) {
+      facing += faces.col(c);
+      seen += looked.col(c);
+      check.blank.array() += blank.col(c);
+      check.covered.array() += covered.col(c);
+    }
   }
+  check.blank.array() += (facing > 0 && seen == 0).cast<double>();
 }
 
 }  // namespace touchfield

@@ -23,9 +23,20 @@ struct SightCheck {
 
   /// Of what was seen at all vertices, the share that is theirs: 0 to 1. A pixel that saw nothing is no evidence.
   double share() const { return confirmed.sum() / std::max(confirmed.sum() + refuted.sum(), 1.0); }
-  /// Of what should have been seen of them, the share that was.
+  /// Whether a camera should have seen a vertex, and whether one did.
+  bool said(Eigen::Index vertex) const {
+    return confirmed(vertex) + refuted(vertex) + blank(vertex) + covered(vertex) > 0;
+  }
+  bool seen(Eigen::Index vertex) const { return confirmed(vertex) > 0; }
+  /// Of the vertices that a camera should have seen, the share that one did.
   double evidence() const {
-    return confirmed.sum() / std::max(confirmed.sum() + refuted.sum() + blank.sum() + covered.sum(), 1.0);
+    double seen_by_one = 0;
+    double said_of = 0;
+    for (Eigen::Index v = 0; v < confirmed.size(); ++v) {
+      seen_by_one += seen(v) ? 1 : 0;
+      said_of += said(v) ? 1 : 0;
+    }
+    return seen_by_one / std::max(said_of, 1.0);
   }
 };
 
@@ -36,6 +47,9 @@ struct SightCheck {
 ///   something nearer hides the vertex from the camera's second eye, which stands to the right of the first,
 ///   it is within 4 pixels of what was seen at its depth: outlines of stereo cameras lack as much, or
 ///   what was seen at its depth lies round it, in three of four directions within 40 pixels: a hole in a hand.
+///
+/// A camera that confirms less than a tenth of what another one does leaves no vertex blank or covered: it looks elsewhere,
+/// or stands where it is not told to be.
 ///
 /// vertices, normals   3 x V, in the world's frame [m], unit
 /// tolerance           [m]
