@@ -52,7 +52,7 @@ bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker, Pro
 
 /// The pose of the built-in hand that comes nearest to the first frame, of some spread over the recording, that one is found in.
 std::string nearest_pose(const CameraFolder& folder, const FolderFit& how) {
-  constexpr std::size_t kMostFrames = 8;
+  constexpr std::size_t kMostFrames = 4;
   std::deque<HandTracker> trackers;  // they cannot be moved
   const std::vector<std::string> poses = {"index_up", "flat"};
   for (const std::string& pose : poses) {
