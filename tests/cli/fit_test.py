@@ -76,7 +76,7 @@ class Fit(CommandTest):
         late = [[f"{123456788 + k / 10:.1f}", "", ""] for k in range(11)]
         late += [[f"{123456789.1 + float(t):.6f}", *files] for t, *files in rows[1:]]
         table.write_text("".join(",".join(row) + "\n" for row in [rows[0], *late]))
-        said = json.loads(self.run_ok("fit", "seen", "-o", "out #1: a", "--edge-mm", "6", "--json").stdout)
+        said = json.loads(self.run_ok("fit", "seen", "--pose", "index_up", "-o", "out #1: a", "--edge-mm", "6", "--json").stdout)
         self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (20, 11, True))
         out = self.folder / "out #1: a"
         times = [float(row["time_s"]) for row in csv.DictReader((out / "times.csv").read_text().splitlines())]
@@ -104,14 +104,14 @@ class Fit(CommandTest):
             for output in ("seen", "seen/", "seen/camera_1", "seen/new"):
                 self.refused(*command, "-o", output)
         (self.folder / "link").symlink_to("seen")
-        self.refused("fit", "seen", "-o", "link")
+        self.refused("fit", "seen", "--pose", "index_up", "-o", "link")
         # The images are of the run that the folder above them holds.
         self.write("files.json", '{"format": "touchfield-files", "files": ["seen/times.csv"]}')
-        self.refused("fit", "seen", "-o", ".")
+        self.refused("fit", "seen", "--pose", "index_up", "-o", ".")
 
     def test_results_never_take_the_place_of_meshes(self):
         self.seen()
-        self.run_ok("fit", "seen", "-o", "out", "--edge-mm", "6", "--quiet")
+        self.run_ok("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--quiet")
         rest = SEEN.split("body:")[0], "target:" + SEEN.split("target:")[1].split("motion:")[0]
         body = (self.folder / "out/body.yaml").read_text()
         own = self.folder / "out/body.yaml"  # made a scene: a file of fit's all the same
@@ -136,7 +136,7 @@ class Fit(CommandTest):
     def test_no_hand(self):
         self.seen("--set", "body.hand=null", "--set", "body.sphere={radius_mm: 30}", "--set", "body.place.landmark=bottom",
                   "--set", "target.box.at=bottom")
-        done = self.touchfield("fit", "seen", "-o", "out")
+        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out")
         self.assertEqual(done.returncode, 2)
         self.assertIn("the hand was found in none of 9 frames; nearest was that at ", done.stderr)
         self.assertRegex(done.stderr, r"camera_1: what it sees is [23]\d\d to [23]\d\d mm away .*, in the workspace in 9 of 9")
@@ -153,7 +153,7 @@ class Fit(CommandTest):
 
     def test_a_hand_that_is_not_where_it_is_looked_for(self):
         self.seen()
-        done = self.touchfield("fit", "seen", "-o", "out", "--workspace-mm", "0", "0", "400", "10", "10", "500")
+        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--workspace-mm", "0", "0", "400", "10", "10", "500")
         self.assertEqual(done.returncode, 2)
         self.assertIn("points where the hand is looked for 0 (150 asked)", done.stderr)
         self.assertIn("in the workspace in 0 of 9 frames", done.stderr)
@@ -169,12 +169,12 @@ class Fit(CommandTest):
         self.seen()
         cameras = (self.folder / "seen/cameras.yaml").read_text()
         self.change("seen/cameras.yaml", "translation_mm: [280, -50, 0]", "translation_mm: [280, 350, 0]")
-        done = self.run_ok("fit", "seen", "-o", "out", "--edge-mm", "6", "--json")
+        done = self.run_ok("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--json")
         self.assertRegex(done.stderr, r"cameras: in \d+ of \d+ frames camera_[12] sees something, but not the skin")
         self.assertEqual(len(json.loads(done.stdout)["warnings"]), done.stderr.count("touchfield: warning: "))
         metres = cameras.replace("[280, -50, 0]", "[0.28, -0.05, 0]").replace("[-280, -50, 0]", "[-0.28, -0.05, 0]")
         (self.folder / "seen/cameras.yaml").write_text(metres)
-        done = self.touchfield("fit", "seen", "-o", "out", "--force", "--edge-mm", "6")
+        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--force", "--edge-mm", "6")
         self.assertIn("all stand within 0.3 mm of the world's origin; if translation_mm holds metres", done.stderr)
 
     def test_times_of_other_clocks(self):
@@ -185,7 +185,7 @@ class Fit(CommandTest):
         def fit(scale, start):
             changed = [[f"{start + scale * float(t):.6f}", *files] for t, *files in rows[1:]]
             table.write_text("".join(",".join(row) + "\n" for row in [rows[0], *changed]))
-            return self.run_ok("fit", "seen", "-o", "out", "--edge-mm", "6", "--force", "--json")
+            return self.run_ok("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--force", "--json")
 
         done = fit(1, 1763900000)
         self.assertEqual(done.stderr, "")
@@ -200,7 +200,7 @@ class Fit(CommandTest):
         data = bytearray(image.read_bytes())
         data[len(data) // 2] ^= 1
         image.write_bytes(data)
-        done = self.touchfield("fit", "seen", "-o", "out", "--edge-mm", "6", "--learn-s", "0")
+        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--learn-s", "0")
         self.assertEqual(done.returncode, 2)
         self.assertIn("000006.png: damaged", done.stderr)
         self.assertEqual(len(self.rows("out/fit.csv")), 6)
@@ -223,14 +223,14 @@ class Fit(CommandTest):
     def test_the_other_hand(self):
         """The images are of a right hand, the default."""
         self.seen()
-        done = self.touchfield("fit", "seen", "-o", "out", "--side", "left")
+        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--side", "left")
         self.assertEqual(done.returncode, 2)
         self.assertIn("the hand was found in none of 9 frames; the images show a right hand: give --side right", done.stderr)
         self.run_ok("see", "scene.yaml", "-o", "left", "--quiet", "--set", "body.hand.side=left")
-        done = self.touchfield("fit", "left", "-o", "other", "--edge-mm", "6")
+        done = self.touchfield("fit", "left", "--pose", "index_up", "-o", "other", "--edge-mm", "6")
         self.assertEqual(done.returncode, 2)
         self.assertIn("the images show a left hand: give --side left", done.stderr)
-        said = json.loads(self.run_ok("fit", "left", "-o", "other", "--edge-mm", "6", "--side", "left", "--force", "--json").stdout)
+        said = json.loads(self.run_ok("fit", "left", "--pose", "index_up", "-o", "other", "--edge-mm", "6", "--side", "left", "--force", "--json").stdout)
         self.assertEqual((said["frames"], said["lost"], said["shape_learnt"]), (9, 0, True))
         recorded = SEEN.split("  change:")[0] + "  sensor: {recorded: {folder: left}}\n"
         scene = self.write("recorded.yaml", recorded.replace("length_mm: 184, breadth_mm: 82", ""))
@@ -242,11 +242,11 @@ class Fit(CommandTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("nowhere", done.stderr)
         self.seen()
-        done = self.touchfield("fit", "seen", "-o", "out", "--workspace-mm", "0", "0", "0", "10", "0", "10")
+        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out", "--workspace-mm", "0", "0", "0", "10", "0", "10")
         self.assertEqual(done.returncode, 2)
         self.assertIn("the second corner must be beyond the first", done.stderr)
         shutil.rmtree(self.folder / "seen/camera_2")
-        done = self.touchfield("fit", "seen", "-o", "out")
+        done = self.touchfield("fit", "seen", "--pose", "index_up", "-o", "out")
         self.assertEqual(done.returncode, 2)
         self.assertIn("camera_2", done.stderr)
         self.assertFalse((self.folder / "out").exists())
