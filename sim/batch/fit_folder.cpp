@@ -166,8 +166,7 @@ std::vector<std::string> cameras_apart(const std::vector<DepthCamera>& cameras, 
     } else if (const double share = statistics(use.on_skin).median; cameras.size() > 1 && share < kOnSkin) {
       warnings.push_back(
           fmt::format("cameras: of the points that {} sees near the hand, {:.0f} % lie on the fitted skin (median); "
-                      "where cameras agree "
-                      "it is {:.0f} % or more. Correct its pose in cameras.yaml, or leave it out",
+                      "where cameras agree it is {:.0f} % or more. Correct its pose in cameras.yaml, or leave it out",
                       cameras[c].name, 100 * share, 100 * kOnSkin));
     }
   }

@@ -219,8 +219,10 @@ std::vector<std::size_t> HandTracker::digits_missing() const {
   return missing;
 }
 
-/// Whether a fit is to be believed. Leaves the skin's matches in fit_.
-void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& belief, HandFit& fit) {
+/// Whether a fit is to be believed, by what is asked of a shape that is learnt, else by less. Leaves the skin's matches in
+/// fit_ and what the images say of it in check_.
+void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& of_learnt, HandFit& fit) {
+  const FitBelief& belief = learnt_ ? of_learnt : options_.unlearnt;
   const Stopwatch watch(times_.check);
   fit_.match(shape_, points, fit.state, kNear, kFollowScale);
   const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
@@ -290,7 +292,7 @@ HandFit HandTracker::fitted(const DepthFrame& frame, const HandPoints& points, c
     fit.state =
         fit_.fit(shape_, points, start, prior, {options_.rounds, reach, kFollowReach, kFollowScale, 1, false}).state;
   }
-  judge(frame, points, learnt_ ? belief : options_.unlearnt, fit);
+  judge(frame, points, belief, fit);
   return fit;
 }
 
@@ -312,9 +314,8 @@ HandFit HandTracker::with_digits_moved(const DepthFrame& frame, const HandPoints
   constexpr double kShortest = -0.25;
   const std::array<Eigen::Vector4d, 4> moves = {Eigen::Vector4d(0, 80, 95, 50), Eigen::Vector4d(0, 40, 50, 30),
                                                 Eigen::Vector4d(kAside, 0, 0, 0), Eigen::Vector4d(-kAside, 0, 0, 0)};
-  const FitBelief& belief = learnt_ ? options_.found : options_.unlearnt;
   for (std::size_t tries = 0; fit.lost && tries < 2 * HandSkeleton::kDigits; ++tries) {
-    judge(frame, points, belief, fit);
+    judge(frame, points, options_.found, fit);  // for digits_missing()
     const ShapedHand before = shape_;
     ShapedHand shape = before;
     HandFit best = fit;
@@ -397,10 +398,10 @@ HandFit HandTracker::with_size_changed(const DepthFrame& frame, const HandPoints
 }
 
 HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
+  HandFit none;
+  none.seconds = frame.seconds;
   if (points.size() < kLeastFitPoints) {
     starts_.clear();
-    HandFit none;
-    none.seconds = frame.seconds;
     return none;
   }
   std::size_t most = kStartsPerFrame;
@@ -428,6 +429,9 @@ HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
     std::ranges::stable_sort(all, std::greater{}, [](const Found& one) { return one.fit.worth(); });
     all.resize(std::min(all.size(), kBestFits));
   }
+  if (all.empty()) {
+    return none;
+  }
   if (apart_) {
     for (Found& one : all) {
       if (one.fit.placed) {
@@ -451,7 +455,7 @@ HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
   shape_ = best.shape;
   points = std::move(best.points);
   if (best.fit.placed) {  // deformation goes on from its matches
-    judge(frame, points, learnt_ ? options_.found : options_.unlearnt, best.fit);
+    judge(frame, points, options_.found, best.fit);
   }
   return std::move(best.fit);
 }

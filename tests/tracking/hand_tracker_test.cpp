@@ -358,6 +358,16 @@ TEST(HandTracker, TakesNothingElseForAHand) {
   }
 }
 
+// Enough points, and nothing that is large enough for a start.
+TEST(HandTracker, APebbleIsNothingAsLargeAsAHand) {
+  Sight sight;
+  const TriangleMesh pebble =
+      transformed(sphere(0.008, 1e-3).mesh, Eigen::Matrix3d::Identity(), Vector3(0, -0.05, 0.2));
+  const HandFit fit = sight.tracker.track(sight.cameras.sees(pebble, 0, 0));
+  EXPECT_TRUE(fit.lost);
+  EXPECT_EQ(lost_text(fit), "nothing as large as a hand");
+}
+
 TEST(HandTracker, TheSameFramesGiveTheSameFit) {
   const auto fitted = [] {
     Sight sight;
