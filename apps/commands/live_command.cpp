@@ -23,6 +23,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
 #include "sim/motion/frame_budget.h"
+#include "sim/motion/seen_error.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/stages.h"
 #include "sim/store/run_file.h"
@@ -230,7 +231,12 @@ class Live {
   }
 
   int reported(EmissionReport report) {
-    const LiveReport loop = loop_->report();
+    LiveReport loop = loop_->report();
+    if (sensed_->truth) {
+      for (MotionFrame& frame : loop.frames) {
+        frame.target_off = target_off(*sensed_->truth, frame);
+      }
+    }
     report.play.late = static_cast<std::size_t>(loop.late);
     report.play.dropped = static_cast<std::size_t>(loop.dropped);
     for (const MotionFrame& frame : loop.frames) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/run_json.h"
+#include "sim/core/units.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/text_table.h"
@@ -116,7 +117,7 @@ nlohmann::ordered_json live_json(const LiveResult& result) {
 std::string live_csv(const LiveReport& report) {
   const std::vector<std::string> stages = stages_of(report.frames);
   std::vector<std::string> header = {"frame",    "sampled_s", "started_s", "late_s", "pose_time_s",
-                                     "solved_s", "shown_s",   "quiet",     "lost"};
+                                     "solved_s", "shown_s",   "quiet",     "lost",   "target_off_mm"};
   for (const std::string& stage : stages) {
     header.push_back(stage + "_s");
   }
@@ -130,6 +131,7 @@ std::string live_csv(const LiveReport& report) {
     }
     line.push_back(frame.quiet ? "1" : "0");
     line.push_back(frame.lost ? "1" : "0");
+    line.push_back(csv_number(frame.target_off / kMillimetre));
     for (const std::string& stage : stages) {
       line.push_back(csv_number(stage_seconds(frame, stage)));
     }

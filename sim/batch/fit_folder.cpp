@@ -16,6 +16,7 @@
 #include "sim/core/units.h"
 #include "sim/scene/quantity.h"
 #include "sim/scene/yaml_tree.h"
+#include "sim/sensing/landmark_table.h"
 #include "sim/solve/meshed_body.h"
 #include "sim/solve/stages.h"
 #include "sim/store/motion_summary.h"
@@ -91,13 +92,14 @@ bool finds_other_hand(const CameraFolder& folder, const FolderFit& how, Progress
 }
 
 std::string frames_csv(const std::vector<FittedFrame>& frames) {
-  std::string text = "time_s,lost,residual_mm,explained,share,evidence,seen,fit_ms,file,reason\n";
+  std::string text = "time_s,lost,residual_mm,explained,share,evidence,seen,landmark_off_mm,fit_ms,file,reason\n";
   for (const FittedFrame& frame : frames) {
     const HandFit& fit = frame.fit;
     text += fmt::format("{},{:d},", schema::decimal_text(fit.seconds), fit.lost);
     text += fit.placed ? fmt::format("{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}", fit.residual / kMillimetre, fit.explained,
                                      fit.share, fit.evidence, fit.seen)
                        : ",,,,";
+    text += std::isfinite(frame.landmark_off) ? fmt::format(",{:.4g}", frame.landmark_off / kMillimetre) : ",";
     text += fmt::format(",{:.4g},{},{}\n", frame.milliseconds, frame.file, lost_text(fit));
   }
   return text;
@@ -256,7 +258,8 @@ std::string body_yaml(const std::string& directory, const TriangleMesh& first, c
 }  // namespace
 
 std::vector<std::string> fit_files(const CameraFolder& folder) {
-  std::vector<std::string> files = {"fit.log", "failed.json", "fit.csv", "body.yaml", "times.csv", "skin.pvd"};
+  std::vector<std::string> files = {"fit.log",   "failed.json",  "fit.csv", "body.yaml",
+                                    "times.csv", kLandmarksFile, "skin.pvd"};
   for (std::size_t k = 0; k < folder.size(); ++k) {
     files.push_back(skin_name(k));
   }
@@ -276,7 +279,10 @@ class FolderFitter {
         body_(touchfield::hand(hand_options(how.hand, how.edge))),
         carrier_(hand_.carrier(body_.mesh.vertices())),
         tracker_(hand_, folder.cameras(), Box{how.workspace[0], how.workspace[1]}),
-        uses_(folder.cameras().size()) {}
+        uses_(folder.cameras().size()),
+        truth_(folder.landmarks()) {
+    std::ranges::transform(body_.landmarks, std::back_inserter(fitted_landmarks_.names), &Landmark::name);
+  }
 
   FittedFolder fitted(Progress& progress) {
     const auto warn = [&](const std::string& warning) {
@@ -351,16 +357,31 @@ class FolderFitter {
     write_faces_vtp(directory_.file(file), skin,
                     {{"cameras", seen.cameras.cast<double>()}, {"distance_m", seen.distance}});
     own.file = file;
+    fitted_landmarks_.seconds.push_back(own.fit.seconds);
+    fitted_landmarks_.at.push_back(landmark_points(skin, body_.landmarks, fitted_landmarks_.names));
+    own.landmark_off = landmark_off(own.fit.seconds, landmark_points(skin, body_.landmarks, truth_.names));
     steps_.push_back({own.fit.seconds - folder_.seconds(0), file});
     if (steps_.size() == 1) {
       write_atomically(directory_.file("body.yaml"), {body_yaml(directory_.path(), skin, body_.landmarks)});
     }
   }
 
+  /// How far the farthest of the points whose places the recording says is from where the fit has it [m].
+  double landmark_off(double seconds, const Points& fitted) const {
+    double farthest = kNotComputed;
+    if (const std::optional<Points> known = truth_.between(seconds)) {
+      for (const double off : (fitted - *known).colwise().norm()) {
+        farthest = std::isfinite(off) ? std::fmax(farthest, off) : farthest;
+      }
+    }
+    return farthest;
+  }
+
   void write_tables() const {
     write_atomically(directory_.file("fit.csv"), {frames_csv(fitted_.frames)});
     if (!steps_.empty()) {
       write_atomically(directory_.file("times.csv"), {times_csv(steps_)});
+      write_atomically(directory_.file(kLandmarksFile), {landmarks_csv(fitted_landmarks_)});
       write_series(directory_.file("skin.pvd"), steps_);
     }
   }
@@ -374,6 +395,8 @@ class FolderFitter {
   HandTracker tracker_;
   std::vector<CameraUse> uses_;
   std::vector<SeriesStep> steps_;
+  LandmarkRecording truth_;  // what the recording says of the hand; empty as a rule
+  LandmarkRecording fitted_landmarks_;
   FittedFolder fitted_;
 };
 

@@ -26,6 +26,7 @@ struct FittedFrame {
   HandFit fit;
   double milliseconds = 0;  // that it took, images at hand
   std::string file;         // its mesh; empty where the hand was lost
+  double landmark_off = kNotComputed;  // of the recording's landmarks, the farthest from where the fit has it [m]
 };
 
 struct FittedFolder {
@@ -42,7 +43,7 @@ std::vector<std::string> fit_files(const CameraFolder& folder);
 /// skin_0001.vtp, ... with the same triangles (m), times.csv, counted from the recording's first frame; of each face
 /// `cameras`, how many saw it, and `distance_m` of what they saw (seen_distance.h); skin.pvd of them; body.yaml, a
 /// scene's body of them with the hand's landmarks; fit.csv, a line a frame, with the recording's own times and why the hand
-/// is lost. Frames in which it is have no mesh. Where it ends early the tables are of the frames until then.
+/// is lost; landmarks.csv, where it has the hand's landmarks (landmark_table.h). Frames in which it is have no mesh. Where it ends early the tables are of the frames until then.
 ///
 /// Warns of what is odd in the recording (CameraFolder::warnings), and of a camera that sees no skin where the others see it.
 ///

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/body/hand_landmarks.h"
+#include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/motion/loop_clock.h"
@@ -13,6 +15,7 @@
 #include "sim/scene/quantity.h"
 #include "sim/scene/schema.h"
 #include "sim/sensing/camera_folder.h"
+#include "sim/sensing/landmark_table.h"
 #include "sim/solve/stages.h"
 
 namespace touchfield {
@@ -25,14 +28,28 @@ std::string sight_name(PictureFormat format) { return "sight." + to_string(forma
 struct Instant {
   TriangleMesh mesh;
   DepthFrame frame;
+  Points landmarks;
 };
+
+/// Landmarks of a hand that the scene's bodies have.
+std::vector<std::string> landmark_names(const SeenScene& seen) {
+  std::vector<std::string> names;
+  for (const Landmark& landmark : seen.moving.first().body.landmarks) {
+    if (std::ranges::count(hand_landmark_names(), landmark.name) > 0) {
+      names.push_back(landmark.name);
+    }
+  }
+  return names;
+}
 
 Instant instant_of(const SeenScene& seen, int number) {
   const double seconds = to_seconds(instant(number, seen.moving.first().scene.motion->sensor.hz));
   const MotionState state = seen.moving.state(seconds);
-  TriangleMesh mesh = seen.skin.at(seen.moving.at(state), state);
+  const Model model = seen.moving.at(state);
+  TriangleMesh mesh = seen.skin.at(model, state);
   DepthFrame frame = seen.cameras.sees(mesh, seconds, static_cast<std::uint64_t>(number));
-  return {std::move(mesh), std::move(frame)};
+  return {std::move(mesh), std::move(frame),
+          landmark_points(model.body.mesh, model.body.landmarks, landmark_names(seen))};
 }
 
 void draw_instant(const std::string& path, const SeenScene& seen, const Instant& instant, PictureFormat format) {
@@ -122,6 +139,9 @@ SeenScene seen_scene(const Scene& scene, Progress* progress) {
 
 std::vector<std::string> sight_files(const SeenScene& seen, PictureFormat format) {
   std::vector<std::string> files = {"see.log", "failed.json", sight_name(format)};
+  if (!landmark_names(seen).empty()) {
+    files.emplace_back(kLandmarksFile);
+  }
   const std::vector<std::string> images = recorded_files(seen.cameras.told(), static_cast<std::size_t>(seen.frames));
   files.insert(files.end(), images.begin(), images.end());
   return files;
@@ -134,11 +154,14 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
   std::vector<SightSummary> summaries;
   std::ranges::transform(told, std::back_inserter(summaries),
                          [](const DepthCamera& camera) { return SightSummary{.camera = camera.name}; });
+  LandmarkRecording landmarks{.names = landmark_names(seen)};
   std::vector<std::pair<std::string, double>> seconds;
   timed(progress, seconds, "see", fmt::format("{} images of each of {} cameras", seen.frames, told.size()), [&] {
     for (int k = 0; k < seen.frames; ++k) {
       const Instant instant = instant_of(seen, k);
       folder.add(instant.frame);
+      landmarks.seconds.push_back(instant.frame.seconds);
+      landmarks.at.push_back(instant.landmarks);
       for (std::size_t c = 0; c < told.size(); ++c) {
         add_sight(seen.cameras.real()[c], instant.frame.images[c],
                   exact_image(seen.cameras.real()[c].view, instant.mesh), seen.frames, summaries[c]);
@@ -149,6 +172,9 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
       progress.advance((k + 1.0) / seen.frames);
     }
   });
+  if (!landmarks.names.empty()) {
+    write_atomically(directory.file(kLandmarksFile), {landmarks_csv(landmarks)});
+  }
   for (std::size_t c = 0; c < told.size(); ++c) {
     if (const std::string warning = sight_warning(seen.cameras.real()[c], summaries[c]); !warning.empty()) {
       progress.warn(warning);

@@ -36,6 +36,12 @@ struct HandPose {
 /// index to little, in that of FingerAngles.
 using JointAngles = Eigen::Matrix<double, 21, 1>;
 
+/// Where a digit's angles begin among them, from thumb to little, and how many there are.
+constexpr Eigen::Index first_joint(std::size_t digit) {
+  return digit == 0 ? 0 : 1 + 4 * static_cast<Eigen::Index>(digit);
+}
+constexpr Eigen::Index joint_count(std::size_t digit) { return digit == 0 ? 5 : 4; }
+
 JointAngles joint_angles(const HandPose& pose);
 
 /// The pose with all its joints turned to these angles, in range or not.

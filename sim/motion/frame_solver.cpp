@@ -292,6 +292,9 @@ MotionFrame FrameSolver::solve(const Model& model) {
   }
   const bool moved = set_up(model, target, frame);
   const Vector3 patch = target ? moving_.patch(model) : Vector3::Zero();
+  if (target) {
+    frame.target = patch;
+  }
   const MotionSpec& motion = *model.scene.motion;
   std::optional<Eigen::VectorXd> before;
   if (motion.start == MotionSpec::Start::kPrevious && phases_.size() > 0) {

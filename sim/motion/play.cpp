@@ -82,6 +82,9 @@ class MethodLoop {
     frame.late = to_seconds(start.late());
     frame.shown = to_seconds(shown.from);
     frame.pose_time = wanted;
+    if (sensed_.truth) {
+      frame.target_off = target_off(*sensed_.truth, frame);
+    }
     return frame;
   }
 

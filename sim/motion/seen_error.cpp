@@ -29,4 +29,11 @@ SkinOff seen_error(const Model& truth, const Model& seen) {
   return {rms_within(kSkinRound), rms_within(kPatchRound)};
 }
 
+double target_off(const MovingModel& truth, const MotionFrame& frame) {
+  if (!frame.target.allFinite()) {
+    return kNotComputed;
+  }
+  return (truth.patch(truth.at(truth.state(frame.pose_time))) - frame.target).norm();
+}
+
 }  // namespace touchfield

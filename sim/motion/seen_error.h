@@ -1,6 +1,6 @@
 #pragma once
 
-#include "sim/solve/model.h"
+#include "sim/motion/moving_model.h"
 #include "sim/store/motion_data.h"
 
 namespace touchfield {
@@ -11,5 +11,10 @@ namespace touchfield {
 ///
 /// truth, seen   models at the same instant
 SkinOff seen_error(const Model& truth, const Model& seen);
+
+/// How far the middle of the patch that a frame was solved for is from where it really was at the frame's pose_time [m]:
+/// what the sensor's error and prediction make of it, along the skin as well as off it, which the distances of SkinOff do
+/// not see. NaN for a frame without a target.
+double target_off(const MovingModel& truth, const MotionFrame& frame);
 
 }  // namespace touchfield

@@ -103,6 +103,9 @@ CameraFolder::CameraFolder(std::string folder, Progress* progress) : folder_(std
   warnings_ = recording_warnings(cameras_, seconds);
   Progress silent;
   check_images(table, progress != nullptr ? *progress : silent);
+  if (const std::string landmarks = path_in(folder_, kLandmarksFile); fs::is_regular_file(landmarks, error)) {
+    landmarks_ = read_landmarks(landmarks);
+  }
 }
 
 void CameraFolder::read_rows(const std::string& table) {

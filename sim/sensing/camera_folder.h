@@ -6,6 +6,7 @@
 
 #include "sim/core/progress.h"
 #include "sim/sensing/depth_camera.h"
+#include "sim/sensing/landmark_table.h"
 
 namespace touchfield {
 
@@ -27,6 +28,9 @@ class CameraFolder {
   std::size_t size() const { return rows_.size(); }
   /// When a frame was taken [s], by the recording's own clock; rising.
   double seconds(std::size_t frame) const { return rows_.at(frame).seconds; }
+  /// Where somebody knows the hand's landmarks to be, of the table landmarks.csv; empty if there is none. A fit is compared
+  /// with it and does not use it.
+  const LandmarkRecording& landmarks() const { return landmarks_; }
   /// Reads a frame's images, one a camera, each of its camera's size.
   ///
   /// throws   InputError on an image that is damaged or has changed since
@@ -46,6 +50,7 @@ class CameraFolder {
   std::vector<DepthCamera> cameras_;
   std::vector<Row> rows_;
   std::vector<std::string> warnings_;
+  LandmarkRecording landmarks_;
 };
 
 /// The files that CameraFolderWriter writes of so many frames, named from the folder.

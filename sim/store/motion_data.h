@@ -17,15 +17,17 @@ struct SkinOff {
 
 /// Phases that a method found for one sample of a moving hand. Times are from the beginning of the motion [s].
 struct MotionFrame {
-  double sampled = 0;        // when the hand was where the sensor says
-  double started = 0;        // when the solver began
-  double late = 0;           // how long after its turn that was
-  double shown = 0;          // when the array had the phases
-  double pose_time = 0;      // the instant whose hand was solved for: `sampled`, or later if predicted
-  SkinOff off{};             // of its sample
-  bool quiet = false;        // all drives are 0: the target held no skin, or
-  bool lost = false;         // the sensor did not know where the hand was
-  PhaseSolution solution{};  // of a quiet frame: N zeros
+  double sampled = 0;    // when the hand was where the sensor says
+  double started = 0;    // when the solver began
+  double late = 0;       // how long after its turn that was
+  double shown = 0;      // when the array had the phases
+  double pose_time = 0;  // the instant whose hand was solved for: `sampled`, or later if predicted
+  SkinOff off{};         // of its sample
+  Vector3 target = Vector3::Constant(kNotComputed);  // middle of the patch that it was solved for [m]; NaN if quiet
+  double target_off = kNotComputed;  // from where that patch really was at pose_time [m], along the skin or off it
+  bool quiet = false;                // all drives are 0: the target held no skin, or
+  bool lost = false;                 // the sensor did not know where the hand was
+  PhaseSolution solution{};          // of a quiet frame: N zeros
   std::vector<std::pair<std::string, double>> seconds{};  // stage -> seconds this machine took
 };
 

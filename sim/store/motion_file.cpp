@@ -99,6 +99,7 @@ void frame_parts(const Io& io, Frames& frames, Eigen::Index channels) {
       "skin_off", frames, [](auto& frame) -> auto& { return frame.off.skin; }, "m");
   io.later_column(
       "patch_off", frames, [](auto& frame) -> auto& { return frame.off.patch; }, "m");
+  io.later_column("target_off", frames, &MotionFrame::target_off, "m");
   io.column(
       "steps", frames, [](auto& frame) -> auto& { return frame.solution.iterations; }, "1");
   io.choice_column(

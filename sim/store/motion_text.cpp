@@ -83,9 +83,9 @@ void write_motion_csv(const std::string& path, const Motion& motion) {
 }
 
 void write_frames_csv(const std::string& path, const Motion& motion) {
-  std::vector<std::string> header = {"method",       "frame",       "sampled_s", "started_s", "late_s",
-                                     "shown_s",      "pose_time_s", "quiet",     "lost",      "skin_off_mm",
-                                     "patch_off_mm", "cost",        "steps",     "status"};
+  std::vector<std::string> header = {"method",       "frame",         "sampled_s", "started_s", "late_s",
+                                     "shown_s",      "pose_time_s",   "quiet",     "lost",      "skin_off_mm",
+                                     "patch_off_mm", "target_off_mm", "cost",      "steps",     "status"};
   const std::vector<std::string> stages = all_stages(motion);
   for (const std::string& stage : stages) {
     header.push_back("seconds_" + stage);
@@ -103,6 +103,7 @@ void write_frames_csv(const std::string& path, const Motion& motion) {
       line.emplace_back(frame.lost ? "1" : "0");
       line.push_back(csv_number(frame.off.skin / kMillimetre));
       line.push_back(csv_number(frame.off.patch / kMillimetre));
+      line.push_back(csv_number(frame.target_off / kMillimetre));
       line.push_back(csv_number(solution.cost_history.empty() ? kNotComputed : solution.cost_history.back()));
       line.push_back(fmt::to_string(solution.iterations));
       line.push_back(to_string(solution.status));

@@ -12,7 +12,7 @@ namespace touchfield {
 void write_motion_csv(const std::string& path, const Motion& motion);
 
 /// frames.csv: a header line and a line a frame and method: method, frame, sampled_s, started_s, late_s, shown_s,
-/// pose_time_s, quiet (0 or 1), lost (likewise), skin_off_mm, patch_off_mm (SkinOff), cost (after the last step), steps, status, seconds_STAGE for every stage. Whole or not
+/// pose_time_s, quiet (0 or 1), lost (likewise), skin_off_mm, patch_off_mm (SkinOff), target_off_mm, cost (after the last step), steps, status, seconds_STAGE for every stage. Whole or not
 /// at all.
 void write_frames_csv(const std::string& path, const Motion& motion);
 

@@ -26,6 +26,31 @@ HandProportions deviations(const LearningOptions& options) {
   return result;
 }
 
+/// What a hand that the template cannot make leaves is alike over a patch of skin and in all frames, so that more points say
+/// no more of it. With noise of variance n per point, M points and P patches that differ by a variance s besides,
+///
+///   information per point = 1 / (n (1 + s M / (n P)))
+///
+/// returns   that share of the points' own weight
+double share_of_weight(const std::vector<HandPoints>& frames, const std::vector<std::vector<SkinMatch>>& matches) {
+  constexpr double kPatches = 200;  // of 10 mm x 10 mm: half the skin of a hand
+  double squares = 0;
+  double noise = 0;
+  double weights = 0;
+  double count = 0;
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    for (const SkinMatch& match : matches[f]) {
+      const double sigma = frames[f].sigma(match.point);
+      squares += match.weight * match.residual * match.residual;
+      noise += match.weight * sigma * sigma;
+      weights += match.weight;
+    }
+    count += static_cast<double>(matches[f].size());
+  }
+  const double model = std::max(0.0, squares - noise);
+  return weights > 0 ? 1 / (1 + model / noise * count / kPatches) : 1;
+}
+
 /// The sum of squares of one frame about its pose and the proportions.
 struct FrameSystem {
   PoseMatrix pose = PoseMatrix::Zero();
@@ -77,12 +102,13 @@ FrameSystem frame_system(const HandTemplate& hand, const ShapedHand& shape, cons
 
 /// A step of all poses and of the proportions.
 ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, const std::vector<HandPoints>& frames,
-                            std::vector<HandState>& states, double reach, const HandProportions& deviation,
-                            PoseFit& fit) {
+                            std::vector<HandState>& states, double reach, const HandProportions& expected,
+                            const HandProportions& deviation, PoseFit& fit) {
   std::vector<FrameSystem> systems;
   std::vector<Vector3> centres;
-  ProportionMatrix curvature = deviation.array().square().inverse().matrix().asDiagonal();
-  HandProportions slope = -shape.proportions.cwiseQuotient(deviation.cwiseAbs2());
+  std::vector<std::vector<SkinMatch>> matches;
+  ProportionMatrix curvature = ProportionMatrix::Zero();
+  HandProportions slope = HandProportions::Zero();
   for (std::size_t f = 0; f < frames.size(); ++f) {
     centres.emplace_back(frames[f].at.rowwise().mean());
     fit.match(shape, frames[f], states[f], reach, std::max(kLearningScale, reach / 3));
@@ -91,7 +117,11 @@ ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, c
     const MixedMatrix solved = system.pose.ldlt().solve(system.mixed);
     curvature += system.shape - system.mixed.transpose() * solved;
     slope += system.shape_slope - solved.transpose() * system.pose_slope;
+    matches.push_back(fit.matches());
   }
+  const HandProportions stiffness = deviation.cwiseAbs2().cwiseInverse() / share_of_weight(frames, matches);
+  curvature.diagonal() += stiffness;
+  slope -= stiffness.cwiseProduct(shape.proportions - expected);
   const HandProportions step = curvature.ldlt().solve(slope).cwiseMax(-0.1).cwiseMin(0.1);
   for (std::size_t f = 0; f < frames.size(); ++f) {
     PoseVector turn = systems[f].pose.ldlt().solve(systems[f].pose_slope - systems[f].mixed * step);
@@ -160,7 +190,7 @@ ShapedHand learnt_shape(const HandTemplate& hand, const ShapedHand& start, const
   const HandProportions deviation = deviations(options);
   for (int round = 0; round < options.rounds; ++round) {
     const double reach = std::max(kLearningReach, kFirstLearningReach * std::pow(0.7, round));
-    shape = proportions_step(hand, shape, frames, states, reach, deviation, fit);
+    shape = proportions_step(hand, shape, frames, states, reach, start.proportions, deviation, fit);
   }
   const Eigen::SparseMatrix<double> prior = offset_prior(hand, options);
   for (int round = 0; round < options.offset_rounds; ++round) {

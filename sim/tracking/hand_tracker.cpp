@@ -23,20 +23,24 @@ constexpr double kFollowTurn = 6 * kDegree;  // deviation of joints from what is
 constexpr double kRegionMargin = 40e-3;      // round the hand where points are looked for [m]
 constexpr double kNear = 12e-3;              // points count as near the skin [m]
 constexpr double kBeside = 20e-3;            // of points that no skin is matched with [m]
+constexpr double kBesideBeyond = 8e-3;       // of those beyond the workspace, which may cut a table off [m]
 constexpr double kBehindWrist = -5e-3;       // y in the hand's frame [m]
 constexpr double kSightTolerance = 7e-3;     // [m]
 constexpr Eigen::Index kLeastFitPoints = 150;
 constexpr std::size_t kLearningFrames = 12;
 constexpr std::size_t kLeastLearningFrames = 3;
+constexpr std::size_t kLearningViews = 3;  // of these, of which digits are learnt
 constexpr std::size_t kStartsPerFrame = 2;
 constexpr std::size_t kStartsOfAnImage = 36;  // of images so far apart that each is searched for itself
 constexpr Eigen::Index kPointsOfStart = 500;
 constexpr double kStartTurn = 15 * kDegree;                        // deviation of joints from the template's
 constexpr std::size_t kBestFits = 4;                               // fits of which digits are moved
+constexpr double kNearlyExplained = 0.8;                           // of a fit whose digits are worth a try
 constexpr double kSeldom = 0.1;                                    // frames so far apart show no motion [s]
 constexpr std::array<double, 4> kSizes = {0.84, 0.92, 1.0, 1.08};  // of the template's, that are looked for
 
-/// The template's posture and, where its joints are free, two others: fingers far apart, and half bent.
+/// The template's posture and, where its joints are free, three others: fingers far apart, half bent, and all but the
+/// index finger curled.
 std::vector<JointAngles> postures(const HandTemplate& hand) {
   const JointAngles own = joint_angles(hand.pose());
   std::vector<JointAngles> all{own};
@@ -45,12 +49,16 @@ std::vector<JointAngles> postures(const HandTemplate& hand) {
     JointAngles bent = own;
     constexpr std::array<double, 4> kAbduction = {16, 2, 12, 26};
     for (Eigen::Index finger = 0; finger < 4; ++finger) {
-      const Eigen::Index first = 5 + 4 * finger;
+      const Eigen::Index first = first_joint(static_cast<std::size_t>(finger) + 1);
       apart(first) = kAbduction[static_cast<std::size_t>(finger)] * kDegree;
       bent.segment<3>(first + 1) += Vector3(25, 30, 15) * kDegree;
     }
+    JointAngles pointing = own;
+    pointing.tail<12>() = joint_angles(hand_pose("index_up")).tail<12>();
+    pointing.segment<2>(3) = Eigen::Vector2d(20, 30) * kDegree;
     all.push_back(apart);
     all.push_back(bent);
+    all.push_back(pointing);
   }
   return all;
 }
@@ -225,11 +233,19 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
   const FitBelief& belief = learnt_ ? of_learnt : options_.unlearnt;
   const Stopwatch watch(times_.check);
   fit_.match(shape_, points, fit.state, kNear, kFollowScale);
+  // A wall that the workspace cuts may look like a hand: what goes on beyond it tells.
+  const Box round = box_round(fit_.vertices(), kBeside);
+  const bool cut = !(workspace_.contains(round));
+  const HandPoints beyond = cut ? reader_.read(frame, round) : HandPoints();
+  const HandPoints& judged = cut ? beyond : points;
+  if (cut) {
+    fit_.match(shape_, judged, fit.state, kNear, kFollowScale);
+  }
   const Eigen::Matrix3d back = fit.state.place.rotation.transpose();
   const auto counts = [&](int point) {
-    return (back * (points.at.col(point) - fit.state.place.shift)).y() > kBehindWrist;
+    return (back * (judged.at.col(point) - fit.state.place.shift)).y() > kBehindWrist;
   };
-  std::vector<bool> matched(static_cast<std::size_t>(points.size()));
+  std::vector<bool> matched(static_cast<std::size_t>(judged.size()));
   Eigen::VectorXd near = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(cameras().size()));  // of each camera's points
   Eigen::VectorXd explained = near;
   double squares = 0;
@@ -237,9 +253,9 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
   double weights = 0;
   for (const SkinMatch& match : fit_.matches()) {
     matched[static_cast<std::size_t>(match.point)] = true;
-    const double sigma = points.sigma(match.point);
+    const double sigma = judged.sigma(match.point);
     if (counts(match.point)) {
-      const int camera = points.camera[static_cast<std::size_t>(match.point)];
+      const int camera = judged.camera[static_cast<std::size_t>(match.point)];
       near(camera) += 1;
       explained(camera) += std::abs(match.residual) < belief.within + 2 * sigma ? 1 : 0;
     }
@@ -248,11 +264,15 @@ void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const
     weights += match.weight;
   }
   // What goes on beside the hand is no hand, or another one.
-  for (int point = 0; point < points.size(); ++point) {
+  for (int point = 0; point < judged.size(); ++point) {
     if (!matched[static_cast<std::size_t>(point)] && counts(point)) {
-      const double squared = (fit_.vertices().colwise() - points.at.col(point)).colwise().squaredNorm().minCoeff();
-      near(points.camera[static_cast<std::size_t>(point)]) += squared < kBeside * kBeside ? 1 : 0;
+      const double squared = (fit_.vertices().colwise() - judged.at.col(point)).colwise().squaredNorm().minCoeff();
+      const double beside = workspace_.contains(Vector3(judged.at.col(point))) ? kBeside : kBesideBeyond;
+      near(judged.camera[static_cast<std::size_t>(point)]) += squared < beside * beside ? 1 : 0;
     }
+  }
+  if (cut) {
+    fit_.match(shape_, points, fit.state, kNear, kFollowScale);
   }
   check_sight(cameras(), frame, fit_.vertices(), fit_.normals(), kSightTolerance, options_.points.baseline, check_);
   fit.placed = true;
@@ -327,7 +347,7 @@ HandFit HandTracker::with_digits_moved(const DepthFrame& frame, const HandPoints
       }
     };
     for (const std::size_t digit : digits_missing()) {
-      const Eigen::Index first = digit == 0 ? 0 : 5 + 4 * (static_cast<Eigen::Index>(digit) - 1);
+      const Eigen::Index first = first_joint(digit);
       HandProportions by = before.proportions;
       double& length = by(kDigitRatios + static_cast<Eigen::Index>(digit));
       length -= kShorter;
@@ -453,6 +473,9 @@ HandFit HandTracker::found(const DepthFrame& frame, HandPoints& points) {
   }
   Found& best = all.front();
   shape_ = best.shape;
+  if (learning_ && !apart_ && !best.fit.digits && best.fit.explained > kNearlyExplained) {
+    best.fit = with_digits_moved(frame, best.points, std::move(best.fit));
+  }
   points = std::move(best.points);
   if (best.fit.placed) {  // deformation goes on from its matches
     judge(frame, points, options_.found, best.fit);
@@ -527,16 +550,58 @@ HandFit HandTracker::track(const DepthFrame& frame) {
   return fit;
 }
 
+/// Digits longer or shorter, where that explains more of the frames: what a camera looks past speaks against skin that is
+/// not there, and distances of points say nothing of it. Sets shape_.
+void HandTracker::learn_digits(std::vector<LearningView>& views) {
+  constexpr double kStep = 0.06;  // of the ratio's logarithm
+  constexpr double kMost = 0.35;
+  constexpr double kGain = 1.002;
+  const auto worth = [&] {
+    double sum = 0;
+    for (LearningView& view : views) {
+      view.fit = fitted(view.frame, view.points, view.fit.state, kStartTurn, options_.found);
+      sum += view.fit.worth();
+    }
+    return sum;
+  };
+  double best = worth();
+  for (Eigen::Index digit = 0; digit < static_cast<Eigen::Index>(HandSkeleton::kDigits); ++digit) {
+    for (const double step : {-kStep, kStep}) {
+      bool better = true;
+      while (better && std::abs(shape_.proportions(kDigitRatios + digit) + step) <= kMost) {
+        const ShapedHand shape = shape_;
+        std::vector<HandFit> before;
+        std::ranges::transform(views, std::back_inserter(before), &LearningView::fit);
+        HandProportions by = shape_.proportions;
+        by(kDigitRatios + digit) += step;
+        shape_ = hand_->shaped(by, shape.offset);
+        const double other = worth();
+        better = other > kGain * best;
+        if (better) {
+          best = other;
+        } else {
+          shape_ = shape;
+          for (std::size_t i = 0; i < views.size(); ++i) {
+            views[i].fit = before[i];
+          }
+        }
+      }
+    }
+  }
+}
+
 bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::size_t)>& frame) {
   learning_ = true;
   std::vector<HandPoints> points;
   std::vector<HandState> states;
+  std::vector<std::size_t> numbers;  // of their frames
   for (std::size_t k = 0; k < count; ++k) {
     HandPoints of_frame;
     const HandFit fit = track_points(frame(k), of_frame);
     if (!fit.lost) {
       points.push_back(std::move(of_frame));
       states.push_back(fit.state);
+      numbers.push_back(k);
     }
   }
   learning_ = false;
@@ -551,8 +616,20 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
     chosen_points.push_back(std::move(points[from]));
     chosen_states.push_back(states[from]);
   }
+  std::vector<LearningView> views;
+  for (std::size_t i = 0; i < taken; i += std::max<std::size_t>(taken / kLearningViews, 1)) {
+    LearningView& view = views.emplace_back();
+    view.frame = frame(numbers[(i * (states.size() - 1)) / std::max<std::size_t>(taken - 1, 1)]);
+    view.points = chosen_points[i];
+    view.fit.state = chosen_states[i];
+  }
   learnt_ = true;
+  learn_digits(views);
   shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].fit.state = chosen_states[i * std::max<std::size_t>(taken / kLearningViews, 1)];
+  }
+  learn_digits(views);
   look_for({shape_});
   shifts_.resize(3, 0);
   if (!past_.empty()) {

@@ -33,8 +33,8 @@ struct FitOptions {
   int rounds = 3;               // of the pose, each frame
   double node_spacing = 12e-3;  // of the deformation graph [m]; 0: the skin follows its skeleton alone
   DeformationPriors deformation{.rigid = 20.0, .rest = 2.0, .before = 2.0};
-  FitBelief unlearnt{0.70, 0.50, 0.93, 4.0e-3, 2.0e-3};  // by the template's own shape
-  FitBelief found{0.90, 0.60, 0.92, 2.5e-3, 0.9e-3};     // after the hand was lost
+  FitBelief unlearnt{0.70, 0.50, 0.90, 4.0e-3, 2.0e-3};  // by the template's own shape
+  FitBelief found{0.90, 0.60, 0.88, 2.5e-3, 0.9e-3};     // after the hand was lost
   FitBelief followed{0.85, 0.50, 0.85, 2.5e-3, 1.2e-3};  // from frame to frame
 };
 
@@ -139,7 +139,15 @@ class HandTracker {
     JointAngles joints;
   };
 
+  /// A frame that the hand was found in, kept while its shape is learnt.
+  struct LearningView {
+    DepthFrame frame;
+    HandPoints points;
+    HandFit fit;
+  };
+
   void look_for(const std::vector<ShapedHand>& shapes);
+  void learn_digits(std::vector<LearningView>& views);
   HandPoints read(const DepthFrame& frame, const Box& within);
   Box region(const HandState& state) const;
   HandFit fitted(const DepthFrame& frame, const HandPoints& points, const HandState& start, double freedom,

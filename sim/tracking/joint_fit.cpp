@@ -25,9 +25,6 @@ constexpr Eigen::Index kMiddleKnuckle = 8;
 constexpr Eigen::Index first_of(Eigen::Index digit) { return digit == 0 ? 1 : 4 * digit; }
 constexpr Eigen::Index count_of(Eigen::Index digit) { return digit == 0 ? 3 : 4; }
 
-/// Number k of a digit's angles among JointAngles.
-constexpr Eigen::Index angle_of(Eigen::Index digit, Eigen::Index k) { return digit == 0 ? k : 1 + 4 * digit + k; }
-
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -140,12 +137,13 @@ JointFit::Rows JointFit::derivatives(const HandState& state, const Vector3& cent
     const Eigen::Index digits = k < 4 ? 5 : 1;  // the thumb has a joint more
     HandState turned = state;
     for (Eigen::Index d = 0; d < digits; ++d) {
-      turned.joints(angle_of(d, k)) += kTurn;
+      turned.joints(first_joint(static_cast<std::size_t>(d)) + k) += kTurn;
     }
     const JointPoints then = joints(turned);
     for (Eigen::Index d = 0; d < digits; ++d) {
       for (Eigen::Index j = first_of(d); j < first_of(d) + count_of(d); ++j) {
-        rows.block<3, 1>(3 * j, kPlaceUnknowns + angle_of(d, k)) = (then.col(j) - at.col(j)) / kTurn;
+        rows.block<3, 1>(3 * j, kPlaceUnknowns + first_joint(static_cast<std::size_t>(d)) + k) =
+            (then.col(j) - at.col(j)) / kTurn;
       }
     }
   }

@@ -20,9 +20,6 @@ constexpr double kMostTurn = 20 * kDegree;  // in a step
 constexpr double kMostShift = 40e-3;        // [m]
 constexpr double kEnd = 12e-3;              // of the skin, where it is rounded off and an arm goes on [m]
 
-Eigen::Index first_joint(std::size_t digit) { return digit == 0 ? 0 : 1 + 4 * static_cast<Eigen::Index>(digit); }
-Eigen::Index joint_count(std::size_t digit) { return digit == 0 ? 5 : 4; }
-
 std::size_t digit_of(std::size_t bone) { return bone == SkinnedHand::kSwing ? 0 : (bone - 1) / 3; }
 
 double variance(const HandPoints& points, Eigen::Index i) {

@@ -57,6 +57,13 @@ class Fit(CommandTest):
         self.assertEqual([row["file"] for row in rows], [f"skin_{k:04d}.vtp" for k in range(1, 10)])
         self.assertEqual(len(list(csv.DictReader((out / "fit.csv").read_text().splitlines()))), 9)
         self.assertIn("skin_0009.vtp", (out / "skin.pvd").read_text())
+        # The landmarks that `see` knew, and where the fit has them.
+        places = list(csv.DictReader((out / "landmarks.csv").read_text().splitlines()))
+        true = list(csv.DictReader((self.folder / "seen/landmarks.csv").read_text().splitlines()))
+        for mine, theirs in zip(places, true):
+            for axis in "xyz":  # along the finger too, where the distance to the skin says nothing
+                name = f"index_pad_{axis}_mm"
+                self.assertAlmostEqual(float(mine[name]), float(theirs[name]), delta=1.0)
         # A scene of these meshes, its target on a landmark that came along.
         body = (out / "body.yaml").read_text()
         scene = SEEN.split("body:")[0] + body + "target:" + SEEN.split("target:")[1].split("motion:")[0]
@@ -67,6 +74,23 @@ class Fit(CommandTest):
         first, last = (self.vertices(out / f"skin_{k:04d}.vtp") for k in (1, 9))
         moved = (last - first).mean(axis=0)
         self.assertAlmostEqual(1e3 * moved[0], 50 * 8 / 30, delta=0.7)
+
+    def test_landmarks_that_somebody_knows(self):
+        self.seen()
+        table = self.folder / "seen/landmarks.csv"
+        rows = list(csv.DictReader(table.read_text().splitlines()))
+        along = [f"{row['time_s']},{row['index_pad_x_mm']},{float(row['index_pad_y_mm']) + 12},{row['index_pad_z_mm']}" for row in rows]
+        table.write_text("\n".join(["time_s,index_pad_x_mm,index_pad_y_mm,index_pad_z_mm", *along[1:]]) + "\n")
+        fit = ("fit", "seen", "--pose", "index_up", "-o", "out", "--edge-mm", "6", "--force")
+        self.run_ok(*fit)
+        off = [row["landmark_off_mm"] for row in csv.DictReader((self.folder / "out/fit.csv").read_text().splitlines())]
+        self.assertEqual(off[0], "")  # before the first row of the table
+        for value in off[1:]:
+            self.assertAlmostEqual(float(value), 12, delta=1)
+        table.write_text("time_s,index_pad_x_mm,index_pad_y_mm\n0,1,2\n")
+        failed = self.touchfield(*fit)
+        self.assertEqual(failed.returncode, 2)
+        self.assertIn("landmark index_pad must have all of index_pad_x_mm, index_pad_y_mm, index_pad_z_mm", failed.stderr)
 
     def test_times_and_folders_of_any_kind(self):
         """A recorder's clock far from 0 with an empty second first; a folder whose name YAML would misread."""

@@ -38,6 +38,7 @@ void expect_same(const MotionFrame& a, const MotionFrame& b) {
   EXPECT_EQ(a.lost, b.lost);
   expect_same_bits(a.off.skin, b.off.skin);
   expect_same_bits(a.off.patch, b.off.patch);
+  expect_same_bits(a.target_off, b.target_off);
   expect_same(a.solution, b.solution);
   EXPECT_EQ(a.seconds, b.seconds);
 }
@@ -304,6 +305,7 @@ TEST(DamagedMotionFile, SizesThatContradictEachOtherAreErrors) {
   EXPECT_TRUE(read.methods[0].frames[1].quiet);
   EXPECT_FALSE(read.methods[0].frames[1].lost) << "the file is without it";
   EXPECT_TRUE(std::isnan(read.methods[0].frames[1].off.skin));
+  EXPECT_TRUE(std::isnan(read.methods[0].frames[1].target_off));
   EXPECT_TRUE(std::isnan(read.methods[0].scores[1].metrics.relative_error));
   const auto message = [&](const Forged& forged) {
     forge(path, forged);

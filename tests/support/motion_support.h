@@ -11,6 +11,7 @@ namespace touchfield::support {
 inline MotionFrame made_up_frame(int number, Eigen::Index channels, double seed) {
   MotionFrame frame;
   frame.off.skin = 0.3e-3;
+  frame.target_off = 0.7e-3;
   frame.sampled = number / 30.0;
   frame.started = number / 20.0 + 1e-3;
   frame.late = number == 2 ? 0.004 : 0.0;
