@@ -123,7 +123,7 @@ void LiveLoop::run(const std::function<void()>& work) {
 void LiveLoop::sense(const std::stop_token& stop) {
   const double begin = begun();
   const Tick latency = to_ticks(motion_.sensor.latency);
-  LiveSample sample{.now = {.lost = true}, .before = std::nullopt};
+  LiveSample sample{.now = {.lost = true}, .prediction = MotionPrediction(motion_.predict, 1 / motion_.sensor.hz)};
   for (std::int64_t number = 0; true; ++number) {
     const Tick at = instant(number, motion_.sensor.hz);
     if (at >= to_ticks(motion_.seconds)) {
@@ -144,9 +144,7 @@ void LiveLoop::sense(const std::stop_token& stop) {
       report_.sensed.push_back(time_.now() - begun_at);
       report_.overtaken += overtaken;
     }
-    if (now.seconds > sample.now.seconds) {  // a recording may have nothing new
-      sample.before = std::move(sample.now);
-    }
+    sample.prediction.see(now);
     sample.now = std::move(now);
     sensed_.put(std::make_shared<const LiveSample>(sample));
   }
@@ -195,7 +193,7 @@ LiveFrame LiveLoop::frame_for(const FrameStart& start, const LiveSample& sample,
                               const LiveSolver& solver) {
   const double begin = begun();
   double wanted = sample.now.seconds;
-  if (motion_.predict == MotionSpec::Prediction::kLinear && !sample.now.lost && is_known(sample.earlier())) {
+  if (sample.prediction.predicts()) {
     const auto handover = [this] {
       const std::lock_guard lock(mutex_);
       return handover_.value();
@@ -244,7 +242,7 @@ LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, Mot
       return LiveSolution{solver->lost(), solver->worst_residual()};
     }
     const auto begin = std::chrono::steady_clock::now();
-    const Model model = moving.at(expected_state(moving, sample.earlier(), sample.now, wanted));
+    const Model model = moving.at(moving.in_range(sample.prediction.at(wanted)));
     const double posed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     LiveSolution solution{solver->solve(model), solver->worst_residual()};
     solution.frame.seconds.insert(solution.frame.seconds.begin(), {"pose", posed});

@@ -13,6 +13,7 @@
 
 #include "sim/motion/latest_slot.h"
 #include "sim/motion/loop_clock.h"
+#include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/motion/running_median.h"
 #include "sim/scene/phase_methods.h"
@@ -41,12 +42,10 @@ class SteadyTime final : public LiveTime {
   void wait_until(double t, const std::stop_token& stop) override;
 };
 
-/// What a sensor saw last, and what at a time before that. Times are since the loop began.
+/// What a sensor saw last, and what is expected by it and those before. Times are since the loop began.
 struct LiveSample {
   Seen now;
-  std::optional<Seen> before;
-
-  const Seen* earlier() const { return before ? &*before : nullptr; }
+  MotionPrediction prediction;
 };
 
 /// What a solver found for a sample.

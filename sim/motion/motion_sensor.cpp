@@ -79,13 +79,6 @@ std::vector<TriangleMesh> NoisySensor::places(int count) const {
   return meshes;
 }
 
-MotionState expected_state(const MovingModel& solved, const Seen* before, const Seen& now, double seconds) {
-  if (!is_known(before) || seconds == now.seconds) {
-    return now.state;
-  }
-  return solved.predicted(before->state, now.state, (seconds - now.seconds) / (now.seconds - before->seconds));
-}
-
 const Seen& SampleStore::at(std::int64_t number) {
   if (const auto found = taken_.find(number); found != taken_.end()) {
     return found->second;
@@ -98,19 +91,6 @@ const Seen& SampleStore::at(std::int64_t number) {
   }
   next_ = number + 1;
   return taken_.at(number);
-}
-
-const Seen* SampleStore::before(std::int64_t number) {
-  const double seconds = at(number).seconds;
-  for (std::int64_t k = number - 1; k >= 0; --k) {
-    if (sensor_.remembers() && !taken_.contains(k)) {
-      break;
-    }
-    if (const Seen& earlier = at(k); earlier.seconds < seconds) {
-      return &earlier;
-    }
-  }
-  return nullptr;
 }
 
 void SampleStore::forget(double seconds) {

@@ -94,20 +94,12 @@ class NoisySensor final : public MotionSensor {
   SensingNoise noise_;
 };
 
-/// Whether there is such a sample and it says where the body was.
-inline bool is_known(const Seen* seen) { return seen != nullptr && !seen->lost; }
-
-/// What is expected at a time: `now` and on at the velocity since `before`, or `now` itself unless that is known.
-MotionState expected_state(const MovingModel& solved, const Seen* before, const Seen& now, double seconds);
-
 /// Samples by their numbers, each taken once however often it is asked for.
 class SampleStore {
  public:
   SampleStore(MotionSensor& sensor, double hz) : sensor_(sensor), hz_(hz) {}
 
   const Seen& at(std::int64_t number);
-  /// The last sample of an earlier time than that of `number`; null if there is none any more.
-  const Seen* before(std::int64_t number);
   /// Lets go of the samples taken before that time [s]. Of a sensor that remembers they cannot be had again.
   void forget(double seconds);
 

@@ -264,8 +264,7 @@ MotionState MovingModel::state(double seconds) const {
   return state;
 }
 
-MotionState MovingModel::predicted(const MotionState& before, const MotionState& now, double share) const {
-  MotionState state = now.beyond(before, share);
+MotionState MovingModel::in_range(MotionState state) const {
   state.numbers = trajectory_.in_range(state.numbers);
   return state;
 }

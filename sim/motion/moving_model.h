@@ -88,8 +88,8 @@ class MovingModel {
   bool is_rigid() const { return first_.scene.bodies.size() == 1 && !solving_.deforms(); }
 
   MotionState state(double seconds) const;
-  /// A state on from what the sensor saw, kept within the ranges of its numbers.
-  MotionState predicted(const MotionState& before, const MotionState& now, double share) const;
+  /// A state, such as an expected one, with each of its numbers moved to the nearest one in its range.
+  MotionState in_range(MotionState state) const;
 
   /// The model at a state: its scene's numbers, mesh, boxes and own frame. Of a state with a skin that is the mesh, which
   /// boxes and landmarks follow; places and joints, and with them the own frame, are still those of the numbers.

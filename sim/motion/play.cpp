@@ -17,6 +17,7 @@
 #include "sim/field/pressure_metrics.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/loop_clock.h"
+#include "sim/motion/motion_prediction.h"
 #include "sim/motion/seen_error.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/judge.h"
@@ -34,6 +35,8 @@ using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+constexpr double kSeenAgain = 1;  // of samples before the newest one, after a frame that took long [s]
+
 /// The loop of one method, which goes on as far as it is told to.
 class MethodLoop {
  public:
@@ -43,6 +46,7 @@ class MethodLoop {
         samples_(samples),
         motion_(*sensed.scene.motion),
         clock_(motion_),
+        prediction_(motion_.predict, 1 / motion_.sensor.hz),
         solver_(sensed.solved(), method, std::move(drives)) {}
 
   /// Frames that start before `end`; `solved_at` hears when each of them started [s].
@@ -69,12 +73,11 @@ class MethodLoop {
 
  private:
   MotionFrame solved(const FrameStart& start) {
+    see(start.sample);
     const Seen& now = samples_.at(start.sample);
-    const bool predicts = motion_.predict == MotionSpec::Prediction::kLinear && !now.lost;
-    const Seen* before = predicts ? samples_.before(start.sample) : nullptr;
-    const double wanted = is_known(before) ? to_seconds(clock_.predicted_for(start)) : now.seconds;
+    const double wanted = prediction_.predicts() ? to_seconds(clock_.predicted_for(start)) : now.seconds;
     const auto begin = Clock::now();
-    MotionFrame frame = now.lost ? solver_.lost() : solved(expected_state(sensed_.solved(), before, now, wanted));
+    MotionFrame frame = now.lost ? solver_.lost() : solved(sensed_.solved().in_range(prediction_.at(wanted)));
     const ShownFrame shown = clock_.finished(to_ticks(motion_.solve.value_or(seconds_since(begin))));
     look_at_truth(now, frame);
     frame.sampled = now.seconds;
@@ -86,6 +89,20 @@ class MethodLoop {
       frame.target_off = target_off(*sensed_.truth, frame);
     }
     return frame;
+  }
+
+  /// The samples that a frame's expectation is made of: the newest one and, if anything is predicted, those of the last
+  /// second.
+  void see(std::int64_t newest) {
+    std::int64_t number = newest;
+    if (motion_.predict != MotionSpec::Prediction::kNone) {
+      const double hz = motion_.sensor.hz;
+      number = std::max(unseen_, last_instant(instant(newest, hz) - to_ticks(kSeenAgain), hz) + 1);
+    }
+    for (; number <= newest; ++number) {
+      prediction_.see(samples_.at(number));
+    }
+    unseen_ = newest + 1;
   }
 
   MotionFrame solved(const MotionState& state) {
@@ -114,6 +131,8 @@ class MethodLoop {
   SampleStore& samples_;
   const MotionSpec& motion_;
   LoopClock clock_;
+  MotionPrediction prediction_;
+  std::int64_t unseen_ = 0;  // the first sample that the prediction has not seen
   FrameSolver solver_;
   std::optional<FrameStart> next_;
   bool over_ = false;
@@ -270,8 +289,9 @@ class Player {
   }
 
   void play_until(Tick until) {
-    // Those behind every loop, with a second to spare for what is late or predicted.
-    samples_.forget(to_seconds(until) - 2 - sensed_.scene.motion->sensor.latency - 2 / sensed_.scene.motion->sensor.hz);
+    // Those behind every loop and its prediction.
+    samples_.forget(to_seconds(until) - 1 - kSeenAgain - sensed_.scene.motion->sensor.latency -
+                    2 / sensed_.scene.motion->sensor.hz);
     for (std::size_t m = 0; m < loops_.size(); ++m) {
       loops_[m]->go_on(until, motion_.methods[m].frames, [&](double at) { advance(m, at); });
       motion_.methods[m].dropped = static_cast<int>(loops_[m]->dropped());
@@ -450,7 +470,7 @@ MotionCost expected_cost(const SensedMotion& sensed, Progress* progress) {
                   ++number;
                 }).second;
   const double samples =
-      sensor.remembers()
+      sensor.remembers() || motion.predict != MotionSpec::Prediction::kNone
           ? std::ceil(motion.seconds * motion.sensor.hz)
           : static_cast<double>(std::min(cost.frames, last_instant(to_ticks(motion.seconds), motion.sensor.hz)));
   FrameSolver solver(solved, scene.solve.methods.front(), {});

@@ -126,9 +126,12 @@ Codec<MotionSpec> motion_codec() {
       .key("array_ms", &MotionSpec::array_delay, number(kMilliseconds, kDelay),
            "From a frame's phases until the array sounds with them [ms].")
       .key("predict", &MotionSpec::predict,
-           choice<Prediction>({{"none", Prediction::kNone}, {"linear", Prediction::kLinear}}),
-           "Whether a frame is solved for the last known pose, or for the one expected, at constant velocity, at the "
-           "middle of the time that it will be shown.")
+           choice<Prediction>(
+               {{"none", Prediction::kNone}, {"linear", Prediction::kLinear}, {"kalman", Prediction::kKalman}}),
+           "Whether a frame is solved for the last known pose, or for the one expected at the middle of the time that "
+           "it "
+           "will be shown: by a straight line through the last two samples, or by Kalman filters, which suit sensors "
+           "with noise.")
       .key("score_hz", &MotionSpec::score_hz, number(kPlain, kRate),
            "How often a second what is on the array is scored on the pose as it is then.")
       .key("stale_ms", &MotionSpec::stale, number(kMilliseconds, above_to(0, 60'000)),

@@ -354,7 +354,7 @@ struct JointsSpec {
 struct MotionSpec {
   enum class Target { kOnSkin, kInWorld };
   enum class Start { kPrevious, kZero };
-  enum class Prediction { kNone, kLinear };
+  enum class Prediction { kNone, kLinear, kKalman };
   struct Sensor {
     double hz = 30;
     double latency = 0;  // from when a sample is taken until it is known [s]

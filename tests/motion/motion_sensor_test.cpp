@@ -1,7 +1,9 @@
 #include "sim/motion/motion_sensor.h"
 
 #include <cmath>
+#include <map>
 #include <set>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +11,7 @@
 #include "sim/core/errors.h"
 #include "sim/mesh/remesh/mean_height.h"
 #include "sim/motion/frame_solver.h"
+#include "sim/motion/motion_prediction.h"
 #include "sim/motion/play.h"
 #include "tests/support/error_support.h"
 #include "tests/support/moving_support.h"
@@ -223,8 +226,11 @@ TEST(PlayMotion, SolvesWhatIsSeenAndScoresWhatIs) {
   }
 }
 
-TEST(PlayMotion, LostIsQuiet) {
-  Faked fake = faked({"motion.predict=linear", "motion.seconds=0.5"});
+class Predicted : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(All, Predicted, ::testing::Values("linear", "kalman"));
+
+TEST_P(Predicted, LostIsQuiet) {
+  Faked fake = faked({"motion.predict=" + std::string(GetParam()), "motion.seconds=0.5"});
   fake.sensor->lost = {4, 5, 6, 7};
   Progress silent;
   const Motion motion = play_motion(fake.sensed, {}, silent);
@@ -249,6 +255,38 @@ TEST(PlayMotion, LostIsQuiet) {
   }
 }
 
+// Frames at half of the samples' rate: a filter knows those between as well.
+TEST(PlayMotion, AFilterSeesEverySample) {
+  const Faked fake = faked({"motion.predict=kalman", "motion.seconds=0.5", "motion.frames_hz=10", "judge=none"});
+  Progress silent;
+  const Motion motion = play_motion(fake.sensed, {}, silent);
+  const MovingModel& solved = fake.sensor->solved();
+  MotionPrediction prediction(MotionSpec::Prediction::kKalman, 1 / 30.0);
+  for (std::int64_t k = 0; k <= 12; ++k) {
+    prediction.see(fake.sensor->sample(k, static_cast<double>(k) / 30));
+  }
+  const MotionFrame& last = motion.methods.front().frames.back();
+  ASSERT_NEAR(last.sampled, 0.4, 1e-6);
+  const Model model = solved.at(prediction.at(last.pose_time));
+  EXPECT_NEAR((model.boxes.front().centre - solved.first().boxes.front().centre).x(), 0.05 * last.pose_time, 1e-7);
+}
+
+// At rest a line through two samples makes their noise 4 times as large, which filters make smaller.
+TEST(PlayMotion, NoiseAtRestIsFiltered) {
+  std::map<std::string, double> errors;
+  Progress silent;
+  for (const char* predict : {"none", "linear", "kalman"}) {
+    const Scene scene = noisy_scene({"solve.methods=[surface]", "motion.change=[]", "motion.seconds=1.5",
+                                     "motion.array_ms=30", "motion.predict=" + std::string(predict)});
+    const Motion motion = play_motion(sensed_motion(scene), {}, silent);
+    for (const MotionScore& score : motion.methods.front().scores) {
+      errors[predict] += score.time > 0.5 ? score.metrics.relative_error : 0.0;
+    }
+  }
+  EXPECT_LT(errors["kalman"], errors["none"]);
+  EXPECT_LT(errors["none"], 0.95 * errors["linear"]);
+}
+
 TEST(PlayMotion, WithoutATruthNothingIsScored) {
   Faked fake = faked();
   fake.sensed.truth.reset();
@@ -266,27 +304,14 @@ TEST(PlayMotion, WithoutATruthNothingIsScored) {
 TEST(SampleStore, TakesEverySampleOnceAndInOrder) {
   Faked fake = faked();
   SampleStore samples(*fake.sensor, 30);
-  EXPECT_EQ(samples.before(0), nullptr);
   EXPECT_NEAR(samples.at(3).seconds, 0.1, 1e-6);
-  EXPECT_NEAR(samples.before(3)->seconds, 2 / 30.0, 1e-6);
   samples.at(1);
   samples.at(5);
   EXPECT_EQ(fake.sensor->asked, (std::vector<std::int64_t>{0, 1, 2, 3, 4, 5}));
   samples.forget(0.134);
   samples.at(4);
-  EXPECT_NE(samples.before(5), nullptr);
-  EXPECT_EQ(samples.before(4), nullptr);
   EXPECT_EQ(fake.sensor->asked.size(), 6U);
   EXPECT_THROW(samples.at(2), std::logic_error);
-}
-
-TEST(SampleStore, WhatIsSeenTwiceHasNoVelocityOfItsOwn) {
-  Faked fake = faked();
-  fake.sensor->taken = [](std::int64_t number, double) { return 0.1 * static_cast<double>(number / 3); };
-  SampleStore samples(*fake.sensor, 30);
-  EXPECT_EQ(samples.before(2), nullptr);
-  EXPECT_NEAR(samples.before(5)->seconds, 0.0, 1e-6);
-  EXPECT_NEAR(samples.at(5).seconds, 0.1, 1e-6);
 }
 
 TEST(SensorText, SaysWhatTheSolverKnows) {

@@ -115,9 +115,12 @@ TEST(PlayMotion, EveryScoreHasTheErrorOfItsOwnDisplacement) {
 }
 
 // Constant velocity: at the instant that is predicted for, the skin is where it was expected.
-TEST(PlayMotion, PredictionMeetsAConstantVelocity) {
-  const Motion motion =
-      played({"motion.predict=linear", "motion.seconds=0.5", "motion.score_hz=1000", "solve.methods=[surface]"});
+class PlayedAhead : public ::testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(All, PlayedAhead, ::testing::Values("linear", "kalman"));
+
+TEST_P(PlayedAhead, MeetsAConstantVelocity) {
+  const Motion motion = played({"motion.predict=" + std::string(GetParam()), "motion.seconds=0.5",
+                                "motion.score_hz=1000", "solve.methods=[surface]"});
   int met = 0;
   for (const MotionScore& score : motion.methods.front().scores) {
     if (score.frame < 4) {

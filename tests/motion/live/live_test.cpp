@@ -421,8 +421,12 @@ TEST_F(Live, ThrowsWhatThePreparationThrew) {
 }
 
 // The pose at the middle of the time that a frame will be shown, of what solving and handing over took so far.
-TEST_F(Live, PredictsByWhatItMeasures) {
-  motion_.predict = MotionSpec::Prediction::kLinear;
+class LivePrediction : public Live, public ::testing::WithParamInterface<MotionSpec::Prediction> {};
+INSTANTIATE_TEST_SUITE_P(All, LivePrediction,
+                         ::testing::Values(MotionSpec::Prediction::kLinear, MotionSpec::Prediction::kKalman));
+
+TEST_P(LivePrediction, GoesByWhatIsMeasured) {
+  motion_.predict = GetParam();
   motion_.array_delay = 2e-3;
   link_.busy = 4e-3;
   solving_ = [this](std::size_t k, LiveSolution&) { pass(k % 3 == 0 ? 0.03 : 0.02); };
@@ -433,8 +437,7 @@ TEST_F(Live, PredictsByWhatItMeasures) {
     const double expected = asked_[k].at + 0.02 + 0.004 + 0.002 + 0.025;
     EXPECT_GE(asked_[k].wanted, expected - 1e-5);
     EXPECT_LE(asked_[k].wanted, expected + kLook);
-    EXPECT_EQ(asked_[k].sample.before->state.numbers(0), asked_[k].sample.before->seconds);
-    EXPECT_NEAR(asked_[k].sample.now.seconds - asked_[k].sample.before->seconds, 1 / 30.0, 1e-5);
+    EXPECT_NEAR(asked_[k].sample.prediction.at(asked_[k].wanted).numbers(0), asked_[k].wanted, 1e-6);  // filters settle
   }
 }
 
@@ -509,7 +512,9 @@ TEST_F(LiveScene, IsSolvedForThePoseThatIsExpected) {
   const LiveSolver solver = live_solver(sensor_, method_, first_);
   FrameSolver reference(moving_, method_, drives_for(sensor_, method_));
   EXPECT_LT(apart(first_, reference.solve(moving_.first())), 1e-3);
-  LiveSample sample{{0.1, moving_.state(0.1)}, Seen{0.06, moving_.state(0.06)}};
+  LiveSample sample{{0.1, moving_.state(0.1)}, MotionPrediction(MotionSpec::Prediction::kLinear)};
+  sample.prediction.see({0.06, moving_.state(0.06)});
+  sample.prediction.see(sample.now);
   for (const double wanted : {0.1, 0.17}) {
     const LiveSolution found = solver(sample, wanted);
     const MotionFrame expected = reference.solve(moving_.at(moving_.state(wanted)));

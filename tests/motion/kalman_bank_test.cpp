@@ -1,0 +1,257 @@
+#include "sim/motion/kalman_bank.h"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <utility>
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+
+namespace touchfield {
+namespace {
+
+constexpr double kBetweenSamples = 1 / 30.0;
+constexpr double kCameraNoise = 0.07e-3;  // of what three D415 see of a fingertip [m]
+
+Eigen::VectorXd gaussian(Eigen::Index count, double rms, std::mt19937_64& random) {
+  std::normal_distribution<double> normal(0, rms);
+  return Eigen::VectorXd::NullaryExpr(count, [&] { return normal(random); });
+}
+
+/// After so many samples of zero, a time 1 apart.
+KalmanFilter settled(int order, double noise, int samples, double d = 1) {
+  KalmanFilter filter(order, noise);
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(1);
+  Eigen::VectorXd innovation;
+  filter.begin(zero);
+  for (int k = 1; k < samples; ++k) {
+    filter.see(d, zero, innovation);
+  }
+  return filter;
+}
+
+TEST(KalmanFilter, SteadyGainsAreThoseOfBenedictAndBordner) {
+  for (const double noise : {1e-4, 0.02, 1.0, 100.0}) {
+    const KalmanFilter filter = settled(2, noise, 2000);
+    const double a = filter.gains()(0);
+    const double b = filter.gains()(1);
+    EXPECT_NEAR(b, a * a / (2 - a), 1e-12) << noise;
+    EXPECT_NEAR(b * b / (1 - a), noise, 1e-9 * noise);
+  }
+}
+
+// A time twice as long is eight times the noise, and a velocity of twice as much in that time.
+TEST(KalmanFilter, TimeHasNoUnit) {
+  const KalmanFilter one = settled(2, 0.8, 500);
+  const KalmanFilter two = settled(2, 0.1, 500, 2);
+  EXPECT_NEAR(two.gains()(0), one.gains()(0), 1e-12);
+  EXPECT_NEAR(2 * two.gains()(1), one.gains()(1), 1e-12);
+}
+
+TEST(KalmanFilter, IsAMeanWithoutNoiseAndALineWithMuch) {
+  std::mt19937_64 random(1);
+  KalmanFilter still(2, 0);
+  KalmanFilter quick(2, 1e12);
+  const Eigen::VectorXd values = gaussian(6, 1, random);
+  Eigen::VectorXd innovation;
+  for (KalmanFilter* filter : {&still, &quick}) {
+    filter->begin(values.head(1));
+    for (int k = 1; k < 6; ++k) {
+      filter->see(1, values.segment(k, 1), innovation);
+    }
+  }
+  const auto expected = [](const KalmanFilter& filter, double d) {
+    Eigen::VectorXd sum = Eigen::VectorXd::Zero(1);
+    filter.add(d, 1, sum);
+    return sum(0);
+  };
+  EXPECT_NEAR(expected(still, 3), values.mean(), 1e-12);
+  EXPECT_NEAR(expected(quick, 3), values(5) + 3 * (values(5) - values(4)), 1e-9);
+}
+
+TEST(KalmanFilter, OfOrderThreeFollowsAParabola) {
+  KalmanFilter filter(3, 1);
+  const auto parabola = [](double t) { return Eigen::VectorXd::Constant(1, 2 - 3 * t + 0.5 * t * t).eval(); };
+  Eigen::VectorXd innovation;
+  filter.begin(parabola(0));
+  for (int k = 1; k <= 100; ++k) {
+    filter.see(1, parabola(k), innovation);
+  }
+  Eigen::VectorXd expected = Eigen::VectorXd::Zero(1);
+  filter.add(4, 1, expected);
+  EXPECT_NEAR(expected(0), parabola(104)(0), 1e-8);
+}
+
+// Of noise alone the position is off by sqrt((2 a^2 + 2 b - 3 a b) / (a (4 - 2 a - b))) (Benedict and Bordner).
+TEST(KalmanFilter, ReducesNoiseAtRestAsGainsSay) {
+  std::mt19937_64 random(2);
+  for (const double noise : {1e-3, 0.1, 10.0}) {
+    KalmanFilter filter(2, noise);
+    Eigen::VectorXd innovation;
+    filter.begin(gaussian(20000, 1, random));
+    for (int k = 0; k < 60; ++k) {
+      filter.see(1, gaussian(20000, 1, random), innovation);
+    }
+    const double a = filter.gains()(0);
+    const double b = filter.gains()(1);
+    Eigen::VectorXd position = Eigen::VectorXd::Zero(20000);
+    filter.add(0, 1, position);
+    const double expected = std::sqrt((2 * a * a + 2 * b - 3 * a * b) / (a * (4 - 2 * a - b)));
+    EXPECT_NEAR(std::sqrt(position.squaredNorm() / 20000), expected, 0.02 * expected) << noise;  // of 20,000: 0.5 %
+  }
+}
+
+/// Rms of what is expected `ahead` [s] of samples of a motion that four points make, noise added; of the bank, of a
+/// straight line through the last two samples, and of the last one.
+struct Errors {
+  double bank = 0;
+  double linear = 0;
+  double none = 0;
+};
+
+Errors errors_of(const std::function<double(double)>& motion, double noise, double ahead,
+                 double interval = kBetweenSamples) {
+  constexpr int kSeeds = 40;
+  constexpr double kBegin = 0.7;  // [s]
+  Errors sum;
+  double count = 0;
+  for (unsigned seed = 0; seed < kSeeds; ++seed) {
+    std::mt19937_64 random(seed);
+    KalmanBank bank(interval);
+    Eigen::VectorXd before = Eigen::VectorXd::Zero(12);
+    for (int k = 0; k * interval < 2; ++k) {
+      const double now = k * interval;
+      const Eigen::VectorXd seen = Eigen::VectorXd::Constant(12, motion(now)) + gaussian(12, noise, random);
+      bank.see(now, seen, 12);
+      if (now > kBegin) {
+        const double truth = motion(now + ahead);
+        sum.bank += (bank.at(now + ahead).array() - truth).square().mean();
+        sum.linear += ((seen + ahead / interval * (seen - before)).array() - truth).square().mean();
+        sum.none += (seen.array() - truth).square().mean();
+        ++count;
+      }
+      before = seen;
+    }
+  }
+  return {std::sqrt(sum.bank / count), std::sqrt(sum.linear / count), std::sqrt(sum.none / count)};
+}
+
+double still(double) { return 0.1; }
+
+TEST(KalmanBank, AtRestItAverages) {
+  for (const double interval : {1 / 100.0, 1 / 30.0, 1 / 10.0}) {
+    const Errors errors = errors_of(still, kCameraNoise, 0.1, interval);
+    EXPECT_LT(errors.bank, 0.5 * errors.none) << interval;
+    EXPECT_LT(errors.none, 0.5 * errors.linear);
+  }
+}
+
+TEST(KalmanBank, AtASteadyVelocityItIsBetterThanALine) {
+  for (const auto& [speed, share] : {std::pair(0.01, 0.45), std::pair(0.05, 0.7), std::pair(0.2, 0.95)}) {
+    const Errors errors = errors_of([&](double t) { return speed * t; }, kCameraNoise, 0.1);
+    EXPECT_LT(errors.bank, share * errors.linear) << speed;
+    EXPECT_LT(errors.bank, errors.none);
+  }
+}
+
+// A filter at constant velocity would be as good as the line at best.
+TEST(KalmanBank, WhereItTurnsItIsBetterThanALine) {
+  for (const double speed : {0.05, 0.1, 0.2}) {
+    const Errors errors =
+        errors_of([&](double t) { return speed / (2 * std::numbers::pi) * std::sin(2 * std::numbers::pi * t); },
+                  kCameraNoise, 0.1);
+    EXPECT_LT(errors.bank, 0.85 * errors.linear) << speed;
+    EXPECT_LT(errors.linear, errors.none);
+  }
+}
+
+// It is at rest first; after two samples of the velocity it has it.
+TEST(KalmanBank, AStartIsFollowedAtOnce) {
+  const auto starts = [](double t) { return 0.1 * std::max(0.0, t - 0.6); };
+  std::mt19937_64 random(5);
+  KalmanBank bank(kBetweenSamples);
+  for (int k = 0; k <= 20; ++k) {  // two samples beyond 0.6 s
+    bank.see(k * kBetweenSamples,
+             Eigen::VectorXd::Constant(12, starts(k * kBetweenSamples)) + gaussian(12, kCameraNoise, random), 12);
+  }
+  EXPECT_LT((bank.at(20 * kBetweenSamples + 0.1).array() - starts(20 * kBetweenSamples + 0.1)).square().mean(), 1e-6);
+}
+
+TEST(KalmanBank, WithoutNoiseASteadyMotionIsExactAtAnyTimes) {
+  KalmanBank bank(kBetweenSamples);
+  const Eigen::Vector3d begin(0.1, -0.2, 0.3);
+  const Eigen::Vector3d velocity(0.05, 0.02, -0.01);
+  double now = 1;
+  for (int k = 0; k < 40; ++k) {
+    now += k % 3 == 0 ? 0.08 : 0.02;
+    bank.see(now, begin + now * velocity, 3);
+  }
+  EXPECT_LT((bank.at(now + 0.1) - begin - (now + 0.1) * velocity).norm(), 1e-7);
+}
+
+TEST(KalmanBank, TurnsAndShiftsWithWhatItSees) {
+  std::mt19937_64 random(6);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, -2, 0.5).normalized()).toRotationMatrix();
+  const Eigen::Vector3d shift(0.3, 0.1, -0.2);
+  KalmanBank bank(kBetweenSamples);
+  KalmanBank turned(kBetweenSamples);
+  const auto moved = [&](const Eigen::VectorXd& values) {
+    Eigen::Matrix3Xd points = turn * Eigen::Map<const Eigen::Matrix3Xd>(values.data(), 3, values.size() / 3);
+    points.colwise() += shift;
+    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(points.data(), points.size()));
+  };
+  for (int k = 0; k < 30; ++k) {
+    const double now = k * kBetweenSamples;
+    Eigen::VectorXd seen = gaussian(30, kCameraNoise, random);
+    seen.array() += 0.1 * std::sin(7 * now);
+    bank.see(now, seen, 30);
+    turned.see(now, moved(seen), 30);
+    EXPECT_LT((turned.at(now + 0.07) - moved(bank.at(now + 0.07))).norm(), 1e-9);
+  }
+}
+
+// Values that are not judged by follow with the weights of those that are.
+TEST(KalmanBank, CommutesWithWhatIsLinear) {
+  std::mt19937_64 random(7);
+  const Eigen::MatrixXd map = Eigen::MatrixXd::Random(5, 6);
+  KalmanBank bank(kBetweenSamples);
+  for (int k = 0; k < 30; ++k) {
+    Eigen::VectorXd seen(11);
+    seen.head(6) = gaussian(6, 1, random);
+    seen.tail(5) = map * seen.head(6);
+    bank.see(k * kBetweenSamples, seen, 6);
+    const Eigen::VectorXd expected = bank.at(k * kBetweenSamples + 0.1);
+    EXPECT_LT((expected.tail(5) - map * expected.head(6)).norm(), 1e-11);
+  }
+}
+
+TEST(KalmanBank, BeginsAnewWhereItIsRestarted) {
+  KalmanBank bank(kBetweenSamples);
+  KalmanBank fresh(kBetweenSamples);
+  for (int k = 0; k < 20; ++k) {
+    bank.see(k * kBetweenSamples, Eigen::Vector2d(k, -k), 2);
+  }
+  bank.restart();
+  for (int k = 30; k < 35; ++k) {
+    for (KalmanBank* one : {&bank, &fresh}) {
+      one->see(k * kBetweenSamples, Eigen::Vector3d(1, 2, 0.1 * k * k), 3);
+    }
+    EXPECT_EQ(bank.at(1.3), fresh.at(1.3));
+  }
+  bank.restart();
+  bank.see(2, Eigen::Vector2d(4, 5), 2);
+  EXPECT_LT((bank.at(2.1) - Eigen::Vector2d(4, 5)).norm(), 1e-14) << "no velocity is known";
+}
+
+TEST(KalmanBank, OfNothingThatChangesNothingIsExpected) {
+  KalmanBank bank(kBetweenSamples);
+  for (int k = 0; k < 300; ++k) {
+    bank.see(k * kBetweenSamples, Eigen::Vector2d(0, 0), 2);
+  }
+  EXPECT_EQ(bank.at(11), Eigen::Vector2d(0, 0));
+}
+
+}  // namespace
+}  // namespace touchfield
