@@ -1,6 +1,7 @@
 """How much delay there is between hand and sound, and what it does: plays of a hand that moves at constant velocity or shakes."""
 
 import dataclasses
+import itertools
 import pathlib
 
 import h5py
@@ -20,6 +21,8 @@ CHANGED = {"sensor_hz": "a sensor at {} Hz", "latency_ms": "a sensor that is {} 
 AXES = {"across": "across the finger", "along": "along the finger", "towards": "towards the array"}
 GRID = (0, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8, 10, 12, 15, 20, 25, 30, 35)  # [mm]
 POINT = 0.01  # of relative error
+NOISE_MM = 0.1  # rms, of the plays that see the hand with noise
+DASHES = {"linear": "--", "kalman": ":"}  # of predictions
 # Of a prototype, 2,404 faces, the finger moved by so many mm after phases were found at rest: (relative_error at rest, {mm: ..}).
 REFERENCE_REST = 0.453
 REFERENCE = {
@@ -59,7 +62,7 @@ def plays(folder, name):
 
 def within(play, segment):
     """Which scores are of a segment: sampled in it, as is the sample before if that is needed, and felt in it."""
-    known = play.time - play.age - (1 / play.loop["sensor_hz"] if play.predict == "linear" else 0)
+    known = play.time - play.age - (1 / play.loop["sensor_hz"] if play.predict != "none" else 0)
     return (known >= segment.begin - 1e-6) & (play.time <= segment.end + 1e-6)
 
 
@@ -87,7 +90,7 @@ def delay_rows(held, predicted, segments):
             ages = loop.age[one][loop.age[one] <= held.age[of_held].max()]
             if len(ages) == 0:
                 continue
-            for method in dict.fromkeys(held.method):
+            for method in dict.fromkeys(held.method) if loop.predict == predicted[0].predict else ():
                 scores = of_held & (held.method == method)
                 order = numpy.argsort(held.age[scores])
                 add(segment, loop, held.predict, method, ages, segment.speed * ages,
@@ -96,6 +99,14 @@ def delay_rows(held, predicted, segments):
                 scores = chosen & (loop.method == method)
                 add(segment, loop, loop.predict, method, loop.age[scores], loop.displacement[scores], loop.error[scores])
     return rows
+
+
+def noise_rows(noisy, segments):
+    """A line an axis, speed and prediction of plays that see the hand with noise."""
+    return [{"axis": segment.axis, "speed_mm_s": f"{segment.speed:g}", "array_ms": f"{play.loop['array_ms']:g}",
+             "predict": play.predict, "method": method} | summary_of(play.age[chosen], play.displacement[chosen], play.error[chosen])
+            for segment in segments for play in noisy for method in dict.fromkeys(play.method)
+            if (chosen := within(play, segment) & (play.method == method)).any()]
 
 
 def error_at(displacement, distances, errors):
@@ -230,38 +241,58 @@ def answer_sentences(rows):
     return said
 
 
-def gains_of_prediction(rows, keys, method="surface"):
-    """[(points that prediction takes off the mean error, row without it)] of rows that are alike in `keys`."""
+def gains_of_prediction(rows, keys, kind, method="surface"):
+    """[(points that a prediction takes off the mean error, row without it)] of rows that are alike in `keys`."""
     kept = {(tuple(row[key] for key in keys), row["predict"]): row for row in rows if row["method"] == method}
-    return [(100 * (float(row["error_mean"]) - float(kept[alike, "linear"]["error_mean"])), row)
-            for (alike, predict), row in kept.items() if predict == "none" and (alike, "linear") in kept]
+    return [(100 * (float(row["error_mean"]) - float(kept[alike, kind]["error_mean"])), row)
+            for (alike, predict), row in kept.items() if predict == "none" and (alike, kind) in kept]
+
+
+def kinds_of(rows):
+    """Kinds of prediction among rows."""
+    return [kind for kind in dict.fromkeys(row["predict"] for row in rows) if kind != "none"]
 
 
 def prediction_sentences(delay, tremor):
     said = []
-    for speed in dict.fromkeys(row["speed_mm_s"] for row in delay):
+    for speed, kind in itertools.product(dict.fromkeys(row["speed_mm_s"] for row in delay), kinds_of(delay)):
         alike = [row for row in delay if row["speed_mm_s"] == speed]
-        gains = gains_of_prediction(alike, ("axis", "array_ms"))
+        gains = gains_of_prediction(alike, ("axis", "array_ms"), kind)
         if gains:
             (least, low), (most, high) = (choose(gains, key=lambda item: item[0]) for choose in (min, max))
             known = {(row["axis"], row["array_ms"], row["method"]): float(row["error_mean"]) for row in alike
-                     if row["predict"] == "linear"}
+                     if row["predict"] == kind}
             pays = [100 * (known[axis, array, "unscattered"] - error) for (axis, array, method), error in known.items()
                     if method == "surface" and (axis, array, "unscattered") in known]
-            said.append(f"Prediction at a constant {speed} mm/s changes the mean error of `surface` by {-least:+.1f} points "
+            said.append(f"`predict: {kind}` at a constant {speed} mm/s changes the mean error of `surface` by {-least:+.1f} points "
                         f"({AXES[low['axis']]}, {low['array_ms']} ms) to {-most:+.1f} ({AXES[high['axis']]}, {high['array_ms']} ms)"
                         + (f"; with it knowing the scattering gains {min(pays):+.1f} to {max(pays):+.1f} points." if pays else "."))
-    gains = gains_of_prediction(tremor, ("hz", "amplitude_mm", "array_ms"))
-    if gains:
-        def what(row):
-            return f"{row['amplitude_mm']} mm at {row['hz']} Hz, {row['array_ms']} ms"
-
-        (least, low), (most, high) = (choose(gains, key=lambda item: item[0]) for choose in (min, max))
-        hurts = sum(gain < 0 for gain, _ in gains)
-        said.append(f"Of {len(gains)} tremors prediction makes {hurts} worse and {len(gains) - hurts} not: from {-most:+.1f} points "
-                    f"({what(high)}) to {-least:+.1f} ({what(low)}).")
+    for kind in kinds_of(tremor):
+        said.append(tremor_sentence(gains_of_prediction(tremor, ("hz", "amplitude_mm", "array_ms"), kind), kind))
+    if tremor:
         worst = max((row for row in tremor if row["predict"] == "none"), key=lambda row: float(row["error_mean"]))
-        said.append(f"The worst tremor without prediction ({what(worst)}) leaves a mean error of {percent(worst['error_mean'])}.")
+        said.append(f"The worst tremor without prediction ({tremor_text(worst)}) leaves a mean error of {percent(worst['error_mean'])}.")
+    return said
+
+
+def tremor_text(row):
+    return f"{row['amplitude_mm']} mm at {row['hz']} Hz, {row['array_ms']} ms"
+
+
+def tremor_sentence(gains, kind):
+    (least, low), (most, high) = (choose(gains, key=lambda item: item[0]) for choose in (min, max))
+    hurts = sum(gain < 0 for gain, _ in gains)
+    return (f"Of {len(gains)} tremors `{kind}` makes {hurts} worse and {len(gains) - hurts} not: from {-most:+.1f} points "
+            f"({tremor_text(high)}) to {-least:+.1f} ({tremor_text(low)}).")
+
+
+def noise_sentences(noise):
+    """What the kinds of prediction leave where the hand is seen with noise, a sentence an axis and speed."""
+    said = []
+    for axis, speed in dict.fromkeys((row["axis"], row["speed_mm_s"]) for row in noise):
+        own = [row for row in noise if (row["axis"], row["speed_mm_s"], row["method"]) == (axis, speed, "surface")]
+        said.append(f"Seen with noise of {NOISE_MM} mm rms, {own[0]['array_ms']} ms to the array, {AXES[axis]} at {speed} mm/s: "
+                    + ", ".join(f"`{row['predict']}` {percent(row['error_mean'])}" for row in own) + ".")
     return said
 
 
@@ -296,7 +327,7 @@ def reference_sentence(rows):
 
 
 def figure(held, predicted, segments, path):
-    """Error against age; prediction dashed."""
+    """Error against age; predictions dashed or dotted."""
     axes_of = list(dict.fromkeys(segment.axis for segment in segments))
     speeds = list(dict.fromkeys(segment.speed for segment in segments))
     drawing, panels = pyplot.subplots(len(axes_of), len(speeds), figsize=(4.3 * len(speeds) + 1.5, 3 * len(axes_of)),
@@ -308,11 +339,11 @@ def figure(held, predicted, segments, path):
             ages, errors = binned(held.age[chosen], held.error[chosen])
             panel.plot(ages, errors, color=STYLES[method]["color"], marker=STYLES[method]["marker"], markersize=3,
                        label=LABELS[method])
-        for method in dict.fromkeys(predicted[0].method):
-            found = [(play, within(play, segment) & (play.method == method)) for play in predicted]
+        for kind, method in itertools.product(dict.fromkeys(play.predict for play in predicted), dict.fromkeys(predicted[0].method)):
+            found = [(play, within(play, segment) & (play.method == method)) for play in predicted if play.predict == kind]
             ages, errors = binned(numpy.concatenate([play.age[chosen] for play, chosen in found]),
                                   numpy.concatenate([play.error[chosen] for play, chosen in found]))
-            panel.plot(ages, errors, color=STYLES[method]["color"], linestyle="--", label=f"{LABELS[method]}, predicted")
+            panel.plot(ages, errors, color=STYLES[method]["color"], linestyle=DASHES[kind], label=f"{LABELS[method]}, {kind}")
         panel.set_title(f"{AXES[segment.axis]}, {segment.speed:g} mm/s", fontsize=10)
         panel.grid(color="0.9")
     for panel in panels[-1]:

@@ -251,6 +251,7 @@ def add_delays(page, work, report, quick):
     by_displacement = delays.displacement_rows(held, segments)
     tables = {"delays": delays.delay_rows(held, predicted, segments), "delays_by_displacement": by_displacement,
               "delays_answers": delays.answer_rows(by_displacement),
+              "delays_noise": delays.noise_rows(delays.plays(work / "delays", "noisy"), segments),
               "delays_tremor": delays.tremor_rows(delays.plays(work / "delays", "tremor"), course.tremors(quick)),
               "delays_loop": delays.loop_rows(delays.plays(work / "delays", "loop"))}
     for name, rows in tables.items():
@@ -260,11 +261,13 @@ def add_delays(page, work, report, quick):
              "constant velocity or shaking across itself; phases are found on a mesh of some 570 faces (scenes/moving.yaml), errors judged on "
              "the whole hand. Every score counts with the age of the sample that its phases are of. Without prediction frames are "
              "held for 200 ms, 30 steps each, so that one play has every age; with it, and of tremor, frames come at 20 Hz, 10 steps "
-             "each, of a sensor at 30 Hz, and solving takes no time: the delay is the array's.")
-    page.figure("delays.png", "Judged error against the age of the sample that the phases are of. Dashed: with `predict: linear`. Numbers: "
+             "each, of a sensor at 30 Hz, and solving takes no time: the delay is the array's. Noise of the sensor is new in every sample; "
+             "results/tables/prediction_gain.csv (scripts/prediction_study) has what cameras see, at more speeds and delays.")
+    page.figure("delays.png", "Judged error against the age of the sample that the phases are of. Dashed: with `predict: linear`; dotted: with `kalman`. Numbers: "
                 + ", ".join(f"[{name}](tables/{name}.csv)" for name in tables) + ".", origin)
     page.add(lines_of([*delays.answer_sentences(tables["delays_answers"]),
                        *delays.prediction_sentences(tables["delays"], tables["delays_tremor"]),
+                       *delays.noise_sentences(tables["delays_noise"]),
                        *delays.loop_sentences(tables["delays_loop"]), delays.reference_sentence(by_displacement)]))
     shown = {"speed_mm_s": "mm/s", "array_ms": "delay of the array [ms]", "age_ms_mean": "mean age [ms]",
              "displacement_mm_mean": "mean displacement [mm]", "error_mean": "mean error", "error_p95": "95 %"}

@@ -65,18 +65,18 @@ def bumpy_hand(program, folder):
             "motion.change": "[{path: 'body.place.at_mm[0]', sine: {amplitude: -8, hz: 1}}]"}
 
 
-def sensor(sight):
-    return {"motion.sensor": f"{{hz: 20, {sight}}}" if sight else "{hz: 20}"}
+def sensor(sight, hz=20):
+    return {"motion.sensor": f"{{hz: {hz}, {sight}}}" if sight else f"{{hz: {hz}}}"}
 
 
-def cameras(count=3, scale=1.0, **keys):
+def cameras(count=3, scale=1.0, hz=20, seed=1, **keys):
     """So many cameras, as far from the hand as the scene's times `scale`."""
     def camera(at):
         place = [f"{look + scale * (x - look):.4g}" for x, look in zip(at, LOOK_AT)]
         more = "".join(f", {key}: {value}" for key, value in keys.items())
         return f"{{at_mm: [{', '.join(place)}], look_at_mm: {list(LOOK_AT)}{more}}}"
 
-    return sensor(f"seed: 1, cameras: [{', '.join(camera(at) for at in BESIDE[:count])}]")
+    return sensor(f"seed: {seed}, cameras: [{', '.join(camera(at) for at in BESIDE[:count])}]", hz)
 
 
 def of_a_mesh():

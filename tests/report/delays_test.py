@@ -70,6 +70,14 @@ class Scores(unittest.TestCase):
         self.assertEqual({row["age_ms_mean"] for row in rows}, {"150"})
         self.assertEqual([float(row["error_mean"]) for row in rows], [1.2, 1.28, 0.45])
 
+    def test_rows_without_prediction_are_there_once(self):
+        predicted = [play(kind, 0.0, ("surface",), 0.1) for kind in ("linear", "kalman")]
+        rows = delays.delay_rows(play(methods=("surface",), age=0.15), predicted, [self.segment])
+        self.assertEqual([row["predict"] for row in rows], ["none", "linear", "kalman"])
+        noisy = delays.noise_rows([play(), *predicted], [self.segment])
+        self.assertEqual([(row["predict"], row["method"]) for row in noisy],
+                         [("none", "surface"), ("none", "unscattered"), ("linear", "surface"), ("kalman", "surface")])
+
     def test_error_at_a_displacement(self):
         distances = numpy.linspace(0, 2, 41)
         errors = 0.4 + 0.1 * distances
@@ -126,9 +134,18 @@ class Answers(unittest.TestCase):
         self.assertIn("; with it knowing the scattering gains +6.0 to +6.0 points.", said[0])
         self.assertIn("changes the mean error of `surface` by -1.0 points (towards the array, 70 ms) to -30.0 (across the finger, "
                       "70 ms)", said[0])
-        self.assertIn("Of 2 tremors prediction makes 1 worse and 1 not: from -5.0 points (1 mm at 12 Hz, 70 ms) to +10.0 (1 mm at "
+        self.assertIn("Of 2 tremors `linear` makes 1 worse and 1 not: from -5.0 points (1 mm at 12 Hz, 70 ms) to +10.0 (1 mm at "
                       "8 Hz, 70 ms)", said[1])
         self.assertIn("leaves a mean error of 60.0 %", said[2])
+
+    def test_every_kind_of_prediction_is_told(self):
+        rows = [{"predict": kind, "method": "surface", "error_mean": str(error), "axis": "across", "speed_mm_s": "50", "array_ms": "70"}
+                for kind, error in (("none", 0.8), ("linear", 0.6), ("kalman", 0.5))]
+        linear, kalman = delays.prediction_sentences(rows, [])
+        self.assertIn("`predict: linear` at a constant 50 mm/s changes the mean error of `surface` by -20.0 points", linear)
+        self.assertIn("`predict: kalman` at a constant 50 mm/s changes the mean error of `surface` by -30.0 points", kalman)
+        said, = delays.noise_sentences(rows)
+        self.assertTrue(said.endswith("70 ms to the array, across the finger at 50 mm/s: `none` 80.0 %, `linear` 60.0 %, `kalman` 50.0 %."))
 
     def test_parts_of_the_loop(self):
         """Samples that wait 10 ms, 45 ms to solve, held for 0 to 50 ms."""

@@ -94,7 +94,7 @@ class Reproduce(unittest.TestCase):
         self.assertEqual(len(self.rows("convergence.csv")), 2 * 3 * 4)
         for table in ("iteration_faces.csv", "iteration_channels.csv", "study.csv", "assumptions.csv", "sequences.csv", "finger.csv",
                       "widths.csv", "widths_wilcoxon.csv", "widths_fit.csv", "delays.csv", "delays_by_displacement.csv",
-                      "delays_answers.csv", "delays_tremor.csv", "delays_loop.csv", "cameras.csv"):
+                      "delays_answers.csv", "delays_noise.csv", "delays_tremor.csv", "delays_loop.csv", "cameras.csv"):
             self.assertGreater(len(self.rows(table)), 1, table)
 
     def test_tables_and_captions_say_which_program_and_which_scenes_made_them(self):
