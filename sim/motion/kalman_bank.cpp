@@ -8,7 +8,7 @@ namespace touchfield {
 
 namespace {
 
-// Chosen by the error that the motions of scripts/prediction_study leave: docs/motion.md.
+// Chosen for motions like those of scripts/prediction_study, seen by cameras.
 constexpr double kMemory = 0.3;         // of the likelihoods [s]
 constexpr double kIndependent = 4;      // values among those of a skin
 constexpr double kAccelerates = -5;     // the logarithm of how likely that is beforehand, against a constant velocity

@@ -1,0 +1,80 @@
+"""The study of prediction: where its hand goes, which scores count, and what its tables say of them."""
+
+import importlib.machinery
+import importlib.util
+import pathlib
+import tempfile
+import unittest
+
+import report_support
+
+import numpy
+
+LOADER = importlib.machinery.SourceFileLoader("prediction_study", str(report_support.SOURCE / "scripts/prediction_study"))
+study = importlib.util.module_from_spec(importlib.util.spec_from_loader("prediction_study", LOADER))
+LOADER.exec_module(study)
+
+
+class Course(unittest.TestCase):
+    def setUp(self):
+        self.course = study.Course(study.SPEEDS)
+
+    def place(self, axis, time):
+        return numpy.interp(time, *zip(*self.course.keys[axis]))
+
+    def test_keys_go_on(self):
+        for points in self.course.keys.values():
+            self.assertTrue((numpy.diff([time for time, _ in points]) > 0).all())
+            self.assertLessEqual(points[-1][0], self.course.now)
+
+    def test_the_hand_stays_where_cameras_see_it(self):
+        low, high = (choose(value for _, value in self.course.keys[2]) for choose in (min, max))
+        self.assertGreaterEqual(low, 150)
+        self.assertLessEqual(high, 250)
+
+    def test_every_speed_is_there_and_is_that(self):
+        found = set()
+        for kind, axis, speed, begin, end in self.course.parts:
+            found.add((kind, axis, speed))
+            times = numpy.linspace(begin, end, 400)
+            velocity = numpy.gradient(self.place(study.course.AXES[axis][0] if axis else 0, times), times)
+            if kind == "sine":
+                self.assertAlmostEqual(abs(velocity).max() / speed, 1, delta=0.01)
+                self.assertAlmostEqual(end - begin, 2)
+            else:
+                self.assertLess(numpy.ptp(velocity), 1e-6 + 1e-6 * speed)
+                self.assertAlmostEqual(abs(velocity[0]), speed, delta=1e-6 * (1 + speed))
+            self.assertLessEqual(end, self.course.now + 1e-9)
+        self.assertEqual(len(found), 1 + 2 * 2 * len(study.SPEEDS))
+
+    def test_the_other_coordinate_rests(self):
+        for _, axis, _, begin, end in self.course.parts:
+            other = 2 if axis == "across" else 0
+            self.assertEqual(set(self.place(other, numpy.linspace(begin, end, 50))), {study.course.CENTRE[other]})
+
+
+class Tables(unittest.TestCase):
+    def test_gains_are_over_the_better_of_the_others(self):
+        """Of two seeds, whose errors differ by a tenth; scores of a sample before the part do not count."""
+        parts = [("rest", "", 0, 0.5, 1.0)]
+        cases = study.cases_of(2, 0)
+        self.assertEqual(len(cases), 6)
+        found = {}
+        with tempfile.TemporaryDirectory() as folder:
+            for delay, noise, seed, kind in cases:
+                own = pathlib.Path(folder) / study.name_of(delay, noise, seed, kind)
+                own.mkdir()
+                error = {"none": 0.5, "linear": 0.6, "kalman": 0.45}[kind] + 0.1 * seed
+                (own / "motion.csv").write_text("# made\ntime_s,age_s,frame,relative_error\n"
+                                                f"0.6,0.2,0,9\n0.7,0.1,1,{error}\n0.8,0.1,1,{error}\n0.9,0.1,-1,9\n1.1,0.1,2,9\n")
+                found[own.name] = own
+            rows, gains = study.tables_of(cases, found, parts)
+        self.assertEqual([(row["predict"], row["seeds"], row["scores"], row["error_mean"]) for row in rows],
+                         [("none", "2", "4", "0.65"), ("linear", "2", "4", "0.75"), ("kalman", "2", "4", "0.6")])
+        gain, = gains
+        self.assertEqual((gain["best_other"], gain["gain"], gain["array_ms"]), ("none", "0.05", "70"))
+        self.assertAlmostEqual(float(gain["gain_standard_error"]), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
