@@ -72,7 +72,10 @@ KalmanBank::KalmanBank(double interval) : interval_(interval) {
   for (double noise = 0.1; noise > 0.5e-6 * std::pow(slower, 3); noise *= 0.1) {
     members_.push_back({KalmanFilter(2, noise)});
   }
-  for (double noise = 1; noise > 0.5 * std::pow(slower, 5); noise *= 0.01) {
+  for (const double noise : {1.0, 0.3}) {
+    members_.push_back({KalmanFilter(3, noise)});
+  }
+  for (double noise = 0.01; noise > 0.5 * std::pow(slower, 5); noise *= 0.01) {
     members_.push_back({KalmanFilter(3, noise)});
   }
 }
