@@ -39,6 +39,7 @@ struct StudyCommand {
 std::string settings_of(const StudyRung& rung, bool has_edge) {
   const char* solver = rung.solver == to_string(SolverKind::kLu)      ? "lu"
                        : rung.solver == to_string(SolverKind::kGmres) ? "gmres"
+                       : rung.solver == to_string(SolverKind::kFft)   ? "fft"
                                                                       : "matrix_free";
   return fmt::format("--set solve.scheme={} --set solve.solver={} --set solve.precision={}{}", rung.scheme, solver,
                      rung.precision == "double" ? "double" : "single",
@@ -155,7 +156,8 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
       ->delimiter(',');
   command->add_option("--solvers", study->options.solvers, "Ways to solve; default: all")
       ->transform(named<SolverKind>(
-          {{"lu", SolverKind::kLu}, {"gmres", SolverKind::kGmres}, {"matrix_free", SolverKind::kMatrixFree}}))
+          {{"lu", SolverKind::kLu}, {"gmres", SolverKind::kGmres}, {"matrix_free", SolverKind::kMatrixFree},
+           {"fft", SolverKind::kFft}}))
       ->delimiter(',');
   command->add_option("--precisions", study->options.precisions, "Precisions of the matrix; default: both")
       ->transform(named<Precision>({{"double", Precision::kDouble}, {"single", Precision::kSingle}}))

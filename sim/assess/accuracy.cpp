@@ -77,8 +77,12 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
   const TriangleMesh& mesh = model.body.mesh;
   const Eigen::Index faces = 4 * mesh.face_count();
   const SolveSpec& solve = model.scene.solve;
-  const SolverDecision decision = choose_solver(solve.solver, solve.scheme, faces, available_memory());
-  const double product = 16.0 * product_seconds(mesh, model.wave);
+  GridBody body = grid_body(mesh);
+  body.faces *= 4.0;
+  const double by_grid = grid_seconds(body, model.wave, solve.solver);
+  const SolverDecision decision = choose_solver(solve.solver, solve.scheme, faces, available_memory(), 1, by_grid);
+  const double product =
+      product_share(decision.options.kind, faces, by_grid) * 16.0 * product_seconds(mesh, model.wave);
   const double lu = 8.0 / 3.0 * std::pow(static_cast<double>(faces), 3) / 3e10;  // a slow machine's rate
   const double seconds = decision.options.kind == SolverKind::kLu ? lu : 60.0 * product;
   const double bytes = solver_memory(faces, decision.options, 1) + near_memory(static_cast<double>(faces));

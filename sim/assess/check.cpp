@@ -167,8 +167,10 @@ CheckReport check_model(const Model& model, int sharing) {
   const Scheme scheme = scene.solve.scheme;
   const double unknowns = m + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   report.available_mib = available_memory() / kMebibyte;
+  GridBody body = grid_body(model.body.mesh);
+  const double by_grid = grid_seconds(body, model.wave, scene.solve.solver);
   report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
-                                  sharing * largest_block(scene, scheme, model.array.size(), sharing > 1));
+                                  sharing * largest_block(scene, scheme, model.array.size(), sharing > 1), by_grid);
   const double product = product_seconds(model.body.mesh, model.wave);
   const double kernel = kKernelCost * product / (m * m);
   // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
@@ -180,7 +182,7 @@ CheckReport check_model(const Model& model, int sharing) {
   const double judged = judge_faces(model);
   const bool iterates = report.decision.options.kind != SolverKind::kLu || judged > 0;
   const double steps = iterates ? expected_steps(model, scheme) : 0.0;
-  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product);
+  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product, by_grid);
   const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
   const double kept =
@@ -189,7 +191,8 @@ CheckReport check_model(const Model& model, int sharing) {
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
   report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + points * (m + n));
-  report.seconds += alarms_seconds(scene, product, own.seconds);
+  const double share = product_share(report.decision.options.kind, model.body.mesh.face_count(), by_grid);
+  report.seconds += alarms_seconds(scene, share * product, own.seconds);
   report.note = own.note;
   const auto flops = [&] {
     const Speed& speed = measured_speed(unknowns);
@@ -206,10 +209,13 @@ CheckReport check_model(const Model& model, int sharing) {
                       flops();
   }
   if (judged > 0) {
-    const SolverDecision judge =
-        choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged), available_memory());
+    body.faces = judged;
+    const double judge_by_grid = grid_seconds(body, model.wave, {});
+    const SolverDecision judge = choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged),
+                                               available_memory(), 1, judge_by_grid);
     const double scale = std::pow(judged / m, 2);
-    const ModelCost cost = scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product);
+    const ModelCost cost = scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product,
+                                           judge_by_grid);
     const auto methods = static_cast<double>(scene.solve.methods.size());
     bytes += cost.bytes + kComplex * judged * 4.0 * methods * 30.0;
     report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * judged * n;

@@ -11,8 +11,8 @@ namespace {
 
 constexpr double kLuFlops = 8.0 / 3.0;  // complex operations counted as real ones, times n^3
 constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corrections on a uniform mesh
-constexpr double kNearBytes = 30;       // a pair, while they are gathered
-constexpr double kNearCost = 1500;      // of a near pair, in double, over one pair of a product in single precision
+constexpr double kNearBytes = 24;       // a pair, while they are gathered
+constexpr double kNearCost = 500;      // of a near pair, in double, over one pair of a product in single precision
 constexpr double kMillerCost = 1.3;     // of a product with W over one with D alone
 
 }  // namespace
@@ -20,7 +20,7 @@ constexpr double kMillerCost = 1.3;     // of a product with W over one with D a
 double near_memory(double faces) { return kNearBytes * kNearPairs * faces; }
 
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
-                          double steps, double product) {
+                          double steps, double product, double by_grid) {
   ModelCost cost;
   const SolverOptions& options = decision.options;
   cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
@@ -38,6 +38,10 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
     const Speed& measured = measured_speed(unknowns);
     cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
     cost.note = measured.note;
+  } else if (options.kind == SolverKind::kFft) {
+    const double share = product_share(options.kind, static_cast<Eigen::Index>(unknowns), by_grid);
+    constexpr double kOnce = 3.0;  // to make the grid, in products
+    cost.seconds += (solves * steps + kOnce) * share * product * kMillerCost;
   } else {
     const double step = options.precision == Precision::kSingle ? product * (miller ? kMillerCost : 1.0) : in_double;
     cost.seconds += solves * (steps * step + in_double);

@@ -21,9 +21,10 @@ double near_memory(double faces);
 /// faces, unknowns   of the system; they differ for chief
 /// solves            right-hand sides, solved one after another
 /// steps             of GMRES for each, where it solves (expected_steps.h)
-/// product           seconds of a product with D in single precision on this mesh (product_seconds)
+/// product           seconds of a direct product with D in single precision on this mesh (product_seconds)
+/// by_grid           grid_seconds() of this mesh; read where products go through a grid
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
-                          double steps, double product);
+                          double steps, double product, double by_grid);
 
 /// Points inside the body that a CHIEF system will have, about: one a cube of the spacing in its volume.
 double chief_points(const Model& model);

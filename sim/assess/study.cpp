@@ -111,9 +111,21 @@ SolverSpec spec_of(const Scene& scene, SolverKind solver, Precision precision) {
   SolverSpec spec = scene.solve.solver;
   spec.solver = solver == SolverKind::kLu      ? SolverChoice::kLu
                 : solver == SolverKind::kGmres ? SolverChoice::kGmres
+                : solver == SolverKind::kFft   ? SolverChoice::kFft
                                                : SolverChoice::kMatrixFree;
   spec.precision = precision == Precision::kSingle ? PrecisionChoice::kSingle : PrecisionChoice::kDouble;
   return spec;
+}
+
+/// Whether `auto` would solve one drive with products by a grid.
+bool grid_pays(const Model& model, Scheme scheme) {
+  const TriangleMesh& mesh = model.body.mesh;
+  SolverSpec spec = model.scene.solve.solver;
+  spec.solver = SolverChoice::kAuto;
+  spec.precision = PrecisionChoice::kAuto;
+  return choose_solver(spec, scheme, mesh.face_count(), available_memory(), 1,
+                       grid_seconds(grid_body(mesh), model.wave, spec))
+             .options.kind == SolverKind::kFft;
 }
 
 /// Why a rung is not worth starting; empty if it is.
@@ -124,7 +136,8 @@ std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& 
   const double steps = decision.options.kind == SolverKind::kLu ? 0.0 : expected_steps(model, scheme);
   const ModelCost cost =
       scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()), steps,
-                      product_seconds(model.body.mesh, model.wave));
+                      product_seconds(model.body.mesh, model.wave),
+                      grid_seconds(grid_body(model.body.mesh), model.wave, spec));
   if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
     return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
   }
@@ -184,10 +197,14 @@ class Ladder {
       for (const Scheme scheme : listed(options_.schemes, all_schemes())) {
         Shared shared;
         for (const SolverKind solver :
-             listed(options_.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree})) {
+             listed(options_.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree, SolverKind::kFft})) {
           for (const Precision precision : listed(options_.precisions, {Precision::kDouble, Precision::kSingle})) {
             if (traits(scheme).interior_points && solver != SolverKind::kLu) {
               continue;
+            }
+            if (solver == SolverKind::kFft &&
+                (precision == Precision::kDouble || (options_.solvers.empty() && !grid_pays(model, scheme)))) {
+              continue;  // the tolerance says in which precision
             }
             study_.rungs.push_back(rung(model, edge, scheme, spec_of(scene_, solver, precision), expected, shared));
             mark_pareto(study_.rungs);

@@ -17,32 +17,63 @@ Eigen::VectorXd gauss_diagonal(const TriangleMesh& mesh) {
   return diagonal;
 }
 
-template <typename Real>
-BoundaryOperator<Real>::BoundaryOperator(const TriangleMesh& mesh, const Complex& wavenumber, BoundaryParts parts)
-    : sum_(mesh, wavenumber, parts.gamma), parts_(std::move(parts)) {
-  if (parts_.diagonal.size() != sum_.size()) {
+Eigen::VectorXd gauss_diagonal(const FaceSums& at_rest) {
+  return 1.0 + at_rest.apply(Layer::kDouble, Eigen::MatrixXcd::Ones(at_rest.size(), 1)).real().array();
+}
+
+namespace {
+
+void require_diagonal(const BoundaryParts& parts, Eigen::Index size) {
+  if (parts.diagonal.size() != size) {
     throw std::invalid_argument("BoundaryOperator: the diagonal must have one value a face");
   }
 }
 
+Eigen::MatrixXcd product(const FaceSums& sums, const BoundaryParts& parts, const Eigen::MatrixXcd& x) {
+  Eigen::MatrixXcd y = -sums.apply(parts.layer, x);
+  if (parts.near) {
+    parts.near->add_product(-1.0, x, y);
+  }
+  y += parts.diagonal.asDiagonal() * x;
+  return y;
+}
+
+Eigen::MatrixXcd transposed_product(const FaceSums& sums, const BoundaryParts& parts, const Eigen::MatrixXcd& x) {
+  Eigen::MatrixXcd y = -sums.apply_transpose(parts.layer, x);
+  if (parts.near) {
+    parts.near->add_transposed_product(-1.0, x, y);
+  }
+  y += parts.diagonal.asDiagonal() * x;
+  return y;
+}
+
+}  // namespace
+
+SummedOperator::SummedOperator(std::shared_ptr<const FaceSums> sums, BoundaryParts parts)
+    : sums_(std::move(sums)), parts_(std::move(parts)) {
+  require_diagonal(parts_, size());
+}
+
+Eigen::MatrixXcd SummedOperator::apply(const Eigen::MatrixXcd& x) const { return product(*sums_, parts_, x); }
+
+Eigen::MatrixXcd SummedOperator::apply_transpose(const Eigen::MatrixXcd& x) const {
+  return transposed_product(*sums_, parts_, x);
+}
+
+template <typename Real>
+BoundaryOperator<Real>::BoundaryOperator(const TriangleMesh& mesh, const Complex& wavenumber, BoundaryParts parts)
+    : sum_(mesh, wavenumber, parts.gamma), parts_(std::move(parts)) {
+  require_diagonal(parts_, size());
+}
+
 template <typename Real>
 Eigen::MatrixXcd BoundaryOperator<Real>::apply(const Eigen::MatrixXcd& x) const {
-  Eigen::MatrixXcd y = -sum_.apply(parts_.layer, x);
-  if (parts_.near) {
-    parts_.near->add_product(-1.0, x, y);
-  }
-  y += parts_.diagonal.asDiagonal() * x;
-  return y;
+  return product(sum_, parts_, x);
 }
 
 template <typename Real>
 Eigen::MatrixXcd BoundaryOperator<Real>::apply_transpose(const Eigen::MatrixXcd& x) const {
-  Eigen::MatrixXcd y = -sum_.apply_transpose(parts_.layer, x);
-  if (parts_.near) {
-    parts_.near->add_transposed_product(-1.0, x, y);
-  }
-  y += parts_.diagonal.asDiagonal() * x;
-  return y;
+  return transposed_product(sum_, parts_, x);
 }
 
 template <typename Real>

@@ -24,6 +24,22 @@ struct BoundaryParts {
 ///
 /// with which a constant pressure is solved exactly at k = 0: near 1/2, more where the surface bends outwards.
 Eigen::VectorXd gauss_diagonal(const TriangleMesh& mesh);
+/// The same by sums at k = 0.
+Eigen::VectorXd gauss_diagonal(const FaceSums& at_rest);
+
+/// B by sums that others may use too.
+class SummedOperator : public LinearOperator {
+ public:
+  SummedOperator(std::shared_ptr<const FaceSums> sums, BoundaryParts parts);
+
+  Eigen::Index size() const override { return sums_->size(); }
+  Eigen::MatrixXcd apply(const Eigen::MatrixXcd& x) const override;
+  Eigen::MatrixXcd apply_transpose(const Eigen::MatrixXcd& x) const override;
+
+ private:
+  std::shared_ptr<const FaceSums> sums_;
+  BoundaryParts parts_;
+};
 
 /// B without storing it: every product computes its entries anew. Real is the precision of the sums with one point a
 /// face; near corrections are kept in double by all that share them.

@@ -11,8 +11,9 @@ using Eigen::VectorXcf;
 FactoredTransfer::FactoredTransfer(const ScatteringSystem& system)
     : faces_(system.faces()), lu_(system.dense_single()) {
   if (traits(system.scheme()).polished) {
-    polisher_ =
-        -BoundaryOperator<float>(system.mesh(), system.wave().wavenumber(), polishing_parts(system.mesh())).dense();
+    polisher_ = -BoundaryOperator<float>(system.mesh(), system.wave().wavenumber(),
+                                         polishing_parts(gauss_diagonal(system.mesh()).cast<Complex>()))
+                     .dense();
     polisher_.diagonal().array() += 1.0F;
   }
 }

@@ -20,17 +20,6 @@ constexpr Eigen::Index kTile = 4;    // points a tile: a value that is read meet
 constexpr Eigen::Index kPanel = 64;  // points a panel: enough for GEMM to run at its speed
 constexpr Eigen::Index kManyColumns = 12;  // from here on GEMM with kernels made once a point is the fastest
 
-Layer transposed(Layer layer) {
-  switch (layer) {
-    case Layer::kDouble:
-      return Layer::kAdjoint;
-    case Layer::kBurtonMiller:
-      return Layer::kAdjointMiller;
-    default:
-      throw std::invalid_argument("LayerSum: this layer's transpose is not made");
-  }
-}
-
 void require_rows(const Eigen::MatrixXcd& x, Eigen::Index rows) {
   if (x.rows() != rows) {
     throw std::invalid_argument("LayerSum: the block has another number of rows than the mesh has faces");
@@ -38,6 +27,17 @@ void require_rows(const Eigen::MatrixXcd& x, Eigen::Index rows) {
 }
 
 }  // namespace
+
+Layer transposed(Layer layer) {
+  switch (layer) {
+    case Layer::kDouble:
+      return Layer::kAdjoint;
+    case Layer::kBurtonMiller:
+      return Layer::kAdjointMiller;
+    default:
+      throw std::invalid_argument("this layer's transpose is not made");
+  }
+}
 
 template <typename Real>
 LayerSum<Real>::LayerSum(const TriangleMesh& mesh, const Complex& wavenumber, double gamma)

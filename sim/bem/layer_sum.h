@@ -1,36 +1,33 @@
 #pragma once
 
 #include "sim/bem/face_arrays.h"
+#include "sim/bem/face_sums.h"
 #include "sim/bem/pair_loops.h"
 #include "sim/core/types.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
 
-/// Sums over the faces of a mesh with one point a face, computed anew each time: nothing is stored but the points.
-///
-///   y_i = sum over j != i of A_j K(x_i, x_j) x_j,   K one of Layer's kernels, x the centroids
+/// FaceSums pair by pair, computed anew each time: nothing is stored but the points.
 ///
 /// Real       precision of the kernels; sums run over 256 faces in it and further in double
 /// accuracy   of the sum, relative: 1e-6 in float, 1e-14 in double, for bodies up to 100 wavelengths across
 template <typename Real>
-class LayerSum {
+class LayerSum : public FaceSums {
  public:
   /// wavenumber   k + i alpha [1/m]
   /// gamma        eta = i gamma [m]; of the layers that have it
   LayerSum(const TriangleMesh& mesh, const Complex& wavenumber, double gamma);
 
-  Eigen::Index size() const { return faces_.size(); }
+  Eigen::Index size() const override { return faces_.size(); }
 
-  /// M x S to M x S; [m] for the single layer, no unit otherwise.
-  Eigen::MatrixXcd apply(Layer layer, const Eigen::MatrixXcd& x) const;
+  Eigen::MatrixXcd apply(Layer layer, const Eigen::MatrixXcd& x) const override;
 
   /// The first `rows` values of apply, row by row: the reference for apply, which takes both directions of a pair at
   /// once where it can.
   Eigen::MatrixXcd apply_head(Layer layer, const Eigen::MatrixXcd& x, Eigen::Index rows) const;
 
-  /// The transpose, without conjugation, of kDouble or kBurtonMiller.
-  Eigen::MatrixXcd apply_transpose(Layer layer, const Eigen::MatrixXcd& x) const;
+  Eigen::MatrixXcd apply_transpose(Layer layer, const Eigen::MatrixXcd& x) const override;
 
   /// Column j of kDouble or kBurtonMiller, A_j K(x_i, x_j) for all i; 0 at i = j.
   void column(Layer layer, Eigen::Index j, Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, 1>& values) const;

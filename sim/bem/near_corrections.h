@@ -10,13 +10,16 @@ namespace touchfield {
 /// What a sum with one point a face leaves out: for each pair of faces nearer than the rule's reach the integral over
 /// the face minus its one point, by rows.
 ///
-/// memory   20 bytes a pair; some 220 pairs a face with FaceRule's distances, 240 on a whole hand
+/// memory   20 bytes a pair, 12 in single precision; some 220 pairs a face with FaceRule's distances, 240 on a whole hand
 class NearCorrections {
  public:
-  NearCorrections(const TriangleMesh& mesh, const Complex& wavenumber, double gamma, Layer layer, const FaceRule& rule);
+  enum class Numbers { kDouble, kSingle };  // that are kept; they are made in double
+
+  NearCorrections(const TriangleMesh& mesh, const Complex& wavenumber, double gamma, Layer layer, const FaceRule& rule,
+                  Numbers numbers = Numbers::kDouble);
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(start_.size()) - 1; }
-  std::size_t pairs() const { return values_.size(); }
+  std::size_t pairs() const { return columns_.size(); }
 
   /// y += factor N x
   void add_product(const Complex& factor, const Eigen::MatrixXcd& x, Eigen::MatrixXcd& y) const;
@@ -29,9 +32,16 @@ class NearCorrections {
   void add_columns(const Complex& factor, const std::vector<Eigen::Index>& faces, Eigen::MatrixXcd& columns) const;
 
  private:
+  /// work(the values that are kept)
+  template <typename Work>
+  void with_values(const Work& work) const {
+    singles_.empty() ? work(values_) : work(singles_);
+  }
+
   std::vector<std::size_t> start_;  // M + 1
   std::vector<std::int32_t> columns_;
-  std::vector<Complex> values_;
+  std::vector<Complex> values_;  // one of these two
+  std::vector<std::complex<float>> singles_;
 };
 
 }  // namespace touchfield

@@ -7,6 +7,7 @@
 
 #include <Eigen/Geometry>
 
+#include "sim/bem/gauss_rule.h"
 #include "sim/bem/triangle_rules.h"
 
 namespace touchfield {
@@ -14,14 +15,6 @@ namespace touchfield {
 namespace {
 
 constexpr int kDeepest = 12;  // halvings of a face: a point a 4000th of an edge off it
-
-/// Gauss-Legendre, 16 points on -1..1: positive nodes and their weights.
-constexpr std::array<double, 8> kNode = {0.0950125098376374402, 0.2816035507792589132, 0.4580167776572273863,
-                                         0.6178762444026437484, 0.7554044083550030339, 0.8656312023878317439,
-                                         0.9445750230732325761, 0.9894009349916499326};
-constexpr std::array<double, 8> kWeight = {0.1894506104550684963, 0.1826034150449235889, 0.1691565193950025382,
-                                           0.1495959888165767321, 0.1246289712555338721, 0.0951585116824927848,
-                                           0.0622535239386478929, 0.0271524594117540949};
 
 }  // namespace
 
@@ -156,12 +149,12 @@ SelfIntegrals self_integrals(const Face& face, const Complex& wavenumber) {
     const double to = std::asinh(along.dot(b) / h);
     const double middle = 0.5 * (from + to);
     const double half = 0.5 * (to - from);
-    for (std::size_t q = 0; q < kNode.size(); ++q) {
+    for (std::size_t q = 0; q < kGaussNode.size(); ++q) {
       for (const double side : {-1.0, 1.0}) {
-        const double lengthening = std::cosh(middle + side * half * kNode[q]);
+        const double lengthening = std::cosh(middle + side * half * kGaussNode[q]);
         const double radius = h * lengthening;
         const Complex rest = std::exp(ik * radius) - 1.0;
-        const double weight = half * kWeight[q] / lengthening;
+        const double weight = half * kGaussWeight[q] / lengthening;
         waves += weight * rest;
         finite -= weight * (rest - ik * radius) / radius;
       }

@@ -24,6 +24,7 @@ constexpr double kSingleLimit = 3e-6;
 constexpr double kCorrection = 1e-3;
 constexpr int kMaxRounds = 8;
 constexpr Eigen::Index kSample = 8;  // columns whose residual tells for a block of more, if unrefined or by LU
+constexpr double kGridMargin = 5.0;  // the same for products by a grid: tolerance over their error
 constexpr double kLoose = 30.0 * kSingleLimit;  // tolerances from here on need no residual in double
 
 struct Applied {
@@ -100,7 +101,9 @@ class RefinedSolver : public ScatteringSolver {
     }
     int steps = 0;
     bool first = true;
-    const double floor = options_.precision == Precision::kSingle ? kSingleLimit : 0.0;
+    const double floor = by_grid()                                 ? system_.options().grid_tolerance
+                         : options_.precision == Precision::kSingle ? kSingleLimit
+                                                                    : 0.0;
     const auto inverse = [&](const Eigen::MatrixXcd& r) {
       // The residual by the solver's own products differs from the exact one: aim a little below.
       const double tolerance = std::max(first ? 0.7 * options_.tolerance : kCorrection, floor);
@@ -113,7 +116,8 @@ class RefinedSolver : public ScatteringSolver {
     try {
       if (is_rough()) {
         Applied applied = inverse_.apply(transposed, b, 0.7 * options_.tolerance, steps, report);
-        const double residual = applied.residual + kSingleLimit;
+        const double error = by_grid() ? system_.options().grid_tolerance : kSingleLimit;
+        const double residual = applied.residual + error;
         return {std::move(applied.x), {steps, 0, residual, residual <= options_.tolerance}};
       }
       if (b.cols() > kSample && (!options_.refine || options_.kind == SolverKind::kLu)) {
@@ -134,8 +138,13 @@ class RefinedSolver : public ScatteringSolver {
     }
   }
 
-  /// GMRES in single precision to a tolerance far above that precision: its own residual tells.
+  bool by_grid() const { return options_.kind == SolverKind::kFft; }
+
+  /// GMRES to a tolerance far above the error of its products: its own residual tells.
   bool is_rough() const {
+    if (by_grid()) {
+      return options_.tolerance >= kGridMargin * system_.options().grid_tolerance;
+    }
     return options_.kind != SolverKind::kLu && options_.precision == Precision::kSingle && options_.tolerance >= kLoose;
   }
 
@@ -143,6 +152,11 @@ class RefinedSolver : public ScatteringSolver {
   Inverse inverse_;
   SolverOptions options_;
 };
+
+/// The system's own operator, which outlives the solver.
+std::shared_ptr<const LinearOperator> borrowed(const LinearOperator& given) {
+  return {std::shared_ptr<const LinearOperator>(), &given};
+}
 
 Inverse make_inverse(const ScatteringSystem& system, const SolverOptions& options) {
   const bool single = options.precision == Precision::kSingle;
@@ -158,9 +172,9 @@ Inverse make_inverse(const ScatteringSystem& system, const SolverOptions& option
       if (single) {
         return gmres_inverse(system.single_operator(), options);
       }
-      // The system's own operator, which outlives the solver.
-      return gmres_inverse(
-          std::shared_ptr<const LinearOperator>(std::shared_ptr<const LinearOperator>(), &system.exact()), options);
+      return gmres_inverse(borrowed(system.exact()), options);
+    case SolverKind::kFft:
+      return gmres_inverse(borrowed(system.by_grid()), options);
   }
   throw std::logic_error("unknown solver");
 }
@@ -175,6 +189,8 @@ std::string to_string(SolverKind kind) {
       return "GMRES, stored";
     case SolverKind::kMatrixFree:
       return "GMRES, matrix-free";
+    case SolverKind::kFft:
+      return "GMRES, FFT";
   }
   return {};
 }
@@ -193,7 +209,8 @@ std::unique_ptr<ScatteringSolver> make_solver(const ScatteringSystem& system, co
 double solver_memory(Eigen::Index unknowns, const SolverOptions& options, Eigen::Index right_hand_sides) {
   const auto n = static_cast<double>(unknowns);
   const double entry = options.precision == Precision::kSingle ? 8.0 : 16.0;
-  const double matrix = options.kind == SolverKind::kMatrixFree ? 0.0 : entry * n * n;
+  const bool stored = options.kind == SolverKind::kLu || options.kind == SolverKind::kGmres;
+  const double matrix = stored ? entry * n * n : 0.0;
   const double krylov = options.kind == SolverKind::kLu
                             ? 0.0
                             : 16.0 * n * static_cast<double>(right_hand_sides) *

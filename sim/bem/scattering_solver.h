@@ -12,11 +12,12 @@ enum class SolverKind {
   kLu,          // the matrix stored and factorised
   kGmres,       // the matrix stored, GMRES
   kMatrixFree,  // every entry computed anew in every step, GMRES
+  kFft,         // products by a grid and Fourier transforms, GMRES; the system has a grid_tolerance
 };
 
 enum class Precision { kSingle, kDouble };
 
-/// LU; GMRES, stored; GMRES, matrix-free.
+/// LU; GMRES, stored; GMRES, matrix-free; GMRES, FFT.
 std::string to_string(SolverKind kind);
 /// single; double.
 std::string to_string(Precision precision);
@@ -35,6 +36,7 @@ struct SolveReport {
   int refinements = 0;     // corrections after the first solution
   double residual = 0;     // worst relative residual of a column, by a product in double; by one in single precision
                            // plus its rounding, 3e-6, where GMRES works in that and the tolerance is 1e-4 or more;
+                           // by one through a grid plus its error where those are accurate enough for the tolerance;
                            // of 8 columns only where there are more, solved by LU or not refined
   bool converged = false;  // residual <= tolerance
 };

@@ -1,8 +1,11 @@
 #include "sim/bem/scattering_system.h"
 
+#include <stdexcept>
 #include <utility>
 
 #include "sim/acoustics/incident_field.h"
+#include "sim/bem/grid_spec.h"
+#include "sim/bem/grid_sum.h"
 #include "sim/bem/polishing.h"
 #include "sim/mesh/query/interior_points.h"
 #include "solvers/linear/blas_product.h"
@@ -56,19 +59,38 @@ const ScatteringSystem::Operators& ScatteringSystem::operators() const {
 
 ScatteringSystem::Operators ScatteringSystem::make_operators() const {
   Operators made;
-  Eigen::VectorXcd plain = Eigen::VectorXcd::Constant(faces(), 0.5);
-  if (traits(scheme_).corrected) {
-    plain = gauss_diagonal(mesh_).cast<Complex>();
-  }
-  if (traits(scheme_).burton_miller) {
-    made.near =
-        std::make_shared<NearCorrections>(mesh_, wave_.wavenumber(), gamma(), Layer::kBurtonMiller, options_.rule);
-    made.parts = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), made.near};
+  const bool by_grid = options_.grid_tolerance > 0;
+  std::unique_ptr<const FaceSums> at_rest;
+  if (by_grid) {
+    const GridSpec spec = choose_grid(grid_body(mesh_), wave_.wavenumber(), gamma(), options_.grid_tolerance).spec;
+    made.sums = make_grid_sums(mesh_, wave_.wavenumber(), gamma(), spec);
+    if (traits(scheme_).corrected || traits(scheme_).polished) {
+      at_rest = make_grid_sums(mesh_, 0.0, 0.0, spec);
+    }
   } else {
-    made.parts = {Layer::kDouble, 0.0, plain, nullptr};
+    made.sums = std::make_shared<LayerSum<double>>(mesh_, wave_.wavenumber(), gamma());
   }
-  if (traits(scheme_).polished) {
-    made.polisher = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(), polishing_parts(mesh_));
+  const auto corrected = [&]() -> Eigen::VectorXcd {
+    return (at_rest ? gauss_diagonal(*at_rest) : gauss_diagonal(mesh_)).cast<Complex>();
+  };
+  if (traits(scheme_).burton_miller) {
+    const auto numbers = by_grid ? NearCorrections::Numbers::kSingle : NearCorrections::Numbers::kDouble;
+    made.near = std::make_shared<NearCorrections>(mesh_, wave_.wavenumber(), gamma(), Layer::kBurtonMiller,
+                                                  options_.rule, numbers);
+    made.parts = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), made.near};
+  } else if (traits(scheme_).corrected) {
+    made.parts = {Layer::kDouble, 0.0, corrected(), nullptr};
+  } else {
+    made.parts = {Layer::kDouble, 0.0, Eigen::VectorXcd::Constant(faces(), 0.5), nullptr};
+  }
+  if (traits(scheme_).polished && by_grid) {
+    made.polisher = std::make_unique<SummedOperator>(made.sums, polishing_parts(corrected()));
+  } else if (traits(scheme_).polished) {
+    made.polisher =
+        std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(), polishing_parts(corrected()));
+  }
+  if (by_grid) {
+    made.by_grid = with_interior_points(std::make_unique<SummedOperator>(made.sums, made.parts));
   }
   made.exact = make_operator<double>(made.parts);
   return made;
@@ -76,13 +98,23 @@ ScatteringSystem::Operators ScatteringSystem::make_operators() const {
 
 double ScatteringSystem::gamma() const { return options_.coupling / wave_.k(); }
 
-template <typename Real>
-std::unique_ptr<LinearOperator> ScatteringSystem::make_operator(const BoundaryParts& parts) const {
-  auto b = std::make_unique<BoundaryOperator<Real>>(mesh_, wave_.wavenumber(), parts);
+std::unique_ptr<LinearOperator> ScatteringSystem::with_interior_points(std::unique_ptr<LinearOperator> b) const {
   if (traits(scheme_).interior_points) {
     return std::make_unique<ChiefOperator>(std::move(b), chief_rows_);
   }
   return b;
+}
+
+template <typename Real>
+std::unique_ptr<LinearOperator> ScatteringSystem::make_operator(const BoundaryParts& parts) const {
+  return with_interior_points(std::make_unique<BoundaryOperator<Real>>(mesh_, wave_.wavenumber(), parts));
+}
+
+const LinearOperator& ScatteringSystem::by_grid() const {
+  if (!operators().by_grid) {
+    throw std::invalid_argument("ScatteringSystem: products by a grid need a grid_tolerance");
+  }
+  return *operators().by_grid;
 }
 
 std::unique_ptr<LinearOperator> ScatteringSystem::single_operator() const {

@@ -16,6 +16,7 @@ struct SystemOptions {
   FaceRule rule;                  // of Burton-Miller's integrals
   double chief_spacing = 0.6;     // of CHIEF's points [wavelengths]: closer ones make the square form singular
   double chief_clearance = 0.15;  // of CHIEF's points from the skin [wavelengths]
+  double grid_tolerance = 0.0;    // > 0: sums over all faces go through a grid and are that accurate (grid_spec.h)
 };
 
 /// The incident field where a scheme asks for it, S columns. Parts a scheme does not need are empty.
@@ -91,6 +92,10 @@ class ScatteringSystem {
   const LinearOperator& exact() const { return *operators().exact; }
   /// B without storing it, its sums with one point a face in single precision.
   std::unique_ptr<LinearOperator> single_operator() const;
+  /// B without storing it, by a grid to options().grid_tolerance, which must be > 0.
+  const LinearOperator& by_grid() const;
+  /// Sums over all faces with one point a face: by that grid where there is one, else pair by pair in double.
+  const FaceSums& sums() const { return *operators().sums; }
   /// B stored.
   Eigen::MatrixXcd dense() const;
   Eigen::MatrixXcf dense_single() const;
@@ -100,7 +105,9 @@ class ScatteringSystem {
   struct Operators {
     BoundaryParts parts;
     std::shared_ptr<const NearCorrections> near;
+    std::shared_ptr<const FaceSums> sums;
     std::unique_ptr<LinearOperator> exact;
+    std::unique_ptr<LinearOperator> by_grid;
     std::unique_ptr<LinearOperator> polisher;  // B of paper_corrected
   };
   const Operators& operators() const;
@@ -109,6 +116,7 @@ class ScatteringSystem {
   double gamma() const;
   template <typename Real>
   std::unique_ptr<LinearOperator> make_operator(const BoundaryParts& parts) const;
+  std::unique_ptr<LinearOperator> with_interior_points(std::unique_ptr<LinearOperator> b) const;
   template <typename Real>
   Eigen::Matrix<std::complex<Real>, Eigen::Dynamic, Eigen::Dynamic> make_dense() const;
 

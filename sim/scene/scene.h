@@ -227,7 +227,7 @@ struct MethodSpec {
   std::vector<double> phases;               // of `fixed`: one for all, or one a channel [rad]
 };
 
-enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree };  // gmres: with a stored matrix
+enum class SolverChoice { kAuto, kLu, kGmres, kMatrixFree, kFft };  // gmres: with a stored matrix
 enum class PrecisionChoice { kAuto, kDouble, kSingle };
 enum class AlarmChoice { kAuto, kAlways, kNever };
 

@@ -226,9 +226,10 @@ Map<SolverSpec> solver_keys() {
           choice<SolverChoice>({{"auto", SolverChoice::kAuto},
                                 {"lu", SolverChoice::kLu},
                                 {"gmres", SolverChoice::kGmres},
-                                {"matrix_free", SolverChoice::kMatrixFree}}),
+                                {"matrix_free", SolverChoice::kMatrixFree},
+                                {"fft", SolverChoice::kFft}}),
           "How the equations are solved: dense LU, GMRES on a stored matrix, GMRES on entries made anew in every step, "
-          "or whichever of them suits the size.")
+          "GMRES with products by a grid and Fourier transforms, or whichever of them suits the size.")
       .key("precision", &SolverSpec::precision,
            choice<PrecisionChoice>({{"auto", PrecisionChoice::kAuto},
                                     {"double", PrecisionChoice::kDouble},

@@ -42,18 +42,21 @@ double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured,
   if (spec.alarm == AlarmChoice::kNever) {
     return nothing;
   }
-  const double expected = alarm_seconds(plain, product_seconds(mesh, wave));
+  const SolverKind kind = scattering.decision().options.kind;
+  const bool by_grid = kind == SolverKind::kFft;
+  SolverSpec quick = spec;
+  quick.solver = by_grid ? SolverChoice::kFft : SolverChoice::kMatrixFree;
+  quick.precision = by_grid ? PrecisionChoice::kAuto : PrecisionChoice::kSingle;
+  quick.refine = false;
+  quick.tolerance = kTolerance;
+  quick.max_steps = kMaxSteps;
+  const double share = product_share(kind, mesh.face_count(), grid_seconds(grid_body(mesh), wave, quick));
+  const double expected = alarm_seconds(plain, share * product_seconds(mesh, wave));
   if (!wants_alarm(spec.alarm, expected, spent)) {
     progress.note(fmt::format("  alarm: left out, {} would take about {:.1f} s more (solve.alarm: always asks for it)",
                               to_string(other), expected));
     return nothing;
   }
-  SolverSpec quick = spec;
-  quick.solver = SolverChoice::kMatrixFree;
-  quick.precision = PrecisionChoice::kSingle;
-  quick.refine = false;
-  quick.tolerance = kTolerance;
-  quick.max_steps = kMaxSteps;
   const auto solved = [&] { return SkinScattering(mesh, wave, other, quick, scattering.array(), records, progress); };
   const Eigen::VectorXcd p = ready != nullptr ? ready->pressure(drive, "alarm") : solved().pressure(drive, "alarm");
   const Eigen::VectorXcd& reference = plain ? p : own;

@@ -22,7 +22,7 @@ bool wants_alarm(AlarmChoice choice, double seconds, double spent);
 ///
 ///   || p_plain - p_bm || / || p_bm ||, area-weighted.
 ///
-/// The run's own solution is one of the two; the other, paper_corrected or burton_miller, is solved matrix-free to 1e-3
+/// The run's own solution is one of the two; the other, paper_corrected or burton_miller, is solved by products like the run's, or matrix-free, to 1e-3
 /// in at most 60 steps. `auto` leaves it out where that would take longer than half of what the run has spent solving,
 /// but for half a second.
 ///

@@ -14,10 +14,11 @@ namespace touchfield {
 
 namespace {
 
-SystemOptions system_options(const SolverSpec& spec) {
+SystemOptions system_options(const SolverSpec& spec, SolverKind kind) {
   SystemOptions options;
   options.coupling = spec.coupling;
   options.rule.split_ratio = spec.split_ratio;
+  options.grid_tolerance = kind == SolverKind::kFft ? grid_tolerance(spec.tolerance) : 0.0;
   return options;
 }
 
@@ -29,11 +30,13 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 SkinModel::SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const SolverSpec& spec,
                      Eigen::Index right_hand_sides)
-    : system_(std::move(mesh), wave, scheme, system_options(spec)),
-      spec_(spec),
+    : spec_(spec),
       right_hand_sides_(right_hand_sides),
-      device_(choose_device(spec, scheme, system_.unknowns(), right_hand_sides)),
-      decision_(choose_solver(spec, scheme, system_.unknowns(), available_memory(), right_hand_sides)) {
+      by_grid_(grid_seconds(grid_body(mesh), wave, spec)),
+      device_(choose_device(spec, scheme, mesh.face_count(), right_hand_sides)),
+      decision_(choose_solver(spec, scheme, mesh.face_count(), available_memory(), right_hand_sides, by_grid_)),
+      system_(std::move(mesh), wave, scheme,
+              system_options(spec, device_.card ? SolverKind::kMatrixFree : decision_.options.kind)) {
   if (device_.card) {
     decision_.options.precision = Precision::kSingle;
     decision_.options.refine = false;
@@ -62,7 +65,10 @@ bool SkinModel::follow(const TriangleMesh& mesh) {
 void SkinModel::leave_card() {
   card_.reset();
   device_ = {std::nullopt, "the graphics card has too little memory"};
-  decision_ = choose_solver(spec_, system_.scheme(), system_.unknowns(), available_memory(), right_hand_sides_);
+  decision_ =
+      choose_solver(spec_, system_.scheme(), system_.unknowns(), available_memory(), right_hand_sides_, by_grid_);
+  system_ = ScatteringSystem(system_.mesh(), system_.wave(), system_.scheme(),
+                             system_options(spec_, decision_.options.kind));
 }
 
 const ScatteringSolver& SkinModel::solver() {

@@ -37,11 +37,12 @@ class SkinModel {
   double reciprocal_condition();
 
  private:
-  ScatteringSystem system_;
   SolverSpec spec_;
   Eigen::Index right_hand_sides_;
+  double by_grid_;  // grid_seconds() of the body
   DeviceDecision device_;
   SolverDecision decision_;
+  ScatteringSystem system_;
   std::unique_ptr<BodyOnCard> card_;
   std::unique_ptr<ScatteringSolver> solver_;
   std::optional<double> reciprocal_condition_;

@@ -17,9 +17,10 @@ namespace {
 
 constexpr Eigen::Index kDoubleUpTo = 3000;  // unknowns: below, an LU in double takes about a second
 constexpr double kMatrixShare = 0.5;        // of the free memory that a matrix may take
-// Unknowns a right-hand side from which on GMRES is cheaper than LU: 25 steps at 12 ms a column against 1.7 s, measured
-// at 5,120 faces; the one grows with the square of the unknowns, the other with the cube.
+// Unknowns a right-hand side from which on matrix-free GMRES is cheaper than LU: 25 steps at 12 ms a column against
+// 1.7 s, measured at 5,120 faces; the one grows with the square of the unknowns, the other with the cube.
 constexpr Eigen::Index kUnknownsAColumn = 600;
+constexpr double kGridPays = 0.8;  // of the time of direct products: the grid must be made first
 // Entries of B times right-hand sides from which on a processor takes longer than a card's start.
 constexpr double kCardPays = 5e8;
 
@@ -33,6 +34,9 @@ DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index
   }
   if (asked) {
     require_card(spec.device);
+  }
+  if (spec.solver == SolverChoice::kFft) {
+    return {std::nullopt, "only the processor solves by Fourier transforms"};
   }
   if (traits(scheme).interior_points || spec.precision == PrecisionChoice::kDouble || spec.tolerance < kFinestOnCard) {
     return {std::nullopt, "only the processor knows this scheme, precision or tolerance"};
@@ -50,8 +54,23 @@ DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index
   return {0, "more work than a graphics card's start"};
 }
 
+double grid_tolerance(double tolerance) { return std::clamp(0.1 * tolerance, kFinestGridTolerance, 1e-3); }
+
+double direct_seconds(Eigen::Index unknowns, Eigen::Index columns) {
+  // 0.85 ns a pair; the more columns share its kernel, the less. Measured on hands of 5,000 to 21,000 faces.
+  return (0.15e-9 + 0.7e-9 * std::pow(static_cast<double>(columns), -0.75)) * std::pow(static_cast<double>(unknowns), 2);
+}
+
+double grid_seconds(const GridBody& body, const Wave& wave, const SolverSpec& spec) {
+  return choose_grid(body, wave.wavenumber(), spec.coupling / wave.k(), grid_tolerance(spec.tolerance)).seconds;
+}
+
+double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid) {
+  return kind == SolverKind::kFft ? by_grid / direct_seconds(unknowns, 1) : 1.0;
+}
+
 SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
-                             Eigen::Index right_hand_sides) {
+                             Eigen::Index right_hand_sides, double by_grid) {
   SolverDecision decision{{}, "as the scene asks"};
   SolverOptions& options = decision.options;
   options.tolerance = spec.tolerance;
@@ -60,6 +79,16 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   const bool small = unknowns <= kDoubleUpTo;
   const double matrix = (small ? 16.0 : 8.0) * std::pow(static_cast<double>(unknowns), 2);
   const bool fits = available <= 0 || matrix <= kMatrixShare * available;
+  const double direct = direct_seconds(unknowns, right_hand_sides);
+  const bool single_grid = grid_tolerance(spec.tolerance) >= kFinestSingleGrid;
+  const bool grid_suits = grid_tolerance(spec.tolerance) <= 0.1 * spec.tolerance &&
+                          (spec.precision == PrecisionChoice::kAuto ||
+                           (spec.precision == PrecisionChoice::kSingle) == single_grid);
+  const bool grid_pays = grid_suits && by_grid < kGridPays * direct;
+  const SolverKind iterative = grid_pays ? SolverKind::kFft : SolverKind::kMatrixFree;
+  // Right-hand sides up to which GMRES is cheaper than LU.
+  const double few_columns_pay = static_cast<double>(unknowns / kUnknownsAColumn + 1) *
+                                 (grid_pays ? direct_seconds(unknowns, 1) / by_grid : 1.0);
   switch (spec.solver) {
     case SolverChoice::kLu:
       options.kind = SolverKind::kLu;
@@ -70,22 +99,30 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
     case SolverChoice::kMatrixFree:
       options.kind = SolverKind::kMatrixFree;
       break;
+    case SolverChoice::kFft:
+      options.kind = SolverKind::kFft;
+      break;
     case SolverChoice::kAuto:
-      if (traits(scheme).burton_miller && fits && right_hand_sides > unknowns / kUnknownsAColumn + 1) {
+      if (traits(scheme).burton_miller && fits && few_columns_pay < static_cast<double>(right_hand_sides)) {
         options.kind = SolverKind::kLu;
         decision.reason = "hundreds of right-hand sides share one factorisation";
       } else if (traits(scheme).burton_miller) {
-        options.kind = SolverKind::kMatrixFree;
-        decision.reason = "this scheme takes few steps, and no matrix is stored";
+        options.kind = iterative;
+        decision.reason = grid_pays ? "this scheme takes few steps, and Fourier transforms make them cheap"
+                                    : "this scheme takes few steps, and no matrix is stored";
       } else if (traits(scheme).interior_points) {
         options.kind = SolverKind::kLu;
         decision.reason = "this scheme's equations suit no iteration";
       } else {
-        options.kind = fits ? SolverKind::kLu : SolverKind::kMatrixFree;
+        options.kind = fits ? SolverKind::kLu : iterative;
         decision.reason = fits ? "this scheme may take hundreds of steps, and its matrix fits half of the free memory"
                                : "its matrix would take more than half of the free memory";
       }
       break;
+  }
+  if (options.kind == SolverKind::kFft) {
+    options.precision = single_grid ? Precision::kSingle : Precision::kDouble;
+    return decision;
   }
   const bool in_double = spec.precision == PrecisionChoice::kAuto ? small && options.kind != SolverKind::kMatrixFree
                                                                   : spec.precision == PrecisionChoice::kDouble;

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
 
+#include "sim/bem/grid_spec.h"
 #include "sim/bem/scattering_solver.h"
 #include "sim/scene/scene.h"
 
@@ -27,17 +29,33 @@ struct DeviceDecision {
 DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns,
                              Eigen::Index right_hand_sides);
 
+/// Accuracy of products by a grid with which a solution reaches a tolerance: a tenth of it, within what grids can do.
+double grid_tolerance(double tolerance);
+
+/// Seconds of one thread for a product of a body's matrix with each of a block's columns, pair by pair in single
+/// precision and by a grid, on a processor of 2020: what the choice between them compares.
+double direct_seconds(Eigen::Index unknowns, Eigen::Index columns);
+double grid_seconds(const GridBody& body, const Wave& wave, const SolverSpec& spec);
+
+/// What a product takes by the way that a solver multiplies, over a direct one.
+///
+/// by_grid   grid_seconds() of the body
+double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid);
+
 /// Rules for `auto`, in docs/user-guide.md:
-///   burton_miller(_polished)   GMRES, matrix-free, in single precision; LU where there are so many right-hand sides
-///                              that factorising once is cheaper and the matrix fits half of the free memory
+///   burton_miller(_polished)   GMRES in single precision, with products by a grid where those are faster, else
+///                              matrix-free; LU where there are so many right-hand sides that factorising once is
+///                              cheaper and the matrix fits half of the free memory
 ///   chief                      LU
-///   paper, paper_corrected     LU while the matrix fits half of the free memory, else GMRES, matrix-free
+///   paper, paper_corrected     LU while the matrix fits half of the free memory, else GMRES as above
 /// LU is in double up to 3,000 unknowns, beyond that in single; single precision is refined unless the scene says no.
 ///
 /// available          memory that may be used [bytes]
 /// right_hand_sides   of the largest block that will be solved for
+/// by_grid            grid_seconds() of the body
 SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
-                             Eigen::Index right_hand_sides = 1);
+                             Eigen::Index right_hand_sides = 1,
+                             double by_grid = std::numeric_limits<double>::infinity());
 
 /// The largest block of right-hand sides that a scheme's model will be asked for: about as many as there are drives
 /// that span all channels where a method or the file that is written needs what every channel does, else 1.

@@ -53,6 +53,24 @@ TEST(Sphere, Ka13On5120Faces) {
   }
 }
 
+// 20,480 faces, 6.7 edges a wavelength: the error is the scheme's, the products' does not show.
+TEST(Sphere, Ka25ByProductsThroughAGrid) {
+  const SphereCase direct{.ka = 13.0, .subdivisions = 16, .tolerance = 1e-4};
+  SphereCase by_grid = direct;
+  by_grid.system.grid_tolerance = 1e-5;
+  for (const Scheme scheme : {Scheme::kPaperCorrected, Scheme::kBurtonMiller, Scheme::kBurtonMillerPolished}) {
+    const SphereResult one = solve_sphere(scheme, direct);
+    const SphereResult other = solve_sphere(scheme, by_grid);
+    EXPECT_LT((one.pressure - other.pressure).norm(), 3e-4 * one.pressure.norm()) << to_string(scheme);
+    EXPECT_LE(std::abs(one.report.steps - other.report.steps), 1) << to_string(scheme);
+  }
+  const SphereResult large = solve_sphere(
+      Scheme::kBurtonMillerPolished,
+      {.ka = 25.0, .subdivisions = 32, .system = {.grid_tolerance = 1e-5}, .tolerance = 1e-4});
+  EXPECT_TRUE(large.report.converged);
+  EXPECT_LT(large.error, 0.0045);
+}
+
 /// Error of each scheme at offsets from a fictitious ka, a fraction of it.
 double error_near(Scheme scheme, double ka, int subdivisions, double offset) {
   return solve_sphere(scheme, {.ka = ka * (1.0 + offset), .subdivisions = subdivisions}).error;

@@ -33,6 +33,34 @@ TEST(SolverChoice, AMatrixTakesAtMostHalfOfTheFreeMemory) {
   EXPECT_EQ(chosen(Scheme::kPaper, 20000, 1, 0.0).kind, SolverKind::kLu);
 }
 
+TEST(SolverChoice, ProductsGoThroughAGridWhereThatIsFaster) {
+  const auto kind = [](Eigen::Index unknowns, Eigen::Index columns, double by_grid, const SolverSpec& spec = {},
+                       Scheme scheme = Scheme::kBurtonMillerPolished) {
+    return choose_solver(spec, scheme, unknowns, 100.0 * kGibibyte, columns, by_grid).options.kind;
+  };
+  const double direct = direct_seconds(50000, 1);
+  EXPECT_EQ(kind(50000, 1, 0.1 * direct), SolverKind::kFft);
+  EXPECT_EQ(kind(50000, 1, 0.9 * direct), SolverKind::kMatrixFree);  // the grid must be made first
+  EXPECT_EQ(kind(50000, 12, 0.4 * direct), SolverKind::kMatrixFree);  // columns share the kernels of direct products
+  EXPECT_EQ(kind(50000, 400, direct), SolverKind::kLu);
+  EXPECT_EQ(kind(50000, 400, 0.01 * direct), SolverKind::kFft);  // 400 cheap columns take less than factorising
+  EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.tolerance = 1e-8}), SolverKind::kMatrixFree);  // finer than grids are
+  EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.precision = PrecisionChoice::kDouble}), SolverKind::kMatrixFree);
+  EXPECT_EQ(kind(500, 1, 1.0, {.solver = SolverChoice::kFft}), SolverKind::kFft);
+  EXPECT_EQ(kind(50000, 1, 0.1 * direct, {}, Scheme::kChief), SolverKind::kLu);
+  EXPECT_EQ(choose_device({.solver = SolverChoice::kFft}, Scheme::kBurtonMiller, 100000, 1).card, std::nullopt);
+}
+
+// A hand of 20,000 faces goes through a grid, a fingertip of 3,000 does not.
+TEST(SolverChoice, ABodysGridSecondsAreThoseOfItsSize) {
+  const Wave wave(air(293.15), 40e3);
+  const GridBody hand{{0.09, 0.2, 0.04}, 0.037, 20000};
+  const GridBody fingertip{{0.02, 0.03, 0.02}, 0.002, 2000};
+  EXPECT_LT(grid_seconds(hand, wave, {}), 0.5 * direct_seconds(20000, 1));
+  EXPECT_GT(grid_seconds(fingertip, wave, {}), direct_seconds(2000, 1));
+  EXPECT_GT(grid_seconds(hand, wave, {.tolerance = 1e-6}), grid_seconds(hand, wave, {}));
+}
+
 TEST(SolverChoice, ChiefHasNoIteration) { EXPECT_EQ(chosen(Scheme::kChief, 20000, 1, 0.1).kind, SolverKind::kLu); }
 
 TEST(SolverChoice, SmallFactorisationsAreInDouble) {

@@ -58,6 +58,9 @@ inline SphereResult solve_sphere(Scheme scheme, const SphereCase& c) {
   const ScatteringSystem system(mesh, wave(), scheme, c.system);
   SolverOptions options = solver_for(scheme, mesh.face_count());
   options.tolerance = c.tolerance;
+  if (c.system.grid_tolerance > 0) {
+    options.kind = SolverKind::kFft;
+  }
   const bool plane = c.source_distance == 0;
   const IncidentField field =
       system.incident(plane ? plane_wave(Vector3::UnitZ(), 1.0) : omni_at(Vector3(0, 0, c.source_distance)));

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "sim/bem/kernel_split.h"
+#include "sim/bem/line_transform.h"
+
+namespace touchfield {
+
+/// Kaiser and Bessel's window along an axis, in steps of the grid: I_0(beta sqrt(1 - (2 s / w)^2)) / I_0(beta) where
+/// |s| <= w / 2.
+class KaiserWindow {
+ public:
+  KaiserWindow(int width, double shape) : width_(width), shape_(shape) {}
+
+  double at(double s) const;
+  /// int at(s) exp(-i xi s) ds
+  double transform(double xi) const;
+
+  int lanes() const { return width_ <= 8 ? 8 : 16; }
+  /// Its polynomials as GridWindow wants them.
+  template <typename Real>
+  std::vector<Real> polynomials() const;
+
+ private:
+  int width_;
+  double shape_;
+};
+
+/// The smooth part of a kernel between all points of a grid, for faces that meet the grid by a window w:
+///
+///   grid_i <- sum over j of L(x_i - x_j) grid_j,   with the spectrum of L that of the smooth part over that of w * w
+///
+/// Axes are doubled so that no image of the body is seen, and the kernel is continued smoothly beyond the body. What
+/// is zero, or not asked for, is not transformed.
+template <typename Real>
+class GridConvolution {
+ public:
+  /// extent   of the body along each axis [m]
+  GridConvolution(const KernelSplit& kernel, const GridSpec& spec, const Vector3& extent);
+
+  /// The grid that is multiplied, w points along each axis more than the body's extent. One product at a time.
+  GridView<Real> grid();
+  void clear();
+  void multiply();
+
+ private:
+  using Axes = std::array<int, 3>;
+  void make_symbol(const KernelSplit& kernel, const GridSpec& spec, const Vector3& extent);
+  void multiply_plane(int x, Real* columns, Real* rows, Real* work);
+  std::ptrdiff_t plane() const { return static_cast<std::ptrdiff_t>(points_[1]) * points_[2]; }
+
+  Axes points_;  // of the grid; along z whole rows of lanes
+  Axes period_;
+  std::vector<LineTransform<Real>> lines_;   // one an axis
+  std::ptrdiff_t symbol_row_;                // the period along y in whole rows of lanes
+  std::vector<Real> symbol_re_, symbol_im_;  // x and z to half the period, y all along it
+  std::vector<Real> re_, im_;                // the grid
+  std::vector<Real> planes_re_, planes_im_;  // transformed along x
+};
+
+extern template class GridConvolution<float>;
+extern template class GridConvolution<double>;
+
+}  // namespace touchfield

@@ -1,0 +1,491 @@
+// The loops of grid_loops.h for one instruction level: compiled once a level, in a namespace named after it
+// (TOUCHFIELD_LEVEL), with relaxed floating-point rules, as pair_loops_level.cpp.
+#include "sim/bem/grid_loops.h"
+#include "sim/bem/pair_kernel.h"
+
+namespace touchfield::TOUCHFIELD_LEVEL {
+
+namespace {
+
+/// Stages by Stockham: the numbers of a transform of n points lie `stride` apart, those of each line of `block`
+/// transforms side by side. Stage by stage n shrinks by the radix and the stride grows by it.
+template <typename Real>
+struct Stage {
+  const LinePlan<Real>& plan;
+  int n;       // of the transforms left
+  int stride;  // transforms side by side
+
+  int block() const { return stride * kGridLanes<Real>; }
+  /// exp(-2 pi i p j / n) by parts.
+  Real cosine(int p, int j) const { return plan.cos[p * j * stride % plan.n]; }
+  Real sine(int p, int j) const { return -plan.sin[p * j * stride % plan.n]; }
+};
+
+template <typename Real>
+void stage_of_two(const Stage<Real>& stage, const Real* x_re, const Real* x_im, Real* y_re, Real* y_im) {
+  const int m = stage.n / 2;
+  const int block = stage.block();
+  for (int p = 0; p < m; ++p) {
+    const Real c = stage.cosine(p, 1);
+    const Real s = stage.sine(p, 1);
+    const Real* a_re = x_re + p * block;
+    const Real* a_im = x_im + p * block;
+    const Real* b_re = a_re + m * block;
+    const Real* b_im = a_im + m * block;
+    Real* u_re = y_re + 2 * p * block;
+    Real* u_im = y_im + 2 * p * block;
+    Real* v_re = u_re + block;
+    Real* v_im = u_im + block;
+#pragma omp simd
+    for (int q = 0; q < block; ++q) {
+      const Real d_re = a_re[q] - b_re[q];
+      const Real d_im = a_im[q] - b_im[q];
+      u_re[q] = a_re[q] + b_re[q];
+      u_im[q] = a_im[q] + b_im[q];
+      v_re[q] = c * d_re - s * d_im;
+      v_im[q] = c * d_im + s * d_re;
+    }
+  }
+}
+
+template <typename Real>
+void stage_of_three(const Stage<Real>& stage, const Real* x_re, const Real* x_im, Real* y_re, Real* y_im) {
+  constexpr Real kSine = static_cast<Real>(0.86602540378443864676);
+  const int m = stage.n / 3;
+  const int block = stage.block();
+  for (int p = 0; p < m; ++p) {
+    const Real c1 = stage.cosine(p, 1);
+    const Real s1 = stage.sine(p, 1);
+    const Real c2 = stage.cosine(p, 2);
+    const Real s2 = stage.sine(p, 2);
+    const Real* a_re = x_re + p * block;
+    const Real* a_im = x_im + p * block;
+    const int step = m * block;
+    Real* u_re = y_re + 3 * p * block;
+    Real* u_im = y_im + 3 * p * block;
+#pragma omp simd
+    for (int q = 0; q < block; ++q) {
+      const Real t_re = a_re[q + step] + a_re[q + 2 * step];
+      const Real t_im = a_im[q + step] + a_im[q + 2 * step];
+      const Real m_re = a_re[q] - Real(0.5) * t_re;
+      const Real m_im = a_im[q] - Real(0.5) * t_im;
+      const Real d_re = kSine * (a_im[q + step] - a_im[q + 2 * step]);  // -i sin (b - c)
+      const Real d_im = -kSine * (a_re[q + step] - a_re[q + 2 * step]);
+      u_re[q] = a_re[q] + t_re;
+      u_im[q] = a_im[q] + t_im;
+      const Real f_re = m_re + d_re;
+      const Real f_im = m_im + d_im;
+      const Real g_re = m_re - d_re;
+      const Real g_im = m_im - d_im;
+      u_re[q + block] = c1 * f_re - s1 * f_im;
+      u_im[q + block] = c1 * f_im + s1 * f_re;
+      u_re[q + 2 * block] = c2 * g_re - s2 * g_im;
+      u_im[q + 2 * block] = c2 * g_im + s2 * g_re;
+    }
+  }
+}
+
+template <typename Real>
+void stage_of_four(const Stage<Real>& stage, const Real* x_re, const Real* x_im, Real* y_re, Real* y_im) {
+  const int m = stage.n / 4;
+  const int block = stage.block();
+  for (int p = 0; p < m; ++p) {
+    const Real c1 = stage.cosine(p, 1);
+    const Real s1 = stage.sine(p, 1);
+    const Real c2 = stage.cosine(p, 2);
+    const Real s2 = stage.sine(p, 2);
+    const Real c3 = stage.cosine(p, 3);
+    const Real s3 = stage.sine(p, 3);
+    const Real* a_re = x_re + p * block;
+    const Real* a_im = x_im + p * block;
+    const int step = m * block;
+    Real* u_re = y_re + 4 * p * block;
+    Real* u_im = y_im + 4 * p * block;
+#pragma omp simd
+    for (int q = 0; q < block; ++q) {
+      const Real ac_re = a_re[q] + a_re[q + 2 * step];
+      const Real ac_im = a_im[q] + a_im[q + 2 * step];
+      const Real am_re = a_re[q] - a_re[q + 2 * step];
+      const Real am_im = a_im[q] - a_im[q + 2 * step];
+      const Real bd_re = a_re[q + step] + a_re[q + 3 * step];
+      const Real bd_im = a_im[q + step] + a_im[q + 3 * step];
+      const Real bm_re = a_im[q + step] - a_im[q + 3 * step];  // -i (b - d)
+      const Real bm_im = a_re[q + 3 * step] - a_re[q + step];
+      u_re[q] = ac_re + bd_re;
+      u_im[q] = ac_im + bd_im;
+      const Real f_re = am_re + bm_re;
+      const Real f_im = am_im + bm_im;
+      const Real g_re = ac_re - bd_re;
+      const Real g_im = ac_im - bd_im;
+      const Real h_re = am_re - bm_re;
+      const Real h_im = am_im - bm_im;
+      u_re[q + block] = c1 * f_re - s1 * f_im;
+      u_im[q + block] = c1 * f_im + s1 * f_re;
+      u_re[q + 2 * block] = c2 * g_re - s2 * g_im;
+      u_im[q + 2 * block] = c2 * g_im + s2 * g_re;
+      u_re[q + 3 * block] = c3 * h_re - s3 * h_im;
+      u_im[q + 3 * block] = c3 * h_im + s3 * h_re;
+    }
+  }
+}
+
+template <typename Real>
+void stage_of_five(const Stage<Real>& stage, const Real* x_re, const Real* x_im, Real* y_re, Real* y_im) {
+  constexpr Real kCos1 = static_cast<Real>(0.30901699437494742410);
+  constexpr Real kSin1 = static_cast<Real>(0.95105651629515357212);
+  constexpr Real kCos2 = static_cast<Real>(-0.80901699437494742410);
+  constexpr Real kSin2 = static_cast<Real>(0.58778525229247312917);
+  const int m = stage.n / 5;
+  const int block = stage.block();
+  for (int p = 0; p < m; ++p) {
+    Real c[5];
+    Real s[5];
+    for (int j = 1; j < 5; ++j) {
+      c[j] = stage.cosine(p, j);
+      s[j] = stage.sine(p, j);
+    }
+    const Real* a_re = x_re + p * block;
+    const Real* a_im = x_im + p * block;
+    const int step = m * block;
+    Real* u_re = y_re + 5 * p * block;
+    Real* u_im = y_im + 5 * p * block;
+#pragma omp simd
+    for (int q = 0; q < block; ++q) {
+      const Real be_re = a_re[q + step] + a_re[q + 4 * step];
+      const Real be_im = a_im[q + step] + a_im[q + 4 * step];
+      const Real bm_re = a_re[q + step] - a_re[q + 4 * step];
+      const Real bm_im = a_im[q + step] - a_im[q + 4 * step];
+      const Real cd_re = a_re[q + 2 * step] + a_re[q + 3 * step];
+      const Real cd_im = a_im[q + 2 * step] + a_im[q + 3 * step];
+      const Real cm_re = a_re[q + 2 * step] - a_re[q + 3 * step];
+      const Real cm_im = a_im[q + 2 * step] - a_im[q + 3 * step];
+      const Real p_re = a_re[q] + kCos1 * be_re + kCos2 * cd_re;
+      const Real p_im = a_im[q] + kCos1 * be_im + kCos2 * cd_im;
+      const Real r_re = a_re[q] + kCos2 * be_re + kCos1 * cd_re;
+      const Real r_im = a_im[q] + kCos2 * be_im + kCos1 * cd_im;
+      const Real g_re = kSin1 * bm_im + kSin2 * cm_im;  // -i (..)
+      const Real g_im = -(kSin1 * bm_re + kSin2 * cm_re);
+      const Real h_re = kSin2 * bm_im - kSin1 * cm_im;
+      const Real h_im = -(kSin2 * bm_re - kSin1 * cm_re);
+      u_re[q] = a_re[q] + be_re + cd_re;
+      u_im[q] = a_im[q] + be_im + cd_im;
+      u_re[q + block] = c[1] * (p_re + g_re) - s[1] * (p_im + g_im);
+      u_im[q + block] = c[1] * (p_im + g_im) + s[1] * (p_re + g_re);
+      u_re[q + 2 * block] = c[2] * (r_re + h_re) - s[2] * (r_im + h_im);
+      u_im[q + 2 * block] = c[2] * (r_im + h_im) + s[2] * (r_re + h_re);
+      u_re[q + 3 * block] = c[3] * (r_re - h_re) - s[3] * (r_im - h_im);
+      u_im[q + 3 * block] = c[3] * (r_im - h_im) + s[3] * (r_re - h_re);
+      u_re[q + 4 * block] = c[4] * (p_re - g_re) - s[4] * (p_im - g_im);
+      u_im[q + 4 * block] = c[4] * (p_im - g_im) + s[4] * (p_re - g_re);
+    }
+  }
+}
+
+template <typename Real>
+void transform(const LinePlan<Real>& plan, Real* re, Real* im, Real* work_re, Real* work_im) {
+  Real* from_re = re;
+  Real* from_im = im;
+  Real* to_re = work_re;
+  Real* to_im = work_im;
+  int left = plan.n;
+  for (int i = 0; i < plan.stages; ++i) {
+    const int radix = plan.radix[i];
+    const Stage<Real> stage{plan, left, plan.n / left};
+    if (radix == 4) {
+      stage_of_four(stage, from_re, from_im, to_re, to_im);
+    } else if (radix == 2) {
+      stage_of_two(stage, from_re, from_im, to_re, to_im);
+    } else if (radix == 3) {
+      stage_of_three(stage, from_re, from_im, to_re, to_im);
+    } else {
+      stage_of_five(stage, from_re, from_im, to_re, to_im);
+    }
+    left /= radix;
+    Real* swap = from_re;
+    from_re = to_re;
+    to_re = swap;
+    swap = from_im;
+    from_im = to_im;
+    to_im = swap;
+  }
+  if (from_re != re) {
+    const int total = plan.n * kGridLanes<Real>;
+#pragma omp simd
+    for (int i = 0; i < total; ++i) {
+      re[i] = from_re[i];
+      im[i] = from_im[i];
+    }
+  }
+}
+
+/// Weights of the window's points along one axis and their slopes by the place.
+template <int kLanes, typename Real>
+inline void window_weights(const GridWindow<Real>& window, Real place, Real* weight, Real* slope) {
+  const Real t = 2 * place - 1;
+  Real w[kLanes];
+  Real s[kLanes];
+#pragma omp simd
+  for (int l = 0; l < kLanes; ++l) {
+    w[l] = window.values[l];
+    s[l] = 0;
+  }
+  for (int c = 1; c <= kWindowDegree; ++c) {
+#pragma omp simd
+    for (int l = 0; l < kLanes; ++l) {
+      s[l] = s[l] * t + w[l];
+      w[l] = w[l] * t + window.values[c * kLanes + l];
+    }
+  }
+#pragma omp simd
+  for (int l = 0; l < kLanes; ++l) {
+    weight[l] = w[l];
+    slope[l] = 2 * s[l];
+  }
+}
+
+template <int kLanes, typename Real>
+struct FaceWindow {
+  alignas(64) Real x[kLanes], y[kLanes], z[kLanes];
+  alignas(64) Real dx[kLanes], dy[kLanes], dz[kLanes];  // slopes along the normal
+
+  FaceWindow(const GridWindow<Real>& window, const GridFaces<Real>& faces, int f) {
+    window_weights<kLanes>(window, faces.fx[f], x, dx);
+    window_weights<kLanes>(window, faces.fy[f], y, dy);
+    window_weights<kLanes>(window, faces.fz[f], z, dz);
+    for (int l = 0; l < kLanes; ++l) {
+      dx[l] *= faces.nx[f];
+      dy[l] *= faces.ny[f];
+      dz[l] *= faces.nz[f];
+    }
+  }
+};
+
+template <int kLanes, typename Real>
+void spread_by(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values, int first,
+               int last, const GridView<Real>& grid) {
+  for (int f = first; f < last; ++f) {
+    const FaceWindow<kLanes, Real> at(window, faces, f);
+    const Real q_re = values.charge_re != nullptr ? values.charge_re[f] : Real(0);
+    const Real q_im = values.charge_re != nullptr ? values.charge_im[f] : Real(0);
+    const Real d_re = values.dipole_re != nullptr ? values.dipole_re[f] : Real(0);
+    const Real d_im = values.dipole_re != nullptr ? values.dipole_im[f] : Real(0);
+    for (int ix = 0; ix < window.width; ++ix) {
+      for (int iy = 0; iy < window.width; ++iy) {
+        const Real weight = at.x[ix] * at.y[iy];
+        const Real slope = at.dx[ix] * at.y[iy] + at.x[ix] * at.dy[iy];
+        const Real a_re = q_re * weight + d_re * slope;
+        const Real a_im = q_im * weight + d_im * slope;
+        const Real b_re = d_re * weight;
+        const Real b_im = d_im * weight;
+        const std::ptrdiff_t start = faces.first[f] + ix * grid.x_stride + iy * grid.y_stride;
+        Real* re = grid.re + start;
+        Real* im = grid.im + start;
+#pragma omp simd
+        for (int iz = 0; iz < kLanes; ++iz) {
+          re[iz] += a_re * at.z[iz] + b_re * at.dz[iz];
+          im[iz] += a_im * at.z[iz] + b_im * at.dz[iz];
+        }
+      }
+    }
+  }
+}
+
+template <int kLanes, typename Real>
+void interpolate_by(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values,
+                    int first, int last, const GridView<Real>& grid) {
+  for (int f = first; f < last; ++f) {
+    const FaceWindow<kLanes, Real> at(window, faces, f);
+    alignas(64) Real w_re[kLanes] = {};  // rows along z, weighted along x and y
+    alignas(64) Real w_im[kLanes] = {};
+    alignas(64) Real s_re[kLanes] = {};
+    alignas(64) Real s_im[kLanes] = {};
+    for (int ix = 0; ix < window.width; ++ix) {
+      for (int iy = 0; iy < window.width; ++iy) {
+        const Real weight = at.x[ix] * at.y[iy];
+        const Real slope = at.dx[ix] * at.y[iy] + at.x[ix] * at.dy[iy];
+        const std::ptrdiff_t start = faces.first[f] + ix * grid.x_stride + iy * grid.y_stride;
+        const Real* re = grid.re + start;
+        const Real* im = grid.im + start;
+#pragma omp simd
+        for (int iz = 0; iz < kLanes; ++iz) {
+          w_re[iz] += weight * re[iz];
+          w_im[iz] += weight * im[iz];
+          s_re[iz] += slope * re[iz];
+          s_im[iz] += slope * im[iz];
+        }
+      }
+    }
+    Real q_re = 0;
+    Real q_im = 0;
+    Real d_re = 0;
+    Real d_im = 0;
+#pragma omp simd reduction(+ : q_re, q_im, d_re, d_im)
+    for (int iz = 0; iz < kLanes; ++iz) {
+      q_re += at.z[iz] * w_re[iz];
+      q_im += at.z[iz] * w_im[iz];
+      d_re += at.z[iz] * s_re[iz] + at.dz[iz] * w_re[iz];
+      d_im += at.z[iz] * s_im[iz] + at.dz[iz] * w_im[iz];
+    }
+    if (values.charge_re != nullptr) {
+      values.charge_re[f] = q_re;
+      values.charge_im[f] = q_im;
+    }
+    if (values.dipole_re != nullptr) {
+      values.dipole_re[f] = d_re;
+      values.dipole_im[f] = d_im;
+    }
+  }
+}
+
+template <typename Real>
+void spread(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values, int first,
+            int last, const GridView<Real>& grid) {
+  window.lanes == 8 ? spread_by<8>(window, faces, values, first, last, grid)
+                    : spread_by<16>(window, faces, values, first, last, grid);
+}
+
+template <typename Real>
+void interpolate(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values, int first,
+                 int last, const GridView<Real>& grid) {
+  window.lanes == 8 ? interpolate_by<8>(window, faces, values, first, last, grid)
+                    : interpolate_by<16>(window, faces, values, first, last, grid);
+}
+
+template <typename Real>
+inline Real polynomial(const Real* c, Real t) {
+  Real sum = c[kLocalDegree<Real>];
+#pragma GCC unroll 32
+  for (int i = kLocalDegree<Real> - 1; i >= 0; --i) {
+    sum = sum * t + c[i];
+  }
+  return sum;
+}
+
+template <Layer kLayer>
+constexpr bool kCharge = kLayer == Layer::kSingle || kLayer == Layer::kSingleAdjoint;
+template <Layer kLayer>
+constexpr bool kMiller = kLayer == Layer::kBurtonMiller || kLayer == Layer::kAdjointMiller;
+
+/// What a layer's kernel is with one part, real or imaginary, of the local kernel: value, and what i gamma goes with.
+template <Layer kLayer, typename Real>
+inline void local_part(const typename LocalKernel<Real>::Part& part, Real t, Real reciprocal, Real nd, Real md,
+                       Real mn, Real& value, Real& slope) {
+  const Real cube = reciprocal * reciprocal * reciprocal;
+  const Real a = kLayer == Layer::kSingle ? Real(0) : polynomial(part.a, t) * cube;
+  value = 0;
+  slope = 0;
+  if constexpr (kCharge<kLayer>) {
+    value = polynomial(part.v, t) * reciprocal;
+    slope = -a * md;
+  } else {
+    value = kLayer == Layer::kDouble || kLayer == Layer::kBurtonMiller ? a * nd : -a * md;
+  }
+  if constexpr (kMiller<kLayer>) {
+    const Real b = polynomial(part.b, t) * cube;
+    slope = a * mn - b * (reciprocal * reciprocal) * md * nd;
+  }
+}
+
+template <Layer kLayer, bool kDamped, typename Real>
+void local_by(const LocalKernel<Real>& kernel, const PairPoint<Real>& at, const PairSources<Real>& sources, int total,
+              const Real* value_re, const Real* value_im, int stride, int columns, Real* sum_re, Real* sum_im) {
+  constexpr bool kComplex = kDamped || kCharge<kLayer> || kMiller<kLayer>;
+  const PairPoint<Real> p = at;
+  const LocalKernel<Real> k = kernel;  // a copy that the sums cannot alias
+  alignas(64) Real k_re[kPairBlock];
+  alignas(64) Real k_im[kPairBlock];
+  for (int first = 0; first < total; first += kPairBlock) {
+    const int count = total - first < kPairBlock ? total - first : kPairBlock;
+    const Real* x = sources.x + first;
+    const Real* y = sources.y + first;
+    const Real* z = sources.z + first;
+    const Real* nx = sources.nx + first;
+    const Real* ny = sources.ny + first;
+    const Real* nz = sources.nz + first;
+#pragma omp simd
+    for (int j = 0; j < count; ++j) {
+      const Real dx = p.x - x[j];
+      const Real dy = p.y - y[j];
+      const Real dz = p.z - z[j];
+      const Real r2 = dx * dx + dy * dy + dz * dz;
+      const Real root = Real(1) / std::sqrt(r2 + Real(1e-20));
+      const Real reciprocal = r2 > Real(0) && r2 < Real(1) ? root : Real(0);
+      const Real touch = r2 > Real(0) ? Real(0) : Real(1);
+      const Real u = r2 * reciprocal;
+      const Real t = 2 * u - 1;
+      const Real nd = nx[j] * dx + ny[j] * dy + nz[j] * dz;
+      const Real md = p.nx * dx + p.ny * dy + p.nz * dz;
+      const Real mn = p.nx * nx[j] + p.ny * ny[j] + p.nz * nz[j];
+      Real value;
+      Real slope;
+      local_part<kLayer, Real>(k.re, t, reciprocal, nd, md, mn, value, slope);
+      Real re = value;
+      Real im = k.gamma * slope;
+      if constexpr (kDamped) {
+        Real damped_value;
+        Real damped_slope;
+        local_part<kLayer, Real>(k.im, t, reciprocal, nd, md, mn, damped_value, damped_slope);
+        re -= k.gamma * damped_slope;
+        im += damped_value;
+      }
+      if constexpr (kCharge<kLayer>) {
+        re += touch * k.re.s0;
+        im += touch * k.im.s0;
+      }
+      if constexpr (kMiller<kLayer>) {
+        const Real along = touch * k.gamma * mn;
+        re -= along * k.im.w0;
+        im += along * k.re.w0;
+      }
+      k_re[j] = re;
+      k_im[j] = im;
+    }
+    for (int s = 0; s < columns; ++s) {
+      const Real* v_re = value_re + static_cast<std::ptrdiff_t>(s) * stride + first;
+      const Real* v_im = value_im + static_cast<std::ptrdiff_t>(s) * stride + first;
+      Real re = 0;
+      Real im = 0;
+#pragma omp simd reduction(+ : re, im)
+      for (int j = 0; j < count; ++j) {
+        re += k_re[j] * v_re[j];
+        im += k_re[j] * v_im[j];
+        if constexpr (kComplex) {
+          re -= k_im[j] * v_im[j];
+          im += k_im[j] * v_re[j];
+        }
+      }
+      sum_re[s] = first == 0 ? re : sum_re[s] + re;
+      sum_im[s] = first == 0 ? im : sum_im[s] + im;
+    }
+  }
+}
+
+template <Layer kLayer, typename Real>
+void local_of(const LocalKernel<Real>& kernel, const PairPoint<Real>& point, const PairSources<Real>& sources, int count,
+              const Real* value_re, const Real* value_im, int stride, int columns, Real* sum_re, Real* sum_im) {
+  kernel.damped
+      ? local_by<kLayer, true>(kernel, point, sources, count, value_re, value_im, stride, columns, sum_re, sum_im)
+      : local_by<kLayer, false>(kernel, point, sources, count, value_re, value_im, stride, columns, sum_re, sum_im);
+}
+
+template <typename Real>
+void local(Layer layer, const LocalKernel<Real>& kernel, const PairPoint<Real>& point, const PairSources<Real>& sources,
+           int count, const Real* value_re, const Real* value_im, int stride, int columns, Real* sum_re, Real* sum_im) {
+  using Loop = void (*)(const LocalKernel<Real>&, const PairPoint<Real>&, const PairSources<Real>&, int, const Real*,
+                        const Real*, int, int, Real*, Real*);
+  static constexpr Loop kLoops[] = {local_of<Layer::kSingle, Real>,       local_of<Layer::kDouble, Real>,
+                                    local_of<Layer::kAdjoint, Real>,      local_of<Layer::kBurtonMiller, Real>,
+                                    local_of<Layer::kAdjointMiller, Real>, local_of<Layer::kSingleAdjoint, Real>};
+  kLoops[static_cast<int>(layer)](kernel, point, sources, count, value_re, value_im, stride, columns, sum_re, sum_im);
+}
+
+template <typename Real>
+constexpr GridLoopTableOf<Real> loops_of() {
+  return {transform<Real>, spread<Real>, interpolate<Real>, local<Real>};
+}
+
+}  // namespace
+
+const GridLoopTable kGridLoops = {loops_of<float>(), loops_of<double>()};
+
+}  // namespace touchfield::TOUCHFIELD_LEVEL

@@ -1,0 +1,220 @@
+#include "sim/bem/grid_sum.h"
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <random>
+
+#include <gtest/gtest.h>
+#include <omp.h>
+
+#include "sim/bem/grid_spec.h"
+#include "sim/bem/layer_sum.h"
+#include "sim/body/shapes.h"
+
+namespace touchfield {
+namespace {
+
+constexpr double kWavenumber = 732.28;  // 40 kHz
+constexpr double kGamma = 1.0 / kWavenumber;
+constexpr double kWavelength = 2.0 * std::numbers::pi / kWavenumber;
+constexpr Layer kLayers[] = {Layer::kSingle,       Layer::kDouble,        Layer::kAdjoint,
+                             Layer::kBurtonMiller, Layer::kAdjointMiller, Layer::kSingleAdjoint};
+
+GridSpec spec_for(const TriangleMesh& mesh, const Complex& wavenumber, double tolerance) {
+  return choose_grid(grid_body(mesh), wavenumber, kGamma, tolerance).spec;
+}
+
+std::unique_ptr<const FaceSums> by_grid(const TriangleMesh& mesh, const Complex& wavenumber, double tolerance) {
+  return make_grid_sums(mesh, wavenumber, kGamma, spec_for(mesh, wavenumber, tolerance));
+}
+
+Eigen::MatrixXcd random_columns(Eigen::Index rows, Eigen::Index columns) {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXcd x(rows, columns);
+  for (Complex& value : x.reshaped()) {
+    value = {normal(random), normal(random)};
+  }
+  return x;
+}
+
+TriangleMesh joined(const TriangleMesh& a, const TriangleMesh& b) {
+  Points vertices(3, a.vertex_count() + b.vertex_count());
+  vertices << a.vertices(), b.vertices();
+  Triangles triangles(3, a.face_count() + b.face_count());
+  triangles << a.triangles(), (b.triangles().array() + static_cast<int>(a.vertex_count())).matrix();
+  return {vertices, triangles};
+}
+
+TriangleMesh stretched(const TriangleMesh& mesh, const Vector3& factors) {
+  return {factors.asDiagonal() * mesh.vertices(), mesh.triangles()};
+}
+
+/// |difference to direct sums| / |x| of D + i gamma W.
+double product_error(const TriangleMesh& mesh, const Complex& wavenumber, double tolerance) {
+  const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 1);
+  const LayerSum<double> direct(mesh, wavenumber, kGamma);
+  return (by_grid(mesh, wavenumber, tolerance)->apply(Layer::kBurtonMiller, x) -
+          direct.apply(Layer::kBurtonMiller, x))
+             .norm() /
+         x.norm();
+}
+
+/// Bodies that a grid could get wrong: a ball away from the origin, two with a narrow gap between them, two far apart,
+/// a plate and a rod.
+std::vector<TriangleMesh> bodies() {
+  const TriangleMesh ball = icosphere(9e-3, 4);
+  const auto moved = [&](const Vector3& by) { return transformed(ball, Eigen::Matrix3d::Identity(), by); };
+  return {moved({0.1, -0.2, 0.3}), joined(ball, moved({0.0, 18.3e-3, 0.0})), joined(ball, moved({0.0, 0.05, 0.06})),
+          stretched(ball, {1.0, 0.05, 2.0}), stretched(ball, {0.4, 0.4, 8.0})};
+}
+
+TEST(GridSum, EveryLayerIsTheDirectSum) {
+  for (const TriangleMesh& mesh : bodies()) {
+    const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 2);
+    for (const double alpha : {0.0, 20.0}) {
+      const Complex wavenumber(kWavenumber, alpha);
+      const LayerSum<double> direct(mesh, wavenumber, kGamma);
+      for (const double tolerance : {1e-4, 1e-6}) {  // single and double precision
+        const auto grid = by_grid(mesh, wavenumber, tolerance);
+        for (const Layer layer : kLayers) {
+          const double unit = layer == Layer::kSingle || layer == Layer::kSingleAdjoint ? kGamma : 1.0;
+          const Eigen::MatrixXcd expected = direct.apply(layer, x);
+          EXPECT_LT((grid->apply(layer, x) - expected).norm(),
+                    tolerance * std::max(unit * x.norm(), expected.norm()))
+              << static_cast<int>(layer) << ' ' << alpha << ' ' << tolerance << ' ' << mesh.face_count();
+        }
+        for (const Layer layer : {Layer::kDouble, Layer::kBurtonMiller}) {
+          const Eigen::MatrixXcd expected = direct.apply_transpose(layer, x);
+          EXPECT_LT((grid->apply_transpose(layer, x) - expected).norm(),
+                    tolerance * std::max(x.norm(), expected.norm()));
+        }
+      }
+    }
+  }
+}
+
+// No more accurate than asked for either: a factor of 20 is a fifth of the time.
+TEST(GridSum, ErrorsFollowTheTolerance) {
+  const TriangleMesh mesh = icosphere(25e-3, 16);  // 5,120 faces, 2.8 edges a wavelength
+  for (const double tolerance : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
+    const double error = product_error(mesh, kWavenumber, tolerance);
+    EXPECT_LT(error, tolerance);
+    EXPECT_GT(error, tolerance / 30.0);
+  }
+}
+
+// The transpose shares spreading and reading with the product: equal to rounding, whatever the error of both.
+TEST(GridSum, TransposeIsTheAdjointOfTheBilinearForm) {
+  const TriangleMesh mesh = icosphere(12e-3, 8);
+  const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 2);
+  for (const auto& [tolerance, rounding] : {std::pair(1e-3, 1e-6), std::pair(1e-6, 1e-13)}) {
+    const auto grid = by_grid(mesh, {kWavenumber, 5.0}, tolerance);
+    for (const Layer layer : {Layer::kDouble, Layer::kBurtonMiller}) {
+      const Complex left = (x.col(0).transpose() * grid->apply(layer, x.col(1)))(0, 0);
+      const Complex right = (x.col(1).transpose() * grid->apply_transpose(layer, x.col(0)))(0, 0);
+      EXPECT_LT(std::abs(left - right), rounding * x.norm() * x.norm());
+    }
+  }
+  EXPECT_THROW(by_grid(mesh, kWavenumber, 1e-3)->apply_transpose(Layer::kSingle, x), std::invalid_argument);
+  EXPECT_THROW(by_grid(mesh, kWavenumber, 1e-3)->apply(Layer::kSingle, x.topRows(3)), std::invalid_argument);
+}
+
+TEST(GridSum, StaticKernels) {
+  const TriangleMesh mesh = icosphere(12e-3, 8);
+  const auto grid = make_grid_sums(mesh, 0.0, 0.0, spec_for(mesh, kWavenumber, 1e-6));
+  const Eigen::MatrixXcd ones = Eigen::MatrixXcd::Ones(mesh.face_count(), 1);
+  // Seen from a centroid the body fills half of the full angle, but for what one point a face leaves out.
+  EXPECT_LT((grid->apply(Layer::kDouble, ones).array() + 0.5).abs().maxCoeff(), 0.05);
+  const LayerSum<double> direct(mesh, 1e-3, 0.0);  // k r = 2e-5
+  EXPECT_LT((grid->apply(Layer::kDouble, ones) - direct.apply(Layer::kDouble, ones)).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+TEST(GridSum, DoesNotDependOnThreadsOrOnTheOrderOfFaces) {
+  const TriangleMesh mesh = icosphere(12e-3, 8);
+  const Eigen::Index count = mesh.face_count();
+  const Eigen::MatrixXcd x = random_columns(count, 1);
+  const GridSpec spec = spec_for(mesh, kWavenumber, 1e-4);
+  const auto grid = make_grid_sums(mesh, kWavenumber, kGamma, spec);
+  const int threads = omp_get_max_threads();
+  omp_set_num_threads(1);
+  const Eigen::MatrixXcd alone = grid->apply(Layer::kBurtonMiller, x);
+  omp_set_num_threads(3);
+  const Eigen::MatrixXcd three = grid->apply(Layer::kBurtonMiller, x);
+  omp_set_num_threads(threads);
+  EXPECT_EQ(alone, three);
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(count));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::shuffle(order.begin(), order.end(), std::mt19937(3));
+  const TriangleMesh shuffled(mesh.vertices(), mesh.triangles()(Eigen::all, order));
+  const Eigen::MatrixXcd other =
+      make_grid_sums(shuffled, kWavenumber, kGamma, spec)->apply(Layer::kBurtonMiller, x(order, Eigen::all));
+  EXPECT_LT((other - alone(order, Eigen::all)).norm(), 1e-6 * alone.norm());
+}
+
+// As LayerSum has it: what lies at the point itself adds nothing.
+TEST(GridSum, CentroidsThatCoincideAddNothing) {
+  const TriangleMesh once = icosphere(8e-3, 4);
+  Triangles doubled(3, 2 * once.face_count());
+  doubled << once.triangles(), once.triangles();
+  const TriangleMesh twice(once.vertices(), doubled);
+  const Eigen::MatrixXcd x = random_columns(twice.face_count(), 1);
+  const LayerSum<double> direct(twice, kWavenumber, kGamma);
+  for (const Layer layer : {Layer::kSingle, Layer::kBurtonMiller}) {
+    const Eigen::MatrixXcd expected = direct.apply(layer, x);
+    const double scale = std::max(expected.norm(), (layer == Layer::kSingle ? kGamma : 1.0) * x.norm());
+    EXPECT_LT((by_grid(twice, kWavenumber, 1e-6)->apply(layer, x) - expected).norm(), 1e-6 * scale);
+  }
+}
+
+// Each of the three errors alone, two-sided: the other two are made small.
+TEST(GridSpec, EachParameterMattersAsTheModelSays) {
+  const TriangleMesh mesh = icosphere(25e-3, 16);
+  const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 1);
+  const Eigen::MatrixXcd exact = LayerSum<double>(mesh, kWavenumber, kGamma).apply(Layer::kBurtonMiller, x);
+  const auto error = [&](const GridSpec& spec) {
+    return (GridSum<double>(mesh, kWavenumber, kGamma, spec).apply(Layer::kBurtonMiller, x) - exact).norm() / x.norm();
+  };
+  GridSpec fine = spec_for(mesh, kWavenumber, 1e-7);
+  const double kh = kWavenumber * fine.step;
+  fine.margin += 4;
+  fine.width = 12;
+  fine.window_shape = 2.15 * fine.width;
+  const auto with_shape = [&](double shape) {
+    GridSpec spec = fine;
+    spec.shape = shape;
+    spec.reach = 1.25 * shape * spec.step / std::numbers::pi;
+    return error(spec);
+  };
+  const double within = 1.25 * kh / std::numbers::pi;
+  for (const double shape : {9.0, 12.0}) {
+    const double model = 0.018 / (within * within) * std::exp(-0.93 * shape * std::sqrt(1.0 - within * within));
+    EXPECT_LT(with_shape(shape), 1.5 * model);
+    EXPECT_GT(with_shape(shape), model / 10.0);
+  }
+  for (const int width : {5, 6, 7}) {
+    GridSpec spec = fine;
+    spec.width = width;
+    spec.window_shape = 2.15 * width;
+    const double model = 2.3 * 2.0 * std::numbers::pi / kh * std::exp(-2.03 * width);
+    EXPECT_LT(error(spec), 1.5 * model) << width;
+    EXPECT_GT(error(spec), model / 10.0) << width;
+  }
+}
+
+// The step is free: a denser mesh has a finer grid, and the cost grows no faster than the faces.
+TEST(GridSpec, DenserMeshesHaveFinerGrids) {
+  GridBody body = grid_body(icosphere(80e-3, 10));
+  body.faces = 2e4;
+  const GridChoice few = choose_grid(body, kWavenumber, kGamma, 1e-5);
+  body.faces = 5e5;
+  const GridChoice many = choose_grid(body, kWavenumber, kGamma, 1e-5);
+  EXPECT_LT(many.spec.step, few.spec.step);
+  EXPECT_LT(many.spec.reach, few.spec.reach);
+  EXPECT_LT(many.seconds, 25.0 * few.seconds);
+  EXPECT_GE(few.spec.step, kWavelength / 20.0);
+}
+
+}  // namespace
+}  // namespace touchfield
