@@ -21,6 +21,19 @@ constexpr double kRounding = 64.0 * std::numeric_limits<double>::epsilon();
 // A cycle that leaves more than this share of the residual has stagnated: the next one would start from the same.
 constexpr double kStagnation = 0.999;
 
+// Rows that a thread takes at once; sums over them do not depend on the number of threads.
+constexpr Eigen::Index kRows = 4096;
+
+/// work(first row, number of rows, number of the block) for all blocks of rows, by all threads that are idle.
+template <typename Work>
+void by_rows(Eigen::Index rows, const Work& work) {
+  const Eigen::Index blocks = (rows + kRows - 1) / kRows;
+#pragma omp parallel for schedule(static) if (blocks > 1)
+  for (Eigen::Index b = 0; b < blocks; ++b) {
+    work(b * kRows, std::min(kRows, rows - b * kRows), b);
+  }
+}
+
 /// The Krylov space of one column and the least-squares problem in it, triangular by Givens rotations.
 class KrylovSpace {
  public:
@@ -31,6 +44,7 @@ class KrylovSpace {
         triangle_(restart + 1, restart),
         reduced_(restart + 1),
         update_(restart),
+        parts_(restart, (rows + kRows - 1) / kRows),
         rotations_(static_cast<std::size_t>(restart)) {}
 
   /// Begins a cycle from a residual of the given norm, > 0.
@@ -53,10 +67,16 @@ class KrylovSpace {
     const auto basis = basis_.leftCols(k + 1);
     auto h = triangle_.col(k);
     auto update = update_.head(k + 1);
+    auto parts = parts_.topRows(k + 1);
     h.head(k + 1).setZero();
     for (int pass = 0; pass < 2; ++pass) {
-      update.noalias() = basis.adjoint() * w;
-      w.noalias() -= basis * update;
+      by_rows(w.size(), [&](Eigen::Index first, Eigen::Index count, Eigen::Index block) {
+        parts.col(block).noalias() = basis.middleRows(first, count).adjoint() * w.segment(first, count);
+      });
+      update = parts.rowwise().sum();
+      by_rows(w.size(), [&](Eigen::Index first, Eigen::Index count, Eigen::Index /*block*/) {
+        w.segment(first, count).noalias() -= basis.middleRows(first, count) * update;
+      });
       h.head(k + 1) += update;
     }
     const double rest = w.norm();
@@ -107,6 +127,7 @@ class KrylovSpace {
   Eigen::MatrixXcd triangle_;
   Eigen::VectorXcd reduced_;  // right-hand side of the triangular system, then its solution
   Eigen::VectorXcd update_;
+  Eigen::MatrixXcd parts_;  // of the update, a block of rows a column
   std::vector<Eigen::JacobiRotation<std::complex<double>>> rotations_;
 };
 
@@ -169,7 +190,7 @@ class Gmres {
         block.col(i) = at(live, i).last();
       }
       Eigen::MatrixXcd product = multiply(block);
-#pragma omp parallel for schedule(dynamic)
+#pragma omp parallel for schedule(dynamic) if (product.cols() > 1)
       for (Eigen::Index i = 0; i < product.cols(); ++i) {
         at(live, i).extend(product.col(i));
       }

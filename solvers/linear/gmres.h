@@ -38,8 +38,8 @@ struct GmresResult {
 /// apply     A X; an n x n matrix, which need not be stored
 /// b         n x S, finite
 /// report    called after each block step with the number of block steps done and the worst estimated residual
-/// accuracy  the true residual of a converged column is at most the tolerance. Each column is worked on by one thread
-///           in a fixed order: results depend on the number of threads only as far as apply does.
+/// accuracy  the true residual of a converged column is at most the tolerance. Sums over rows have one order, whatever
+///           the number of threads: results depend on it only as far as apply does.
 /// memory    restart x n x S complex numbers
 /// throws    std::domain_error if b or a product holds a value that is not finite,
 ///           std::invalid_argument for options out of range or a product of another shape

@@ -13,7 +13,7 @@
 #include "sim/body/shapes.h"
 
 namespace touchfield {
-namespace {
+namespace grid_sum_test {
 
 constexpr double kWavenumber = 732.28;  // 40 kHz
 constexpr double kGamma = 1.0 / kWavenumber;
@@ -216,5 +216,5 @@ TEST(GridSpec, DenserMeshesHaveFinerGrids) {
   EXPECT_GE(few.spec.step, kWavelength / 20.0);
 }
 
-}  // namespace
+}  // namespace grid_sum_test
 }  // namespace touchfield

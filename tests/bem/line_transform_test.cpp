@@ -9,7 +9,7 @@
 #include "solvers/linear/instruction_level.h"
 
 namespace touchfield {
-namespace {
+namespace line_transform_test {
 
 template <typename Real>
 class LineTransforms : public ::testing::Test {
@@ -61,5 +61,5 @@ TYPED_TEST(LineTransforms, AreTheSumsTheyStandFor) {
   }
 }
 
-}  // namespace
+}  // namespace line_transform_test
 }  // namespace touchfield
