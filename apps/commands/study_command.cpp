@@ -155,9 +155,10 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
       ->transform(named(schemes))
       ->delimiter(',');
   command->add_option("--solvers", study->options.solvers, "Ways to solve; default: all")
-      ->transform(named<SolverKind>(
-          {{"lu", SolverKind::kLu}, {"gmres", SolverKind::kGmres}, {"matrix_free", SolverKind::kMatrixFree},
-           {"fft", SolverKind::kFft}}))
+      ->transform(named<SolverKind>({{"lu", SolverKind::kLu},
+                                     {"gmres", SolverKind::kGmres},
+                                     {"matrix_free", SolverKind::kMatrixFree},
+                                     {"fft", SolverKind::kFft}}))
       ->delimiter(',');
   command->add_option("--precisions", study->options.precisions, "Precisions of the matrix; default: both")
       ->transform(named<Precision>({{"double", Precision::kDouble}, {"single", Precision::kSingle}}))

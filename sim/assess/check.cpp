@@ -211,11 +211,11 @@ CheckReport check_model(const Model& model, int sharing) {
   if (judged > 0) {
     body.faces = judged;
     const double judge_by_grid = grid_seconds(body, model.wave, {});
-    const SolverDecision judge = choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged),
-                                               available_memory(), 1, judge_by_grid);
+    const SolverDecision judge =
+        choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged), available_memory(), 1, judge_by_grid);
     const double scale = std::pow(judged / m, 2);
-    const ModelCost cost = scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product,
-                                           judge_by_grid);
+    const ModelCost cost =
+        scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product, judge_by_grid);
     const auto methods = static_cast<double>(scene.solve.methods.size());
     bytes += cost.bytes + kComplex * judged * 4.0 * methods * 30.0;
     report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * judged * n;

@@ -12,7 +12,7 @@ namespace {
 constexpr double kLuFlops = 8.0 / 3.0;  // complex operations counted as real ones, times n^3
 constexpr double kNearPairs = 220;      // a face, of Burton-Miller's near corrections on a uniform mesh
 constexpr double kNearBytes = 24;       // a pair, while they are gathered
-constexpr double kNearCost = 500;      // of a near pair, in double, over one pair of a product in single precision
+constexpr double kNearCost = 500;       // of a near pair, in double, over one pair of a product in single precision
 constexpr double kMillerCost = 1.3;     // of a product with W over one with D alone
 
 }  // namespace

@@ -134,10 +134,9 @@ std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& 
   const double unknowns = faces + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
   const double steps = decision.options.kind == SolverKind::kLu ? 0.0 : expected_steps(model, scheme);
-  const ModelCost cost =
-      scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()), steps,
-                      product_seconds(model.body.mesh, model.wave),
-                      grid_seconds(grid_body(model.body.mesh), model.wave, spec));
+  const ModelCost cost = scattering_cost(
+      decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()), steps,
+      product_seconds(model.body.mesh, model.wave), grid_seconds(grid_body(model.body.mesh), model.wave, spec));
   if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
     return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
   }
@@ -196,8 +195,8 @@ class Ladder {
       const Eigen::VectorXcd expected = reference_->focus_at(model.body.mesh);
       for (const Scheme scheme : listed(options_.schemes, all_schemes())) {
         Shared shared;
-        for (const SolverKind solver :
-             listed(options_.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree, SolverKind::kFft})) {
+        for (const SolverKind solver : listed(
+                 options_.solvers, {SolverKind::kLu, SolverKind::kGmres, SolverKind::kMatrixFree, SolverKind::kFft})) {
           for (const Precision precision : listed(options_.precisions, {Precision::kDouble, Precision::kSingle})) {
             if (traits(scheme).interior_points && solver != SolverKind::kLu) {
               continue;

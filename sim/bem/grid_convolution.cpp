@@ -188,8 +188,7 @@ void GridConvolution<Real>::make_symbol(const KernelSplit& kernel, const GridSpe
       const auto row = static_cast<std::size_t>(x * octant.half(2) + z) * static_cast<std::size_t>(symbol_row_);
       for (int y = 0; y < period_[1]; ++y) {
         const int folded = std::min(y, period_[1] - y);
-        const Complex value =
-            octant.at(x, folded, z) * at(factor[0], x) * at(factor[1], folded) * at(factor[2], z);
+        const Complex value = octant.at(x, folded, z) * at(factor[0], x) * at(factor[1], folded) * at(factor[2], z);
         symbol_re_[row + static_cast<std::size_t>(y)] = static_cast<Real>(value.real());
         symbol_im_[row + static_cast<std::size_t>(y)] = static_cast<Real>(value.imag());
       }
@@ -289,7 +288,8 @@ void GridConvolution<Real>::multiply_plane(int x, Real* columns, Real* rows, Rea
     lines_[2].forward(rows, row_im, work);
     for (int z = 0; z < period_[2]; ++z) {
       const std::ptrdiff_t from =
-          (static_cast<std::ptrdiff_t>(folded_x) * (period_[2] / 2 + 1) + std::min(z, period_[2] - z)) * symbol_row_ + y;
+          (static_cast<std::ptrdiff_t>(folded_x) * (period_[2] / 2 + 1) + std::min(z, period_[2] - z)) * symbol_row_ +
+          y;
       for (int l = 0; l < kLanes; ++l) {
         const Real re = rows[z * kLanes + l];
         const Real im = row_im[z * kLanes + l];

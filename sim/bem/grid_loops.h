@@ -84,8 +84,8 @@ struct GridLoopTableOf {
 
   /// grid_i += sum over the faces first <= f < last of charge_f w(i - x_f) + dipole_f n_f . grad_x w(i - x_f), w the
   /// product of the windows along the axes.
-  void (*spread)(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values, int first,
-                 int last, const GridView<Real>& grid);
+  void (*spread)(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values,
+                 int first, int last, const GridView<Real>& grid);
 
   /// The transpose: charge_f = sum over i of w(i - x_f) grid_i, dipole_f the same of its slope.
   void (*interpolate)(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values,

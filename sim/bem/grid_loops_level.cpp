@@ -345,8 +345,8 @@ void spread(const GridWindow<Real>& window, const GridFaces<Real>& faces, const 
 }
 
 template <typename Real>
-void interpolate(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values, int first,
-                 int last, const GridView<Real>& grid) {
+void interpolate(const GridWindow<Real>& window, const GridFaces<Real>& faces, const FaceValues<Real>& values,
+                 int first, int last, const GridView<Real>& grid) {
   window.lanes == 8 ? interpolate_by<8>(window, faces, values, first, last, grid)
                     : interpolate_by<16>(window, faces, values, first, last, grid);
 }
@@ -368,8 +368,8 @@ constexpr bool kMiller = kLayer == Layer::kBurtonMiller || kLayer == Layer::kAdj
 
 /// What a layer's kernel is with one part, real or imaginary, of the local kernel: value, and what i gamma goes with.
 template <Layer kLayer, typename Real>
-inline void local_part(const typename LocalKernel<Real>::Part& part, Real t, Real reciprocal, Real nd, Real md,
-                       Real mn, Real& value, Real& slope) {
+inline void local_part(const typename LocalKernel<Real>::Part& part, Real t, Real reciprocal, Real nd, Real md, Real mn,
+                       Real& value, Real& slope) {
   const Real cube = reciprocal * reciprocal * reciprocal;
   const Real a = kLayer == Layer::kSingle ? Real(0) : polynomial(part.a, t) * cube;
   value = 0;
@@ -461,8 +461,9 @@ void local_by(const LocalKernel<Real>& kernel, const PairPoint<Real>& at, const 
 }
 
 template <Layer kLayer, typename Real>
-void local_of(const LocalKernel<Real>& kernel, const PairPoint<Real>& point, const PairSources<Real>& sources, int count,
-              const Real* value_re, const Real* value_im, int stride, int columns, Real* sum_re, Real* sum_im) {
+void local_of(const LocalKernel<Real>& kernel, const PairPoint<Real>& point, const PairSources<Real>& sources,
+              int count, const Real* value_re, const Real* value_im, int stride, int columns, Real* sum_re,
+              Real* sum_im) {
   kernel.damped
       ? local_by<kLayer, true>(kernel, point, sources, count, value_re, value_im, stride, columns, sum_re, sum_im)
       : local_by<kLayer, false>(kernel, point, sources, count, value_re, value_im, stride, columns, sum_re, sum_im);
@@ -473,8 +474,8 @@ void local(Layer layer, const LocalKernel<Real>& kernel, const PairPoint<Real>& 
            int count, const Real* value_re, const Real* value_im, int stride, int columns, Real* sum_re, Real* sum_im) {
   using Loop = void (*)(const LocalKernel<Real>&, const PairPoint<Real>&, const PairSources<Real>&, int, const Real*,
                         const Real*, int, int, Real*, Real*);
-  static constexpr Loop kLoops[] = {local_of<Layer::kSingle, Real>,       local_of<Layer::kDouble, Real>,
-                                    local_of<Layer::kAdjoint, Real>,      local_of<Layer::kBurtonMiller, Real>,
+  static constexpr Loop kLoops[] = {local_of<Layer::kSingle, Real>,        local_of<Layer::kDouble, Real>,
+                                    local_of<Layer::kAdjoint, Real>,       local_of<Layer::kBurtonMiller, Real>,
                                     local_of<Layer::kAdjointMiller, Real>, local_of<Layer::kSingleAdjoint, Real>};
   kLoops[static_cast<int>(layer)](kernel, point, sources, count, value_re, value_im, stride, columns, sum_re, sum_im);
 }

@@ -11,10 +11,10 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kOversampling = 1.25;   // pi / h over k_c
-constexpr double kWindowShape = 2.15;    // of the window, a point of its width
-constexpr double kContinuation = 0.5;    // of the band left between k and pi / h
-constexpr double kCoarseGrid = 1e-5;     // tolerances from here on allow the coarsest step: nothing else ends there
+constexpr double kOversampling = 1.25;  // pi / h over k_c
+constexpr double kWindowShape = 2.15;   // of the window, a point of its width
+constexpr double kContinuation = 0.5;   // of the band left between k and pi / h
+constexpr double kCoarseGrid = 1e-5;    // tolerances from here on allow the coarsest step: nothing else ends there
 // Seconds of one thread, measured: a point of the grid and halving of it, a pair within reach, a point of a window.
 constexpr double kPointSeconds = 0.55e-9;
 constexpr double kPairSeconds = 6e-9;
@@ -28,7 +28,8 @@ GridSpec spec_at(double step, double k, double gamma, double tolerance) {
   spec.step = step;
   spec.shape = std::log(strength / (0.5 * tolerance)) / 0.93 / std::sqrt(1.0 - within * within);
   spec.reach = kOversampling * spec.shape * step / std::numbers::pi;
-  spec.width = std::clamp(static_cast<int>(std::ceil(std::log(4.6 / (ratio * 0.25 * tolerance)) / 2.03)), 4, kWidestWindow);
+  spec.width =
+      std::clamp(static_cast<int>(std::ceil(std::log(4.6 / (ratio * 0.25 * tolerance)) / 2.03)), 4, kWidestWindow);
   spec.window_shape = kWindowShape * spec.width;
   spec.bend_shape = kContinuation * std::numbers::pi * (1.0 - ratio);
   spec.margin = std::max(2, static_cast<int>(std::ceil(std::log(0.05 / (0.25 * tolerance)) / spec.bend_shape)));

@@ -107,9 +107,9 @@ void GridSum<Real>::add_local(Layer layer, const Values& re, const Values& im, V
   const auto unit = static_cast<Real>(1.0 / (4.0 * std::numbers::pi * spec_.reach * (single ? 1.0 : spec_.reach)));
 #pragma omp parallel
   {
-    std::vector<int> near;         // faces within reach of a cell
-    std::vector<Vector> place;     // from the middle of that cell
-    std::vector<Real> buffer;      // the same one array a quantity, and their values
+    std::vector<int> near;      // faces within reach of a cell
+    std::vector<Vector> place;  // from the middle of that cell
+    std::vector<Real> buffer;   // the same one array a quantity, and their values
     std::vector<Real> point(static_cast<std::size_t>(2 * columns));
 #pragma omp for schedule(dynamic, 16)
     for (int c = 0; c < cells; ++c) {

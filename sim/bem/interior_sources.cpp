@@ -10,8 +10,8 @@ namespace {
 Eigen::MatrixXcd layer_product(const ScatteringSystem& system, Layer layer, const Eigen::MatrixXcd& x) {
   const Complex wavenumber = system.wave().wavenumber();
   Eigen::MatrixXcd y = system.sums().apply(layer, x);
-  const auto numbers = system.options().grid_tolerance > 0 ? NearCorrections::Numbers::kSingle
-                                                           : NearCorrections::Numbers::kDouble;
+  const auto numbers =
+      system.options().grid_tolerance > 0 ? NearCorrections::Numbers::kSingle : NearCorrections::Numbers::kDouble;
   NearCorrections(system.mesh(), wavenumber, 0.0, layer, system.options().rule, numbers).add_product(1.0, x, y);
   return y;
 }

@@ -52,8 +52,8 @@ std::vector<std::vector<std::int32_t>> near_faces(const TriangleMesh& mesh, doub
         place.row(q) << mesh.centroids().col(j).transpose(), reach_squared(j);
       }
       found.resize(met.size());
-      const PairSources<double> sources{place.col(0).data(), place.col(1).data(), place.col(2).data(),
-                                        nullptr,             nullptr,             nullptr};
+      const PairSources<double> sources{
+          place.col(0).data(), place.col(1).data(), place.col(2).data(), nullptr, nullptr, nullptr};
       found.resize(static_cast<std::size_t>(pair_loops().near_sources(
           {x.x(), x.y(), x.z(), 0, 0, 0}, sources, place.col(3).data(), static_cast<int>(size), found.data())));
       std::vector<std::int32_t>& near = faces[static_cast<std::size_t>(i)];

@@ -101,7 +101,7 @@ class RefinedSolver : public ScatteringSolver {
     }
     int steps = 0;
     bool first = true;
-    const double floor = by_grid()                                 ? system_.options().grid_tolerance
+    const double floor = by_grid()                                  ? system_.options().grid_tolerance
                          : options_.precision == Precision::kSingle ? kSingleLimit
                                                                     : 0.0;
     const auto inverse = [&](const Eigen::MatrixXcd& r) {

@@ -86,8 +86,7 @@ ScatteringSystem::Operators ScatteringSystem::make_operators() const {
   if (traits(scheme_).polished && by_grid) {
     made.polisher = std::make_unique<SummedOperator>(made.sums, polishing_parts(corrected()));
   } else if (traits(scheme_).polished) {
-    made.polisher =
-        std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(), polishing_parts(corrected()));
+    made.polisher = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(), polishing_parts(corrected()));
   }
   if (by_grid) {
     made.by_grid = with_interior_points(std::make_unique<SummedOperator>(made.sums, made.parts));

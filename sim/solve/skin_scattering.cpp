@@ -67,8 +67,8 @@ void SkinModel::leave_card() {
   device_ = {std::nullopt, "the graphics card has too little memory"};
   decision_ =
       choose_solver(spec_, system_.scheme(), system_.unknowns(), available_memory(), right_hand_sides_, by_grid_);
-  system_ = ScatteringSystem(system_.mesh(), system_.wave(), system_.scheme(),
-                             system_options(spec_, decision_.options.kind));
+  system_ =
+      ScatteringSystem(system_.mesh(), system_.wave(), system_.scheme(), system_options(spec_, decision_.options.kind));
 }
 
 const ScatteringSolver& SkinModel::solver() {

@@ -58,7 +58,8 @@ double grid_tolerance(double tolerance) { return std::clamp(0.1 * tolerance, kFi
 
 double direct_seconds(Eigen::Index unknowns, Eigen::Index columns) {
   // 0.85 ns a pair; the more columns share its kernel, the less. Measured on hands of 5,000 to 21,000 faces.
-  return (0.15e-9 + 0.7e-9 * std::pow(static_cast<double>(columns), -0.75)) * std::pow(static_cast<double>(unknowns), 2);
+  return (0.15e-9 + 0.7e-9 * std::pow(static_cast<double>(columns), -0.75)) *
+         std::pow(static_cast<double>(unknowns), 2);
 }
 
 double grid_seconds(const GridBody& body, const Wave& wave, const SolverSpec& spec) {
@@ -81,14 +82,14 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   const bool fits = available <= 0 || matrix <= kMatrixShare * available;
   const double direct = direct_seconds(unknowns, right_hand_sides);
   const bool single_grid = grid_tolerance(spec.tolerance) >= kFinestSingleGrid;
-  const bool grid_suits = grid_tolerance(spec.tolerance) <= 0.1 * spec.tolerance &&
-                          (spec.precision == PrecisionChoice::kAuto ||
-                           (spec.precision == PrecisionChoice::kSingle) == single_grid);
+  const bool grid_suits =
+      grid_tolerance(spec.tolerance) <= 0.1 * spec.tolerance &&
+      (spec.precision == PrecisionChoice::kAuto || (spec.precision == PrecisionChoice::kSingle) == single_grid);
   const bool grid_pays = grid_suits && by_grid < kGridPays * direct;
   const SolverKind iterative = grid_pays ? SolverKind::kFft : SolverKind::kMatrixFree;
   // Right-hand sides up to which GMRES is cheaper than LU.
-  const double few_columns_pay = static_cast<double>(unknowns / kUnknownsAColumn + 1) *
-                                 (grid_pays ? direct_seconds(unknowns, 1) / by_grid : 1.0);
+  const double few_columns_pay =
+      static_cast<double>(unknowns / kUnknownsAColumn + 1) * (grid_pays ? direct_seconds(unknowns, 1) / by_grid : 1.0);
   switch (spec.solver) {
     case SolverChoice::kLu:
       options.kind = SolverKind::kLu;

@@ -64,9 +64,9 @@ TEST(Sphere, Ka25ByProductsThroughAGrid) {
     EXPECT_LT((one.pressure - other.pressure).norm(), 3e-4 * one.pressure.norm()) << to_string(scheme);
     EXPECT_LE(std::abs(one.report.steps - other.report.steps), 1) << to_string(scheme);
   }
-  const SphereResult large = solve_sphere(
-      Scheme::kBurtonMillerPolished,
-      {.ka = 25.0, .subdivisions = 32, .system = {.grid_tolerance = 1e-5}, .tolerance = 1e-4});
+  const SphereResult large =
+      solve_sphere(Scheme::kBurtonMillerPolished,
+                   {.ka = 25.0, .subdivisions = 32, .system = {.grid_tolerance = 1e-5}, .tolerance = 1e-4});
   EXPECT_TRUE(large.report.converged);
   EXPECT_LT(large.error, 0.0045);
 }

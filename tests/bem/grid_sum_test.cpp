@@ -55,8 +55,7 @@ TriangleMesh stretched(const TriangleMesh& mesh, const Vector3& factors) {
 double product_error(const TriangleMesh& mesh, const Complex& wavenumber, double tolerance) {
   const Eigen::MatrixXcd x = random_columns(mesh.face_count(), 1);
   const LayerSum<double> direct(mesh, wavenumber, kGamma);
-  return (by_grid(mesh, wavenumber, tolerance)->apply(Layer::kBurtonMiller, x) -
-          direct.apply(Layer::kBurtonMiller, x))
+  return (by_grid(mesh, wavenumber, tolerance)->apply(Layer::kBurtonMiller, x) - direct.apply(Layer::kBurtonMiller, x))
              .norm() /
          x.norm();
 }
@@ -81,8 +80,7 @@ TEST(GridSum, EveryLayerIsTheDirectSum) {
         for (const Layer layer : kLayers) {
           const double unit = layer == Layer::kSingle || layer == Layer::kSingleAdjoint ? kGamma : 1.0;
           const Eigen::MatrixXcd expected = direct.apply(layer, x);
-          EXPECT_LT((grid->apply(layer, x) - expected).norm(),
-                    tolerance * std::max(unit * x.norm(), expected.norm()))
+          EXPECT_LT((grid->apply(layer, x) - expected).norm(), tolerance * std::max(unit * x.norm(), expected.norm()))
               << static_cast<int>(layer) << ' ' << alpha << ' ' << tolerance << ' ' << mesh.face_count();
         }
         for (const Layer layer : {Layer::kDouble, Layer::kBurtonMiller}) {

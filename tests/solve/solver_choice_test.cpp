@@ -40,7 +40,7 @@ TEST(SolverChoice, ProductsGoThroughAGridWhereThatIsFaster) {
   };
   const double direct = direct_seconds(50000, 1);
   EXPECT_EQ(kind(50000, 1, 0.1 * direct), SolverKind::kFft);
-  EXPECT_EQ(kind(50000, 1, 0.9 * direct), SolverKind::kMatrixFree);  // the grid must be made first
+  EXPECT_EQ(kind(50000, 1, 0.9 * direct), SolverKind::kMatrixFree);   // the grid must be made first
   EXPECT_EQ(kind(50000, 12, 0.4 * direct), SolverKind::kMatrixFree);  // columns share the kernels of direct products
   EXPECT_EQ(kind(50000, 400, direct), SolverKind::kLu);
   EXPECT_EQ(kind(50000, 400, 0.01 * direct), SolverKind::kFft);  // 400 cheap columns take less than factorising
