@@ -127,7 +127,10 @@ AccuracyReport interior_indicator(const Model& model, Scheme scheme, const Solve
   report.split_target = kNothing;
   const Points sources = interior_sources(mesh, centre_of_interest(model), kTargetReach, kSources, kSeed);
   std::vector<SolveRecord> unused;
-  SkinScattering scattering(mesh, model.wave, scheme, spec, model.array, unused, progress);
+  // The product is chosen for the block of all sources, but of so few columns that no factorisation is.
+  constexpr Eigen::Index kFacesASource = 600;
+  const Eigen::Index columns = std::min<Eigen::Index>(kSources, mesh.face_count() / kFacesASource + 1);
+  SkinScattering scattering(mesh, model.wave, scheme, spec, model.array, unused, progress, columns);
   const ScatteringSystem& system = scattering.system();
   const SourceField field = source_field(mesh, model.wave, sources);
   const IncidentField incident = interior_incident(system, field);

@@ -201,9 +201,8 @@ class Ladder {
             if (traits(scheme).interior_points && solver != SolverKind::kLu) {
               continue;
             }
-            if (solver == SolverKind::kFft &&
-                (precision == Precision::kDouble || (options_.solvers.empty() && !grid_pays(model, scheme)))) {
-              continue;  // the tolerance says in which precision
+            if (solver == SolverKind::kFft && options_.solvers.empty() && !grid_pays(model, scheme)) {
+              continue;
             }
             study_.rungs.push_back(rung(model, edge, scheme, spec_of(scene_, solver, precision), expected, shared));
             mark_pareto(study_.rungs);

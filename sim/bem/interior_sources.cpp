@@ -2,6 +2,8 @@
 
 #include <numbers>
 
+#include "sim/bem/grid_spec.h"
+
 namespace touchfield {
 
 namespace {
@@ -10,8 +12,8 @@ namespace {
 Eigen::MatrixXcd layer_product(const ScatteringSystem& system, Layer layer, const Eigen::MatrixXcd& x) {
   const Complex wavenumber = system.wave().wavenumber();
   Eigen::MatrixXcd y = system.sums().apply(layer, x);
-  const auto numbers =
-      system.options().grid_tolerance > 0 ? NearCorrections::Numbers::kSingle : NearCorrections::Numbers::kDouble;
+  const bool rough = system.options().grid_tolerance >= kFinestSingleGrid;
+  const auto numbers = rough ? NearCorrections::Numbers::kSingle : NearCorrections::Numbers::kDouble;
   NearCorrections(system.mesh(), wavenumber, 0.0, layer, system.options().rule, numbers).add_product(1.0, x, y);
   return y;
 }

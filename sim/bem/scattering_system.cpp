@@ -74,7 +74,8 @@ ScatteringSystem::Operators ScatteringSystem::make_operators() const {
     return (at_rest ? gauss_diagonal(*at_rest) : gauss_diagonal(mesh_)).cast<Complex>();
   };
   if (traits(scheme_).burton_miller) {
-    const auto numbers = by_grid ? NearCorrections::Numbers::kSingle : NearCorrections::Numbers::kDouble;
+    const bool rough = by_grid && options_.grid_tolerance >= kFinestSingleGrid;
+    const auto numbers = rough ? NearCorrections::Numbers::kSingle : NearCorrections::Numbers::kDouble;
     made.near = std::make_shared<NearCorrections>(mesh_, wave_.wavenumber(), gamma(), Layer::kBurtonMiller,
                                                   options_.rule, numbers);
     made.parts = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), made.near};

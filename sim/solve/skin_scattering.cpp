@@ -18,7 +18,7 @@ SystemOptions system_options(const SolverSpec& spec, SolverKind kind) {
   SystemOptions options;
   options.coupling = spec.coupling;
   options.rule.split_ratio = spec.split_ratio;
-  options.grid_tolerance = kind == SolverKind::kFft ? grid_tolerance(spec.tolerance) : 0.0;
+  options.grid_tolerance = kind == SolverKind::kFft ? grid_tolerance(spec) : 0.0;
   return options;
 }
 

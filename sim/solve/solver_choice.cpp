@@ -54,7 +54,18 @@ DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index
   return {0, "more work than a graphics card's start"};
 }
 
-double grid_tolerance(double tolerance) { return std::clamp(0.1 * tolerance, kFinestGridTolerance, 1e-3); }
+double grid_tolerance(const SolverSpec& spec) {
+  const double tolerance = std::clamp(0.1 * spec.tolerance, kFinestGridTolerance, 1e-3);
+  switch (spec.precision) {
+    case PrecisionChoice::kSingle:
+      return std::max(tolerance, kFinestSingleGrid);
+    case PrecisionChoice::kDouble:
+      return std::min(tolerance, 0.99 * kFinestSingleGrid);
+    case PrecisionChoice::kAuto:
+      break;
+  }
+  return tolerance;
+}
 
 double direct_seconds(Eigen::Index unknowns, Eigen::Index columns) {
   // 0.85 ns a pair; the more columns share its kernel, the less. Measured on hands of 5,000 to 21,000 faces.
@@ -63,7 +74,7 @@ double direct_seconds(Eigen::Index unknowns, Eigen::Index columns) {
 }
 
 double grid_seconds(const GridBody& body, const Wave& wave, const SolverSpec& spec) {
-  return choose_grid(body, wave.wavenumber(), spec.coupling / wave.k(), grid_tolerance(spec.tolerance)).seconds;
+  return choose_grid(body, wave.wavenumber(), spec.coupling / wave.k(), grid_tolerance(spec)).seconds;
 }
 
 double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid) {
@@ -81,10 +92,8 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   const double matrix = (small ? 16.0 : 8.0) * std::pow(static_cast<double>(unknowns), 2);
   const bool fits = available <= 0 || matrix <= kMatrixShare * available;
   const double direct = direct_seconds(unknowns, right_hand_sides);
-  const bool single_grid = grid_tolerance(spec.tolerance) >= kFinestSingleGrid;
-  const bool grid_suits =
-      grid_tolerance(spec.tolerance) <= 0.1 * spec.tolerance &&
-      (spec.precision == PrecisionChoice::kAuto || (spec.precision == PrecisionChoice::kSingle) == single_grid);
+  const bool single_grid = grid_tolerance(spec) >= kFinestSingleGrid;
+  const bool grid_suits = grid_tolerance(spec) <= 0.11 * spec.tolerance;
   const bool grid_pays = grid_suits && by_grid < kGridPays * direct;
   const SolverKind iterative = grid_pays ? SolverKind::kFft : SolverKind::kMatrixFree;
   // Right-hand sides up to which GMRES is cheaper than LU.

@@ -29,8 +29,9 @@ struct DeviceDecision {
 DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns,
                              Eigen::Index right_hand_sides);
 
-/// Accuracy of products by a grid with which a solution reaches a tolerance: a tenth of it, within what grids can do.
-double grid_tolerance(double tolerance);
+/// Accuracy of products by a grid with which a solution reaches the tolerance: a tenth of it, within what grids can do
+/// in the precision that is asked for, which decides that of the grid.
+double grid_tolerance(const SolverSpec& spec);
 
 /// Seconds of one thread for a product of a body's matrix with each of a block's columns, pair by pair in single
 /// precision and by a grid, on a processor of 2020: what the choice between them compares.

@@ -9,7 +9,7 @@ from support import FINGER, CommandTest, open_run, relative_l2, warning_names
 
 SCENE = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[{fixed: {phases_rad: 0}}]").replace(
     "write: [h5, vtp, vti]", "  alarm: never\njudge: none\nwrite: [h5]")
-CALLED = {"lu": "LU", "gmres": "GMRES, stored", "matrix_free": "GMRES, matrix-free"}
+CALLED = {"lu": "LU", "gmres": "GMRES, stored", "matrix_free": "GMRES, matrix-free", "fft": "GMRES, FFT"}
 
 
 class Solver(CommandTest):

@@ -205,6 +205,7 @@ const std::vector<Variant> kVariants = {
       "max_steps: 7, alarm: always, coupling: 0.3, split_ratio: 1.1}"}},
     {"gmres", {"solve.solver=gmres", "solve.precision=single", "solve.alarm=never"}},
     {"matrix_free", {"solve.solver=matrix_free"}},
+    {"fft", {"solve.solver=fft"}},
     {"no_judge", {"judge=none"}},
     {"judge_with_its_own_edge", {"judge={scheme: paper_corrected, edge_mm: 0.7}"}},
     {"judge_of_the_part", {"judge={scheme: chief, edge_mm: 0.7, whole: false}"}},

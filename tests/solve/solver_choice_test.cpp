@@ -45,10 +45,24 @@ TEST(SolverChoice, ProductsGoThroughAGridWhereThatIsFaster) {
   EXPECT_EQ(kind(50000, 400, direct), SolverKind::kLu);
   EXPECT_EQ(kind(50000, 400, 0.01 * direct), SolverKind::kFft);  // 400 cheap columns take less than factorising
   EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.tolerance = 1e-8}), SolverKind::kMatrixFree);  // finer than grids are
-  EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.precision = PrecisionChoice::kDouble}), SolverKind::kMatrixFree);
+  EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.precision = PrecisionChoice::kSingle, .tolerance = 1e-6}),
+            SolverKind::kMatrixFree);  // finer than single precision
   EXPECT_EQ(kind(500, 1, 1.0, {.solver = SolverChoice::kFft}), SolverKind::kFft);
   EXPECT_EQ(kind(50000, 1, 0.1 * direct, {}, Scheme::kChief), SolverKind::kLu);
   EXPECT_EQ(choose_device({.solver = SolverChoice::kFft}, Scheme::kBurtonMiller, 100000, 1).card, std::nullopt);
+}
+
+TEST(SolverChoice, PrecisionAndToleranceDecideWhatAGridIsMadeIn) {
+  EXPECT_DOUBLE_EQ(grid_tolerance({.tolerance = 1e-4}), 1e-5);
+  EXPECT_DOUBLE_EQ(grid_tolerance({.tolerance = 1e-9}), kFinestGridTolerance);
+  EXPECT_GE(grid_tolerance({.precision = PrecisionChoice::kSingle, .tolerance = 1e-9}), kFinestSingleGrid);
+  EXPECT_LT(grid_tolerance({.precision = PrecisionChoice::kDouble, .tolerance = 1e-2}), kFinestSingleGrid);
+  const auto precision = [](const SolverSpec& spec) {
+    return choose_solver(spec, Scheme::kBurtonMiller, 100000, 0.0, 1, 1e-3).options.precision;
+  };
+  EXPECT_EQ(precision({.solver = SolverChoice::kFft}), Precision::kSingle);
+  EXPECT_EQ(precision({.solver = SolverChoice::kFft, .tolerance = 1e-5}), Precision::kDouble);
+  EXPECT_EQ(precision({.solver = SolverChoice::kFft, .precision = PrecisionChoice::kDouble}), Precision::kDouble);
 }
 
 // A hand of 20,000 faces goes through a grid, a fingertip of 3,000 does not.
