@@ -26,7 +26,8 @@ double seconds_of(const Work& work) {
 }  // namespace
 
 double product_seconds(const TriangleMesh& mesh, const Wave& wave) {
-  const Eigen::Index rows = std::min<Eigen::Index>(mesh.face_count(), 1024);
+  constexpr Eigen::Index kTimedPairs = 30'000'000;
+  const Eigen::Index rows = std::min({mesh.face_count(), Eigen::Index{1024}, kTimedPairs / mesh.face_count() + 1});
   const LayerSum<float> sum(mesh, wave.wavenumber(), 0.0);
   const Eigen::MatrixXcd x = Eigen::MatrixXcd::Ones(mesh.face_count(), 1);
   sum.apply_head(Layer::kDouble, x, std::min<Eigen::Index>(rows, 16));  // wakes the threads
