@@ -114,6 +114,21 @@ TEST(HandTracker, FollowsAMovingHandThatCamerasSeeWithNoise) {
   }
 }
 
+// Points do not say how long a digit is where there is no skin: cameras look past an end that is thought to be there.
+TEST(HandTracker, LearnsDigitsThatAreShorterOrLonger) {
+  for (const double ratio : {-0.22, 0.15}) {
+    HandProportions by = HandProportions::Zero();
+    by(kDigitRatios + 1) = ratio;
+    const MovingHand hand(smaller_hand(), 3e-3, by, 2e-3);
+    Sight sight;
+    ASSERT_TRUE(sight.learn(hand));
+    EXPECT_NEAR(sight.tracker.shape().proportions(kDigitRatios + 1), ratio, 0.05);
+    const HandFit fit = sight.tracker.track(sight.at(hand, 26));
+    ASSERT_FALSE(fit.lost) << ratio;
+    EXPECT_LT(sight.error(fit, hand, 26).patch.rms, 0.5e-3) << ratio;
+  }
+}
+
 TEST(HandTracker, OneCameraIsEnoughForWhatItSees) {
   Sight sight(1);
   ASSERT_TRUE(sight.learn(moving_hand()));
