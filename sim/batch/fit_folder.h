@@ -24,8 +24,8 @@ struct FolderFit {
 /// A frame of a fit.
 struct FittedFrame {
   HandFit fit;
-  double milliseconds = 0;  // that it took, images at hand
-  std::string file;         // its mesh; empty where the hand was lost
+  double milliseconds = 0;             // that it took, images at hand
+  std::string file;                    // its mesh; empty where the hand was lost
   double landmark_off = kNotComputed;  // of the recording's landmarks, the farthest from where the fit has it [m]
 };
 

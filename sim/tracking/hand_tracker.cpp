@@ -616,8 +616,9 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
     chosen_points.push_back(std::move(points[from]));
     chosen_states.push_back(states[from]);
   }
+  const std::size_t step = (taken + kLearningViews - 1) / kLearningViews;
   std::vector<LearningView> views;
-  for (std::size_t i = 0; i < taken; i += std::max<std::size_t>(taken / kLearningViews, 1)) {
+  for (std::size_t i = 0; i < taken; i += step) {
     LearningView& view = views.emplace_back();
     view.frame = frame(numbers[(i * (states.size() - 1)) / std::max<std::size_t>(taken - 1, 1)]);
     view.points = chosen_points[i];
@@ -627,7 +628,7 @@ bool HandTracker::learn(std::size_t count, const std::function<DepthFrame(std::s
   learn_digits(views);
   shape_ = learnt_shape(*hand_, shape_, chosen_points, chosen_states, options_.learning);
   for (std::size_t i = 0; i < views.size(); ++i) {
-    views[i].fit.state = chosen_states[i * std::max<std::size_t>(taken / kLearningViews, 1)];
+    views[i].fit.state = chosen_states[i * step];
   }
   learn_digits(views);
   look_for({shape_});

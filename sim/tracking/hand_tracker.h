@@ -99,7 +99,7 @@ class HandTracker {
   /// Learns the hand's shape from frames that follow each other: finds and follows the hand by the template's shape, or
   /// what was learnt before, then learns from up to twelve of the frames.
   ///
-  /// frame     makes number 0, 1, ... of so many; one is in memory at a time
+  /// frame     makes number 0, 1, ... of so many, and up to three of them again; no more than these are in memory at a time
   /// returns   whether the hand was found in three frames or more; if not the shape is as it was
   bool learn(std::size_t count, const std::function<DepthFrame(std::size_t)>& frame);
   bool learn(const std::vector<DepthFrame>& frames) {

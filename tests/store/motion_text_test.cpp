@@ -68,8 +68,8 @@ TEST(FramesCsv, HasALineAFrameAndMethod) {
   const auto rows = cells_of(directory.file("frames.csv"));
   ASSERT_EQ(rows.size(), 1 + 2 * 4U);
   EXPECT_THAT(rows[0], ElementsAre("method", "frame", "sampled_s", "started_s", "late_s", "shown_s", "pose_time_s",
-                                   "quiet", "lost", "skin_off_mm", "patch_off_mm", "target_off_mm", "cost", "steps", "status",
-                                   "seconds_pose", "seconds_factorisation"));
+                                   "quiet", "lost", "skin_off_mm", "patch_off_mm", "target_off_mm", "cost", "steps",
+                                   "status", "seconds_pose", "seconds_factorisation"));
   EXPECT_THAT(rows[3], ElementsAre("surface", "2", testing::_, "0.101", "0.004", testing::_, testing::_, "0", "0",
                                    "0.3", "nan", "0.7", "0.2", "2", "iteration_limit", testing::_, "0.012"));
   const auto& quiet = rows[6];
