@@ -301,7 +301,7 @@ class RealImages(CommandTest):
         return len(found), len(rows)
 
     def test_stretched_fingers_turned_in_the_image(self):
-        self.assertEqual(self.found("a"), (7, 8))
+        self.assertEqual(self.found("a"), (8, 8))
 
     def test_bent_fingers(self):
         found, images = self.found("b")
