@@ -230,13 +230,17 @@ class Live {
     ::_exit(128 + signals_.signal());
   }
 
-  int reported(EmissionReport report) {
-    LiveReport loop = loop_->report();
+  LiveReport with_target_off(LiveReport loop) const {
     if (sensed_->truth) {
       for (MotionFrame& frame : loop.frames) {
         frame.target_off = target_off(*sensed_->truth, frame);
       }
     }
+    return loop;
+  }
+
+  int reported(EmissionReport report) {
+    const LiveReport loop = loop_->report();
     report.play.late = static_cast<std::size_t>(loop.late);
     report.play.dropped = static_cast<std::size_t>(loop.dropped);
     for (const MotionFrame& frame : loop.frames) {
@@ -244,7 +248,7 @@ class Live {
     }
     const LiveResult result{motion_, loop, report.play};
     if (directory_) {
-      write_text_file(directory_->file("live.csv"), live_csv(loop));
+      write_text_file(directory_->file("live.csv"), live_csv(with_target_off(loop)));
       if (!report.failure) {
         directory_->settle();
       }

@@ -42,14 +42,13 @@ std::vector<std::string> landmark_names(const SeenScene& seen) {
   return names;
 }
 
-Instant instant_of(const SeenScene& seen, int number) {
+Instant instant_of(const SeenScene& seen, int number, const std::vector<std::string>& landmarks) {
   const double seconds = to_seconds(instant(number, seen.moving.first().scene.motion->sensor.hz));
   const MotionState state = seen.moving.state(seconds);
   const Model model = seen.moving.at(state);
   TriangleMesh mesh = seen.skin.at(model, state);
   DepthFrame frame = seen.cameras.sees(mesh, seconds, static_cast<std::uint64_t>(number));
-  return {std::move(mesh), std::move(frame),
-          landmark_points(model.body.mesh, model.body.landmarks, landmark_names(seen))};
+  return {std::move(mesh), std::move(frame), landmark_points(model.body.mesh, model.body.landmarks, landmarks)};
 }
 
 void draw_instant(const std::string& path, const SeenScene& seen, const Instant& instant, PictureFormat format) {
@@ -154,11 +153,11 @@ std::vector<SightSummary> see_scene(const SeenScene& seen, RunDirectory& directo
   std::vector<SightSummary> summaries;
   std::ranges::transform(told, std::back_inserter(summaries),
                          [](const DepthCamera& camera) { return SightSummary{.camera = camera.name}; });
-  LandmarkRecording landmarks{.names = landmark_names(seen)};
+  LandmarkRecording landmarks{.names = landmark_names(seen), .seconds = {}, .at = {}};
   std::vector<std::pair<std::string, double>> seconds;
   timed(progress, seconds, "see", fmt::format("{} images of each of {} cameras", seen.frames, told.size()), [&] {
     for (int k = 0; k < seen.frames; ++k) {
-      const Instant instant = instant_of(seen, k);
+      const Instant instant = instant_of(seen, k, landmarks.names);
       folder.add(instant.frame);
       landmarks.seconds.push_back(instant.frame.seconds);
       landmarks.at.push_back(instant.landmarks);

@@ -30,26 +30,29 @@ HandProportions deviations(const LearningOptions& options) {
 /// no more of it. With noise of variance n per point, M points and P patches that differ by a variance s besides,
 ///
 ///   information per point = 1 / (n (1 + s M / (n P)))
-///
-/// returns   that share of the points' own weight
-double share_of_weight(const std::vector<HandPoints>& frames, const std::vector<std::vector<SkinMatch>>& matches) {
-  constexpr double kPatches = 200;  // of 10 mm x 10 mm: half the skin of a hand
-  double squares = 0;
-  double noise = 0;
-  double weights = 0;
-  double count = 0;
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    for (const SkinMatch& match : matches[f]) {
-      const double sigma = frames[f].sigma(match.point);
-      squares += match.weight * match.residual * match.residual;
-      noise += match.weight * sigma * sigma;
-      weights += match.weight;
+class Misfit {
+ public:
+  void add(const HandPoints& points, const std::vector<SkinMatch>& matches) {
+    for (const SkinMatch& match : matches) {
+      const double sigma = points.sigma(match.point);
+      squares_ += match.weight * match.residual * match.residual;
+      noise_ += match.weight * sigma * sigma;
     }
-    count += static_cast<double>(matches[f].size());
+    count_ += static_cast<double>(matches.size());
   }
-  const double model = std::max(0.0, squares - noise);
-  return weights > 0 ? 1 / (1 + model / noise * count / kPatches) : 1;
-}
+
+  /// That share of the points' own weight.
+  double share() const {
+    constexpr double kPatches = 200;  // of 10 mm x 10 mm: half the skin of a hand
+    const double model = std::max(0.0, squares_ - noise_);
+    return noise_ > 0 ? 1 / (1 + model / noise_ * count_ / kPatches) : 1;
+  }
+
+ private:
+  double squares_ = 0;  // weighted
+  double noise_ = 0;    // likewise, of the points' own
+  double count_ = 0;
+};
 
 /// The sum of squares of one frame about its pose and the proportions.
 struct FrameSystem {
@@ -106,7 +109,7 @@ ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, c
                             const HandProportions& deviation, PoseFit& fit) {
   std::vector<FrameSystem> systems;
   std::vector<Vector3> centres;
-  std::vector<std::vector<SkinMatch>> matches;
+  Misfit misfit;
   ProportionMatrix curvature = ProportionMatrix::Zero();
   HandProportions slope = HandProportions::Zero();
   for (std::size_t f = 0; f < frames.size(); ++f) {
@@ -117,9 +120,9 @@ ShapedHand proportions_step(const HandTemplate& hand, const ShapedHand& shape, c
     const MixedMatrix solved = system.pose.ldlt().solve(system.mixed);
     curvature += system.shape - system.mixed.transpose() * solved;
     slope += system.shape_slope - solved.transpose() * system.pose_slope;
-    matches.push_back(fit.matches());
+    misfit.add(frames[f], fit.matches());
   }
-  const HandProportions stiffness = deviation.cwiseAbs2().cwiseInverse() / share_of_weight(frames, matches);
+  const HandProportions stiffness = deviation.cwiseAbs2().cwiseInverse() / misfit.share();
   curvature.diagonal() += stiffness;
   slope -= stiffness.cwiseProduct(shape.proportions - expected);
   const HandProportions step = curvature.ldlt().solve(slope).cwiseMax(-0.1).cwiseMin(0.1);
