@@ -69,7 +69,7 @@ class Limits(CommandTest):
             self.assertEqual((done.returncode, done.stderr), (0, ""), command)
 
     def test_processor_time_that_runs_out(self):
-        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.6"))
+        self.write("long.yaml", SCENE.replace("edge_mm: 2.6", "edge_mm: 0.6").replace("solve:", "solve:\n  solver: matrix_free"))
         done = self.under("-t 4", "run long.yaml -o out", {"OMP_NUM_THREADS": "1"})
         self.assertEqual(done.returncode, 128 + 24, done.stderr)  # SIGXCPU
         self.assertIn("ulimit -t", done.stderr)
