@@ -73,8 +73,8 @@ struct FrameStream {
   double stale = 0.15;                                           // [s], > 0
 };
 
-/// Sends the newest frame of a stream as soon as it is there, at most as many a second as the link carries. The array is
-/// quiet while what was seen for the frame that it has is older than stream.stale: before the first frame, when none
+/// Sends the newest frame of a stream as soon as it is there, at most as many a second as the link carries. The array
+/// is quiet while what was seen for the frame that it has is older than stream.stale: before the first frame, when none
 /// comes, and when those that come are that old already, which are not sent. It is quieted at the end, be it an error.
 ///
 /// seconds   after which it ends, if the stream is not over before and the pace does not stop it

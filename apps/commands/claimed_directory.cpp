@@ -70,7 +70,9 @@ std::vector<std::string> read_by(const std::string& scene_file, const Scene& sce
     if (const auto* recorded = std::get_if<RecordedSpec>(&scene.motion->sensor.sight)) {
       read.push_back(recorded->folder);
     } else if (const auto* joints = std::get_if<JointsSpec>(&scene.motion->sensor.sight)) {
-      read.push_back(joints->file);
+      if (const auto* file = std::get_if<std::string>(&joints->from)) {
+        read.push_back(*file);
+      }
     }
   }
   return read;

@@ -16,8 +16,8 @@ namespace touchfield {
 ///
 /// output   of a command; empty: a new directory, which is always another one
 /// read     files and folders that it reads
-/// throws   InputError if the output is a folder that is read or lies in one, or if a file that is read, or one in such a
-///          folder, is of the run that the output holds: --force would remove it
+/// throws   InputError if the output is a folder that is read or lies in one, or if a file that is read, or one in such
+///          a folder, is of the run that the output holds: --force would remove it
 void require_apart(const std::string& output, const std::vector<std::string>& read);
 /// The same of what a scene reads.
 void require_apart(const std::string& output, const std::string& scene_file, const Scene& scene);
@@ -25,11 +25,12 @@ void require_apart(const std::string& output, const std::string& scene_file, con
 /// What a scene reads: its file unless that is "", the files that it names and the folder of recorded images.
 std::vector<std::string> read_by(const std::string& scene_file, const Scene& scene);
 
-/// The directory of a command's results, closed by an interrupt as well: from this object's making on signals are taken by a
-/// thread of their own, so it is made before any other thread.
+/// The directory of a command's results, closed by an interrupt as well: from this object's making on signals are taken
+/// by a thread of their own, so it is made before any other thread.
 class ClaimedDirectory {
  public:
-  /// kept   what an interrupt says of what is already written, after "interrupted by SIGINT; "; {} stands for failed.json
+  /// kept   what an interrupt says of what is already written, after "interrupted by SIGINT; "; {} stands for
+  ///        failed.json
   explicit ClaimedDirectory(const std::string& kept);
 
   /// Claims `output`, or results/runs/NAME-NNNN if it is empty.
@@ -37,7 +38,8 @@ class ClaimedDirectory {
   RunDirectory& claim(const std::string& output, bool force, const std::string& name,
                       const std::vector<std::string>& files);
 
-  /// The work of a command in what it claimed: released when it is done; if it throws, recorded as fail() does and thrown on.
+  /// The work of a command in what it claimed: released when it is done; if it throws, recorded as fail() does and
+  /// thrown on.
   void fill(Progress& progress, const std::function<void()>& work);
 
  private:

@@ -108,8 +108,8 @@ std::string first_log_line(const std::string& scene, int threads);
 /// What a process that was killed left of it half-written is removed.
 ///
 /// read     files that the command reads
-/// throws   InputError if there is a file of the name that the command is to write and --force does not replace it, or if
-///          it is one of those that are read, by whatever name
+/// throws   InputError if there is a file of the name that the command is to write and --force does not replace it, or
+///          if it is one of those that are read, by whatever name
 void require_free_output(const std::string& path, bool force, const std::vector<std::string>& read = {});
 
 /// The command as it was typed, quoted for a shell; words that are no plain UTF-8 text as bash and zsh write them,

@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "hardware/emission.h"
+#include "hardware/emission/emission.h"
 
 namespace touchfield {
 

@@ -24,7 +24,7 @@ struct FitCommand {
   std::string output;  // empty: results/runs/NAME-NNNN
   bool force = false;
   std::string pose = "auto";
-  std::string side = "right";
+  std::string side = "auto";
   double length_mm = HandShape{}.length / kMillimetre;
   double breadth_mm = HandShape{}.breadth / kMillimetre;
   double edge_mm = 3;
@@ -36,6 +36,7 @@ FolderFit fit_of(const FitCommand& command) {
   FolderFit how;
   how.any_pose = command.pose == "auto";
   how.hand.pose = how.any_pose ? HandShape{}.pose : command.pose;
+  how.any_side = command.side == "auto";
   how.hand.side = command.side == "left" ? HandSide::kLeft : HandSide::kRight;
   how.hand.length = command.length_mm * kMillimetre;
   how.hand.breadth = command.breadth_mm * kMillimetre;
@@ -81,6 +82,8 @@ nlohmann::ordered_json fit_json(const FittedFolder& fitted, const std::string& d
   return {{"directory", directory},
           {"frames", summary.frames},
           {"lost", summary.lost},
+          {"pose", fitted.hand.pose},
+          {"side", side_name(fitted.hand.side)},
           {"shape_learnt", fitted.learnt},
           {"length_ratio", std::exp(fitted.proportions(kLengthRatio))},
           {"breadth_ratio", std::exp(fitted.proportions(kBreadthRatio))},
@@ -139,10 +142,12 @@ void add_fit_command(CLI::App& app, Invocation& invocation) {
   command->add_flag("--force", fit->force, "Replace what the output directory holds of a run");
   std::vector<std::string> poses = hand_poses();
   poses.emplace_back("auto");
-  command->add_option("--pose", fit->pose, "How the fingers are held; auto: index_up or flat, what comes nearer")
+  command->add_option("--pose", fit->pose, "How the fingers are held; auto: index_up or flat, whichever fits better")
       ->check(one_of(poses))
       ->capture_default_str();
-  command->add_option("--side", fit->side, "Which hand")->check(one_of({"right", "left"}))->capture_default_str();
+  command->add_option("--side", fit->side, "Which hand; auto: whichever fits better")
+      ->check(one_of({"right", "left", "auto"}))
+      ->capture_default_str();
   add_number(command, "--length-mm", fit->length_mm, schema::between(120, 260),
              "Length of the hand before its shape is learnt");
   add_number(command, "--breadth-mm", fit->breadth_mm, schema::between(50, 150),

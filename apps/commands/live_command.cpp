@@ -24,6 +24,7 @@
 #include "sim/core/json_text.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/seen_error.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/stages.h"
 #include "sim/store/run_file.h"
@@ -158,7 +159,7 @@ class Live {
       leave_one_to_the_sensor(apply_threads(flags_), *scene_.motion);
       const Scene scene = within_budget(scene_, notes_, &progress_);
       apply_threads(flags_);
-      SensedMotion sensed = sensed_motion(scene, nullptr, &progress_);
+      SensedMotion sensed = sensed_motion(scene, nullptr, &progress_, MotionClock::kWall);
       std::vector<std::pair<std::string, double>> taken;
       timed(progress_, taken, "", "what the sensor learns", [&] { sensed.sensor->start(progress_); });
       return sensed;

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "hardware/emission.h"
+#include "hardware/emission/emission.h"
 #include "sim/motion/live.h"
 
 namespace touchfield {

@@ -21,8 +21,8 @@ struct LiveResult {
 std::string describe_live(const LiveResult& result);
 nlohmann::ordered_json live_json(const LiveResult& result);
 
-/// live.csv: a header line and a line a frame: number, times since the loop began [s], whether it is quiet, and lost, seconds a
-/// stage; nan where a frame was without it.
+/// live.csv: a header line and a line a frame: number, times since the loop began [s], whether it is quiet, and lost,
+/// seconds a stage; nan where a frame was without it.
 std::string live_csv(const LiveReport& report);
 
 }  // namespace touchfield

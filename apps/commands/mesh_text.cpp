@@ -4,6 +4,7 @@
 
 #include "apps/commands/run_json.h"
 #include "sim/acoustics/medium.h"
+#include "sim/core/counted.h"
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
 

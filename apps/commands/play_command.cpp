@@ -15,6 +15,7 @@
 #include "sim/core/json_text.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/play.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/motion_text.h"

@@ -70,7 +70,8 @@ int dispatch(int argc, char** argv) {
   }
 }
 
-/// A level that TOUCHFIELD_LEVEL misnames, and variables that libraries crash by, are found before anything is computed.
+/// A level that TOUCHFIELD_LEVEL misnames, and variables that libraries crash by, are found before anything is
+/// computed.
 void check_instruction_level() {
   try {
     instruction_level();

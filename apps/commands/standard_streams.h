@@ -5,12 +5,13 @@
 namespace touchfield {
 
 /// To be called first: a standard stream that is closed is held open, so that no result file gets its number. A reader
-/// that goes away ends no computation, a limit on the size of files is an error of writing (SIGPIPE, SIGXFSZ are ignored).
+/// that goes away ends no computation, a limit on the size of files is an error of writing (SIGPIPE, SIGXFSZ are
+/// ignored).
 void hold_standard_streams();
 
 /// Prints on standard output, and on standard error, as visible_text: whatever a file or an argument holds, no terminal
-/// obeys it. Neither throws: what has been computed must not be lost because nobody listens. A stream that does not take
-/// everything is reported by finish_output().
+/// obeys it. Neither throws: what has been computed must not be lost because nobody listens. A stream that does not
+/// take everything is reported by finish_output().
 void put(std::string_view text);
 void say(std::string_view text);
 

@@ -7,7 +7,7 @@
 
 #include "hardware/array_link.h"
 #include "hardware/attention.h"
-#include "hardware/make_link.h"
+#include "hardware/links/make_link.h"
 
 namespace touchfield {
 

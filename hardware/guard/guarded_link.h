@@ -9,12 +9,12 @@
 #include "hardware/attention.h"
 #include "hardware/guard/guard_channel.h"
 #include "hardware/guard/vigil.h"
-#include "hardware/make_link.h"
+#include "hardware/links/make_link.h"
 
 namespace touchfield {
 
-/// For an answer of a guard [s]; the link itself gives up after kLinkPatience, and a guard that was away for longer than
-/// kLongestGap quiets the device when it is back. Time in which this process is stopped or frozen does not count.
+/// For an answer of a guard [s]; the link itself gives up after kLinkPatience, and a guard that was away for longer
+/// than kLongestGap quiets the device when it is back. Time in which this process is stopped or frozen does not count.
 inline constexpr double kGuardPatience = 1;
 /// For the end of a watchdog that has to quiet the device itself [s].
 inline constexpr double kEndPatience = 2;

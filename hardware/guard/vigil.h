@@ -47,7 +47,8 @@ class Vigil {
   /// It said something.
   void heard(double now) { silence_.heard(now); }
   /// To be called every kLookPeriod while it has to speak.
-  /// returns   "was stopped by a signal", "was held by a debugger", "said nothing for 250 ms", or nothing if all is well
+  /// returns   "was stopped by a signal", "was held by a debugger", "said nothing for 250 ms", or nothing if all is
+  ///           well
   std::optional<std::string> fault(double now);
   /// Whether a signal has stopped it.
   bool is_stopped() const;

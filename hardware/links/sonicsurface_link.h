@@ -13,8 +13,8 @@ namespace touchfield {
 /// at all, and answers nothing: that a board is there at all is only seen at the bench.
 ///
 /// A frame goes out when the line has had the time to carry the one before and, as far as the system can tell, has done
-/// so: no queue builds up behind it, and a line that stands still is lost within kLinkPatience. A silence takes the place
-/// of what has not left yet: whatever part of a frame the board has then, it is never committed.
+/// so: no queue builds up behind it, and a line that stands still is lost within kLinkPatience. A silence takes the
+/// place of what has not left yet: whatever part of a frame the board has then, it is never committed.
 class SonicsurfaceLink final : public ArrayLink {
  public:
   SonicsurfaceLink(std::string port, SonicsurfaceFirmware firmware, SonicsurfaceOrder order);

@@ -14,8 +14,8 @@
 
 #include "sim/core/types.h"
 
-/// Matrices of the library as arrays of NumPy's and back. What is n points as columns here, 3 x n, is n x 3 there: the same
-/// bytes.
+/// Matrices of the library as arrays of NumPy's and back. What is n points as columns here, 3 x n, is n x 3 there: the
+/// same bytes.
 namespace touchfield::python {
 
 namespace nb = nanobind;

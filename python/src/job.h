@@ -10,8 +10,8 @@
 
 namespace touchfield::python {
 
-/// What a computation ends by when Python was interrupted. No std::exception, so that nothing on the way takes it for an
-/// error to go on from.
+/// What a computation ends by when Python was interrupted. No std::exception, so that nothing on the way takes it for
+/// an error to go on from.
 struct Stopped {};
 
 /// What is to be said of a result beside it.
@@ -27,9 +27,9 @@ void say(const Remark& remark);
 
 using Work = std::function<void(Progress&)>;
 
-/// Does work on a thread of its own while this one lets go of the interpreter and looks for signals. On Ctrl-C the work is
-/// told so by its Progress, which throws Stopped; work that does not hear of it within a moment is left to end by itself.
-/// One piece of work is done at a time: the next one waits.
+/// Does work on a thread of its own while this one lets go of the interpreter and looks for signals. On Ctrl-C the work
+/// is told so by its Progress, which throws Stopped; work that does not hear of it within a moment is left to end by
+/// itself. One piece of work is done at a time: the next one waits.
 ///
 /// Warnings and notes of the Progress are said when the work has ended.
 ///

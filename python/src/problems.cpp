@@ -10,10 +10,12 @@
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/solve/array_view.h"
+#include "sim/solve/clear_transducers.h"
 #include "sim/solve/kept_models.h"
 #include "sim/solve/methods.h"
 #include "sim/solve/solve_model.h"
 #include "solvers/phase/certificate.h"
+#include "solvers/phase/skin_field.h"
 
 namespace touchfield::python {
 

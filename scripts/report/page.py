@@ -290,6 +290,11 @@ def add_cameras(page, work, report, quick):
              "where they stand unless a row says otherwise.")
     page.figure("cameras.png", "Judged error (mean and 95 %) against what is changed of the sensor. Grey: the skin known exactly. Squares: how far the skin about the target is off.",
                 origin)
+    population = table(cameras.POPULATION)
+    page.add(cameras.population_sentence(population))
+    page.add(markdown_table(["cameras", "hands", "found", "wrong", "seen skin [mm]", "farthest fingertip [mm]"],
+                            [[row["cameras"], row["name"], percent(row["found"]), percent(row["wrong"]), row["skin_mm"], row["tip_mm"]]
+                             for row in population]))
     page.add(lines_of(cameras.sentences(rows, table(noise) if noise.exists() else [])))
     page.table("cameras.csv", ["sensor", "value", "hand", "lost", "skin [mm]", "at the target [mm]", "mean error", "95 %", "above [points]"],
                [[row["sensor"], row["value"], row["hand"], f"{row['lost']} of {row['frames']}", number(row["skin_mm"], 2),

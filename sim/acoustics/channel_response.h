@@ -4,8 +4,8 @@
 
 namespace touchfield {
 
-/// What real channels make of their drives: channel n radiates gain_n exp(i phase_n) times what it was designed to. Both
-/// empty: every channel is as designed.
+/// What real channels make of their drives: channel n radiates gain_n exp(i phase_n) times what it was designed to.
+/// Both empty: every channel is as designed.
 struct ChannelResponse {
   Eigen::VectorXd gain;   // N, >= 0; 0: dead
   Eigen::VectorXd phase;  // N [rad]

@@ -66,8 +66,8 @@ SourceLoop<Real> loop_of() {
   }
 }
 
-/// The pressures of all channels at a point, or their derivatives along a direction, by the loop over them where that knows
-/// the array, else one by one.
+/// The pressures of all channels at a point, or their derivatives along a direction, by the loop over them where that
+/// knows the array, else one by one.
 template <typename Real>
 class ChannelValues {
  public:

@@ -30,7 +30,8 @@ Eigen::MatrixXcf incident_derivative_matrix_single(const TransducerArray& array,
 /// Incident pressure of a driven array, G q, without forming G.
 ///
 /// drive     N x S: complex drives q_n (amplitude 0..1 times exp(i phi)), one column a solution
-/// single    whether the sums over channels are in single precision, with an error of 1e-6 of the largest there could be
+/// single    whether the sums over channels are in single precision, with an error of 1e-6 of the largest there could
+///           be
 /// returns   J x S [Pa]
 Eigen::MatrixXcd incident_pressure(const TransducerArray& array, const Wave& wave, const Points& points,
                                    const Eigen::MatrixXcd& drive, bool single = false);

@@ -35,9 +35,9 @@ struct SourceWave {
 ///
 /// without the term of d' on the axis, where its mean over all sides is 0.
 ///
-/// accuracy   1e-14 of the largest amplitude / r (of a derivative k times as much), while k r < 1e5; within 1e-7 rad of an
-///            axis d itself is known to no more than 1e-8, since the angle comes from its cosine. In single precision
-///            1e-7 k r + 1e-3 |d'|, while k r < 1e4
+/// accuracy   1e-14 of the largest amplitude / r (of a derivative k times as much), while k r < 1e5; within 1e-7 rad of
+///            an axis d itself is known to no more than 1e-8, since the angle comes from its cosine. In single
+///            precision 1e-7 k r + 1e-3 |d'|, while k r < 1e4
 template <typename Real>
 using SourceLoop = void (*)(const SourceWave<Real>& wave, const Real* point, const Real* direction,
                             const SourceArrays<Real>& sources, int count, Real* values);

@@ -15,8 +15,8 @@ constexpr Real kHalfPi = Real(1.57079632679489661923);
 template <typename Real>
 constexpr Real kOnAxis = sizeof(Real) == 8 ? Real(1e-12) : Real(1e-6);  // [rad]
 
-/// The angle of a cosine c in 0..1, to 2e-16, or what single precision leaves of it: pi/2 - asin c below 1/2, 2 asin sqrt((1 - c) / 2) above, and
-/// asin x = x + x R(x^2) on 0..1/2.
+/// The angle of a cosine c in 0..1, to 2e-16, or what single precision leaves of it: pi/2 - asin c below 1/2, 2 asin
+/// sqrt((1 - c) / 2) above, and asin x = x + x R(x^2) on 0..1/2.
 /// source   R: the rational approximation of Sun's fdlibm (e_asin.c, 1993)
 template <typename Real>
 inline Real angle_of(Real c) {

@@ -6,6 +6,7 @@
 
 #include "sim/core/json_text.h"
 #include "sim/core/units.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/solve/meshed_body.h"
 
 namespace touchfield {

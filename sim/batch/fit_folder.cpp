@@ -51,35 +51,60 @@ bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker, Pro
   return false;
 }
 
-/// The pose of the built-in hand that comes nearest to the first frame, of some spread over the recording, that one is found in.
-std::string nearest_pose(const CameraFolder& folder, const FolderFit& how) {
+/// The built-in hands that a recording may show, and how well each fits.
+struct Candidate {
+  Candidate(const HandShape& shape, const CameraFolder& folder, const FolderFit& how)
+      : hand(shape),
+        tracker(HandTemplate(hand, HandTemplate::kUsualEdge), folder.cameras(),
+                Box{how.workspace[0], how.workspace[1]}) {}
+
+  HandShape hand;
+  HandTracker tracker;
+  double worth = 0;  // of some frames together
+};
+
+/// Fits each to some frames, spread over the recording, until two show a hand.
+void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
   constexpr std::size_t kMostFrames = 4;
-  std::deque<HandTracker> trackers;  // they cannot be moved
-  const std::vector<std::string> poses = {"index_up", "flat"};
-  for (const std::string& pose : poses) {
-    HandShape hand = how.hand;
-    hand.pose = pose;
-    trackers.emplace_back(HandTemplate(hand, HandTemplate::kUsualEdge), folder.cameras(),
-                          Box{how.workspace[0], how.workspace[1]});
-  }
+  constexpr int kEnough = 2;  // frames
   const std::size_t step = (folder.size() + kMostFrames - 1) / kMostFrames;
-  for (std::size_t k = 0; k < folder.size(); k += step) {
+  int found = 0;
+  for (std::size_t k = 0; k < folder.size() && found < kEnough; k += step) {
     const DepthFrame frame = folder.frame(k);
-    std::size_t best = poses.size();
-    double most = 0;
-    for (std::size_t pose = 0; pose < poses.size(); ++pose) {
-      trackers[pose].forget();
-      const HandFit fit = trackers[pose].track(frame);
-      if (!fit.lost && fit.worth() > most) {
-        most = fit.worth();
-        best = pose;
-      }
+    bool any = false;
+    for (Candidate& candidate : candidates) {
+      candidate.tracker.forget();
+      const HandFit fit = candidate.tracker.track(frame);
+      candidate.worth += fit.lost ? 0.0 : fit.worth();
+      any = any || !fit.lost;
     }
-    if (best < poses.size()) {
-      return poses[best];
+    found += any ? 1 : 0;
+  }
+}
+
+/// The hand whose pose and side fit best, of those that may be chosen; a warning where the other side fits nearly as well.
+HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::optional<std::string>& warning) {
+  constexpr double kClear = 0.9;     // of the worth of the best
+  std::deque<Candidate> candidates;  // trackers cannot be moved
+  for (const std::string& pose :
+       how.any_pose ? std::vector<std::string>{"index_up", "flat"} : std::vector{how.hand.pose}) {
+    for (const HandSide side :
+         how.any_side ? std::vector{HandSide::kRight, HandSide::kLeft} : std::vector{how.hand.side}) {
+      HandShape hand = how.hand;
+      hand.pose = pose;
+      hand.side = side;
+      candidates.emplace_back(hand, folder, how);
     }
   }
-  return poses.front();
+  compare(folder, candidates);
+  const Candidate& best = *std::ranges::max_element(candidates, {}, &Candidate::worth);
+  for (const Candidate& other : candidates) {
+    if (other.hand.side != best.hand.side && other.worth > kClear * best.worth) {
+      warning = fmt::format("side: the images fit a {} hand nearly as well as the {} hand that is taken; give --side",
+                            side_name(other.hand.side), side_name(best.hand.side));
+    }
+  }
+  return best.hand;
 }
 
 /// Whether the other hand is in the images.
@@ -313,11 +338,10 @@ class FolderFitter {
     });
     write_tables();
     if (steps_.empty()) {
-      const char* other = how_.hand.side == HandSide::kRight ? "left" : "right";
-      throw InputError(finds_other_hand(folder_, how_, progress)
+      throw InputError(!how_.any_side && finds_other_hand(folder_, how_, progress)
                            ? fmt::format("the hand was found in none of {0} frames; the images show a {1} hand: give "
                                          "--side {1}",
-                                         folder_.size(), other)
+                                         folder_.size(), side_name(other_side(how_.hand.side)))
                            : nothing_found(folder_.cameras(), uses_, fitted_.frames, how_));
     }
     std::ranges::for_each(cameras_apart(folder_.cameras(), uses_), warn);
@@ -404,12 +428,20 @@ class FolderFitter {
 
 FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress) {
   FolderFit own = how;
-  if (how.any_pose) {
+  std::optional<std::string> warning;
+  if (how.any_pose || how.any_side) {
     std::vector<std::pair<std::string, double>> seconds;
-    own.hand.pose = timed(progress, seconds, "pose", "that comes nearest", [&] { return nearest_pose(folder, how); });
-    progress.note(fmt::format("  pose {}", own.hand.pose));
+    own.hand = timed(progress, seconds, "hand", "whose pose and side fit best",
+                     [&] { return nearest_hand(folder, how, warning); });
+    progress.note(fmt::format("  pose {}, {} hand", own.hand.pose, side_name(own.hand.side)));
   }
-  return FolderFitter(folder, own, directory).fitted(progress);
+  FittedFolder fitted = FolderFitter(folder, own, directory).fitted(progress);
+  fitted.hand = own.hand;
+  if (warning) {
+    progress.warn(*warning);
+    fitted.warnings.push_back(*warning);
+  }
+  return fitted;
 }
 
 }  // namespace touchfield

@@ -15,7 +15,8 @@ namespace touchfield {
 /// How a hand is fitted to recorded images.
 struct FolderFit {
   HandShape hand;                    // before its shape is learnt
-  bool any_pose = false;             // index_up or flat, what comes nearer, instead of the hand's own
+  bool any_pose = false;             // index_up or flat, whichever is closer, instead of the hand's own
+  bool any_side = false;             // right or left, whichever is closer, instead of the hand's own
   double edge = 3e-3;                // of the meshes that are written [m]
   std::array<Vector3, 2> workspace;  // corners of the box that it is looked for in [m]
   double learning = 1;  // its shape is learnt from the first part so long in which it is found [s]; 0: it is as it is
@@ -30,6 +31,7 @@ struct FittedFrame {
 };
 
 struct FittedFolder {
+  HandShape hand;  // that was fitted, before its shape was learnt
   std::vector<std::string> warnings;
   bool learnt = false;  // the hand's shape
   HandProportions proportions = HandProportions::Zero();
@@ -45,7 +47,7 @@ std::vector<std::string> fit_files(const CameraFolder& folder);
 /// scene's body of them with the hand's landmarks; fit.csv, a line a frame, with the recording's own times and why the hand
 /// is lost; landmarks.csv, where it has the hand's landmarks (landmark_table.h). Frames in which it is have no mesh. Where it ends early the tables are of the frames until then.
 ///
-/// Warns of what is odd in the recording (CameraFolder::warnings), and of a camera that sees no skin where the others see it.
+/// Warns of what is odd in the recording (CameraFolder::warnings), of a side that another comes close to, and of a camera that sees no skin where the others see it.
 ///
 /// throws   InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame, saying what the nearest one
 ///          lacks and what each camera sees; IoError

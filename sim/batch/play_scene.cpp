@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/batch/run_model.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/pictures/motion_picture.h"
 #include "sim/solve/stages.h"
 #include "sim/store/motion_file.h"

@@ -7,6 +7,7 @@
 #include "sim/batch/run_directory.h"
 #include "sim/core/progress.h"
 #include "sim/motion/play.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/pictures/picture_format.h"
 
 namespace touchfield {

@@ -23,6 +23,7 @@
 #include "sim/core/text_number.h"
 #include "sim/core/version.h"
 #include "sim/motion/frame_budget.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/store/motion_summary.h"
 #include "solvers/linear/system_limits.h"

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/body/implicit_surface.h"
 #include "sim/mesh/subset.h"
 
 namespace touchfield {
@@ -31,9 +30,9 @@ struct Weights {
 
 }  // namespace
 
-FinishedSkin::FinishedSkin(const SoftBody& body, double radius, double spacing)
-    : radius_(radius), spacing_(spacing), origin_(body.lower().array() - kMargin * spacing) {
-  const Vector3 size = (body.upper() - body.lower()) / spacing_;
+FinishedSkin::FinishedSkin(const SkinFunction& body, double radius, double spacing)
+    : radius_(radius), spacing_(spacing), origin_(body.lower.array() - kMargin * spacing) {
+  const Vector3 size = (body.upper - body.lower) / spacing_;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     blocks_[axis] = static_cast<int>((size(static_cast<Eigen::Index>(axis)) + 2.0 * kMargin) / kBlock) + 1;
     nodes_[axis] = blocks_[axis] * kBlock;
@@ -70,7 +69,7 @@ void FinishedSkin::for_each_node(const Node& block, const Visit& visit) const {
 
 /// The body's function in all blocks that its closed skin may cross, and in those next to them; its value in the middle
 /// all over any other block.
-void FinishedSkin::sample(const SoftBody& body) {
+void FinishedSkin::sample(const SkinFunction& body) {
   const auto blocks = static_cast<std::size_t>(blocks_[0] * blocks_[1] * blocks_[2]);
   constexpr double kHalf = 0.5 * kBlock;
   const double reach = kSteepest * std::sqrt(3.0) * kHalf * spacing_;
@@ -103,8 +102,8 @@ void FinishedSkin::sample(const SoftBody& body) {
       for_each_node(block, [&](const Node& n) { values_[index(n)] = middle[block_index(block)]; });
       return;
     }
-    const SoftBody near = body.within(middle_of(block), std::sqrt(3.0) * kHalf * spacing_);
-    for_each_node(block, [&](const Node& n) { values_[index(n)] = static_cast<float>(near.distance(point(n))); });
+    const SkinFunction::Distance near = body.within(middle_of(block), std::sqrt(3.0) * kHalf * spacing_);
+    for_each_node(block, [&](const Node& n) { values_[index(n)] = static_cast<float>(near(point(n))); });
   });
   for (int k = 1; k < nodes_[2] - 1; ++k) {
     for (int j = 1; j < nodes_[1] - 1; ++j) {

@@ -2,18 +2,27 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "sim/core/types.h"
 
 namespace touchfield {
 
-class SoftBody;
-
 /// Value of an implicit function: about the signed distance [m], negative inside, and its gradient.
 struct ImplicitValue {
   double distance;
   Vector3 gradient;
+};
+
+/// The function of a body, and the same within a ball, where it takes less.
+struct SkinFunction {
+  using Distance = std::function<double(const Vector3&)>;
+
+  Vector3 lower;  // a box around the body [m]
+  Vector3 upper;
+  Distance distance;
+  std::function<Distance(const Vector3& centre, double radius)> within;
 };
 
 /// The function of a body near its skin: closed, filled and smoothed on a grid.
@@ -30,7 +39,7 @@ class FinishedSkin {
  public:
   /// radius    of the ball [m], > 0
   /// spacing   of the grid [m], at most the radius
-  FinishedSkin(const SoftBody& body, double radius, double spacing);
+  FinishedSkin(const SkinFunction& body, double radius, double spacing);
 
   /// Whether the field is known at x: within some spacings of the skin.
   bool covers(const Vector3& x) const;
@@ -55,7 +64,7 @@ class FinishedSkin {
   template <class Visit>
   void for_each_node(const Node& block, const Visit& visit) const;
 
-  void sample(const SoftBody& body);
+  void sample(const SkinFunction& body);
   Points free_surface(std::vector<int>& nearest) const;
   void close_gaps();
   void fill_cavities();

@@ -1,48 +1,13 @@
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/body/body.h"
+#include "sim/body/hand_pose.h"
 #include "sim/mesh/remesh/edge_sizing.h"
 
 namespace touchfield {
-
-enum class HandSide { kRight, kLeft };
-
-constexpr HandSide other_side(HandSide side) { return side == HandSide::kRight ? HandSide::kLeft : HandSide::kRight; }
-
-/// Angles of a finger's joints [rad] that differ from the pose's.
-struct FingerJoints {
-  std::optional<double> abduction;  // away from the middle finger; the middle finger's: towards the thumb. Index -15 to
-                                    // 42, middle -20 to 20, ring -15 to 25, little -15 to 45 degrees
-  std::optional<double> mcp;        // knuckle, flexion; 0 to 90 degrees
-  std::optional<double> pip;        // 0 to 100 degrees
-  std::optional<double> dip;        // -10 to 90 degrees
-};
-
-/// Angles of the thumb's joints [rad] that differ from the pose's.
-///
-/// The metacarpal points along y turned by 20 degrees - cmc_flexion about the back of the hand, away from the index
-/// finger, and then by cmc_abduction out of the plane of the palm.
-struct ThumbJoints {
-  std::optional<double> cmc_flexion;    // across the palm; -25 to 35 degrees
-  std::optional<double> cmc_abduction;  // out of the palm's plane, palmwards; -30 to 60 degrees
-  std::optional<double> cmc_rotation;   // of the metacarpal about itself: 0 has the pad face the little finger, so that
-                                        // the thumb flexes within the palm's plane; towards 80 it faces the
-                                        // fingertips (opposition), towards -60 the palm side; -60 to 80 degrees
-  std::optional<double> mcp;            // flexion; -10 to 80 degrees
-  std::optional<double> ip;             // -15 to 80 degrees
-};
-
-struct HandJoints {
-  ThumbJoints thumb;
-  FingerJoints index;
-  FingerJoints middle;
-  FingerJoints ring;
-  FingerJoints little;
-};
 
 /// The built-in hand: published bone lengths and finger thicknesses, posed by joint angles, skin as a smooth implicit
 /// surface over the bones.
@@ -65,23 +30,24 @@ inline constexpr double kMostForearm = 0.3;       // [m]
 /// finger bent a little, to point at an array); fist.
 std::vector<std::string> hand_poses();
 
-/// A closed, manifold, outwardly oriented hand in its own frame: origin at the wrist joint, y to the fingertips, z out of
-/// the back of the hand, x to the right as one sees it palm down with the fingers away. So a right hand's thumb is at
-/// negative x, that of a left hand, the mirror image in x, at positive x. The crease of the wrist, from which the length
-/// counts, lies 0.073 lengths behind the wrist joint, the hand's own end 20 mm; a forearm ends `forearm` behind that.
-/// Parts that touch, or that are nearer than 2.6 mm, merge. Edges above 5 mm are at most 0.45 of the flesh's
+/// A closed, manifold, outwardly oriented hand in its own frame: origin at the wrist joint, y to the fingertips, z out
+/// of the back of the hand, x to the right as one sees it palm down with the fingers away. So a right hand's thumb is
+/// at negative x, that of a left hand, the mirror image in x, at positive x. The crease of the wrist, from which the
+/// length counts, lies 0.073 lengths behind the wrist joint, the hand's own end 20 mm; a forearm ends `forearm` behind
+/// that. Parts that touch, or that are nearer than 2.6 mm, merge. Edges above 5 mm are at most 0.45 of the flesh's
 /// thickness and of a cleft's width (skin_mesh.h).
 /// Where the skin cuts itself in a fold it is meshed again with edges half as long about the place, up to three times.
 ///
-/// sizing      wanted edge length by place in the hand's own frame, kLeastHandEdge to kMostHandEdge; without it, uniform
+/// sizing      wanted edge length by place in the hand's own frame, kLeastHandEdge to kMostHandEdge; without it,
+///             uniform
 /// landmarks   thumb_pad, index_pad, middle_pad, ring_pad, little_pad (middle of the distal segment, palm side),
 ///             thumb_tip ... little_tip (the far end), palm_centre, back_centre, wrist (palm side). That of a pad or
 ///             tip pressed into other flesh lies on the skin nearest to it
 /// accuracy    mean edge of a uniform mesh within 3 % of the wanted one from 2 mm on, 5 % below; area and volume of the
 ///             default hand in pose flat 445 cm2 and 343 cm3 (published: 425 and 340), the same at every edge up to
 ///             3 mm within 0.5 %; finger thickness within 10 % of the published means. With far edges up to 12 mm
-///             the volume is within 1.5 % of that of a fine mesh and a finger's within 6 %; the skin is within 6 mm of the
-///             fine one's
+///             the volume is within 1.5 % of that of a fine mesh and a finger's within 6 %; the skin is within 6 mm of
+///             the fine one's
 /// throws      InputError on an unknown pose, a value or an angle out of range, or if the skin cuts itself: the edges
 ///             are too long for a fold that the angles make
 /// source      Buryanov & Kotiuk 2010 (bones); ANSUR II (length and breadth)

@@ -1,13 +1,49 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "sim/body/hand.h"
 #include "sim/core/types.h"
 
 namespace touchfield {
+
+enum class HandSide { kRight, kLeft };
+
+constexpr HandSide other_side(HandSide side) { return side == HandSide::kRight ? HandSide::kLeft : HandSide::kRight; }
+constexpr const char* side_name(HandSide side) { return side == HandSide::kRight ? "right" : "left"; }
+
+/// Angles of a finger's joints [rad] that differ from the pose's.
+struct FingerJoints {
+  std::optional<double> abduction;  // away from the middle finger; the middle finger's: towards the thumb. Index -15 to
+                                    // 42, middle -20 to 20, ring -15 to 25, little -15 to 45 degrees
+  std::optional<double> mcp;        // knuckle, flexion; 0 to 90 degrees
+  std::optional<double> pip;        // 0 to 100 degrees
+  std::optional<double> dip;        // -10 to 90 degrees
+};
+
+/// Angles of the thumb's joints [rad] that differ from the pose's.
+///
+/// The metacarpal points along y turned by 20 degrees - cmc_flexion about the back of the hand, away from the index
+/// finger, and then by cmc_abduction out of the plane of the palm.
+struct ThumbJoints {
+  std::optional<double> cmc_flexion;    // across the palm; -25 to 35 degrees
+  std::optional<double> cmc_abduction;  // out of the palm's plane, palmwards; -30 to 60 degrees
+  std::optional<double> cmc_rotation;   // of the metacarpal about itself: 0 has the pad face the little finger, so that
+                                        // the thumb flexes within the palm's plane; towards 80 it faces the
+                                        // fingertips (opposition), towards -60 the palm side; -60 to 80 degrees
+  std::optional<double> mcp;            // flexion; -10 to 80 degrees
+  std::optional<double> ip;             // -15 to 80 degrees
+};
+
+struct HandJoints {
+  ThumbJoints thumb;
+  FingerJoints index;
+  FingerJoints middle;
+  FingerJoints ring;
+  FingerJoints little;
+};
 
 /// Angles of a finger's joints [rad], all zero for a finger straight along y. See FingerJoints.
 struct FingerAngles {
@@ -32,8 +68,8 @@ struct HandPose {
   std::array<FingerAngles, 4> fingers;  // index, middle, ring, little
 };
 
-/// The angles of all joints in a row [rad]: the thumb's five in the order of ThumbAngles, then four of each finger, from
-/// index to little, in that of FingerAngles.
+/// The angles of all joints in a row [rad]: the thumb's five in the order of ThumbAngles, then four of each finger,
+/// from index to little, in that of FingerAngles.
 using JointAngles = Eigen::Matrix<double, 21, 1>;
 
 /// Where a digit's angles begin among them, from thumb to little, and how many there are.

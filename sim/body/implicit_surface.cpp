@@ -181,16 +181,23 @@ SoftBody::SoftBody(std::vector<SoftPart> parts, std::optional<SoftCut> cut, std:
     throw InputError("soft body: it has no cone and no plate, or one that is not finite");
   }
   if (finish) {
-    finished_ = FinishedSkin(*this, 0.5 * finish->least_gap, finish->grid);
+    const auto distance_of = [](const SoftBody& body) {
+      return [&body](const Vector3& x) { return body.distance(x); };
+    };
+    const auto within_ball = [this](const Vector3& centre, double radius) {
+      return [near = within(centre, radius)](const Vector3& x) { return near.distance(x); };
+    };
+    finished_ = FinishedSkin({lower_, upper_, distance_of(*this), within_ball}, 0.5 * finish->least_gap, finish->grid);
   }
 }
 
-/// A union with what is farther by the blend leaves the nearer one as it is. So within the ball a shape counts for nothing
-/// once those before it are that much nearer, and those before it count for nothing where it is.
+/// A union with what is farther by the blend leaves the nearer one as it is. So within the ball a shape counts for
+/// nothing once those before it are that much nearer, and those before it count for nothing where it is.
 SoftBody SoftBody::within(const Vector3& centre, double radius) const {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   constexpr double kRounding = 1e-9;  // [m]
-  /// Takes `next`, whose values within the ball are `its`, into what was `kept` of those before it, which have `theirs`.
+  /// Takes `next`, whose values within the ball are `its`, into what was `kept` of those before it, which have
+  /// `theirs`.
   const auto join = [](auto& kept, Extremes& theirs, auto&& next, const Extremes& its, double blend,
                        const auto& forget) {
     if (its.least > theirs.most + blend + kRounding) {

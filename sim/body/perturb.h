@@ -41,8 +41,8 @@ struct Perturbed {
 ///           rms away; the message says where, and an rms (found by halving, tried) that would do with this seed
 Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise);
 
-/// Patches of the same skin, each moved as a whole along its normal by the field at its centre, without damping, then by
-/// the offset.
+/// Patches of the same skin, each moved as a whole along its normal by the field at its centre, without damping, then
+/// by the offset.
 SkinPatches perturbed(SkinPatches patches, const SensingNoise& noise);
 
 }  // namespace touchfield

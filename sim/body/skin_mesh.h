@@ -6,9 +6,9 @@
 
 namespace touchfield {
 
-/// Longest edge over the thickness of the body and the width of a cleft. Measured on hands with far edges of 12 mm: with
-/// 0.45 the fingers keep their volume within 4 %, with 0.55 they lose up to 8 %, without a bound up to 54 %. Without a
-/// bound in clefts, 24 of 60 poses that such a mesh is carried to cut themselves; with it 3.
+/// Longest edge over the thickness of the body and the width of a cleft. Measured on hands with far edges of 12 mm:
+/// with 0.45 the fingers keep their volume within 4 %, with 0.55 they lose up to 8 %, without a bound up to 54 %.
+/// Without a bound in clefts, 24 of 60 poses that such a mesh is carried to cut themselves; with it 3.
 inline constexpr double kOfRoom = 0.45;
 /// Edges that are met however little room there is [m]: skin that closes a cleft may be of any thickness.
 inline constexpr double kAlwaysPossible = 5e-3;
@@ -19,8 +19,8 @@ inline constexpr double kAlwaysPossible = 5e-3;
 ///                the number of faces is that of equilateral ones of the lengths asked for within 6 %
 /// coarsest_grid  spacing [m] at which the body is sampled first, if `far` of the sizing is not finer: details below
 ///                are lost, gaps wider stay open; finer zones only follow the surface more closely
-/// Edges above kAlwaysPossible are at most kOfRoom times as long as the body is thick there, or the air before it wide, so
-/// that no thin part becomes a prism or is lost and clefts stay clear.
+/// Edges above kAlwaysPossible are at most kOfRoom times as long as the body is thick there, or the air before it wide,
+/// so that no thin part becomes a prism or is lost and clefts stay clear.
 /// The vertices stand off the surface by the mean sagitta of their faces, by 0.1 of the edge at most, so that area and
 /// volume are those of the body to second order in edge over radius of curvature.
 /// throws         NumericalError if the body falls into several pieces

@@ -73,8 +73,8 @@ class TemporaryFile {
     }
   }
 
-  /// Marks the file as that of a living process, until it is closed under its own name. Shared, so that nobody who reads
-  /// it there, as HDF5 does under a shared lock, is refused. False if remove_leftovers was quicker.
+  /// Marks the file as that of a living process, until it is closed under its own name. Shared, so that nobody who
+  /// reads it there, as HDF5 does under a shared lock, is refused. False if remove_leftovers was quicker.
   bool hold() {
     struct stat about {};
     locked_ = ::flock(file_.number(), LOCK_SH | LOCK_NB) == 0;

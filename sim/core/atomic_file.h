@@ -29,8 +29,8 @@ void write_atomically(const std::string& path, std::initializer_list<std::string
 /// The file that this is the temporary name of: what a process leaves that is killed while it writes.
 std::optional<std::string> target_of_temporary(std::string_view name);
 
-/// Removes the temporary files that dead processes have left in a directory. One that is being written is locked (flock,
-/// shared), so that nothing of a process that lives is removed.
+/// Removes the temporary files that dead processes have left in a directory. One that is being written is locked
+/// (flock, shared), so that nothing of a process that lives is removed.
 ///
 /// directory     descriptor; -1: none, nothing is done
 /// is_own        whether a file of this name is one whose temporaries are to go

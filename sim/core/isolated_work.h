@@ -30,8 +30,8 @@ using Emit = std::function<void(std::string_view)>;
 /// subject  of the sentence that says which limit was met or how the copy ended: "x.h5: is damaged: reading it"
 /// work     calls its argument with what it has found, piece by piece
 /// returns  the pieces as one
-/// throws   InputError with the message of an exception that left the work, or with that sentence; IoError if no process
-///          can be started; std::bad_alloc if it lacked memory by a limit of this process's own
+/// throws   InputError with the message of an exception that left the work, or with that sentence; IoError if no
+///          process can be started; std::bad_alloc if it lacked memory by a limit of this process's own
 WorkOutput isolated(const std::string& subject, const WorkLimits& limits, const std::function<void(const Emit&)>& work);
 
 }  // namespace touchfield

@@ -10,8 +10,8 @@ namespace touchfield {
 std::string bytes_in_characters(const std::string& bytes);
 std::string characters_in_bytes(const std::string& text);
 
-/// The same in the text of JSON: the stand-ins as Python writes such bytes (surrogateescape, PEP 383), ff as \udcff; and
-/// back.
+/// The same in the text of JSON: the stand-ins as Python writes such bytes (surrogateescape, PEP 383), ff as \udcff;
+/// and back.
 std::string with_escaped_bytes(const std::string& json);
 /// throws   InputError on more than 64 levels
 std::string with_stand_ins(std::string_view json);

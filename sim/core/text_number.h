@@ -17,8 +17,8 @@ std::optional<Number> number_of(std::string_view text) {
   return error == std::errc() && stop == end ? std::optional(value) : std::nullopt;
 }
 
-/// A line without its comment, which begins with #. The # of 1.#QNAN, how an old C library spells NaN, begins none: what
-/// is before it would pass for a number.
+/// A line without its comment, which begins with #. The # of 1.#QNAN, how an old C library spells NaN, begins none:
+/// what is before it would pass for a number.
 inline std::string_view without_comment(std::string_view line) {
   std::size_t at = line.find('#');
   while (at != std::string_view::npos && at > 0 && line[at - 1] == '.') {

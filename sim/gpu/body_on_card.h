@@ -10,15 +10,15 @@
 
 namespace touchfield {
 
-/// The least tolerance that the card reaches: residuals there are in single precision. The plain schemes may stop at some
-/// 2e-5 near a resonance, which their report says.
+/// The least tolerance that the card reaches: residuals there are in single precision. The plain schemes may stop at
+/// some 2e-5 near a resonance, which their report says.
 inline constexpr double kFinestOnCard = 1e-5;
 
 /// A ScatteringSystem on a graphics card: what its solver and its sums do on the processor, in single precision.
 ///
 /// accuracy   pressures within 1e-4 of those in double at the finest tolerance, of the plain schemes 1e-3 off resonance
-/// throws     NumericalError on a singular system and values that are not finite, GpuMemoryFailure where the card has no
-///            room even without a stored matrix, DeviceError where it fails
+/// throws     NumericalError on a singular system and values that are not finite, GpuMemoryFailure where the card has
+///            no room even without a stored matrix, DeviceError where it fails
 class BodyOnCard {
  public:
   /// system   of a scheme without interior points; outlives this
@@ -52,14 +52,15 @@ class BodyOnCard {
   };
   Spanned spanned(const TransducerArray& array, double tolerance, const Wanted& wanted,
                   const ScatteringSolver::Report& report = {});
-  /// The same of drives that are given. With as many as the last time its pressures are the start: for a body that moves.
-  /// The same object as the last time is not sent again.
+  /// The same of drives that are given. With as many as the last time its pressures are the start: for a body that
+  /// moves. The same object as the last time is not sent again.
   Spanned spanned(const TransducerArray& array, const std::shared_ptr<const Eigen::MatrixXcd>& drives,
                   const Wanted& wanted, const ScatteringSolver::Report& report = {});
   /// P of the last spanned(), M x r.
   Eigen::MatrixXcd spanned_pressure() const;
 
-  /// The paper's problem of these faces, with or without scattering (sim/target/gram.h), whose matrix stays on the card.
+  /// The paper's problem of these faces, with or without scattering (sim/target/gram.h), whose matrix stays on the
+  /// card.
   ///
   /// weights   of the faces, M
   /// beyond    added to G^H diag(w) G, N x N, or empty

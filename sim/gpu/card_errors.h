@@ -7,7 +7,8 @@ namespace touchfield {
 
 /// Carries out work of a card's.
 ///
-/// throws   DeviceError where the card fails; GpuMemoryFailure where it has no room, which callers answer by asking for less
+/// throws   DeviceError where the card fails; GpuMemoryFailure where it has no room, which callers answer by asking for
+///          less
 template <typename Work>
 auto on_card(const Work& work) {
   try {

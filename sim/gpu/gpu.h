@@ -12,8 +12,9 @@
 
 namespace touchfield {
 
-/// What libtouchfield_gpu offers: work of a graphics card behind plain C++, so that the program starts where CUDA is not.
-/// Matrices are column by column. An object that a Gpu made must not outlive it; neither is for two threads at once.
+/// What libtouchfield_gpu offers: work of a graphics card behind plain C++, so that the program starts where CUDA is
+/// not. Matrices are column by column. An object that a Gpu made must not outlive it; neither is for two threads at
+/// once.
 
 /// A call to the card failed: it is lost, refused, or a kernel broke.
 class GpuFailure : public std::runtime_error {
@@ -86,8 +87,8 @@ struct GpuSolveReport {
 /// step, worst residual of the columns so far
 using GpuProgress = std::function<void(int, double)>;
 
-/// Scattering by a body on the card. Kept there between calls: geometry, near integrals, the matrix where it is stored, the
-/// field of every channel, and the last block of pressures, P = M x S [Pa].
+/// Scattering by a body on the card. Kept there between calls: geometry, near integrals, the matrix where it is stored,
+/// the field of every channel, and the last block of pressures, P = M x S [Pa].
 ///
 /// accuracy   with tolerance t, t + 1e-5 of the largest pressure; 2e-5 while k times the body's length is below 150
 /// throws     std::domain_error on values that are not finite and on a singular matrix
@@ -121,8 +122,8 @@ class GpuBody {
   /// With H = P V^H, V the drives of P, rows of H, count x N.
   virtual void rows(const int* faces, int count, GpuComplex* rows) = 0;
   /// The few rows R, with R^H R = H^H diag(weights) H but for eigenvalues of at most tolerance^2 of the largest, as
-  /// reduced_skin_problem has them (sim/target/skin_reduction.h): how many they are and what they leave out; then these,
-  /// rank x N.
+  /// reduced_skin_problem has them (sim/target/skin_reduction.h): how many they are and what they leave out; then
+  /// these, rank x N.
   struct Reduction {
     int rank = 0;
     double left_out = 0;
@@ -156,8 +157,8 @@ struct GpuField {
   int* near = nullptr;                  // J: how many are left out
 };
 
-/// A card, opened: its stream, its libraries' handles and the memory that may be taken. What it makes for the phase methods
-/// must not outlive it either.
+/// A card, opened: its stream, its libraries' handles and the memory that may be taken. What it makes for the phase
+/// methods must not outlive it either.
 class Gpu : public PhaseDevice {
  public:
   virtual const GpuInfo& info() const = 0;
@@ -168,11 +169,11 @@ class Gpu : public PhaseDevice {
   virtual std::size_t allowed() const = 0;
 
   virtual std::unique_ptr<GpuBody> body(const GpuBodySpec& spec) = 0;
-  /// The field at points by the sums over a surface's faces, of `body` the mesh and the wavenumber; points in as many parts
-  /// as there is room for.
+  /// The field at points by the sums over a surface's faces, of `body` the mesh and the wavenumber; points in as many
+  /// parts as there is room for.
   ///
-  /// accuracy   3e-7 of each face's part, which add up like errors at random; which faces are near as the processor has it,
-  ///            to the last one
+  /// accuracy   3e-7 of each face's part, which add up like errors at random; which faces are near as the processor has
+  ///            it, to the last one
   virtual void field(const GpuBodySpec& body, const GpuSources& sources, const GpuField& field) = 0;
 };
 

@@ -9,16 +9,17 @@
 
 namespace touchfield {
 
-/// libtouchfield_gpu.so as this program finds it: as TOUCHFIELD_GPU_LIBRARY names it, beside libtouchfield.so, beside its
-/// own folder (../lib), or where an installation puts it (../lib/touchfield, or of the architecture). Loaded at the first
-/// call, which takes a second.
+/// libtouchfield_gpu.so as this program finds it: as TOUCHFIELD_GPU_LIBRARY names it, beside libtouchfield.so, beside
+/// its own folder (../lib), or where an installation puts it (../lib/touchfield, or of the architecture). Loaded at the
+/// first call, which takes a second.
 struct GpuLibrary {
   int cards = 0;
   std::string why_none;  // where there is no card: one line that says what is missing
 };
 const GpuLibrary& gpu_library();
 
-/// The cards as CUDA_VISIBLE_DEVICES names them, for processes that are to have one each; empty where there is one at most.
+/// The cards as CUDA_VISIBLE_DEVICES names them, for processes that are to have one each; empty where there is one at
+/// most.
 std::vector<std::string> separate_cards();
 
 /// throws   NotBuiltError where there is no such card, InputError where what open_gpu reads is no number above 0

@@ -126,7 +126,7 @@ bool FittedSensor::learn(Progress& progress) {
     HandTracker tracker(HandTemplate(other, HandTemplate::kUsualEdge), images_.cameras,
                         Box(workspace_[0], workspace_[1]));
     if (scan(tracker, progress)) {
-      const char* side = other.side == HandSide::kLeft ? "left" : "right";
+      const char* side = side_name(other.side);
       notes_.push_back(
           fmt::format("scan: the images show a {0} hand: the hand that is fitted must have side: {0}", side));
     }

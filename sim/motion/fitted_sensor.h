@@ -29,18 +29,18 @@ struct HandImages {
 HandImages simulated_images(const MovingModel& truth, KeptBodies* kept = nullptr);
 HandImages simulated_images(MovingModel&&, KeptBodies* kept = nullptr) = delete;
 
-/// A folder of images (CameraFolder), whose first image is the motion's beginning. At each time the newest image by then,
-/// until as long after the last one as the median of the times between the last 32.
+/// A folder of images (CameraFolder), whose first image is the motion's beginning. At each time the newest image by
+/// then, until as long after the last one as the median of the times between the last 32.
 ///
 /// progress   hears of the check of its images; may be null
 HandImages recorded_images(const std::string& folder, Progress* progress = nullptr);
 
 /// Sees the hand that HandTracker fits to images. It never knows the true one.
 ///
-/// The shape is learnt before the clock starts, from the first second of images in which the hand is found, as from a scan; those of simulated
-/// cameras have noise of their own for that. The loop then begins with the hand found, if it is in the first images.
-/// Samples are the solving mesh of fitted_scene, carried by the fit vertex by vertex; lost where the fit is, or where it
-/// makes no surface.
+/// The shape is learnt before the clock starts, from the first second of images in which the hand is found, as from a
+/// scan; those of simulated cameras have noise of their own for that. The loop then begins with the hand found, if it
+/// is in the first images. Samples are the solving mesh of fitted_scene, carried by the fit vertex by vertex; lost
+/// where the fit is, or where it makes no surface.
 class FittedSensor final : public MotionSensor {
  public:
   /// truth    where the hand really goes, only to know which drives are needed (places); null: that is told by a fit to

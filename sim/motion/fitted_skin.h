@@ -9,11 +9,12 @@
 namespace touchfield {
 
 /// The scene that is solved where a hand is fitted to images or joints. Its body is the hand that is fitted
-/// (motion.sensor.hand, or the scene's own, for images in the mean size), in the scene's place, with the scene's edges, cut
-/// and target; a body without edges gets WholeSkin::kFar. Nothing of it moves by itself but its target, and it has no judge.
+/// (motion.sensor.hand, or the scene's own, for images in the mean size), in the scene's place, with the scene's edges,
+/// cut and target; a body without edges gets WholeSkin::kFar. Nothing of it moves by itself but its target, and it has
+/// no judge.
 ///
-/// throws   InputError unless it is one body, a hand or with motion.sensor.hand; of a recording, whose hand nobody moves, if
-///          motion.change names anything but the target
+/// throws   InputError unless it is one body, a hand or with motion.sensor.hand; of a recording, whose hand nobody
+///          moves, if motion.change names anything but the target
 Scene fitted_scene(const Scene& scene);
 
 /// Whether the sensor's hand is somebody's recording, so that nobody knows the true one.
@@ -26,7 +27,8 @@ class FittedSkin {
   FittedSkin(const Scene& scene, KeptBodies* kept);
 
   const MovingModel& solved() const { return solved_; }
-  /// The hand alone: what tracks it need not see as much of a forearm as the scene has, whose end says nothing of the hand.
+  /// The hand alone: what tracks it need not see as much of a forearm as the scene has, whose end says nothing of the
+  /// hand.
   const HandTemplate& hand() const { return hand_; }
 
   Seen lost(double seconds) const { return {seconds, solved_.state(seconds), true}; }

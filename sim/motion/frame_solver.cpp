@@ -88,7 +88,8 @@ class SampledMotion {
 
   const Eigen::MatrixXcd& rows() const { return rows_; }
 
-  /// How many of the first drives do, so that no place has more than `tolerance` of b left out, by norm; -1 if all do not.
+  /// How many of the first drives do, so that no place has more than `tolerance` of b left out, by norm; -1 if all do
+  /// not.
   Eigen::Index sufficient(const Eigen::MatrixXcd& drives, double tolerance) const {
     const Eigen::MatrixXd energy = matrix_product(rows_, drives).cwiseAbs2();
     Eigen::VectorXd most = Eigen::VectorXd::Zero(drives.cols());  // left out with so many more than one

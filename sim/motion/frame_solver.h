@@ -13,8 +13,8 @@
 namespace touchfield {
 
 /// Drives that span what all channels do to a body wherever its sensor may see it (MotionSensor::places), N x r,
-/// orthonormal, as few as leave at most 5e-3 of b out at each place, by norm. They are found from a sample of b's rows at
-/// every second place and checked by other rows at all places, twice as densely again while that fails.
+/// orthonormal, as few as leave at most 5e-3 of b out at each place, by norm. They are found from a sample of b's rows
+/// at every second place and checked by other rows at all places, twice as densely again while that fails.
 ///
 /// scheme     of the frames
 /// progress   hears how far it is; may be null
@@ -34,13 +34,13 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 /// Finds the phases of one method for a body that moves, a frame after the other, by the schemes, solvers and phase
 /// methods of a still scene: motion.iterations steps from the frame before, steered, or from zero.
 ///
-/// The body's equations are solved in single precision where the scene leaves that open. A body that keeps its shape has
-/// one factorisation; one that keeps its place has one transfer matrix for all targets.
+/// The body's equations are solved in single precision where the scene leaves that open. A body that keeps its shape
+/// has one factorisation; one that keeps its place has one transfer matrix for all targets.
 ///
-/// Frames of `surface` that start from the one before on a processor, by LU in single precision, make no transfer matrix:
-/// they follow the least of the same cost by PhaseDescent on FactoredTransfer, two steps of it for each of
-/// motion.iterations. Before the first one the constructor solves the motion's beginning in the usual way, 30 steps. The
-/// residual of the equations is checked there.
+/// Frames of `surface` that start from the one before on a processor, by LU in single precision, make no transfer
+/// matrix: they follow the least of the same cost by PhaseDescent on FactoredTransfer, two steps of it for each of
+/// motion.iterations. Before the first one the constructor solves the motion's beginning in the usual way, 30 steps.
+/// The residual of the equations is checked there.
 class FrameSolver {
  public:
   /// moving   what is solved
@@ -55,7 +55,8 @@ class FrameSolver {
   /// throws    NumericalError as MethodSolver
   MotionFrame solve(const Model& model);
 
-  /// Of a sample that does not say where the body is: no drive sounds. The next frame starts from the last that was solved.
+  /// Of a sample that does not say where the body is: no drive sounds. The next frame starts from the last that was
+  /// solved.
   MotionFrame lost() const;
 
   /// The largest relative residual that a frame's equations were left with.

@@ -6,11 +6,11 @@
 
 namespace touchfield {
 
-/// A Kalman filter of many values whose measurement noise is 1 and whose process noise is the same for all: they share one
-/// covariance and its gains, so that a sample costs an axpy for each part of the state.
+/// A Kalman filter of many values whose measurement noise is 1 and whose process noise is the same for all: they share
+/// one covariance and its gains, so that a sample costs an axpy for each part of the state.
 ///
-/// The state of a value is x, its velocity and, of order 3, its acceleration, by time in any unit. Over a time d it moves
-/// on at its highest derivative, which has jumped at the beginning of d by a number of variance noise d:
+/// The state of a value is x, its velocity and, of order 3, its acceleration, by time in any unit. Over a time d it
+/// moves on at its highest derivative, which has jumped at the beginning of d by a number of variance noise d:
 ///
 ///     F = (1, d, d^2 / 2; 0, 1, d; 0, 0, 1),   Q = noise d g g^T,   g = (d^2 / 2, d, 1), or (d, 1) of order 2
 ///
@@ -18,8 +18,8 @@ namespace touchfield {
 /// b^2 / (1 - a) (the filter of Benedict and Bordner, IRE Trans. Automatic Control 7, 1962). With much noise it is the
 /// straight line through the last two samples, with none the mean of them all.
 ///
-/// It begins with the first sample at rest, the variance of derivative k that noise^((2 k + 1) / (2 order)) which it has in
-/// steady state but for a factor near 1.
+/// It begins with the first sample at rest, the variance of derivative k that noise^((2 k + 1) / (2 order)) which it
+/// has in steady state but for a factor near 1.
 class KalmanFilter {
  public:
   /// order   2 or 3
@@ -51,15 +51,16 @@ class KalmanFilter {
 
 /// Values expected from noisy samples, without being told how noisy these are or how fast the values change.
 ///
-/// Filters with noise of 1e-6 to 100 times that of a sample, at constant velocity, and some at constant acceleration see the
-/// same samples. What is expected is their mean, weighted by how likely each makes the samples: with innovations e of
-/// variance r S, whose scale r is each filter's own best one, over the last 0.3 s,
+/// Filters with noise of 1e-6 to 100 times that of a sample, at constant velocity, and some at constant acceleration
+/// see the same samples. What is expected is their mean, weighted by how likely each makes the samples: with
+/// innovations e of variance r S, whose scale r is each filter's own best one, over the last 0.3 s,
 ///
-///     ln weight = -2 sum(g) ln(sum(g e^2 / S) / sum(g)) - 2 sum(g ln S) - (5 at constant acceleration),   g = exp(-age / 0.3 s),
+///     ln weight = -2 sum(g) ln(sum(g e^2 / S) / sum(g)) - 2 sum(g ln S) - (5 at constant acceleration),   g = exp(-age
+///     / 0.3 s),
 ///
-/// e^2 the mean over the values, which count as four independent ones: a skin's errors go together. So a hand at rest is
-/// averaged, and one that starts or turns is followed at once. Filters at constant velocity alone are as good as a straight
-/// line at reversals, not better.
+/// e^2 the mean over the values, which count as four independent ones: a skin's errors go together. So a hand at rest
+/// is averaged, and one that starts or turns is followed at once. Filters at constant velocity alone are as good as a
+/// straight line at reversals, not better.
 ///
 /// What is expected is a weighted sum of the samples, with the same weights for all values: whatever depends on values
 /// linearly may be filtered before or after.

@@ -57,7 +57,8 @@ struct LiveSolution {
 /// Takes a sample of this number, rising but for those that are left out, at a time of the motion [s]. What that takes
 /// makes the sample known later.
 using LiveSensor = std::function<Seen(std::int64_t number, double seconds)>;
-/// Finds phases for the pose at `wanted` [s], which is that of the sample or, predicted, later; none for a sample that is lost.
+/// Finds phases for the pose at `wanted` [s], which is that of the sample or, predicted, later; none for a sample that
+/// is lost.
 using LiveSolver = std::function<LiveSolution(const LiveSample& sample, double wanted)>;
 
 /// A frame of the loop. Its times are since the loop began; `shown` is when the link had taken it, NaN before.

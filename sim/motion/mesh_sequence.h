@@ -8,20 +8,20 @@
 
 namespace touchfield {
 
-/// A body given as meshes of the same triangles at several times, each file of them once in memory (24 bytes a vertex). The
-/// state is its vertices, so that what predicts linearly in a Trajectory's state does so here.
+/// A body given as meshes of the same triangles at several times, each file of them once in memory (24 bytes a vertex).
+/// The state is its vertices, so that what predicts linearly in a Trajectory's state does so here.
 class MeshSequence {
  public:
   /// shape    with a series
-  /// throws   InputError that names the file, its time and what differs from the first file: how many vertices, how many
-  ///          triangles, or the first triangle with other corners; if all files take more than half of the memory that is
-  ///          free, before the second is read; also as read_mesh
+  /// throws   InputError that names the file, its time and what differs from the first file: how many vertices, how
+  ///          many triangles, or the first triangle with other corners; if all files take more than half of the memory
+  ///          that is free, before the second is read; also as read_mesh
   explicit MeshSequence(const MeshShape& shape);
 
   const Triangles& triangles() const { return triangles_; }
 
-  /// Vertices at a time of the motion in the files' own frame [m]: linear in time between two meshes, those of the first
-  /// mesh before it and of the last one after it.
+  /// Vertices at a time of the motion in the files' own frame [m]: linear in time between two meshes, those of the
+  /// first mesh before it and of the last one after it.
   Points state(double seconds) const;
 
  private:

@@ -10,10 +10,10 @@ namespace touchfield {
 /// Where what a sensor saw is expected to be, as motion.predict says:
 ///
 /// none     where it was seen last;
-/// linear   on the straight line through the last two samples, so that an rms of noise e in them becomes e sqrt((1 + s)^2 +
-///          s^2) at s times the time between them beyond the last;
-/// kalman   by a KalmanBank for each number that changes, one for the vertices of meshes over time, and one for the skin that is
-///          seen, which takes the skin beyond along.
+/// linear   on the straight line through the last two samples, so that an rms of noise e in them becomes e sqrt((1 +
+///          s)^2 + s^2) at s times the time between them beyond the last;
+/// kalman   by a KalmanBank for each number that changes, one for the vertices of meshes over time, and one for the
+///          skin that is seen, which takes the skin beyond along.
 ///
 /// Nothing is expected across a lost sample: it begins anew with the sample after it.
 class MotionPrediction {

@@ -8,8 +8,6 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
-#include "sim/motion/fitted_sensor.h"
-#include "sim/motion/joints_sensor.h"
 #include "sim/motion/loop_clock.h"
 
 namespace touchfield {
@@ -22,13 +20,6 @@ constexpr std::uint64_t kNextDraw = 1'000'000;  // seeds on: beyond those of a m
 /// Number i of so many times evenly over a motion, its beginning and end among them.
 double evenly(const MovingModel& moving, int i, int count) {
   return count > 1 ? moving.first().scene.motion->seconds * i / (count - 1) : 0.0;
-}
-
-void require_covered(const Scene& scene, double seconds, const std::string& recording) {
-  if (to_ticks(scene.motion->seconds) > to_ticks(seconds) + 1) {  // times of a recording are rounded to a tick
-    throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of what is recorded in {}",
-                                 scene.motion->seconds, seconds, recording));
-  }
 }
 
 }  // namespace
@@ -97,37 +88,6 @@ void SampleStore::forget(double seconds) {
   taken_.erase(taken_.begin(), taken_.lower_bound(last_instant(to_ticks(std::max(0.0, seconds)), hz_)));
 }
 
-SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept, Progress* progress) {
-  const auto& sight = scene.motion->sensor.sight;
-  SensedMotion motion{scene, nullptr, nullptr};
-  if (const auto* recorded = std::get_if<RecordedSpec>(&sight)) {
-    HandImages images = recorded_images(recorded->folder, progress);
-    require_covered(scene, images.seconds, recorded->folder);
-    motion.sensor = std::make_unique<FittedSensor>(scene, std::move(images), nullptr, kept);
-    return motion;
-  }
-  if (const auto* joints = std::get_if<JointsSpec>(&sight)) {
-    const JointRecording recording = read_joints(joints->file, joints->pose);
-    require_covered(scene, RecordedTimes(recording.seconds).covered(), joints->file);
-    motion.sensor = std::make_unique<JointsSensor>(scene, recording, joints->file, kept);
-    return motion;
-  }
-  if (std::holds_alternative<std::vector<CameraSpec>>(sight)) {
-    fitted_scene(scene);  // what is wrong with it is said before the true hand is meshed
-  }
-  motion.truth = std::make_unique<const MovingModel>(scene, kept, progress);
-  if (const auto* noise = std::get_if<SensingNoise>(&sight)) {
-    motion.sensor = std::make_unique<NoisySensor>(*motion.truth, *noise);
-    motion.sensor->sample(0, 0.0);  // what it cannot be is found before anything is written
-  } else if (std::holds_alternative<std::vector<CameraSpec>>(sight)) {
-    motion.sensor =
-        std::make_unique<FittedSensor>(scene, simulated_images(*motion.truth, kept), motion.truth.get(), kept);
-  } else {
-    motion.sensor = std::make_unique<ExactSensor>(*motion.truth);
-  }
-  return motion;
-}
-
 std::string sensor_text(const MotionSpec::Sensor& sensor) {
   std::string sight = "the skin as it is";
   if (const auto* noise = std::get_if<SensingNoise>(&sensor.sight)) {
@@ -139,7 +99,9 @@ std::string sensor_text(const MotionSpec::Sensor& sensor) {
   } else if (const auto* recorded = std::get_if<RecordedSpec>(&sensor.sight)) {
     sight = fmt::format("a hand fitted to the images in {}", recorded->folder);
   } else if (const auto* joints = std::get_if<JointsSpec>(&sensor.sight)) {
-    sight = fmt::format("a hand fitted to the joints in {}", joints->file);
+    const int* port = std::get_if<int>(&joints->from);
+    sight = port != nullptr ? fmt::format("a hand fitted to the joints that come on UDP port {}", *port)
+                            : fmt::format("a hand fitted to the joints in {}", std::get<std::string>(joints->from));
   }
   return fmt::format("{}, {:g} samples a second, known {:g} ms later", sight, sensor.hz, 1e3 * sensor.latency);
 }

@@ -49,7 +49,8 @@ class MotionSensor {
   /// throws    InputError where what it sees is no skin
   virtual Seen sample(std::int64_t number, double seconds) = 0;
 
-  /// The solving mesh at about so many places, at least one, of those where samples may have it: evenly over the motion.
+  /// The solving mesh at about so many places, at least one, of those where samples may have it: evenly over the
+  /// motion.
   virtual std::vector<TriangleMesh> places(int count) const = 0;
 };
 
@@ -68,10 +69,10 @@ class ExactSensor final : public MotionSensor {
   const MovingModel& truth_;
 };
 
-/// Sees the true skin displaced by noise, as `sensing` has it of a still (perturbed): the solving mesh with its caps, and
-/// the skin beyond; the seed noise.seed + number of the sample, so that no two samples have anything of their noise in common. Where the skin
-/// would cut itself (perturbed throws) it is drawn anew from a seed 1,000,000 on, up to four times. Boxes on landmarks
-/// stand where the displaced skin has them.
+/// Sees the true skin displaced by noise, as `sensing` has it of a still (perturbed): the solving mesh with its caps,
+/// and the skin beyond; the seed noise.seed + number of the sample, so that no two samples have anything of their noise
+/// in common. Where the skin would cut itself (perturbed throws) it is drawn anew from a seed 1,000,000 on, up to four
+/// times. Boxes on landmarks stand where the displaced skin has them.
 class NoisySensor final : public MotionSensor {
  public:
   /// truth   has to outlive the sensor
@@ -109,23 +110,6 @@ class SampleStore {
   std::map<std::int64_t, Seen> taken_;
   std::int64_t next_ = 0;  // of a sensor that remembers
 };
-
-/// A motion as it is, and what sees it.
-struct SensedMotion {
-  Scene scene;                               // as it is written
-  std::unique_ptr<const MovingModel> truth;  // what is scored; null where nobody knows it
-  std::unique_ptr<MotionSensor> sensor;
-
-  const MovingModel& solved() const { return sensor->solved(); }
-};
-
-/// The motion of a scene with the sensor that it says.
-///
-/// kept       meshes of scenes before this one; may be null
-/// progress   hears of what takes its time; may be null
-/// throws     InputError as MovingModel, FittedSensor and CameraFolder, where the first sample's noise leaves no skin, and
-///          where the motion goes on for longer than recorded images
-SensedMotion sensed_motion(const Scene& scene, KeptBodies* kept = nullptr, Progress* progress = nullptr);
 
 /// "noise of 0.5 mm rms over 5 mm, 30 samples a second": what a scene's sensor is, for a person.
 std::string sensor_text(const MotionSpec::Sensor& sensor);

@@ -65,8 +65,8 @@ Vector3 mean_centre(const std::vector<TargetBox>& boxes) {
   return centre;
 }
 
-/// The times, kCheckStep apart, at which the numbers are where they were not before: in another thousandth of the range that
-/// one of them goes through. All times where meshes move as well.
+/// The times, kCheckStep apart, at which the numbers are where they were not before: in another thousandth of the range
+/// that one of them goes through. All times where meshes move as well.
 std::vector<double> places_in_time(const Trajectory& trajectory, double seconds, bool meshes_move) {
   constexpr double kCells = 1000;
   const auto steps = static_cast<int>(std::ceil(seconds / kCheckStep));

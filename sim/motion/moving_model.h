@@ -66,12 +66,12 @@ class MovingSkin {
 /// A scene's model while it moves.
 class MovingModel {
  public:
-  /// Checks the whole motion as well, every 10 ms of it at which any number has moved by a thousandth of its range since
-  /// they were there.
+  /// Checks the whole motion as well, every 10 ms of it at which any number has moved by a thousandth of its range
+  /// since they were there.
   ///
   /// scene    with a motion
-  /// throws   InputError as build_model and Trajectory; where a path leads into the array or its boards, bodies into each
-  ///          other, or fingers into contact, with the time
+  /// throws   InputError as build_model and Trajectory; where a path leads into the array or its boards, bodies into
+  ///          each other, or fingers into contact, with the time
   /// kept       meshes of scenes before this one; may be null
   /// progress   hears of that check; may be null
   explicit MovingModel(const Scene& scene, KeptBodies* kept = nullptr, Progress* progress = nullptr);
@@ -91,8 +91,8 @@ class MovingModel {
   /// A state, such as an expected one, with each of its numbers moved to the nearest one in its range.
   MotionState in_range(MotionState state) const;
 
-  /// The model at a state: its scene's numbers, mesh, boxes and own frame. Of a state with a skin that is the mesh, which
-  /// boxes and landmarks follow; places and joints, and with them the own frame, are still those of the numbers.
+  /// The model at a state: its scene's numbers, mesh, boxes and own frame. Of a state with a skin that is the mesh,
+  /// which boxes and landmarks follow; places and joints, and with them the own frame, are still those of the numbers.
   Model at(const MotionState& state) const;
 
   /// The judge's mesh of a model that at() gave. There is none where the scene has no judge.

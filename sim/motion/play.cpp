@@ -19,6 +19,7 @@
 #include "sim/motion/loop_clock.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/seen_error.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/judge.h"
 #include "sim/solve/run_field.h"

@@ -7,6 +7,7 @@
 
 #include "sim/core/progress.h"
 #include "sim/motion/motion_sensor.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/store/motion_data.h"
 
 namespace touchfield {
@@ -36,13 +37,15 @@ struct MotionCost {
 /// progress   hears of what takes its time; may be null
 MotionCost expected_cost(const SensedMotion& sensed, Progress* progress = nullptr);
 
-/// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases for
-/// what the sensor saw, and what is then on the array is scored on the true skin, by the scene's judge, at motion.score_hz.
-/// Where nobody knows the truth there are no scores, and a note says so. A sample that is lost makes a quiet frame.
+/// Plays a motion on the clock of its sensor, solver and array (loop_clock.h): every method of the scene finds phases
+/// for what the sensor saw, and what is then on the array is scored on the true skin, by the scene's judge, at
+/// motion.score_hz. Where nobody knows the truth there are no scores, and a note says so. A sample that is lost makes a
+/// quiet frame.
 ///
 /// Where motion.solve_ms is a number the result repeats to the last bit on as many threads.
 ///
-/// throws   NumericalError as FrameSolver and the judge, InputError as the sensor, and what the options' functions throw
+/// throws   NumericalError as FrameSolver and the judge, InputError as the sensor, and what the options' functions
+///          throw
 Motion play_motion(const SensedMotion& sensed, const MotionOptions& options, Progress& progress);
 
 }  // namespace touchfield

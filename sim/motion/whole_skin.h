@@ -4,8 +4,8 @@
 
 namespace touchfield {
 
-/// The true skin of a motion's bodies with what keep_within leaves out: what cameras look at. Its triangles are the same
-/// all the time.
+/// The true skin of a motion's bodies with what keep_within leaves out: what cameras look at. Its triangles are the
+/// same all the time.
 class WholeSkin {
  public:
   /// Edges, but of a body given as meshes over time, which keeps those of its files. A fingertip of 8 mm radius is then

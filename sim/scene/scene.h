@@ -346,8 +346,8 @@ struct RecordedSpec {
 
 /// Joints that a hand tracker has recorded: sim/sensing/joint_table.h.
 struct JointsSpec {
-  std::string file;
-  RigidMotion pose;  // from the tracker's frame to the world's
+  std::variant<std::string, int> from;  // a table of them; or the UDP port on which they come while the motion plays
+  RigidMotion pose;                     // from the tracker's frame to the world's
 };
 
 /// The loop of sensor, solver and array while the scene moves.

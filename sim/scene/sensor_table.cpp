@@ -72,9 +72,12 @@ Codec<RecordedSpec> recorded_codec() {
 
 Codec<JointsSpec> tracked_joints_codec() {
   return Map<JointsSpec>()
-      .required("file", &JointsSpec::file, absolute_file(), "hand.csv",
-                "Table of the joints of a hand, a row a frame, as OpenXR names them; a relative name counts from the "
-                "scene's folder.")
+      .maybe("file", &JointsSpec::from, absolute_file(), "hand.csv",
+             "Table of the joints of a hand, one row per frame, as OpenXR names them. A relative name counts from the "
+             "scene's folder.")
+      .maybe("port", &JointsSpec::from, integer(between(1, 65535)), "9000",
+             "UDP port of this machine on which a tracker's program sends joints while `touchfield live` plays.")
+      .exactly_one({"file", "port"})
       .key("pose", &JointsSpec::pose, rigid_pose_codec("the tracker's x, y and z"),
            "How the tracker's own frame lies in the world.")
       .codec();

@@ -1,10 +1,12 @@
 #include "sim/sensing/joint_table.h"
 
+#include <cmath>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/text_number.h"
 #include "sim/scene/number_table.h"
 
 namespace touchfield {
@@ -41,6 +43,15 @@ schema::TableForm joints_form() {
   return form;
 }
 
+/// Those in the world's frame, or none where the tracker had no hand.
+std::optional<JointPoints> placed(const JointPoints& joints, const RigidMotion& pose) {
+  const bool one_place = (joints.colwise() - joints.col(0)).isZero(0);  // what trackers write for no hand
+  if (!joints.allFinite() || one_place) {
+    return {};
+  }
+  return (pose.rotation * joints).colwise() + pose.shift;
+}
+
 }  // namespace
 
 JointRecording read_joints(const std::string& path, const RigidMotion& pose) {
@@ -74,14 +85,34 @@ JointRecording read_joints(const std::string& path, const RigidMotion& pose) {
     j += is_tracked(joint) ? 1 : 0;
   }
   for (std::optional<JointPoints>& joints : recording.joints) {
-    const bool one_place = (joints->colwise() - joints->col(0)).isZero(0);  // what trackers write for no hand
-    if (!joints->allFinite() || one_place) {
-      joints.reset();
-    } else {
-      *joints = (pose.rotation * *joints).colwise() + pose.shift;
-    }
+    joints = placed(*joints, pose);
   }
   return recording;
+}
+
+std::optional<JointPoints> joints_of_row(std::string_view row, const RigidMotion& pose) {
+  constexpr std::size_t kNumbers = 1 + 3 * kOpenXrJoints.size();
+  const std::vector<std::string_view> fields = schema::cells(row.substr(0, row.find_first_of("\r\n")));
+  if (fields.size() != kNumbers) {
+    throw InputError(
+        fmt::format("{} values, must be {}: time_s, then x, y and z of each joint [m]", fields.size(), kNumbers));
+  }
+  std::vector<double> values;
+  for (const std::string_view field : fields) {
+    const std::optional<double> value = field.empty() ? std::nan("") : number_of<double>(field);
+    if (!value) {
+      throw InputError(fmt::format("value {} is '{}', must be a number", values.size() + 1, field));
+    }
+    values.push_back(*value);
+  }
+  JointPoints joints;
+  Eigen::Index tracked = 0;
+  for (std::size_t j = 0; j < kOpenXrJoints.size(); ++j) {
+    if (is_tracked(kOpenXrJoints[j])) {
+      joints.col(tracked++) = Eigen::Map<const Vector3>(&values[1 + 3 * j]);
+    }
+  }
+  return placed(joints, pose);
 }
 
 }  // namespace touchfield

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/core/rigid_motion.h"
@@ -56,5 +57,11 @@ struct JointRecording {
 /// pose     from the tracker's frame to the world's
 /// throws   InputError that names every fault as file:line: what, rule
 JointRecording read_joints(const std::string& path, const RigidMotion& pose = {});
+
+/// The joints of a row of such a table without header, as text: 79 numbers with commas between them, of which the time is
+/// read past. A value may be missing.
+///
+/// throws   InputError saying what the line is and what it must be
+std::optional<JointPoints> joints_of_row(std::string_view row, const RigidMotion& pose = {});
 
 }  // namespace touchfield

@@ -4,8 +4,8 @@
 
 namespace touchfield {
 
-/// Seconds that fictitious_alarm would take: 15 products of burton_miller, or the 60 steps of paper_corrected, which hardly ever
-/// reaches its tolerance on a hand.
+/// Seconds that fictitious_alarm would take: 15 products of burton_miller, or the 60 steps of paper_corrected, which
+/// hardly ever reaches its tolerance on a hand.
 ///
 /// plain     whether the run's own scheme is a plain one
 /// product   seconds of a product on its mesh (speed.h)
@@ -22,9 +22,9 @@ bool wants_alarm(AlarmChoice choice, double seconds, double spent);
 ///
 ///   || p_plain - p_bm || / || p_bm ||, area-weighted.
 ///
-/// The run's own solution is one of the two; the other, paper_corrected or burton_miller, is solved by products like the run's, or matrix-free, to 1e-3
-/// in at most 60 steps. `auto` leaves it out where that would take longer than half of what the run has spent solving,
-/// but for half a second.
+/// The run's own solution is one of the two; the other, paper_corrected or burton_miller, is solved by products like
+/// the run's, or matrix-free, to 1e-3 in at most 60 steps. `auto` leaves it out where that would take longer than half
+/// of what the run has spent solving, but for half a second.
 ///
 /// cured     a model of the same body by a Burton-Miller scheme, if the run has one: stands in for burton_miller where
 ///           the run's own scheme is a plain one; may be null

@@ -27,7 +27,6 @@ struct ArrayView {
 
 inline constexpr double kFacing = 0.2;     // least cosine of a target that faces the array: 78 degrees if it is flat
 inline constexpr double kNearField = 2.0;  // wavelengths
-inline constexpr double kLeastClearance = 1e-3;  // between a transducer and the skin [m]
 
 /// Parts of an array emit within 60 degrees of one another; those that make less than a tenth of the pressure at the
 /// box do not count. So a target between two arrays that face each other has one of them before it. The direction to a
@@ -40,18 +39,5 @@ std::string facing_warning(const ArrayView& view, const Scene& scene);
 
 /// "near_field: ..." where the skin is within kNearField wavelengths of a transducer, else empty.
 std::string near_field_note(const ArrayView& view, const Model& model);
-
-/// A transducer inside a body or on its skin has no pressure there that means anything.
-///
-/// array      not a plane wave
-/// owner      M: number of the body a face is of
-/// throws     InputError that names body.place.at_mm if a transducer is in the mesh or nearer than 1 mm to it
-void require_clear_transducers(const Scene& scene, const TransducerArray& array, const TriangleMesh& mesh,
-                               const std::vector<int>& owner);
-
-/// The same before any body is meshed as the scene asks for it, from where the plan puts its shape.
-///
-/// kept   as of plan_bodies; may be null
-void require_clear_places(const Scene& scene, const BodyPlan& plan, const TransducerArray& array, KeptBodies* kept);
 
 }  // namespace touchfield

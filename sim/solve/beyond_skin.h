@@ -15,8 +15,8 @@ struct BeyondSkin {
 };
 
 /// The skin of bodies beyond keep_within, where it is `incident` there: what no face of the solving mesh with skin = 1
-/// covers. Patches are at most 0.9 wavelengths apart, and at least `per_drive` times as many as there are drives that span
-/// what all channels do to that skin (expected_drives): with fewer than one the phases send sound between them.
+/// covers. Patches are at most 0.9 wavelengths apart, and at least `per_drive` times as many as there are drives that
+/// span what all channels do to that skin (expected_drives): with fewer than one the phases send sound between them.
 ///
 /// bodies      of Extent::kSolved
 /// per_drive   kPatchesOfStills or kPatchesOfFrames

@@ -42,12 +42,6 @@ void note_solve(const Run& run, Progress& progress) {
                             solve.residual, solve.converged ? "" : ", NOT CONVERGED"));
 }
 
-void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
-  if (!pressure.allFinite()) {
-    throw NumericalError(fmt::format("{}: the scattered pressure is not finite", what));
-  }
-}
-
 void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
   Metrics metrics = target ? metrics_of(mesh, gradient, model.wave, model.boxes, *target, pressure)

@@ -7,7 +7,7 @@
 #include "sim/core/progress.h"
 #include "sim/field/surface_gradient.h"
 #include "sim/solve/model.h"
-#include "sim/solve/solve_model.h"
+#include "sim/solve/solve_options.h"
 #include "sim/store/run_data.h"
 
 namespace touchfield {
@@ -26,8 +26,5 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
 
 /// A line on the last solve of a run.
 void note_solve(const Run& run, Progress& progress);
-
-/// throws   NumericalError that names `what`
-void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure);
 
 }  // namespace touchfield

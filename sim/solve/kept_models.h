@@ -12,7 +12,8 @@ namespace touchfield {
 
 /// Scattering models that scenes computed one after another share, each with the factorisation it has made. A model is
 /// the same if scheme, medium, frequency and solver are and the meshes have the same triangles and nowhere differ by
-/// more than 1 nm. On a graphics card a model that nobody holds follows a mesh of the same triangles. Of each role the last model is kept, so that no more is held than one scene needs.
+/// more than 1 nm. On a graphics card a model that nobody holds follows a mesh of the same triangles. Of each role the
+/// last model is kept, so that no more is held than one scene needs.
 class KeptModels {
  public:
   /// How many scenes are expected to share a model that is made from here on: a factorisation pays earlier.

@@ -43,8 +43,8 @@ inline constexpr double kNotedLandmarkOff = 3e-3;  // [m]
 inline constexpr double kMostLandmarkOff = 15e-3;  // [m]
 
 /// body     of a mesh file
-/// throws   InputError if a mesh file is not the closed surface of a body and cannot be resurfaced to one, or its unit is
-///          not given and not surely mm
+/// throws   InputError if a mesh file is not the closed surface of a body and cannot be resurfaced to one, or its unit
+///          is not given and not surely mm
 void require_body(const BodySpec& body);
 
 /// The body of a mesh file in its own frame: its faces, mended where they have no area, or resurfaced if the scene asks

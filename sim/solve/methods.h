@@ -32,18 +32,19 @@ class MethodSolver {
 
   SkinScattering& scattering() const { return scattering_; }
 
-  /// Reduces what the channels do to the body by these drives, N x r, which span it well enough, and keeps the pressures of
-  /// theirs for every target that follows.
+  /// Reduces what the channels do to the body by these drives, N x r, which span it well enough, and keeps the
+  /// pressures of theirs for every target that follows.
   void span(std::shared_ptr<const Eigen::MatrixXcd> drives) { drives_ = std::move(drives); }
 
   /// Another target on the same body.
   void aim(Target target);
 
-  /// The drives a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target). Channels that the solver knows to be dead are not driven, but by phases that are given.
+  /// The drives a method finds for wanted amplitudes p' on the target's faces, K [Pa] (empty without a target).
+  /// Channels that the solver knows to be dead are not driven, but by phases that are given.
   ///
   /// before   phases that a method which iterates starts from instead of its own start, N [rad]; may be null
-  /// throws   NumericalError if a matrix of the problem is not finite; InputError on given phases or a previous run that
-  ///          do not fit
+  /// throws   NumericalError if a matrix of the problem is not finite; InputError on given phases or a previous run
+  ///          that do not fit
   PhaseSolution solve(const MethodSpec& method, const Eigen::VectorXd& amplitudes, Progress& progress,
                       const Eigen::VectorXd* before = nullptr);
 

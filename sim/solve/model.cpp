@@ -19,8 +19,8 @@
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/remesh/subdivide.h"
 #include "sim/mesh/subset.h"
-#include "sim/solve/array_view.h"
 #include "sim/solve/beyond_skin.h"
+#include "sim/solve/clear_transducers.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/store/run_file.h"
 
@@ -159,8 +159,8 @@ double judge_resolution(const Model& model, const Target& target) {
   return fewest;
 }
 
-/// The edges that a judge meshes bodies anew by. One without edge lengths of its own takes the bodies', none longer than
-/// what counts once its faces are split.
+/// The edges that a judge meshes bodies anew by. One without edge lengths of its own takes the bodies', none longer
+/// than what counts once its faces are split.
 BodyEdges judge_edges(const Scene& scene, const Wave& wave) {
   if (scene.judge.kind == JudgeSpec::Kind::kEdge) {
     return {&scene.judge.edge};
@@ -321,12 +321,6 @@ void require_fitting_phases(const MethodSpec& method, Eigen::Index channels) {
   if (method.kind->iterates && method.start.kind == StartSpec::Kind::kPrevious) {
     previous_phases(method, channels);
   }
-}
-
-bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double distance) {
-  const Vector3 gap = (mesh.vertices().rowwise().minCoeff() - array.positions.rowwise().maxCoeff())
-                          .cwiseMax(array.positions.rowwise().minCoeff() - mesh.vertices().rowwise().maxCoeff());
-  return gap.maxCoeff() > distance;
 }
 
 TransducerArray build_array(const ArraySpec& spec, const Wave& wave) {

@@ -36,7 +36,8 @@ struct Model {
   std::vector<FieldGrid> fields;
 };
 
-/// Patches per drive. A frame's time goes with them: fewer cost half a point of error on a hand, and a third of the time.
+/// Patches per drive. A frame's time goes with them: fewer cost half a point of error on a hand, and a third of the
+/// time.
 inline constexpr double kPatchesOfStills = 2.0;
 inline constexpr double kPatchesOfFrames = 1.2;
 
@@ -106,16 +107,13 @@ Medium build_medium(const MediumSpec& spec, double frequency);
 /// throws   InputError as make_array and require_real_array
 TransducerArray build_array(const ArraySpec& spec, const Wave& wave);
 
-/// Whether boxes about the transducers and the mesh are further apart than so much [m]: no question then of what lies nearer.
-bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double distance);
-
 /// Whether anything is to be pressed on: the target asks for sound, and every box of it holds a face. A motion may take
 /// either away.
 bool presses(const Model& model, const TriangleMesh& mesh);
 bool presses(const Model& model);
 
-/// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses the
-///          board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
+/// throws   InputError if a transducer of the model is inside a body or nearer than 1 mm to its skin, a body crosses
+///          the board of an array's unit, two bodies are not apart, or the target reaches a cap of keep_within
 void require_clear(const Model& model);
 
 /// The boxes of a target: at a landmark of the body where it is now, or where the scene says.

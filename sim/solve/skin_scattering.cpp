@@ -272,4 +272,10 @@ std::string describe_decision(const SkinScattering& scattering) {
   return text + fmt::format(" ({})", scattering.decision().reason);
 }
 
+void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure) {
+  if (!pressure.allFinite()) {
+    throw NumericalError(fmt::format("{}: the scattered pressure is not finite", what));
+  }
+}
+
 }  // namespace touchfield

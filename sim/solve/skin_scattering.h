@@ -27,8 +27,8 @@ class SkinModel {
   const DeviceDecision& device() const { return device_; }
   /// The body on the card; null on the processor.
   BodyOnCard* card();
-  /// The same triangles with their vertices elsewhere, where the card has the body: what it keeps then serves on. False,
-  /// and nothing done, otherwise.
+  /// The same triangles with their vertices elsewhere, where the card has the body: what it keeps then serves on.
+  /// False, and nothing done, otherwise.
   bool follow(const TriangleMesh& mesh);
   /// Goes on on the processor, for want of memory on the card.
   void leave_card();
@@ -124,5 +124,8 @@ class SkinScattering {
 
 /// One line: scheme, solver, precision, unknowns, near pairs, and why this solver.
 std::string describe_decision(const SkinScattering& scattering);
+
+/// throws   NumericalError that names `what`
+void require_finite(const std::string& what, const Eigen::MatrixXcd& pressure);
 
 }  // namespace touchfield

@@ -24,6 +24,7 @@
 #include "solvers/linear/blas_core.h"
 #include "solvers/linear/instruction_level.h"
 #include "solvers/phase/certificate.h"
+#include "solvers/phase/skin_field.h"
 
 namespace touchfield {
 

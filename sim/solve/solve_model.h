@@ -4,18 +4,11 @@
 #include <string>
 
 #include "sim/core/progress.h"
-#include "sim/solve/kept_models.h"
 #include "sim/solve/model.h"
+#include "sim/solve/solve_options.h"
 #include "sim/store/run_data.h"
 
 namespace touchfield {
-
-struct SolveOptions {
-  std::string command_line;      // kept as provenance
-  int threads = 1;               // likewise; the caller has set them
-  KeptBodies* bodies = nullptr;  // meshes and models of scenes before this one
-  KeptModels* models = nullptr;
-};
 
 /// Computes a scene: B p = G q assembled and factorised, every method solved and judged by the scattered pressure
 /// p = B^-1 G q, then the fields. No file is written.

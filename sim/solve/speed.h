@@ -26,8 +26,8 @@ Speed speed_of(const std::function<void()>& work, double operations);
 /// Rows of the largest LU that is timed: of about half a second.
 inline constexpr double kTimedRows = 1600;
 
-/// Of an LU of about that many rows, kTimedRows at most, so that an estimate takes no longer than what it is of; each size
-/// is measured once a process.
+/// Of an LU of about that many rows, kTimedRows at most, so that an estimate takes no longer than what it is of; each
+/// size is measured once a process.
 const Speed& measured_speed(double rows);
 
 }  // namespace touchfield

@@ -9,7 +9,6 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/solve/judge.h"
 #include "solvers/linear/blas_product.h"
 #include "solvers/linear/low_rank.h"
 
@@ -20,14 +19,14 @@ namespace {
 constexpr double kDriveTolerance = 1e-4;  // on b: the scheme's own error is some fifty times as large
 constexpr double kQuietTolerance = 1e-4;  // on pressures: an eigenvalue is their square
 
-/// Drives that span what all channels do to the body, r of them: b^H compressed. b itself, as large as the field of every
-/// channel, is gone before the solver takes its memory.
+/// Drives that span what all channels do to the body, r of them: b^H compressed. b itself, as large as the field of
+/// every channel, is gone before the solver takes its memory.
 LowRank spanning_drives(SkinScattering& scattering) {
   return compressed(scattering.system().right_hand_side(scattering.unit_field()).adjoint(), kDriveTolerance);
 }
 
-/// The rows of skin beyond, reduced with the others or, of a frame, in single precision behind them; and nothing of dead
-/// channels: what they do is 0, not what rounding leaves of it.
+/// The rows of skin beyond, reduced with the others or, of a frame, in single precision behind them; and nothing of
+/// dead channels: what they do is 0, not what rounding leaves of it.
 void finish(const SkinScattering& scattering, const QuietSkin& quiet, bool reduce, Transfer& transfer) {
   if (transfer.quiet_weight > 0 && !quiet.beyond.empty()) {
     const Wave& wave = scattering.system().wave();

@@ -44,7 +44,8 @@ struct SpannedPressure {
   double left_out = 0;        // share, by norm, of b of all channels that V leaves out
 };
 
-/// Of drives that are given, whose field is summed in the solver's precision. Those of this very body: by make_transfer.
+/// Of drives that are given, whose field is summed in the solver's precision. Those of this very body: by
+/// make_transfer.
 SpannedPressure spanned_pressure(SkinScattering& scattering, const Eigen::MatrixXcd& drives);
 
 /// What make_transfer does, on a graphics card, of drives that are found there, or given: P stays there but for what H
@@ -65,8 +66,8 @@ Transfer make_transfer(SkinScattering& scattering, const Target& target, const Q
 
 /// H of any target of the body that the pressures are of, forwards.
 ///
-/// reduce   whether rows of skin beyond are reduced with the others, which takes longer than a few steps of a method with
-///          all of them, or stand behind them
+/// reduce   whether rows of skin beyond are reduced with the others, which takes longer than a few steps of a method
+///          with all of them, or stand behind them
 Transfer make_transfer(const SpannedPressure& spanned, const SkinScattering& scattering, const Target& target,
                        const QuietSkin& quiet, double quiet_weight, bool reduce = false);
 

@@ -16,6 +16,7 @@
 #include "sim/mesh/remesh/mesh_quality.h"
 #include "sim/mesh/subset.h"
 #include "sim/solve/array_view.h"
+#include "sim/solve/clear_transducers.h"
 #include "sim/solve/judge_comparison.h"
 
 namespace touchfield {

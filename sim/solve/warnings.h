@@ -34,7 +34,8 @@ void add(const Remarks& more, Remarks& remarks);
 ///   array_size      an array more than 2 m across
 ///   behind_array    more than half of the transducers, which radiate ahead, point away from the target or the body
 ///   near_source     a transducer nearer to the skin than a local edge
-///   both_sides      a target box holds two sides of a body: more than a tenth of its faces look at each other through it
+///   both_sides      a target box holds two sides of a body: more than a tenth of its faces look at each other through
+///                   it
 ///   facing_away     the target's mean normal is more than 78 degrees from the direction to the array (ArrayView)
 ///   shadowed_skin     another body hides more than a twentieth of the skin beyond keep_within from the array
 ///   judge_whole       the scene has a key that is out of use

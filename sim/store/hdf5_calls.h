@@ -1,12 +1,30 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
-#include "sim/store/hdf5_file.h"
-
 /// What the writer and the reader share: calls of the C library whose failures are IoErrors.
 namespace touchfield::hdf5 {
+
+/// An HDF5 identifier; closed by its owner.
+class Handle {
+ public:
+  using Close = int (*)(std::int64_t);
+
+  Handle(std::int64_t id, Close close) : id_(id), close_(close) {}
+  Handle(Handle&& other) noexcept : id_(other.id_), close_(other.close_) { other.id_ = -1; }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  Handle& operator=(Handle&&) = delete;
+  ~Handle();
+
+  std::int64_t id() const { return id_; }
+
+ private:
+  std::int64_t id_;
+  Close close_;
+};
 
 /// throws   IoError "PLACE: WHAT"
 [[noreturn]] void fail(const std::string& place, std::string_view what);

@@ -6,31 +6,14 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/store/hdf5_calls.h"
+
 /// A thin layer over the HDF5 C library: identifiers that close themselves, and errors that name file, place and
 /// HDF5's own reason. Element types T are double, int, std::int64_t, unsigned char and Complex (a compound {r, i}).
 /// Every function throws IoError if the library fails.
 namespace touchfield::hdf5 {
 
 using Shape = std::vector<std::uint64_t>;  // slowest index first, as HDF5 counts
-
-/// An HDF5 identifier; closed by its owner.
-class Handle {
- public:
-  using Close = int (*)(std::int64_t);
-
-  Handle(std::int64_t id, Close close) : id_(id), close_(close) {}
-  Handle(Handle&& other) noexcept : id_(other.id_), close_(other.close_) { other.id_ = -1; }
-  Handle(const Handle&) = delete;
-  Handle& operator=(const Handle&) = delete;
-  Handle& operator=(Handle&&) = delete;
-  ~Handle();
-
-  std::int64_t id() const { return id_; }
-
- private:
-  std::int64_t id_;
-  Close close_;
-};
 
 /// A group of a file that is being written. Links keep the order in which they were made.
 class Group {

@@ -28,8 +28,8 @@ SkinReduction reduced_skin_problem(const Eigen::MatrixXcd& pressures, const Eige
                                    const Eigen::VectorXd& areas, const Target& target, const Eigen::VectorXd& quiet,
                                    double tolerance);
 
-/// Adds rows S to R, reduced with them: R^H R + S^H S = U diag(s^2) U^H, R = diag(s) U^H, of either matrix' smaller Gram
-/// matrix.
+/// Adds rows S to R, reduced with them: R^H R + S^H S = U diag(s^2) U^H, R = diag(s) U^H, of either matrix' smaller
+/// Gram matrix.
 ///
 /// rows        S, J x N [Pa m]
 /// tolerance   as above

@@ -121,9 +121,9 @@ void DeformationFit::add_targets(const SkinTargets& targets, const NodeMotions& 
   }
 }
 
-/// With edges a_j = R_i (g_j - g_i), residuals r_j and a turn w on top of R_i each term is |r_j + d_j - d_i + a_j x w|^2.
-/// The best turn, w = -M^-1 sum_j A_j^T (d_j - d_i) with A_j v = a_j x v, M = sum_j A_j^T A_j (the residuals of the
-/// best R_i have sum_j A_j^T r_j = 0), leaves sum_j |r_j + d_j - d_i|^2 - |sum_j A_j^T (d_j - d_i)|^2_(M^-1).
+/// With edges a_j = R_i (g_j - g_i), residuals r_j and a turn w on top of R_i each term is |r_j + d_j - d_i + a_j x
+/// w|^2. The best turn, w = -M^-1 sum_j A_j^T (d_j - d_i) with A_j v = a_j x v, M = sum_j A_j^T A_j (the residuals of
+/// the best R_i have sum_j A_j^T r_j = 0), leaves sum_j |r_j + d_j - d_i|^2 - |sum_j A_j^T (d_j - d_i)|^2_(M^-1).
 void DeformationFit::add_edges(double weight, const NodeMotions& motions) {
   std::vector<Eigen::Matrix3d> lever;  // A_j^T of each node of the star
   std::vector<Eigen::Matrix3d> turned;

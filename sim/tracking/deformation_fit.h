@@ -17,8 +17,8 @@ struct SkinTargets {
   Eigen::VectorXd weight;  // P, >= 0
 };
 
-/// What holds a deformation where nothing is seen, and against noise. Each is the weight of a term as if it were so many
-/// targets of weight 1.
+/// What holds a deformation where nothing is seen, and against noise. Each is the weight of a term as if it were so
+/// many targets of weight 1.
 struct DeformationPriors {
   double rigid = 1.0;    // each edge of the graph turns with its nodes
   double rest = 0.02;    // each node stays on the undeformed skin
@@ -34,9 +34,10 @@ struct DeformationPriors {
 /// unknowns of a step are the shifts; the turns of the second term are eliminated from it exactly, those within x' are
 /// taken from before the step. All steps of a call use the matrix of the first.
 ///
-/// accuracy   some calls on targets that moved rigidly reach them to rounding, also where nothing is seen, if b = c = 0.
-///            A bump of 2 mm (12 mm to its slope), nodes 14 mm apart, three cameras with 0.36 mm of noise: within 0.25 mm
-///            rms where it is, of 0.94 mm. Two steps on 2,400 targets take 1.4 ms at 150 nodes, 3.0 ms at 255, on one core
+/// accuracy   some calls on targets that moved rigidly reach them to rounding, also where nothing is seen, if b = c =
+///            0. A bump of 2 mm (12 mm to its slope), nodes 14 mm apart, three cameras with 0.36 mm of noise: within
+///            0.25 mm rms where it is, of 0.94 mm. Two steps on 2,400 targets take 1.4 ms at 150 nodes, 3.0 ms at 255,
+///            on one core
 /// source     Sumner, Schmid and Pauly 2007; Sorkine and Alexa 2007
 class DeformationFit {
  public:

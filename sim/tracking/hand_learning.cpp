@@ -26,8 +26,9 @@ HandProportions deviations(const LearningOptions& options) {
   return result;
 }
 
-/// What a hand that the template cannot make leaves is alike over a patch of skin and in all frames, so that more points say
-/// no more of it. With noise of variance n per point, M points and P patches that differ by a variance s besides,
+/// What a hand that the template cannot make leaves is alike over a patch of skin and in all frames, so that more
+/// points say no more of it. With noise of variance n per point, M points and P patches that differ by a variance s
+/// besides,
 ///
 ///   information per point = 1 / (n (1 + s M / (n P)))
 class Misfit {

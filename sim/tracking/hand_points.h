@@ -46,9 +46,10 @@ struct PointOptions {
 ///   sigma    sqrt((Z^2 s / (f B))^2 + u^2 / 12), s the disparity noise, f the focal length [pixels], B the baseline, u
 ///            the image's unit of depth
 ///
-/// accuracy   a plane without noise: point and normal exact but for single precision of the depth. A sphere of 8 mm seen
-///            by three cameras at 0.35 m: points within 0.006 mm rms, normals 4 degrees rms, more towards the edges where
-///            windows are not whole. Noise of 0.36 mm correlated over 5 pixels turns normals by 6 degrees rms
+/// accuracy   a plane without noise: point and normal exact but for single precision of the depth. A sphere of 8 mm
+///            seen by three cameras at 0.35 m: points within 0.006 mm rms, normals 4 degrees rms, more towards the
+///            edges where windows are not whole. Noise of 0.36 mm correlated over 5 pixels turns normals by 6 degrees
+///            rms
 class PointReader {
  public:
   /// throws   InputError as pixel_rays does, if a camera is no pinhole, or if an option is out of its range

@@ -235,7 +235,8 @@ std::vector<HandStart> HandSearch::starts(const HandPoints& points, const std::v
       hands.push_back(samples);
     }
   }
-  // The best of all, but of one group no more than its share: what is no hand may cost less than a hand of another size.
+  // The best of all, but of one group no more than its share: what is no hand may cost less than a hand of another
+  // size.
   const auto best_of = [&](std::size_t count, const auto& allowed) {
     std::ranges::stable_sort(tries, {}, [](const Try& one) { return one.start.cost; });
     std::vector<std::size_t> left(groups, groups == 0 ? 0 : std::max<std::size_t>(1, count / groups));

@@ -30,10 +30,10 @@ struct HandStart {
 /// before what faces it, lens distortion apart. What lies within 70 mm of the hand's axis behind the end of its skin is
 /// a sleeve, costs 0.2 and moves nothing.
 ///
-/// accuracy   right hands of 180 to 205 mm any way round, three cameras with 0.36 mm of noise, a mean hand's skin in the
-///            same pose but for 20 to 29 degrees in two joints of the index finger: alone it is the first start; with
-///            a sleeve of 35 mm radius, a box in view or both it was among the six in 54 of 54, not always the first,
-///            within 13 degrees and 10 mm. 13 to 19 ms on one core
+/// accuracy   right hands of 180 to 205 mm any way round, three cameras with 0.36 mm of noise, a mean hand's skin in
+///            the same pose but for 20 to 29 degrees in two joints of the index finger: alone it is the first start;
+///            with a sleeve of 35 mm radius, a box in view or both it was among the six in 54 of 54, not always the
+///            first, within 13 degrees and 10 mm. 13 to 19 ms on one core
 class HandSearch {
  public:
   /// skins   the hand in some poses, in its own frame (hand.h): y to the fingertips, the skin ends at the least y

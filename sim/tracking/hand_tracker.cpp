@@ -227,8 +227,8 @@ std::vector<std::size_t> HandTracker::digits_missing() const {
   return missing;
 }
 
-/// Whether a fit is to be believed, by what is asked of a shape that is learnt, else by less. Leaves the skin's matches in
-/// fit_ and what the images say of it in check_.
+/// Whether a fit is to be believed, by what is asked of a shape that is learnt, else by less. Leaves the skin's matches
+/// in fit_ and what the images say of it in check_.
 void HandTracker::judge(const DepthFrame& frame, const HandPoints& points, const FitBelief& of_learnt, HandFit& fit) {
   const FitBelief& belief = learnt_ ? of_learnt : options_.unlearnt;
   const Stopwatch watch(times_.check);
@@ -550,8 +550,8 @@ HandFit HandTracker::track(const DepthFrame& frame) {
   return fit;
 }
 
-/// Digits longer or shorter, where that explains more of the frames: what a camera looks past speaks against skin that is
-/// not there, and distances of points say nothing of it. Sets shape_.
+/// Digits longer or shorter, where that explains more of the frames: what a camera looks past speaks against skin that
+/// is not there, and distances of points say nothing of it. Sets shape_.
 void HandTracker::learn_digits(std::vector<LearningView>& views) {
   constexpr double kStep = 0.06;  // of the ratio's logarithm
   constexpr double kMost = 0.35;

@@ -66,8 +66,8 @@ struct HandFit {
   PoseVector pose() const;
 };
 
-/// Why a hand is lost, values against what was asked: "share 0.61 (0.9 asked); residual 1.31 mm (0.9 asked)". Empty of one
-/// that is not lost.
+/// Why a hand is lost, values against what was asked: "share 0.61 (0.9 asked); residual 1.31 mm (0.9 asked)". Empty of
+/// one that is not lost.
 std::string lost_text(const HandFit& fit);
 
 /// What a track() took [s].
@@ -82,13 +82,15 @@ struct FitTimes {
 /// Follows a hand through the frames of depth cameras: points, pose, check, deformation.
 ///
 /// Each frame the pose starts from where the last two have it move to (the place's motion times 0.8, the joints' times
-/// 0.5) and is fitted (PoseFit). It is believed if the images confirm it (SightCheck), as a whole and at each digit's end,
-/// and the points near the skin lie on it; what lies behind the wrist does not count. If not, the hand is lost: the fit says so, and the
-/// following frames look for it anew (HandSearch), some starts a frame. The skin is then deformed towards the points (DeformationFit).
+/// 0.5) and is fitted (PoseFit). It is believed if the images confirm it (SightCheck), as a whole and at each digit's
+/// end, and the points near the skin lie on it; what lies behind the wrist does not count. If not, the hand is lost:
+/// the fit says so, and the following frames look for it anew (HandSearch), some starts a frame. The skin is then
+/// deformed towards the points (DeformationFit).
 ///
-/// accuracy   three simulated D415 0.34 m away with their noise, a hand 6 % shorter and 7 % narrower than the template that
-///            moves at 50 mm/s while its index finger flexes: the skin seen within 0.11 mm rms and 0.23 mm at 95 % in front
-///            of the wrist, its index pad within 0.16 mm rms; with a forearm in view 0.11, 0.24 and 0.18; digits 3 to 6 % off and a bump of 2 mm besides: 0.15, 0.26 and 0.23 mm
+/// accuracy   three simulated D415 0.34 m away with their noise, a hand 6 % shorter and 7 % narrower than the template
+///            that moves at 50 mm/s while its index finger flexes: the skin seen within 0.11 mm rms and 0.23 mm at 95 %
+///            in front of the wrist, its index pad within 0.16 mm rms; with a forearm in view 0.11, 0.24 and 0.18;
+///            digits 3 to 6 % off and a bump of 2 mm besides: 0.15, 0.26 and 0.23 mm
 class HandTracker {
  public:
   /// workspace   box in which hands are looked for, the world's frame [m]
@@ -99,7 +101,8 @@ class HandTracker {
   /// Learns the hand's shape from frames that follow each other: finds and follows the hand by the template's shape, or
   /// what was learnt before, then learns from up to twelve of the frames.
   ///
-  /// frame     makes number 0, 1, ... of so many, and up to three of them again; no more than these are in memory at a time
+  /// frame     makes number 0, 1, ... of so many, and up to three of them again; no more than these are in memory at a
+  ///           time
   /// returns   whether the hand was found in three frames or more; if not the shape is as it was
   bool learn(std::size_t count, const std::function<DepthFrame(std::size_t)>& frame);
   bool learn(const std::vector<DepthFrame>& frames) {
@@ -117,8 +120,8 @@ class HandTracker {
   /// The same of the template's own vertices.
   void skin(const HandFit& fit, Points& world) const;
 
-  /// Of each face of the template: the share of its corners that a camera saw where the fit has them; 0 where nothing was
-  /// fitted.
+  /// Of each face of the template: the share of its corners that a camera saw where the fit has them; 0 where nothing
+  /// was fitted.
   Eigen::VectorXd confidence(const HandFit& fit) const;
 
   const HandTemplate& hand() const { return *hand_; }

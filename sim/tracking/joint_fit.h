@@ -21,8 +21,8 @@ double reach_of(const JointPoints& joints);
 ///
 ///   min over L^2, B^2 of   sum_ij ((L^2 dy_ij^2 + B^2 (dx_ij^2 + dz_ij^2)) / d_ij - d_ij)^2
 ///
-/// the sum of a digit's phalanges its own length. Joints say nothing of thickness: that stays to a part's length what it
-/// is in the given hand, for the palm and each digit.
+/// the sum of a digit's phalanges its own length. Joints say nothing of thickness: that stays to a part's length what
+/// it is in the given hand, for the palm and each digit.
 ///
 /// frames   one or more
 /// returns  relative to the given hand; not finite of joints that are no hand's
@@ -38,11 +38,11 @@ struct JointFitResult {
 ///   sum_j |place(x_j(q)) - p_j|^2 / (1 mm)^2 + sum_k (q_k - pose_k)^2
 ///
 /// from the rigid motion that carries wrist and knuckles to theirs best (Kabsch and Umeyama) and each of four starts
-/// of the joints q: the given pose, flat, grasp, fist; the best counts. The second sum says what the joints do not, as the turn
-/// of a straight thumb about itself. Joints stay in their ranges and 10 degrees more.
+/// of the joints q: the given pose, flat, grasp, fist; the best counts. The second sum says what the joints do not, as
+/// the turn of a straight thumb about itself. Joints stay in their ranges and 10 degrees more.
 ///
-/// accuracy   of 2,400 random poses of hands 155 to 215 mm long all but 10 within 0.15 mm rms, the worst 0.38 mm; with noise
-///            of 2 mm rms a joint 1.4 mm rms off the true ones. About 1 ms a frame
+/// accuracy   of 2,400 random poses of hands 155 to 215 mm long all but 10 within 0.15 mm rms, the worst 0.38 mm; with
+///            noise of 2 mm rms a joint 1.4 mm rms off the true ones. About 1 ms a frame
 class JointFit {
  public:
   /// hand   of which side, size and pose; the proportions are relative to it

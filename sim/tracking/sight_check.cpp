@@ -123,7 +123,8 @@ void check_sight(const std::vector<DepthCamera>& cameras, const DepthFrame& fram
       }
     }
   }
-  // A camera that confirms next to nothing of what another one does looks elsewhere, or stands where it is not told to be.
+  // A camera that confirms next to nothing of what another one does looks elsewhere, or stands where it is not told to
+  // be.
   const int most = *std::ranges::max_element(check.confirmed_by);
   Eigen::ArrayXd facing = Eigen::ArrayXd::Zero(count);
   Eigen::ArrayXd seen = facing;

@@ -43,8 +43,9 @@ Eigen::VectorXd signed_distances(const TriangleMesh& from, const TriangleMesh& t
 /// distances   M; those that are NaN are left out
 SkinDistance skin_distance(const TriangleMesh& mesh, const Eigen::VectorXd& distances, const std::vector<bool>& keep);
 
-/// The faces that some camera sees, distortion apart: their centroid is in its image, the ray to it is within `steepest`
-/// of the face's normal, and no other face is nearer there by more than the depth of such a face within 1.5 pixels.
+/// The faces that some camera sees, distortion apart: their centroid is in its image, the ray to it is within
+/// `steepest` of the face's normal, and no other face is nearer there by more than the depth of such a face within 1.5
+/// pixels.
 ///
 /// steepest   [rad], below pi / 2; cameras have holes in what is steeper than 75 degrees
 /// throws     InputError as rasterise does, or if `steepest` is out of its range

@@ -9,8 +9,8 @@
 #include <cpuid.h>
 #endif
 
-#include "solvers/linear/instruction_level.h"
-#include "solvers/linear/program_start.h"
+#include "solvers/linear/environment.h"
+#include "solvers/linear/processor_level.h"
 
 // What OpenBLAS chooses its kernels by when it is loaded; not there where it has those of one processor only.
 extern "C" {

@@ -26,9 +26,9 @@ std::string lacking_instructions(const std::string& core);
 /// names, with what mends it; empty otherwise, and where the user has chosen the slower ones by that variable.
 std::string blas_warning();
 
-/// Where better_blas_core() names one, in a program that cannot be started again (restart_with_better_settings), such as an
-/// interpreter that has loaded the library: OpenBLAS chooses anew in this process. To be called before the first product,
-/// and while no other thread computes.
+/// Where better_blas_core() names one, in a program that cannot be started again (restart_with_better_settings), such
+/// as an interpreter that has loaded the library: OpenBLAS chooses anew in this process. To be called before the first
+/// product, and while no other thread computes.
 void take_better_blas_core();
 
 /// Who chose the core: "OpenBLAS", "touchfield" or "OPENBLAS_CORETYPE".

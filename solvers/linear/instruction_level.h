@@ -1,33 +1,14 @@
 #pragma once
 
-#include <string>
-#include <vector>
+#include "solvers/linear/processor_level.h"
 
 namespace touchfield {
-
-/// The instruction sets that the inner loops are compiled for (levels of the x86-64 psABI); all other code is compiled
-/// for the plain architecture, so that one binary runs everywhere.
-enum class InstructionLevel {
-  kGeneric,  // not an x86-64 processor, or one from before 2009: the architecture's own baseline
-  kV2,       // SSE4.2
-  kV3,       // AVX2 and FMA
-  kV4,       // AVX-512 F, BW, CD, DQ, VL
-};
-
-/// "generic", "v2", "v3" or "v4".
-std::string to_string(InstructionLevel level);
-
-/// The highest level that this processor and its operating system carry out.
-InstructionLevel processor_level();
 
 /// The level in use: the processor's, or the lower one that the environment variable TOUCHFIELD_LEVEL names. Read once,
 /// and before any loop, so the variables that libraries crash by are looked at here too.
 ///
-/// throws  std::invalid_argument if TOUCHFIELD_LEVEL is no level, or one that this processor does not carry out; that of
-///         require_sound_variables()
+/// throws  std::invalid_argument if TOUCHFIELD_LEVEL is no level, or one that this processor does not carry out; that
+///         of require_sound_variables()
 InstructionLevel instruction_level();
-
-/// All levels that this processor carries out, ascending.
-std::vector<InstructionLevel> processor_levels();
 
 }  // namespace touchfield

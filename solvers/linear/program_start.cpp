@@ -10,6 +10,7 @@
 #include <climits>
 
 #include "solvers/linear/blas_core.h"
+#include "solvers/linear/environment.h"
 
 namespace touchfield {
 
@@ -18,11 +19,6 @@ namespace {
 constexpr const char* kPolicyVariable = "OMP_WAIT_POLICY";
 
 }  // namespace
-
-std::string environment_value(const char* name) {
-  const char* value = std::getenv(name);
-  return value == nullptr ? "" : value;
-}
 
 void restart_with_better_settings(char** argv) {
   std::vector<std::pair<const char*, std::string>> settings;

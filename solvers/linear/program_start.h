@@ -4,30 +4,24 @@
 
 namespace touchfield {
 
-/// Which kernels OpenBLAS takes (blas_core.h).
-inline constexpr const char* kBlasCoreVariable = "OPENBLAS_CORETYPE";
-inline constexpr const char* kChosenByUs = "TOUCHFIELD_BLAS_CORE";  // what this program has set it to
-
 /// How often a thread that waits for others looks for them before it sleeps, to GNU's OpenMP.
 ///
-/// By itself that lets threads look for milliseconds. Where other programs want the cores too, the one that is waited for
-/// may have none until those are over, at every one of the thousands of points where threads meet: a run takes many times
-/// as long. Threads that sleep at once take twice as long on an idle machine. kSpins times come near the better of the two
-/// on either (results/tables/waiting.csv).
+/// By itself that lets threads look for milliseconds. Where other programs want the cores too, the one that is waited
+/// for may have none until those are over, at every one of the thousands of points where threads meet: a run takes many
+/// times as long. Threads that sleep at once take twice as long on an idle machine. kSpins times come near the better
+/// of the two on either (results/tables/waiting.csv).
 inline constexpr const char* kSpinsVariable = "GOMP_SPINCOUNT";
 inline constexpr int kSpins = 4000;
 
-/// Starts this program anew, once, with what libraries read only when they are loaded: kSpins, and OPENBLAS_CORETYPE where
-/// better_blas_core() names one. What the user has set, or says by OMP_WAIT_POLICY, stays. Returns where there is nothing
-/// to set or the program cannot be started again. To be called first thing in main, before threads and files.
+/// Starts this program anew, once, with what libraries read only when they are loaded: kSpins, and OPENBLAS_CORETYPE
+/// where better_blas_core() names one. What the user has set, or says by OMP_WAIT_POLICY, stays. Returns where there is
+/// nothing to set or the program cannot be started again. To be called first thing in main, before threads and files.
 void restart_with_better_settings(char** argv);
 
-/// Keeps what this process frees, for the next that takes as much, instead of giving it back to the system. Frames take the
-/// same large matrices again and again: anew from the system, page by page, they cost a quarter of a frame on 16 cores.
+/// Keeps what this process frees, for the next that takes as much, instead of giving it back to the system. Frames take
+/// the same large matrices again and again: anew from the system, page by page, they cost a quarter of a frame on 16
+/// cores.
 void keep_freed_memory();
-
-/// The value of an environment variable, "" if it has none.
-std::string environment_value(const char* name);
 
 /// How threads wait, in words: "look 4000 times, then sleep".
 std::string thread_waiting();

@@ -23,7 +23,7 @@
 #include <omp.h>
 
 #include "solvers/linear/blas_core.h"
-#include "solvers/linear/program_start.h"
+#include "solvers/linear/environment.h"
 
 // What OpenBLAS takes and gives back its buffers by; not there in every build of it.
 extern "C" {

@@ -4,12 +4,12 @@
 
 namespace touchfield {
 
-/// The most threads that may be asked for: OpenMP keeps a record of each on the stack and ends by a signal where that is
-/// full.
+/// The most threads that may be asked for: OpenMP keeps a record of each on the stack and ends by a signal where that
+/// is full.
 inline constexpr int kMostThreads = 4096;
 
-/// What the limits of this process leave too little of for the libraries it links, with what mends it; empty if they fit.
-/// OpenBLAS takes a buffer for each thread when it is loaded. Where that is refused it tries again for ever.
+/// What the limits of this process leave too little of for the libraries it links, with what mends it; empty if they
+/// fit. OpenBLAS takes a buffer for each thread when it is loaded. Where that is refused it tries again for ever.
 ///
 /// environment  as main gets it, "NAME=value" each and a null pointer at the end
 ///
@@ -33,8 +33,8 @@ std::string out_of_memory();
 
 /// Checks the variables that libraries take without a check, and then crash by.
 ///
-/// throws   std::invalid_argument if OMP_NUM_THREADS asks for more than kMostThreads, OMP_STACKSIZE for less than 1 MiB, or
-///          OPENBLAS_CORETYPE for kernels that this processor cannot carry out
+/// throws   std::invalid_argument if OMP_NUM_THREADS asks for more than kMostThreads, OMP_STACKSIZE for less than 1
+///          MiB, or OPENBLAS_CORETYPE for kernels that this processor cannot carry out
 void require_sound_variables();
 
 }  // namespace touchfield

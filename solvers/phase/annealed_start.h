@@ -12,14 +12,15 @@ struct AnnealingOptions {
   unsigned seed = 1;
 };
 
-/// Drives of amplitude `level` to start from, by way of a problem with fewer traps: every drive is a row of l numbers of length
-/// `level` together, Y is N x l, and
+/// Drives of amplitude `level` to start from, by way of a problem with fewer traps: every drive is a row of l numbers
+/// of length `level` together, Y is N x l, and
 ///
 ///   F(Y) = sum_j w_j (|h_j Y| - p'_j)^2 + || R Y ||^2
 ///
 /// as in low_rank_relaxation.h. From random rows F falls by accelerated projected gradient steps (of 1 / ||A||^2 at
-/// first, A = [diag(sqrt w) H_T; R]); then Y is turned so that its first column is the strongest and what is left in the
-/// others is bounded more tightly in each stage, sqrt(sum_i>1 |y_ni|^2) <= 0.8, 0.65, ... 0, while F goes on falling.
+/// first, A = [diag(sqrt w) H_T; R]); then Y is turned so that its first column is the strongest and what is left in
+/// the others is bounded more tightly in each stage, sqrt(sum_i>1 |y_ni|^2) <= 0.8, 0.65, ... 0, while F goes on
+/// falling.
 ///
 /// cost      one pass over A in single precision a step; the result is the same to the last bit for every number of
 ///           threads. Channels in another order have other rows, and may end in another trap
@@ -34,8 +35,8 @@ struct AnnealedStarts {
   double level = 1.0;        // of `drives`: 1 but where the array is far too strong for what is wanted
 };
 
-/// Five of them: on problems with traps they end in different ones, and their costs tell early which is low. Together they
-/// cost about as much as 15 steps of solve_surface.
+/// Five of them: on problems with traps they end in different ones, and their costs tell early which is low. Together
+/// they cost about as much as 15 steps of solve_surface.
 ///
 /// free_level   whether the level may be below 1: found to a tenth by annealing again and again at the level that was
 ///              best, and taken if it is below 0.5

@@ -15,6 +15,8 @@
 #include "solvers/linear/cholesky.h"
 #include "solvers/phase/dual_factor.h"
 #include "solvers/phase/low_rank_relaxation.h"
+#include "solvers/phase/relaxation_step.h"
+#include "solvers/phase/skin_field.h"
 #include "solvers/phase/surface.h"
 
 namespace touchfield {

@@ -14,8 +14,8 @@ namespace touchfield {
 /// The matrix is formed and factorised in single precision and the solution refined against J in double; where that
 /// does not converge (d far below eps ||J||^2 of single precision) both happen in double.
 ///
-/// Where the problem has a device, that forms the matrix, factorises and corrects, always as for rows <= columns; how far,
-/// is decided here.
+/// Where the problem has a device, that forms the matrix, factorises and corrects, always as for rows <= columns; how
+/// far, is decided here.
 ///
 /// accuracy   residual of the inner system below 1e-8 of its right-hand side
 class DampedStep {

@@ -17,8 +17,8 @@ using Eigen::VectorXd;
 
 enum class Side : bool { kLeft, kRight };
 
-/// By cblas_ztrsm b <- op(L)^-1 b from the left or b op(L)^-1 from the right, by cblas_ztrmm the same with op(L); L lower
-/// triangular.
+/// By cblas_ztrsm b <- op(L)^-1 b from the left or b op(L)^-1 from the right, by cblas_ztrmm the same with op(L); L
+/// lower triangular.
 template <class Blas>
 void triangular(Blas blas, Side side, CBLAS_TRANSPOSE op, const MatrixXcd& l, MatrixXcd& b) {
   if (b.size() == 0) {

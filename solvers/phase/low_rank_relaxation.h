@@ -4,8 +4,6 @@
 
 namespace touchfield {
 
-class DualFactor;
-
 /// The misfit of amplitudes with every drive replaced by a row of l numbers, of length one together: with Y the N x l
 /// matrix of these rows,
 ///
@@ -55,22 +53,13 @@ RelaxedPoint relaxed_start(const LowRankRelaxation& relaxation, const Eigen::Vec
 ///   S = A^H diag(s) A + R^H R - diag(d).
 Eigen::VectorXd level_weights(const Eigen::VectorXd& wanted, const Eigen::VectorXd& g);
 
-/// One step of Newton's method on the spheres, regularised by sigma and solved by conjugate gradients,
-///
-///   (Hess F / 2 + sigma) eta = -gradient,
-///
-/// preconditioned by the inverse of S + sigma with the part of the Hessian that acts along a_j Y added. S + sigma >= 0
-/// makes the left-hand side definite.
-///
-/// factor    of S + sigma at the point's positive_loudness and d
-/// gain      (F - F_new) over what the model foretold; NaN where it foretold nothing
-/// returns   the point stepped to, better or not
-RelaxedPoint newton_step(const LowRankRelaxation& relaxation, const RelaxedPoint& point, DualFactor& factor,
-                         double sigma, double& gain);
-
 /// g_j, but no less than 1e-12 (|a_j| + b_j): positive.
 Eigen::VectorXd positive_loudness(const LowRankRelaxation& relaxation, const RelaxedPoint& point);
 Eigen::VectorXd positive_loudness(const Eigen::VectorXd& g, const Eigen::VectorXd& lengths,
                                   const Eigen::VectorXd& wanted);
+
+/// Re sum_ij conj(a_ij) b_ij, and the same of each column.
+double real_dot(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
+Eigen::VectorXd real_column_dots(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b);
 
 }  // namespace touchfield

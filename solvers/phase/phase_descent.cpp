@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "solvers/phase/skin_field.h"
+
 namespace touchfield {
 
 namespace {

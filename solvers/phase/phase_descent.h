@@ -19,9 +19,9 @@ struct MappedSkin {
   Eigen::VectorXd weights;                                               // w, M, >= 0
 };
 
-/// Follows the phases of least cost through a sequence of problems that change little from one to the next, as those of a
-/// body that moves: limited-memory BFGS whose memory of curvature goes on from problem to problem. Each step halves until
-/// the cost falls (Armijo) and turns phases by at most 0.3 rad, root mean square.
+/// Follows the phases of least cost through a sequence of problems that change little from one to the next, as those of
+/// a body that moves: limited-memory BFGS whose memory of curvature goes on from problem to problem. Each step halves
+/// until the cost falls (Armijo) and turns phases by at most 0.3 rad, root mean square.
 ///
 /// source   Nocedal, Math. Comp. 35 (1980) 773
 class PhaseDescent {

@@ -6,10 +6,10 @@
 
 namespace touchfield {
 
-/// The seam to a device, a graphics card, that multiplies and factorises for the phase methods what has as many entries as
-/// the problem's matrices. The methods themselves, and all vectors, stay with the processor. Matrices lie column by column
-/// without gaps. An object is for one thread at a time. What a device cannot do it says by an exception of its own;
-/// nothing then counts but the destructor.
+/// The seam to a device, a graphics card, that multiplies and factorises for the phase methods what has as many entries
+/// as the problem's matrices. The methods themselves, and all vectors, stay with the processor. Matrices lie column by
+/// column without gaps. An object is for one thread at a time. What a device cannot do it says by an exception of its
+/// own; nothing then counts but the destructor.
 
 /// Where a SkinProblem is linearised, see SkinJacobian.
 struct SkinMoves {
@@ -49,8 +49,8 @@ class SkinDevice {
   /// returns     false where a pivot is not positive
   virtual bool factorise(const SkinMoves& moves, const double* scale, bool in_double) = 0;
   /// A correction by the last factor F of a y that begins at 0: y += F^-1 (right - (F y)), the remainder in double by L
-  /// itself and only its solution by the factor, to which it is handed in units of `unit`. Between factorise and the last
-  /// of its corrections only send and send_back may be called.
+  /// itself and only its solution by the factor, to which it is handed in units of `unit`. Between factorise and the
+  /// last of its corrections only send and send_back may be called.
   ///
   /// right     a value for each row of J to begin with; null to go on
   /// inner     gets L^T y, a value for each column of J
@@ -86,8 +86,8 @@ class GramDevice {
   ///
   /// returns   false where a pivot is not positive
   virtual bool factorise(const Complex* z, double mu, bool in_double) = 0;
-  /// h += F^-1 (right - M h) by the last factor F, from h = 0; the remainder in double, handed to the factor in units of
-  /// `unit`.
+  /// h += F^-1 (right - M h) by the last factor F, from h = 0; the remainder in double, handed to the factor in units
+  /// of `unit`.
   ///
   /// right     to begin with; null to go on
   /// returns   the norm of the remainder that is left

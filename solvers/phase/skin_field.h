@@ -11,7 +11,8 @@ struct SkinField {
   Eigen::VectorXcd quiet;   // r
 };
 
-/// field = [H_T q; R q], or the first `quiet_rows` rows of R alone. Allocates only where the field has another size or the problem a device.
+/// field = [H_T q; R q], or the first `quiet_rows` rows of R alone. Allocates only where the field has another size or
+/// the problem a device.
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, SkinField& field);
 void send(const SkinProblem& problem, const Eigen::VectorXcd& q, Eigen::Index quiet_rows, SkinField& field);
 
@@ -40,5 +41,19 @@ Eigen::VectorXd quiet_strengths(const SkinProblem& problem);
 /// phasors   e^{i phi_n}, also of channels that are off
 void pressure_directions(const SkinProblem& problem, const Eigen::VectorXd& reach, const SkinField& field,
                          const Eigen::VectorXcd& phasors, Eigen::VectorXcd& directions);
+
+/// The cost of no sound at all, sum_j w_j p'_j^2.
+double silent_cost(const SkinProblem& problem);
+
+/// The cost at drives q (N).
+double skin_cost(const SkinProblem& problem, const Eigen::VectorXcd& q);
+
+/// Half the gradient of the cost along the phases of q = a exp(i phi): d cost / d phi = 2 x this, N. Where |h_j q| = 0
+/// and p'_j > 0 the cost has a kink; a subgradient is taken there that is not zero if the face can be reached at all.
+Eigen::VectorXd skin_half_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q);
+
+/// The level a in 0..1/max|q| at which cost(a q) is least, in closed form: the cost is quadratic in a. Of drives that
+/// make no field at all, which leave it open, min(1, 1/max|q|).
+double best_level(const SkinProblem& problem, const Eigen::VectorXcd& q);
 
 }  // namespace touchfield

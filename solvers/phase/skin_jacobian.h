@@ -49,8 +49,8 @@ class SkinJacobian {
   ///   sqrt(w_j) (Re(conj(e_j) u''_j) + Im(conj(e_j) u'_j)^2 / |u_j|);  Re, Im of t'',   u' = H i (turns .* q),
   ///   u'' = -H (turns^2 .* q)
   ///
-  /// e_j the pressure's direction. Where |u_j| < p'_j / 4 that stands in for |u_j|: closer to silence the parabola holds
-  /// for no step of use.
+  /// e_j the pressure's direction. Where |u_j| < p'_j / 4 that stands in for |u_j|: closer to silence the parabola
+  /// holds for no step of use.
   ///
   /// turns   N [rad]
   void second_derivative(const Eigen::VectorXd& amplitudes, const Eigen::VectorXd& turns, Eigen::VectorXd& y) const;
@@ -79,7 +79,8 @@ class SkinJacobian {
   template <typename Real>
   void fill(const Eigen::VectorXd& scale, Real* matrix) const;
 
-  /// The problem's device, null if it has none, and what that needs to form J; valid until the point or the moves change.
+  /// The problem's device, null if it has none, and what that needs to form J; valid until the point or the moves
+  /// change.
   SkinDevice* device() const { return problem_.device.get(); }
   SkinMoves moves() const;
 

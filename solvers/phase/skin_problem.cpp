@@ -1,13 +1,8 @@
 #include "solvers/phase/skin_problem.h"
 
-#include <algorithm>
-#include <cmath>
-#include <complex>
 #include <limits>
 #include <stdexcept>
 #include <string>
-
-#include "solvers/phase/skin_field.h"
 
 namespace touchfield {
 
@@ -46,39 +41,6 @@ void require_valid(const SkinProblem& problem, const char* who) {
 void move_to(PhaseDevice& device, SkinProblem& problem) {
   problem.device = device.skin(problem.target.data(), static_cast<int>(problem.target.rows()), problem.quiet.data(),
                                static_cast<int>(problem.quiet.rows()), static_cast<int>(problem.channel_count()));
-}
-
-double silent_cost(const SkinProblem& problem) { return problem.weights.dot(problem.amplitudes.cwiseAbs2()); }
-
-double skin_cost(const SkinProblem& problem, const Eigen::VectorXcd& q) {
-  SkinField field;
-  send(problem, q, field);
-  return field_cost(problem, field);
-}
-
-Eigen::VectorXd skin_half_gradient(const SkinProblem& problem, const Eigen::VectorXcd& q) {
-  SkinField field;
-  send(problem, q, field);
-  Eigen::VectorXcd directions;
-  const Eigen::VectorXcd phasors =
-      q.unaryExpr([](std::complex<double> drive) { return std::polar(1.0, std::arg(drive)); });
-  pressure_directions(problem, target_reach(problem), field, phasors, directions);
-  field.target =
-      problem.weights.array() * (field.target.array().abs() - problem.amplitudes.array()) * directions.array();
-  Eigen::VectorXcd x;
-  send_back(problem, field, x);
-  return (q.array().conjugate() * x.array()).imag();  // Re(conj(i q) x)
-}
-
-double best_level(const SkinProblem& problem, const Eigen::VectorXcd& q) {
-  SkinField field;
-  send(problem, q, field);
-  const auto loudness = field.target.array().abs();
-  const double wanted = (problem.weights.array() * problem.amplitudes.array() * loudness).sum();
-  const double energy = (problem.weights.array() * loudness.square()).sum() + field.quiet.squaredNorm();
-  const double loudest = q.size() > 0 ? q.cwiseAbs().maxCoeff() : 0.0;
-  const double limit = loudest > 0 ? 1.0 / loudest : std::numeric_limits<double>::infinity();
-  return energy > 0 ? std::min(wanted / energy, limit) : std::min(1.0, limit);
 }
 
 }  // namespace touchfield

@@ -11,6 +11,7 @@
 
 #include "solvers/phase/damped_step.h"
 #include "solvers/phase/madsen_damping.h"
+#include "solvers/phase/skin_field.h"
 #include "solvers/phase/skin_jacobian.h"
 
 namespace touchfield {
@@ -77,9 +78,10 @@ Point starting_point(const SkinProblem& problem, const Eigen::VectorXcd& start, 
 /// Where Levenberg-Marquardt is, with the linear model there, in moves of the drives in their own frames (see
 /// SkinJacobian). The model is |f + J h|^2 + h^T diag(curvature) h:
 ///
-///   a channel that only turns      moves along the tangent and back onto its circle of radius a, phi += atan(t / a), or
-///                                  further by the bend of the valley; the circle's own curvature is the outward pull of
-///                                  the cost, max(0, -Re(conj(phasor_n) g_n)) / a
+///   a channel that only turns      moves along the tangent and back onto its circle of radius a, phi += atan(t / a),
+///   or
+///                                  further by the bend of the valley; the circle's own curvature is the outward pull
+///                                  of the cost, max(0, -Re(conj(phasor_n) g_n)) / a
 ///   a free one                     moves in the plane; an outward pull is damped by pull / (1 - a), so that alone it
 ///                                  reaches the bound and does not pass it
 class Surface {

@@ -26,16 +26,17 @@ struct SurfaceOptions {
 ///
 /// f'' the residual's second derivative along h (see SkinJacobian): the geodesic acceleration, by the same factor, that
 /// follows the bend of a narrow valley, where without it half as many steps again are needed. Where amplitudes move
-/// too, phi_n += atan h_n. g is cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of |q_n| = 1. Rows at the end of R that are weaker than the damping (see
-/// SkinJacobian::leave_out_up_to, mu) stay out of J^T J, not out of the cost and its gradient: they bend the model less
-/// than the damping does. Where N < K + 2 r the N x N system (J^T J + D) h = -J^T f is solved instead. The matrix is
-/// formed and factorised in single precision, the step refined in double to 1e-8; in double throughout where that
-/// fails.
+/// too, phi_n += atan h_n. g is cost's half gradient in the plane of q_n: the diagonal is a share of the curvature of
+/// |q_n| = 1. Rows at the end of R that are weaker than the damping (see SkinJacobian::leave_out_up_to, mu) stay out of
+/// J^T J, not out of the cost and its gradient: they bend the model less than the damping does. Where N < K + 2 r the N
+/// x N system (J^T J + D) h = -J^T f is solved instead. The matrix is formed and factorised in single precision, the
+/// step refined in double to 1e-8; in double throughout where that fails.
 ///
 /// From several starts `trial` steps each are taken, and the path that is lowest then goes on.
 ///
-/// Free level: all drives have one amplitude, at first that of the start's loudest. From below 1 it goes to its best value
-/// (best_level) after each step, from 1 at the end: an array that is too strong for what is wanted is turned down.
+/// Free level: all drives have one amplitude, at first that of the start's loudest. From below 1 it goes to its best
+/// value (best_level) after each step, from 1 at the end: an array that is too strong for what is wanted is turned
+/// down.
 ///
 /// Free amplitudes: the start's phases settle first if it is at full drive; then drives move in the disc |q_n| <= 1,
 /// those on its edge that the cost pulls outwards along it only. A step that pushes a drive out is cut at the edge.

@@ -4,14 +4,14 @@
 
 namespace touchfield {
 
-/// solve_surface from the most promising of several starts: the two lowest of five annealed ones (annealed_start.h), zero
-/// after five steps, and `others`; three steps from each, then the lowest path goes on, until `iterations` are done or six
-/// of them together lower the cost by less than 2e-4 of it. On problems with traps single starts end up to 30 % above one another;
-/// this takes about twice the time of one (docs/phases.md has both figures, over 60 scenes).
+/// solve_surface from the most promising of several starts: the two lowest of five annealed ones (annealed_start.h),
+/// zero after five steps, and `others`; three steps from each, then the lowest path goes on, until `iterations` are
+/// done or six of them together lower the cost by less than 2e-4 of it. On problems with traps single starts end up to
+/// 30 % above one another; this takes about twice the time of one (docs/phases.md has both figures, over 60 scenes).
 ///
 /// others    drives, N a column, there may be none: the phases of the frame before, say
-/// options   where the level is free the annealed starts have the level that suits them, and if it is below 1 one at full
-///           drive joins them, after five steps; trial, damping and standstill are this function's own
+/// options   where the level is free the annealed starts have the level that suits them, and if it is below 1 one at
+///           full drive joins them, after five steps; trial, damping and standstill are this function's own
 /// returns   the way from the start that won; its first cost is that start's
 /// throws    as solve_surface
 PhaseSolution search_surface(const SkinProblem& problem, const Eigen::MatrixXcd& others, SurfaceOptions options,

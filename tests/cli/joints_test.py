@@ -2,6 +2,8 @@
 
 import csv
 import re
+import socket
+import threading
 import unittest
 
 import h5py
@@ -66,10 +68,47 @@ class Joints(CommandTest):
                 self.assertAlmostEqual(float(ours["cost"]) / float(theirs["cost"]), 1, delta=0.03)
                 self.assertEqual(ours["sampled_s"], theirs["sampled_s"])
 
+    def test_live_takes_joints_from_a_port(self):
+        """Rows of a table without header, sent by the example of the docs while it plays."""
+        self.table()
+        with open(self.folder / "hand.csv", newline="") as file:
+            first = list(csv.reader(file))[1]
+        docs = (SOURCE / "docs/cameras.md").read_text()
+        example, = [code for code in re.findall(r"```python\n(.*?)```", docs, re.S) if "sendto" in code]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        example, changed = re.subn("9000", str(port), example)
+        self.assertEqual(changed, 1)
+        names = {"row": first}
+        exec(example, names)
+        done = threading.Event()
+
+        def track():
+            while not done.wait(0.02):
+                names["send"](first)
+
+        tracker = threading.Thread(target=track)
+        tracker.start()
+        try:
+            scene = self.write("scene.yaml", SCENE)
+            sensor = f"motion.sensor.joints={{port: {port}}}"
+            ended = self.run_ok("live", scene, "--set", sensor, "--to", "dry-run", "-o", "live")
+        finally:
+            done.set()
+            tracker.join()
+        self.assertIn("the lengths of the hand's bones were learnt from", ended.stderr)
+        rows = list(csv.DictReader((self.folder / "live/live.csv").read_text().splitlines()))
+        self.assertEqual({row["lost"] for row in rows}, {"0"})
+        refused = self.touchfield("play", scene, "--set", sensor)
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn(f"motion.sensor.joints.port = {port}: joints come by a port only while `touchfield live` plays",
+                      refused.stderr)
+
     def test_refused(self):
         scene = self.write("scene.yaml", SCENE)
         for change, named in ((lambda joint: joint * (-1, 1, 1), "the joints are of a left hand"),
-                              (lambda joint: 10 * joint, "must be 90 to 270: names of columns must end with their unit")):
+                              (lambda joint: 10 * joint, "must be 90 to 270: lengths are in m")):
             self.table(change)
             for command in ("check", "play"):
                 done = self.touchfield(command, scene, "--set", SENSOR)

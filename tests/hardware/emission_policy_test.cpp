@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "hardware/emission.h"
+#include "hardware/emission/emission.h"
 #include "sim/acoustics/directivity.h"
 #include "sim/core/errors.h"
 

@@ -11,6 +11,7 @@
 #include "sim/mesh/query/face_tree.h"
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/play.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/sensing/camera_folder.h"
 #include "tests/support/error_support.h"
 #include "tests/support/moving_support.h"

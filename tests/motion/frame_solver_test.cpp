@@ -7,6 +7,7 @@
 
 #include "sim/solve/solve_model.h"
 #include "sim/solve/transfer.h"
+#include "solvers/phase/skin_field.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 

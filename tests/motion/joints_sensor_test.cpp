@@ -1,7 +1,12 @@
 #include "sim/motion/joints_sensor.h"
 
+#include <chrono>
 #include <memory>
+#include <netinet/in.h>
 #include <sstream>
+#include <sys/socket.h>
+#include <thread>
+#include <unistd.h>
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,7 +15,9 @@
 #include "sim/body/hand_skeleton.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/motion/live_joints_sensor.h"
 #include "sim/motion/play.h"
+#include "sim/motion/sensed_motion.h"
 #include "tests/support/error_support.h"
 #include "tests/support/joint_table_support.h"
 #include "tests/support/scene_support.h"
@@ -154,11 +161,86 @@ TEST_F(Tracked, TheOtherHandAndAnotherUnitAreRefused) {
   for (auto& joints : large) {
     *joints *= 10;
   }
-  EXPECT_THAT(fault(large), HasSubstr("mm long from the wrist to the middle fingertip, must be 90 to 270: names of "
-                                      "columns must end with their unit where that is not m, as index_tip_x_mm"));
+  EXPECT_THAT(fault(large),
+              HasSubstr("mm long from the wrist to the middle fingertip, must be 90 to 270: lengths are in m; "
+                        "another unit ends the names of a file's columns, as index_tip_x_mm"));
   EXPECT_THAT(fault(frames(), {"motion.seconds=0.23"}), HasSubstr("motion.seconds = 0.23 must be <= 0.22"));
   EXPECT_THAT(fault(frames(), {"motion.change=[{path: 'body.place.at_mm[0]', rate: 30}]"}),
               HasSubstr("motion.change: the joints of motion.sensor.joints say how the hand moves"));
+}
+
+/// A tracker's program: sends a row to a port of this machine, again and again, until it ends.
+class Sender {
+ public:
+  Sender(int port, std::string row)
+      : thread_([port, text = std::move(row)](const std::stop_token& stop) {
+          while (!stop.stop_requested()) {
+            send(port, text);
+            std::this_thread::sleep_for(std::chrono::milliseconds(10));
+          }
+        }) {}
+
+  static void send(int port, const std::string& text) {
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    const sockaddr_in to = address(port);
+    ::sendto(socket, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
+    ::close(socket);
+  }
+  static sockaddr_in address(int port) {
+    sockaddr_in own{};
+    own.sin_family = AF_INET;
+    own.sin_port = htons(static_cast<std::uint16_t>(port));
+    own.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    return own;
+  }
+  static int free_port() {
+    const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
+    sockaddr_in own = address(0);
+    socklen_t size = sizeof own;
+    ::bind(socket, reinterpret_cast<const sockaddr*>(&own), size);
+    ::getsockname(socket, reinterpret_cast<sockaddr*>(&own), &size);
+    ::close(socket);
+    return ntohs(own.sin_port);
+  }
+
+ private:
+  std::jthread thread_;
+};
+
+// What a tracker sends while it plays: the hand is where it was when the datagram came, and lost when none comes.
+TEST_F(Tracked, JointsThatComeByAPortAreSeenAndTheirSilenceIsALostHand) {
+  const int port = Sender::free_port();
+  const Scene scene =
+      scene_from(kFinger + kMoving, {fmt::format("motion.sensor={{joints: {{port: {}}}}}", port), "motion.change=[]"});
+  EXPECT_THAT(message_of<InputError>([&] { sensed_motion(scene, kept_.get()); }),
+              HasSubstr(fmt::format("motion.sensor.joints.port = {}: joints come by a port only while", port)));
+  const SensedMotion sensed = sensed_motion(scene, kept_.get(), nullptr, MotionClock::kWall);
+  EXPECT_THAT(message_of<InputError>([&] { sensed_motion(scene, kept_.get(), nullptr, MotionClock::kWall); }),
+              HasSubstr("cannot be listened to: Address already in use; choose another port"));
+  {
+    const Sender tracker(port, support::joint_row_text(*frames().front()));
+    sensed.sensor->start(silent_);
+    EXPECT_THAT(sensed.sensor->notes(), Contains(HasSubstr("the lengths of the hand's bones were learnt from")));
+    const Seen seen = sensed.sensor->sample(0, 5);
+    ASSERT_FALSE(seen.lost);
+    EXPECT_LE(seen.seconds, 5);
+    EXPECT_GT(seen.seconds, 5 - LiveJointsSensor::kSilence);
+    const Points truth = truth_->at(truth_->state(0)).body.mesh.vertices();
+    EXPECT_LT((*seen.state.skin - truth).colwise().norm().maxCoeff(), 0.25 * kMillimetre);
+    EXPECT_EQ(sensed.sensor->places(2).size(), 2U);
+  }
+  EXPECT_FALSE(sensed.sensor->sample(1, 5.1).lost);
+  std::this_thread::sleep_for(std::chrono::duration<double>(1.5 * LiveJointsSensor::kSilence));
+  EXPECT_TRUE(sensed.sensor->sample(2, 5.3).lost);
+  Sender::send(port, support::joint_row_text(*frames().front()));
+  EXPECT_FALSE(sensed.sensor->sample(3, 5.4).lost);
+  Sender::send(port, "1,2,3");
+  EXPECT_TRUE(sensed.sensor->sample(4, 5.5).lost);
+  Sender::send(port, "1,2,3");
+  EXPECT_THAT(
+      message_of<InputError>([&] { sensed.sensor->start(silent_); }),
+      HasSubstr(fmt::format(
+          "UDP port {} (motion.sensor.joints.port): a datagram is not a row of joints: 3 values, must be 79", port)));
 }
 
 // Fingers that are one skin in index_up cannot open.

@@ -13,6 +13,7 @@
 #include "sim/motion/frame_solver.h"
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/play.h"
+#include "sim/motion/sensed_motion.h"
 #include "tests/support/error_support.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"

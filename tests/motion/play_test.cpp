@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/core/errors.h"
+#include "sim/motion/sensed_motion.h"
 #include "sim/solve/solve_model.h"
 #include "tests/support/error_support.h"
 #include "tests/support/moving_support.h"

@@ -8,6 +8,7 @@ import unittest
 import report_support  # noqa: F401
 
 import cameras
+import runs
 import sights
 
 
@@ -85,6 +86,19 @@ class Sentences(unittest.TestCase):
 
     def test_without_the_study_of_widths_it_answers_nothing(self):
         self.assertFalse(any("Can camera errors explain" in line for line in cameras.sentences(ROWS, [])))
+
+
+class Population(unittest.TestCase):
+    def test_the_sentence_is_of_all_hands(self):
+        rows = [{"cameras": cameras_, "group": "kind", "name": name, "hands": hands, "found": found, "wrong": "0.01", "skin_mm": "1.5",
+                 "tip_mm": "6"} for cameras_, name, hands, found in (("1", "plain", "20", "0.5"), ("1", "all", "40", "0.9"),
+                                                                     ("3", "plain", "20", "0.4"), ("3", "all", "40", "0.8"))]
+        said = cameras.population_sentence(rows)
+        self.assertIn("40 hands of the body model anny", said)
+        self.assertIn("find 90.0 % of them, three cameras find 80.0 % of the frames; 1.0 %", said)
+
+    def test_the_kept_table_has_what_the_report_says(self):
+        self.assertIn("three cameras find", cameras.population_sentence(runs.table(cameras.POPULATION)))
 
 
 if __name__ == "__main__":

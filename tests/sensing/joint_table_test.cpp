@@ -10,6 +10,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "tests/support/error_support.h"
+#include "tests/support/joint_table_support.h"
 #include "tests/support/scene_support.h"
 
 namespace touchfield {
@@ -115,6 +116,27 @@ TEST_F(JointTable, NamesWhatIsWrong) {
   EXPECT_THAT(fault(header("") + word), HasSubstr("hand.csv:2: wrist_x_m = here must be a number"));
   EXPECT_THAT(fault(header("")), HasSubstr("no frames in it, must hold at least one"));
   EXPECT_THAT(fault("0,1,2\n"), HasSubstr("3 values, must be 79, or a header must name the columns: time_s, or x, y"));
+}
+
+TEST(JointRow, IsThatOfATableWithoutHeader) {
+  const JointPoints joints = JointPoints::Random();
+  const auto read = joints_of_row(support::joint_row_text(joints) + "\r\n");
+  ASSERT_TRUE(read);
+  EXPECT_TRUE(read->isApprox(joints, 1e-8));
+  RigidMotion pose;
+  pose.shift = Vector3(1, 2, 3);
+  EXPECT_TRUE(joints_of_row(support::joint_row_text(joints), pose)->isApprox(joints.colwise() + pose.shift, 1e-8));
+  EXPECT_FALSE(joints_of_row(support::joint_row_text(JointPoints::Zero())));
+  EXPECT_FALSE(joints_of_row("7" + std::string(78, ',')));
+}
+
+TEST(JointRow, NamesWhatIsWrong) {
+  const auto fault = [](const std::string& row) { return message_of<InputError>([&] { joints_of_row(row); }); };
+  const std::string good = support::joint_row_text(JointPoints::Random());
+  EXPECT_THAT(fault(good + ",1"), HasSubstr("80 values, must be 79: time_s, then x, y and z of each joint [m]"));
+  EXPECT_THAT(fault(good.substr(0, good.rfind(','))), HasSubstr("78 values, must be 79"));
+  EXPECT_THAT(fault(""), HasSubstr("1 values, must be 79"));
+  EXPECT_THAT(fault("here" + good.substr(1)), HasSubstr("value 1 is 'here', must be a number"));
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "sim/core/progress.h"
 #include "sim/solve/solve_model.h"
 #include "sim/store/run_file.h"
+#include "solvers/phase/skin_field.h"
 #include "solvers/phase/skin_problem.h"
 #include "tests/support/output_support.h"
 #include "tests/support/solve_support.h"

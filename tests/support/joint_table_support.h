@@ -29,4 +29,16 @@ inline std::string joint_table_text(const std::vector<std::optional<JointPoints>
   return text;
 }
 
+/// A row of a table without header: the joints that are not used are at the origin.
+inline std::string joint_row_text(const JointPoints& joints) {
+  std::string text = "0";
+  Eigen::Index tracked = 0;
+  for (const std::string joint : kOpenXrJoints) {
+    const bool used = joint != "palm" && !joint.ends_with("_metacarpal");
+    const Vector3 at = used ? Vector3(joints.col(tracked++)) : Vector3::Zero();
+    text += fmt::format(",{:.9f},{:.9f},{:.9f}", at.x(), at.y(), at.z());
+  }
+  return text;
+}
+
 }  // namespace touchfield::support

@@ -7,6 +7,7 @@
 
 #include "sim/target/quiet_skin.h"
 #include "solvers/linear/low_rank.h"
+#include "solvers/phase/skin_field.h"
 
 namespace touchfield {
 namespace {

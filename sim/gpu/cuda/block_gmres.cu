@@ -62,9 +62,9 @@ __global__ void __launch_bounds__(kColumnThreads)
   }
 }
 
-/// Takes from each column w of a block its parts along `count` vectors of its own, whose factors it uses. Found are count + 1
-/// numbers a column: these parts, then norms, of what is left and of w before. A thread has the same rows of w throughout; it
-/// adds its products in single precision, n / 512 of them, and threads are added in double.
+/// Takes from each column w of a block its parts along `count` vectors of its own, whose factors it uses. Found are
+/// count + 1 numbers a column: these parts, then norms, of what is left and of w before. A thread has the same rows of
+/// w throughout; it adds its products in single precision, n / 512 of them, and threads are added in double.
 __global__ void __launch_bounds__(kColumnThreads, 2)
     orthogonalise(int n, int count, BlockGmres::Term* vectors, cuComplex* block, cuDoubleComplex* found) {
   __shared__ cuDoubleComplex sums[2][kWarps][kTile];
@@ -126,7 +126,8 @@ struct BlockGmres::Problem {
   std::size_t most;  // dimension of a space
 };
 
-/// A column that is still solved for, its Krylov space and the least-squares problem in it, triangular by Givens rotations.
+/// A column that is still solved for, its Krylov space and the least-squares problem in it, triangular by Givens
+/// rotations.
 struct BlockGmres::Column {
   std::size_t index;      // of the caller's b and x
   double norm;            // ||b||, > 0
@@ -323,8 +324,8 @@ std::size_t BlockGmres::run_cycle(const Problem& problem, std::vector<Column>& r
   return k;
 }
 
-/// Moves to the minimisers in spaces of at most so many dimensions, forms the residuals that this leaves, and begins a new
-/// cycle for those that go on. At first, without a space, the residuals of a start.
+/// Moves to the minimisers in spaces of at most so many dimensions, forms the residuals that this leaves, and begins a
+/// new cycle for those that go on. At first, without a space, the residuals of a start.
 void BlockGmres::update(const Problem& problem, std::vector<Column>& running, std::size_t most) {
   std::vector<Term> added, residuals;
   std::vector<Target> candidates, products;

@@ -8,8 +8,8 @@
 
 namespace touchfield::cuda {
 
-/// y = A x for a block of columns, both n x columns on the card, column by column without gaps, not overlapping; enqueued
-/// on the context's stream.
+/// y = A x for a block of columns, both n x columns on the card, column by column without gaps, not overlapping;
+/// enqueued on the context's stream.
 ///
 /// shares   how large each column of A x counts, of ||b||: in what is solved for, its error is multiplied by that
 using BlockProduct = std::function<void(const cuComplex* x, cuComplex* y, int columns, const double* shares)>;
@@ -33,21 +33,23 @@ struct GmresReport {
 };
 
 /// Solves A X = B in single precision by restarted GMRES, all columns at once, as touchfield::gmres does
-/// (solvers/linear/gmres.h): a space of its own for each column, one block product a step, columns that have reached the
-/// tolerance leave the block; after each cycle residuals by a product of what it has added to x; given up are columns that
-/// have spent their steps or that a cycle has lessened by under 0.1 %. From a given x it begins with r = b - A x, and a
-/// column in tolerance takes no step. A step without its product is two kernels for all columns and one wait for what they
-/// have found, by which the host solves the least-squares problems. What it takes of the card grows by a block a step, is
-/// kept for the next solve, and is given back by release().
+/// (solvers/linear/gmres.h): a space of its own for each column, one block product a step, columns that have reached
+/// the tolerance leave the block; after each cycle residuals by a product of what it has added to x; given up are
+/// columns that have spent their steps or that a cycle has lessened by under 0.1 %. From a given x it begins with r = b
+/// - A x, and a column in tolerance takes no step. A step without its product is two kernels for all columns and one
+/// wait for what they have found, by which the host solves the least-squares problems. What it takes of the card grows
+/// by a block a step, is kept for the next solve, and is given back by release().
 ///
-/// apply      A X in single precision, or TF32 where a column's share bears it: a step's is the residual before it, as large
-///            an error of A x as the tolerance is smaller (Simoncini, Szyld, SIAM J. Sci. Comput. 25 (2003) 454); that of what
-///            a cycle adds to x is the residual before the cycle, which a cycle of one step has multiplied already: with
-///            `precondition` the first one is such a cycle. Later steps of those that follow, which are few, bear any error
-///            (0), as cycles end before it shows.
+/// apply      A X in single precision, or TF32 where a column's share bears it: a step's is the residual before it, as
+///            large an error of A x as the tolerance is smaller (Simoncini, Szyld, SIAM J. Sci. Comput. 25 (2003) 454);
+///            that of what a cycle adds to x is the residual before the cycle, which a cycle of one step has multiplied
+///            already: with `precondition` the first one is such a cycle. Later steps of those that follow, which are
+///            few, bear any error (0), as cycles end before it shows.
 /// b, x       n x S on the card, column by column without gaps, not overlapping; x is read only if it is a start
-/// precondition  if given, a matrix P near A^-1, P V: the space is that of A P, and x is taken from P V as it was made, so that P
-///            need not be the same from step to step nor exact (flexible GMRES: Saad, SIAM J. Sci. Comput. 14 (1993) 461)
+/// precondition  if given, a matrix P near A^-1, P V: the space is that of A P, and x is taken from P V as it was made,
+///               so that P
+///            need not be the same from step to step nor exact (flexible GMRES: Saad, SIAM J. Sci. Comput. 14 (1993)
+///            461)
 /// report     called after each step with the number of steps done and the worst estimated residual
 /// accuracy   the true residual of a converged column is at most the tolerance, but for errors of apply. Below about
 ///            1e-7 ||A|| ||x|| / ||b|| rounding stops it. Repeats to the bit if apply does.

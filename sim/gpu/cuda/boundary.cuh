@@ -49,8 +49,8 @@ class Boundary {
   const cuComplex* stored() const { return stored_.data(); }
 
   /// y = B x or B^T x, M x columns on the card, not the same; the first `rough` columns in TF32, the others in single
-  /// precision. Made anew, for up to kFewColumns columns the sums are in single precision over 256 faces and in double beyond;
-  /// for more, rows are made in panels and multiplied, smaller ones where memory is short.
+  /// precision. Made anew, for up to kFewColumns columns the sums are in single precision over 256 faces and in double
+  /// beyond; for more, rows are made in panels and multiplied, smaller ones where memory is short.
   void apply(bool transposed, const cuComplex* x, cuComplex* y, int columns, int rough);
 
  private:

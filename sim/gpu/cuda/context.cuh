@@ -117,8 +117,8 @@ class Array {
   const T* data() const { return data_; }
   std::size_t size() const { return size_; }
 
-  /// Copies begin when what was asked of the stream before is done; of host memory that is not staging() they end before
-  /// the call does.
+  /// Copies begin when what was asked of the stream before is done; of host memory that is not staging() they end
+  /// before the call does.
   void upload(const T* host, std::size_t count) {
     resize(count);
     check(cudaMemcpyAsync(data_, host, count * sizeof(T), cudaMemcpyHostToDevice, context_->stream()), "upload");

@@ -160,7 +160,8 @@ struct FaceSum {
   }
 };
 
-/// The finite part of W over a face itself at its centroid [1/m], by self_integrals' loop round its edges, 16 points each.
+/// The finite part of W over a face itself at its centroid [1/m], by self_integrals' loop round its edges, 16 points
+/// each.
 __host__ __device__ inline double2 self_hypersingular(const Triangle& face, double k, double alpha) {
   const double node[8] = {0.0950125098376374402, 0.2816035507792589132, 0.4580167776572273863, 0.6178762444026437484,
                           0.7554044083550030339, 0.8656312023878317439, 0.9445750230732325761, 0.9894009349916499326};

@@ -23,8 +23,8 @@ struct FaceView {
   }
 };
 
-/// A triangulated surface on the card, with what the sums over its faces need. As TriangleMesh: closed, normals outwards,
-/// no face without area, which is not checked here.
+/// A triangulated surface on the card, with what the sums over its faces need. As TriangleMesh: closed, normals
+/// outwards, no face without area, which is not checked here.
 class Faces {
  public:
   /// triangles   3 x M indices of vertices

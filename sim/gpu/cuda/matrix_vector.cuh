@@ -71,7 +71,8 @@ void multiply_adjoint(Context& context, const Value* a, int ld, int rows, int co
   }
 }
 
-/// One round trip: `in` values of the host to `input`, what `launch` makes of them in `output` to the host, `out` of them.
+/// One round trip: `in` values of the host to `input`, what `launch` makes of them in `output` to the host, `out` of
+/// them.
 template <typename Value, typename Number, class Launch>
 void exchange(Context& context, const Number* from, std::size_t in, Array<Value>& input, Number* to, std::size_t out,
               Array<Value>& output, const Launch& launch) {

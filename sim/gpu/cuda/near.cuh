@@ -5,9 +5,10 @@
 namespace touchfield::cuda {
 
 /// What a sum of D + i gamma W with one point a face leaves out, as touchfield::NearCorrections: for each pair of faces
-/// nearer than the rule's reach the integral over the face minus its one point, by rows. The pairs are the CPU's, to the
-/// last one. The integrals are computed in double; their one points as the sums make them, in single precision, so that in
-/// a thin gap, where one point is far off, what it loses of its digits goes again. Values are kept in single precision.
+/// nearer than the rule's reach the integral over the face minus its one point, by rows. The pairs are the CPU's, to
+/// the last one. The integrals are computed in double; their one points as the sums make them, in single precision, so
+/// that in a thin gap, where one point is far off, what it loses of its digits goes again. Values are kept in single
+/// precision.
 ///
 /// memory   20 bytes a pair, some 220 to 240 pairs a face; 16 more while pairs are sorted for transposed products
 class NearCorrections {

@@ -4,15 +4,15 @@
 
 namespace touchfield::cuda {
 
-/// Solves F y = right, F = P + mu I, for many right-hand sides one after another: by a Cholesky factor F = L L^T in single
-/// or double precision and corrections by the remainder in double. With L^-1 beside L a correction is products alone,
-/// where substitution would wait for each entry.
+/// Solves F y = right, F = P + mu I, for many right-hand sides one after another: by a Cholesky factor F = L L^T in
+/// single or double precision and corrections by the remainder in double. With L^-1 beside L a correction is products
+/// alone, where substitution would wait for each entry.
 class NormalFactor {
  public:
   explicit NormalFactor(Context& context) : context_(context) {}
 
-  /// Makes room for the next P = J J^T, given by J (rows x columns), or P itself (rows x rows) where columns is 0. What is
-  /// given is to be written to exact() and, unless in_double, rounded to rounded().
+  /// Makes room for the next P = J J^T, given by J (rows x columns), or P itself (rows x rows) where columns is 0. What
+  /// is given is to be written to exact() and, unless in_double, rounded to rounded().
   void resize(int rows, int columns, bool in_double);
   double* exact() { return exact_.data(); }
   /// Null in double.

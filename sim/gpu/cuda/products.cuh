@@ -4,8 +4,8 @@
 
 namespace touchfield::cuda {
 
-/// How single precision multiplies: as it is (24 bits), or on the tensor cores with factors rounded to 11 bits (TF32; on
-/// cards without them as it is). Sums are in single precision.
+/// How single precision multiplies: as it is (24 bits), or on the tensor cores with factors rounded to 11 bits (TF32;
+/// on cards without them as it is). Sums are in single precision.
 enum class Arithmetic { kSingle, kTf32 };
 
 /// C = alpha op(A) op(B) + beta C, op(A) m x k, op(B) k x n; ld: rows of the arrays as they lie.

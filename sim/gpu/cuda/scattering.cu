@@ -187,10 +187,10 @@ void Scattering::invert() {
   drop_factors();
 }
 
-/// How so many columns are solved for best, and made ready for that. Plain schemes need LU, since their B has eigenvalues near
-/// 0; the others' has not, but for many columns LU takes less than the steps without it, and if the body then moves on, the
-/// inverse of that B serves until too much has changed. All that is only for speed: where memory does not bear it, B is
-/// stored or not even that.
+/// How so many columns are solved for best, and made ready for that. Plain schemes need LU, since their B has
+/// eigenvalues near 0; the others' has not, but for many columns LU takes less than the steps without it, and if the
+/// body then moves on, the inverse of that B serves until too much has changed. All that is only for speed: where
+/// memory does not bear it, B is stored or not even that.
 GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int columns) {
   using Kind = GpuSolveOptions::Kind;
   const bool wide = kFacesAColumn * columns >= spec_.faces;
@@ -222,8 +222,8 @@ GpuSolveOptions::Kind Scattering::prepare(GpuSolveOptions::Kind wanted, int colu
   return kind;
 }
 
-/// How many leading columns may be multiplied in TF32, given the shares by which their errors count: of a basis, the weakest
-/// first, about a half. Of plain schemes, whose solutions magnify residuals, none.
+/// How many leading columns may be multiplied in TF32, given the shares by which their errors count: of a basis, the
+/// weakest first, about a half. Of plain schemes, whose solutions magnify residuals, none.
 int Scattering::rough_columns(const double* shares, int columns, double tolerance) const {
   int rough = 0;
   while (spec_.burton_miller && rough < columns && shares[rough] * kTf32Error <= tolerance) {
@@ -232,8 +232,8 @@ int Scattering::rough_columns(const double* shares, int columns, double toleranc
   return rough;
 }
 
-/// GMRES, by the factors of B or the inverse of an earlier one where there is such. With these it starts from zero: its first
-/// step is then nearer than the pressures before, if the array moved, and saves their product.
+/// GMRES, by the factors of B or the inverse of an earlier one where there is such. With these it starts from zero: its
+/// first step is then nearer than the pressures before, if the array moved, and saves their product.
 void Scattering::solve_block(const Block& block, const GpuSolveOptions& options, const GpuProgress& progress,
                              GpuSolveReport& report) {
   const bool by_factors = report.kind == GpuSolveOptions::Kind::kLu;
@@ -309,8 +309,8 @@ GpuSolveReport Scattering::solve_columns(const Block& all, const GpuSolveOptions
   return report;
 }
 
-/// p_ = x_, then twice p_ += e - B_c p_, e of the drives: d = e - B_c x, p = x + 2 d - B_c d, where what multiplies d need
-/// not have all digits, which is small beside p, nor what multiplies x in the columns that count for little.
+/// p_ = x_, then twice p_ += e - B_c p_, e of the drives: d = e - B_c x, p = x + 2 d - B_c d, where what multiplies d
+/// need not have all digits, which is small beside p, nor what multiplies x in the columns that count for little.
 void Scattering::polish(const cuComplex* drives, int columns, double tolerance) {
   const std::size_t size = std::size_t{1} * spec_.faces * columns;
   p_.resize(size);

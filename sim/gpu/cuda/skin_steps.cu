@@ -30,8 +30,8 @@ __global__ void __launch_bounds__(kColumnThreads) sum_rows(const Value* a, int r
   }
 }
 
-/// J diag(scale), a row a face, then two a kept row of R; also rounded unless that is null. A column makes the move `moves`
-/// of the drive of its channel.
+/// J diag(scale), a row a face, then two a kept row of R; also rounded unless that is null. A column makes the move
+/// `moves` of the drive of its channel.
 __global__ void fill_jacobian(const double2* a, int ld, int faces, int kept, const double2* directions,
                               const double2* moves, const int* channels, double* exact, float* rounded) {
   const int column = static_cast<int>(blockIdx.x);

@@ -15,8 +15,8 @@ class Sources {
 
   int size() const { return static_cast<int>(channel_.size()); }  // N
 
-  /// The incident matrix G, as incident_matrix has it, or with directions (3 x J unit vectors; else null) dG along them;
-  /// computed in double.
+  /// The incident matrix G, as incident_matrix has it, or with directions (3 x J unit vectors; else null) dG along
+  /// them; computed in double.
   ///
   /// points   3 x J [m], on the card, none on a transducer
   /// out      J x N cuComplex or cuDoubleComplex on the card

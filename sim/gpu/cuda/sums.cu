@@ -119,8 +119,8 @@ __global__ void __launch_bounds__(kThreads) sum_values(PairConstants<float> cons
   }
 }
 
-/// y = diagonal x - the chunks' sums, in their order, times the weight of the point where they lack it; a thread for each
-/// value of y.
+/// y = diagonal x - the chunks' sums, in their order, times the weight of the point where they lack it; a thread for
+/// each value of y.
 __global__ void finish_sums(FaceView faces, bool transposed, const cuDoubleComplex* diagonal, const double2* partial,
                             int chunks, std::size_t size, const cuComplex* x, cuComplex* y) {
   const std::size_t at = std::size_t{1} * blockIdx.x * blockDim.x + threadIdx.x;

@@ -16,8 +16,8 @@ struct CapChart {
   Vector3 onto(const Vector3& x) const { return to_space(to_plane(x)); }
 };
 
-/// Closes an open surface whose rims lie on the chart's, by faces between the rims' points, appended to its triangles. A
-/// cap may have any number of rims.
+/// Closes an open surface whose rims lie on the chart's, by faces between the rims' points, appended to its triangles.
+/// A cap may have any number of rims.
 ///
 /// throws   InputError if the rims cross or touch each other, or do not bound an inside
 void add_caps(ClippedSurface& surface, const CapChart& chart);

@@ -30,7 +30,8 @@ inline constexpr std::int64_t kMostFileBytes = std::int64_t{1} << 30;  // four m
 void require_few(std::int64_t points, std::int64_t faces, const std::string& name);
 
 /// Each takes a file's whole content; `name` is how messages call the file. Coordinates are read in double precision.
-/// The library's readers are not used: they crash on damaged files and read what is no number in OBJ as another number.
+/// VTK's readers crash on damaged files, and its OBJ reader takes text that is not a number for another number. So VTP
+/// alone is read by VTK, in a process of its own.
 ///
 /// throws   InputError with line or byte if the content is cut short, is of another kind, or has a coordinate that is
 ///          not a finite number or a corner that is no point
@@ -52,9 +53,9 @@ void add_polygons(FileSurface& surface, const std::vector<std::vector<std::int64
 /// The note on bytes behind all that a file announces.
 std::string bytes_behind_text(std::size_t bytes);
 
-/// Adds a strip's triangles to polygons: each corner from the third on makes one with the two before it, and every other
-/// one runs the other way round. A corner of -1 ends the strip and begins another. Triangles that name a point twice,
-/// which only join the strips, are left out.
+/// Adds a strip's triangles to polygons: each corner from the third on makes one with the two before it, and every
+/// other one runs the other way round. A corner of -1 ends the strip and begins another. Triangles that name a point
+/// twice, which only join the strips, are left out.
 void add_strip(std::vector<std::vector<std::int64_t>>& polygons, std::span<const std::int64_t> corners);
 
 /// A mesh as the content of a file, in file units of `unit` metres: binary STL, binary PLY, OFF and OBJ as text, VTP

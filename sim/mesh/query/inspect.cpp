@@ -10,6 +10,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "sim/core/counted.h"
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
@@ -171,10 +172,6 @@ void measure_shape(const Points& points, const Triangles& triangles, MeshReport&
 }
 
 }  // namespace
-
-std::string counted(Eigen::Index count, const char* one, const char* many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
-}
 
 MeshReport inspect(const TriangleMesh& mesh) { return inspect(mesh.vertices(), mesh.triangles()); }
 

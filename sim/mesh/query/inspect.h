@@ -52,7 +52,4 @@ MeshReport inspect(const Points& points, const Triangles& triangles);
 /// throws   InputError listing every fault with its count and the place of the first
 void require_closed_surface(const TriangleMesh& mesh, const std::string& name);
 
-/// "1 face", "2 faces".
-std::string counted(Eigen::Index count, const char* one, const char* many);
-
 }  // namespace touchfield

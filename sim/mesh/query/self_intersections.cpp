@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/counted.h"
 #include "sim/core/place_text.h"
 #include "sim/mesh/query/box_tree.h"
-#include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/triangle_pair.h"
 
 namespace touchfield {

@@ -23,8 +23,8 @@ struct SkinPatches {
   TriangleMesh mesh() const;
 };
 
-/// Every face of a mesh cut into n^2 equal triangles, n the least number for which none has an edge longer than `longest`
-/// [m].
+/// Every face of a mesh cut into n^2 equal triangles, n the least number for which none has an edge longer than
+/// `longest` [m].
 ///
 /// owner   of all of them
 SkinPatches pieces_of(const TriangleMesh& mesh, double longest, int owner);

@@ -19,10 +19,10 @@ constexpr double kCreaseAngle = 50.0 / 180.0 * std::numbers::pi;  // [rad]
 ///                none. Vertices on them move along them only, and where creases meet, turn by as much or come to a
 ///                point a vertex stays; see creases.h
 /// returns        a closed, manifold, oriented mesh with as many pieces and holes through them. Off creases its
-///                vertices stand off the original by the mean distance that their faces cut below it (0.1 edges at most), so
-///                that area and volume are the original's to second order in edge over radius of curvature; flat sides
-///                stay exactly flat. Angles are above 15 degrees but between creases that are nearer than half an edge
-///                to each other, or meet at less
+///                vertices stand off the original by the mean distance that their faces cut below it (0.1 edges at
+///                most), so that area and volume are the original's to second order in edge over radius of curvature;
+///                flat sides stay exactly flat. Angles are above 15 degrees but between creases that are nearer than
+///                half an edge to each other, or meet at less
 /// limits         a part thinner than its edges loses its shape, and skins nearer than a tenth of an edge may meet: see
 ///                thickness and gap in mesh_risks.h, and self_intersections.h
 /// throws         InputError if the original is not closed, manifold and oriented, the angle is out of range, or the

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/counted.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/mesh/face_shape.h"

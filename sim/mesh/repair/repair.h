@@ -49,9 +49,9 @@ struct Repaired {
 ///           of three faces or more, holes above the limit, faces that cut each other; or on an option out of range
 Repaired repaired(const FileSurface& surface, double unit, const RepairOptions& options, const std::string& name);
 
-/// The mesh of a file that is a closed surface already. Points with equal coordinates are merged; faces with two corners
-/// in one point are left out, and those without area (as TriangleMesh counts them) flipped or collapsed away, with
-/// everything that is next to as flat. A surface without such faces stays as it is, to the bit.
+/// The mesh of a file that is a closed surface already. Points with equal coordinates are merged; faces with two
+/// corners in one point are left out, and those without area (as TriangleMesh counts them) flipped or collapsed away,
+/// with everything that is next to as flat. A surface without such faces stays as it is, to the bit.
 ///
 /// surface   as read
 /// unit      metres per file unit, > 0

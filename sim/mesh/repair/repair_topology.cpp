@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/counted.h"
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/inspect.h"

@@ -20,12 +20,12 @@ inline constexpr double kInsideAbove = 0.5;
 /// spacing   [m], > 0
 double node_count(const Vector3& box, double spacing);
 
-/// Which nodes of a grid are inside a soup of faces, where its winding number w is above 1/2, and where the grid's edges
-/// leave the inside.
+/// Which nodes of a grid are inside a soup of faces, where its winding number w is above 1/2, and where the grid's
+/// edges leave the inside.
 ///
 /// w is computed at the ends of the grid's edges that a face crosses, and on from there where w passes 1/2 without a
-/// face (across holes); elsewhere a node is on the side of the node before it. Parts of one node's thickness are dropped,
-/// gaps of one node's width between two nodes inside filled, so that what is left is wider than a spacing.
+/// face (across holes); elsewhere a node is on the side of the node before it. Parts of one node's thickness are
+/// dropped, gaps of one node's width between two nodes inside filled, so that what is left is wider than a spacing.
 class InsideGrid {
  public:
   /// soup      any faces, seen from outside

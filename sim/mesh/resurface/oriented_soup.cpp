@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/counted.h"
 #include "sim/core/errors.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"

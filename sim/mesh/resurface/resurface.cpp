@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
+#include "sim/core/counted.h"
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
 #include "sim/core/units.h"

@@ -24,13 +24,13 @@ struct Resurfaced {
 
 /// Refuses, before anything large is begun, an edge too short for the memory and the faces that are allowed.
 ///
-/// throws   InputError if the edge is not > 0 and finite, or the grid would have more than 300 million nodes (0.6 GiB) or
-///          the surface more than 5 million faces
+/// throws   InputError if the edge is not > 0 and finite, or the grid would have more than 300 million nodes (0.6 GiB)
+///          or the surface more than 5 million faces
 void require_resurfaceable(const FileSurface& surface, double unit, double edge, const std::string& name,
                            const std::string& field);
 
-/// One closed skin from any soup of faces: holes, flaps, crossings, duplicates, nested and overlapping parts. A point is
-/// inside where the generalised winding number
+/// One closed skin from any soup of faces: holes, flaps, crossings, duplicates, nested and overlapping parts. A point
+/// is inside where the generalised winding number
 ///
 ///   w(x) = sum over faces of their solid angle seen from x, signed, over 4 pi
 ///
@@ -45,13 +45,14 @@ void require_resurfaceable(const FileSurface& surface, double unit, double edge,
 /// edge       of the new faces [m]
 /// name       how messages call the surface, e.g. its file
 /// field      how messages call the edge, e.g. "--resurface"
-/// returns    the skin: closed, manifold, oriented outwards, without faces that cut each other; edges of the length asked
-///            for as remeshing makes them
-/// throws     InputError as require_resurfaceable, before memory is taken; if there is no volume; if the edge is too long: nothing is left, a closed piece of at least a hundredth of the largest
-///            one's area is lost, or 5 % of the outer faces are farther than an edge from the skin
-///            NumericalError if the skin that comes out cuts itself
-/// source     Jacobson, Kavan and Sorkine-Hornung, Robust inside-outside segmentation using generalized winding numbers,
-///            ACM Trans. Graph. 32 (2013) 33; face_tree.h computes w
+/// returns    the skin: closed, manifold, oriented outwards, without faces that cut each other; edges of the length
+///            asked for as remeshing makes them
+/// throws     InputError as require_resurfaceable, before memory is taken; if there is no volume; if the edge is too
+///            long: nothing is left, a closed piece of at least a hundredth of the largest one's area is lost, or 5 %
+///            of the outer faces are farther than an edge from the skin NumericalError if the skin that comes out cuts
+///            itself
+/// source     Jacobson, Kavan and Sorkine-Hornung, Robust inside-outside segmentation using generalized winding
+///            numbers, ACM Trans. Graph. 32 (2013) 33; face_tree.h computes w
 Resurfaced resurfaced(const FileSurface& surface, double unit, double edge, const std::string& name,
                       const std::string& field);
 

@@ -12,6 +12,7 @@
 #include "hardware/player.h"
 #include "sim/core/errors.h"
 #include "sim/motion/frame_solver.h"
+#include "sim/motion/sensed_motion.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
 

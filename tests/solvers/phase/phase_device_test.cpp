@@ -11,6 +11,7 @@
 #include "solvers/phase/baselines.h"
 #include "solvers/phase/certificate.h"
 #include "solvers/phase/incident_problem.h"
+#include "solvers/phase/skin_field.h"
 #include "solvers/phase/surface_search.h"
 #include "tests/support/fake_phase_device.h"
 #include "tests/support/phase_device_support.h"

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "solvers/phase/skin_field.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield {

@@ -8,6 +8,7 @@
 #include <omp.h>
 
 #include "solvers/phase/annealed_start.h"
+#include "solvers/phase/skin_field.h"
 #include "tests/support/skin_support.h"
 
 namespace touchfield {

@@ -18,6 +18,7 @@
 
 #include "solvers/linear/hermitian_eigen.h"
 #include "solvers/phase/damped_step.h"
+#include "solvers/phase/skin_field.h"
 #include "solvers/phase/skin_jacobian.h"
 #include "tests/support/skin_support.h"
 

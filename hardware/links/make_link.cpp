@@ -1,4 +1,4 @@
-#include "hardware/make_link.h"
+#include "hardware/links/make_link.h"
 
 #include <stdexcept>
 

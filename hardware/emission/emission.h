@@ -17,8 +17,8 @@ namespace touchfield {
 
 class StopSignals;
 
-/// How hard, long and fast an array is asked to be driven, and the caps on that. Messages name the fields as the command
-/// line does.
+/// How hard, long and fast an array is asked to be driven, and the caps on that. Messages name the fields as the
+/// command line does.
 struct EmissionRequest {
   std::optional<double> level;    // --level: 0 < level <= 1; default kUsualLevel, or 1 where a device has no other
   double most_level = 0.5;        // --max-level: cap, 0 < most_level <= 1
@@ -31,8 +31,8 @@ struct EmissionRequest {
 inline constexpr double kUsualLevel = 0.5;
 inline constexpr double kOneFrameSeconds = 1;  // [s]
 
-/// The level that may be emitted: what is asked for, else min(kUsualLevel, most_level), else 1 where a device drives its
-/// transducers fully or not at all.
+/// The level that may be emitted: what is asked for, else min(kUsualLevel, most_level), else 1 where a device drives
+/// its transducers fully or not at all.
 ///
 /// device   its name, for messages
 /// throws   InputError: a level or cap out of range, above the cap, or that the device does not have

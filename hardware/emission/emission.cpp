@@ -1,4 +1,4 @@
-#include "hardware/emission.h"
+#include "hardware/emission/emission.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include "hardware/array_match.h"
 #include "hardware/guard/guarded_link.h"
 #include "hardware/links/dry_run_link.h"
-#include "hardware/make_link.h"
+#include "hardware/links/make_link.h"
 #include "hardware/stop_signals.h"
 #include "sim/core/errors.h"
 

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace touchfield {
+
+/// The instruction sets that the inner loops are compiled for (levels of the x86-64 psABI); all other code is compiled
+/// for the plain architecture, so that one binary runs everywhere.
+enum class InstructionLevel {
+  kGeneric,  // not an x86-64 processor, or one from before 2009: the architecture's own baseline
+  kV2,       // SSE4.2
+  kV3,       // AVX2 and FMA
+  kV4,       // AVX-512 F, BW, CD, DQ, VL
+};
+
+/// "generic", "v2", "v3" or "v4".
+std::string to_string(InstructionLevel level);
+
+/// The highest level that this processor and its operating system carry out.
+InstructionLevel processor_level();
+
+/// All levels that this processor carries out, ascending.
+std::vector<InstructionLevel> processor_levels();
+
+}  // namespace touchfield

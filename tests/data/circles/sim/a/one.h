@@ -1,0 +1,1 @@
+#include "sim/b/other.h"

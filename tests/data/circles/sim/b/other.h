@@ -1,0 +1,1 @@
+#include "sim/a/two.h"
