@@ -22,6 +22,15 @@ def test_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
     assert names["problem"].cost(names["solution"].drives) >= names["proof"]["bound"] > 0
 
 
+def test_lines_of_the_readme_run(tmp_path, monkeypatch):
+    (tmp_path / "scenes").symlink_to(SOURCE / "scenes")
+    monkeypatch.chdir(tmp_path)
+    block, = re.findall(r"```python\n(.*?)```", (SOURCE / "README.md").read_text(), re.DOTALL)
+    assert len(block.strip().splitlines()) == 6
+    exec(compile(block, "README.md", "exec"), {})
+    assert (tmp_path / "quick_500/run.h5").exists() and (tmp_path / "surface.png").read_bytes()[:4] == b"\x89PNG"
+
+
 def test_page_and_stubs_name_everything():
     stubs = (pathlib.Path(tf.__file__).parent / "_core.pyi").read_text()
     assert (pathlib.Path(tf.__file__).parent / "py.typed").exists()

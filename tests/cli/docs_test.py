@@ -80,7 +80,7 @@ class Docs(CommandTest):
         self.assertTrue(run[-26:].startswith(b"touchfield-crc32 "))
         self.write_samples()
         for page, body in each("python"):
-            if page == "python.md":  # needs the package, whose own tests run it: python/tests/test_docs.py
+            if page == "python.md" or "import touchfield" in body:  # needs the package: python/tests/test_docs.py runs it
                 continue
             with self.subTest(page=page, body=body):
                 (self.folder / "run.h5").write_bytes(run[:-26])  # as a program leaves it that changes it
@@ -127,7 +127,7 @@ class Docs(CommandTest):
         while re.match(r"[A-Z_]+=", words[0]):
             words = words[1:]
         program, rest = words[0], words[1:]
-        if program == "export":
+        if program in ("export", "mkdir", "cd", "cp"):
             return
         if program == "touchfield":
             self.check_touchfield(rest)

@@ -62,7 +62,8 @@ class Tutorials(CommandTest):
             shutil.copytree(SOURCE / name, self.folder / name)
         (self.folder / "build").mkdir()
         (self.folder / "build/release").symlink_to(pathlib.Path(PROGRAM).resolve().parents[1])
-        self.environment = {**os.environ, "PATH": f"{pathlib.Path(PROGRAM).parent}:{os.environ['PATH']}", "HOME": str(self.folder)}
+        self.environment = {**os.environ, "PATH": f"{pathlib.Path(PROGRAM).parent}:{os.environ['PATH']}", "HOME": str(self.folder),
+                            "CLONE": str(self.folder)}
         text = page.read_text()
         self.assertEqual(text.count("```"), 2 * sum(bool(part["body"]) for part in PARTS.finditer(text)))
         said = ""
