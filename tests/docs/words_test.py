@@ -1,0 +1,79 @@
+"""README and docs are in plain English, and each word of the list is found."""
+
+import importlib.machinery
+import importlib.util
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(os.environ.get("TOUCHFIELD_SOURCE_DIR", pathlib.Path(__file__).resolve().parents[2]))
+
+
+def loaded(path):
+    loader = importlib.machinery.SourceFileLoader("words", str(path))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("words", loader))
+    loader.exec_module(module)
+    return module
+
+
+WORDS = loaded(SOURCE / "scripts/words")
+
+
+class Words(unittest.TestCase):
+    def setUp(self):
+        self.root = pathlib.Path(tempfile.mkdtemp(prefix="touchfield-words-"))
+        self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
+        (self.root / "docs").mkdir()
+        (self.root / "sim").mkdir()
+
+    def words(self, *options, root=None):
+        return subprocess.run([sys.executable, str(SOURCE / "scripts/words"), "--root", str(root or self.root), *options],
+                              capture_output=True, text=True, check=False)
+
+    def test_the_documentation_is_in_plain_english(self):
+        checked = self.words(root=SOURCE)
+        self.assertEqual((checked.returncode, checked.stdout, checked.stderr), (0, "", ""))
+
+    def test_every_word_of_the_list_is_found(self):
+        for pattern, instead, example, in_sources in WORDS.RULES:
+            with self.subTest(pattern=pattern):
+                (self.root / "docs/page.md").write_text(f"# Page\n\nA line before.\nHere is {example}.\n")
+                checked = self.words()
+                self.assertEqual(checked.returncode, 1)
+                self.assertRegex(checked.stdout, rf"(?m)^docs/page.md:4: `.*`: write `{instead}`$")
+                (self.root / "docs/page.md").unlink()
+                (self.root / "sim/text.cpp").write_text(f'// {example}\nsay("Here is {example}");\n')
+                self.assertEqual(self.words().returncode, 0)
+                self.assertEqual(self.words("--sources").stdout.count("sim/text.cpp:2:") > 0, in_sources)
+                (self.root / "sim/text.cpp").unlink()
+
+    def test_code_links_formulas_and_tables_are_skipped(self):
+        (self.root / "docs/page.md").write_text(
+            "# Page\n\n`judge: auto` and [a link](page.md#judge).\n\n```yaml\njudge: {edge_mm: 2}\n```\n\n$$ judge $$\n\n"
+            "<!-- table: judge | judge -->\n| judge |\n|---|\n| 1 |\n<!-- /table -->\n")
+        self.assertEqual(self.words().stdout, "")
+
+    def test_a_word_across_two_lines_is_found(self):
+        (self.root / "docs/page.md").write_text("There are 6 edges a\nwavelength.\n")
+        self.assertIn("docs/page.md:1: `edges a wavelength`", self.words().stdout)
+
+    def test_older_changes_stay_as_they_are(self):
+        (self.root / "CHANGELOG.md").write_text("# Changes\n\n## [2]\n\nAll new.\n\n## [1]\n\nLook anew.\n")
+        self.assertEqual(self.words().stdout, "")
+        (self.root / "CHANGELOG.md").write_text("# Changes\n\n## [2]\n\nLook anew.\n\n## [1]\n\nOld.\n")
+        self.assertIn("CHANGELOG.md:5: `anew`", self.words().stdout)
+
+    def test_a_long_sentence_of_the_readme_is_found(self):
+        long = "This sentence has " + "many " * 27 + "words."
+        (self.root / "README.md").write_text(f"Short one. {long} Short again.\n")
+        self.assertIn("README.md:1: 31 words: This sentence", self.words().stdout)
+        (self.root / "README.md").write_text(f"Short one. {long.replace('many ', '', 1)} Short again.\n")
+        self.assertEqual(self.words().stdout, "")
+
+
+if __name__ == "__main__":
+    unittest.main()
