@@ -54,7 +54,6 @@ void send_surface(const Emit& emit, const std::string& content, const std::strin
   });
   vtkNew<vtkXMLPolyDataReader> reader;
   reader->AddObserver(vtkCommand::ErrorEvent, heard);
-  reader->AddObserver(vtkCommand::WarningEvent, heard);
   reader->ReadFromInputStringOn();
   reader->SetInputString(content);
   reader->Update();
