@@ -36,7 +36,7 @@ void finish_command(CLI::App* command, Invocation& invocation, std::function<int
 /// A command without options that this program gives itself and --help does not show.
 void add_hidden_command(CLI::App& app, Invocation& invocation, const std::string& name, std::function<int()> action);
 
-/// Type names of values that are files: help shows them, and completion of a command line looks for files of that kind.
+/// Type names of values that are files, for help.
 inline constexpr const char* kYamlFile = "YAML";
 inline constexpr const char* kH5File = "H5";
 inline constexpr const char* kMeshFile = "MESH";

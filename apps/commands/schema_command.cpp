@@ -12,7 +12,7 @@ namespace touchfield {
 namespace {
 
 int schema_command(const std::string& format) {
-  put(format == "json" ? schema_json() : format == "template" ? template_scene() : schema_markdown());
+  put(format == "json" ? schema_json() : schema_markdown());
   return 0;
 }
 
@@ -21,8 +21,8 @@ int schema_command(const std::string& format) {
 void add_schema_command(CLI::App& app, Invocation& invocation) {
   const auto format = std::make_shared<std::string>("markdown");
   CLI::App* command = app.add_subcommand("schema", "Print the schema of scene files");
-  command->add_option("--format", *format, "markdown, json (for editors) or template (a scene with every key)")
-      ->check(one_of({"markdown", "json", "template"}))
+  command->add_option("--format", *format, "markdown, or json for editors")
+      ->check(one_of({"markdown", "json"}))
       ->capture_default_str();
   command->callback([format, &invocation] { invocation.action = [format] { return schema_command(*format); }; });
 }

@@ -8,27 +8,21 @@
 
 namespace touchfield {
 
-/// A way to compute a frame, and what it gave on a fingertip below 1,496 channels.
+/// A way to compute a frame.
 struct FrameSetting {
-  double near_target;  // edges at the target and beyond [m]
-  double far;
-  Scheme scheme;
-  int steps;
-  double milliseconds;  // of a frame, on the two cores that the table is of
-  double above_best;    // judged error above that of 30 steps on the finest mesh
+  double near_target = 0;  // edges at the target and beyond [m]
+  double far = 0;
+  Scheme scheme = Scheme::kChief;
+  int steps = 0;
 };
-
-/// Some that no other one beats in both time and error, the quickest first: of the front of results/tables/frame_study.csv,
-/// which a test holds them to, those that each are nearer than the one before by a tenth.
-const std::vector<FrameSetting>& frame_settings();
 
 struct FrameChoice {
   FrameSetting setting;
-  double milliseconds = 0;  // expected here
+  double milliseconds = 0;  // of a frame, as measured here
 };
 
-/// The nearest setting whose frames take at most 0.8 of motion.frame.budget_ms here, or else the quickest: how fast this
-/// machine is with this scene's body, array and first method is told by frames of the quickest one.
+/// The last of five settings, from quick to near, whose frames take at most 0.7 of motion.frame.budget_ms here, or else the
+/// quickest: each is tried with some frames of this scene by its first method, until one takes too long.
 ///
 /// scene      with motion.frame
 /// progress   hears of what takes its time; may be null

@@ -117,8 +117,8 @@ Codec<MotionSpec> motion_codec() {
       .key("steer", &MotionSpec::steer, flag(),
            "Whether those of the frame before are steered to the target's new place first.")
       .maybe("frame", &MotionSpec::frame, frame_codec(), "",
-             "Has body.edge_mm, solve.scheme and iterations chosen anew for what a frame may take, from the study of "
-             "frames in docs/motion.md and what one takes here.")
+             "Has body.edge_mm, solve.scheme and iterations chosen for what a frame may take, by trying some at the "
+             "start.")
       .key("sensor", &MotionSpec::sensor, sensor_codec(), "What the solver knows of the motion.")
       .key("solve_ms", &MotionSpec::solve, number_or("measured", number(kMilliseconds, kDelay)),
            "What a frame takes to solve [ms]; measured: this machine's own time for it, so that results are not "

@@ -40,10 +40,8 @@ std::string shape_text(const BodySpec& body);
 /// Files that a scene names and whose content its text does not hold: meshes, their tables of times, runs to start from.
 std::set<std::string> named_files(const Scene& scene);
 
-/// The schema, made from the reader's own table: a Markdown page, a JSON Schema for editors, and a template scene in
-/// which every key is explained.
+/// The schema, made from the reader's own table: a Markdown page and a JSON Schema for editors.
 std::string schema_markdown();
 std::string schema_json();
-std::string template_scene();
 
 }  // namespace touchfield

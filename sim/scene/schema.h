@@ -58,7 +58,7 @@ struct KeyInfo {
   TypeInfo type{};
   std::string help{};
   bool required = false;   // with `only_with`: required beside those
-  std::string example{};   // what the template shows, YAML in one line; empty: the default
+  std::string example{};   // for editors, YAML in one line; empty: the default
   std::string fallback{};  // the default as YAML in one line; empty if there is none
   std::string before{};    // what a resolved scene from before there was the key means; empty: the default
   std::vector<std::string> only_with{};  // allowed only beside one of these keys of the map's group
@@ -428,7 +428,7 @@ class Map {
     info_.keys.back().also_with = std::move(optional);
     return needed_with(std::move(keys));
   }
-  /// What the template shows for the key added last, instead of its default.
+  /// What editors show for the key added last, instead of its default.
   Map& shown_as(const std::string& example) {
     info_.keys.back().example = example;
     return *this;

@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <map>
-#include <sstream>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -167,7 +166,7 @@ Json type_json(const TypeInfo& type) {
   return {};
 }
 
-// ---- Template
+// ---- Markdown
 
 // The map that a value of this type is or may hold.
 const MapInfo* map_within(const TypeInfo& type) {
@@ -181,88 +180,6 @@ const MapInfo* map_within(const TypeInfo& type) {
   }
   return nullptr;
 }
-
-// Each of these adds lines that begin with `prefix`.
-
-void add_comment(const std::string& text, const std::string& prefix, std::string& page) {
-  constexpr std::size_t kWidth = 100;
-  std::istringstream words(text);
-  std::string line = "#";
-  for (std::string word; words >> word;) {
-    if (line.size() + 1 + word.size() > kWidth) {
-      page += prefix + line + "\n";
-      line = "#";
-    }
-    line += " " + word;
-  }
-  page += prefix + line + "\n";
-}
-
-void add_map(const MapInfo& info, const std::string& prefix, std::string& page);
-
-// The key with the map that its value is or may hold spelt out.
-void add_expanded(const KeyInfo& key, const std::string& prefix, std::string& page) {
-  const MapInfo& inner = *map_within(key.type);
-  const bool list = key.type.kind == Kind::kList;
-  page += fmt::format("{}{}:{}\n", prefix, key.name, inner.keys.empty() ? " {}" : "");
-  page += list && !inner.keys.empty() ? prefix + "  -\n" : "";
-  add_map(inner, prefix + (list ? "    " : "  "), page);
-}
-
-void add_key(const KeyInfo& key, const std::string& prefix, std::string& page) {
-  if (key.type.kind == Kind::kMap || (key.type.kind == Kind::kList && key.type.of.front().kind == Kind::kMap)) {
-    add_expanded(key, prefix, page);
-    return;
-  }
-  page += fmt::format("{}{}: {}\n", prefix, key.name, key.example.empty() ? key.fallback : key.example);
-  if (map_within(key.type)) {
-    page += prefix + "# or:\n";
-    add_expanded(key, prefix + "# ", page);
-  }
-}
-
-// Whether the template has the key in use; the first of a group is.
-bool in_use(const KeyInfo& key, const MapInfo& info) {
-  const std::string chosen = info.group ? info.group->keys.front() : "";
-  if (key.name == chosen) {
-    return true;
-  }
-  if (info.group && contains(info.group->keys, key.name)) {
-    return false;
-  }
-  if (!key.only_with.empty() && !contains(key.only_with, chosen)) {
-    return false;
-  }
-  if (key.type.kind == Kind::kMap && !key.required) {  // a map without a line in use would read as nothing
-    const MapInfo& inner = *key.type.map;
-    const auto used = [&](const KeyInfo& part) { return in_use(part, inner); };
-    const auto names_file = [&](const KeyInfo& part) { return part.type.kind == Kind::kFile && used(part); };
-    return std::any_of(inner.keys.begin(), inner.keys.end(), used) &&
-           std::none_of(inner.keys.begin(), inner.keys.end(), names_file);  // there is no such file
-  }
-  return key.required || !key.fallback.empty();
-}
-
-std::string explanation(const KeyInfo& key) {
-  const std::string is = map_within(key.type) && key.type.kind != Kind::kAny ? "" : phrase(key.type);
-  const std::string need = key.required ? "required" : "";
-  const std::string both = need.empty() || is.empty() ? need + is : need + ", " + is;
-  return both.empty() ? key.help : fmt::format("{} ({})", key.help, both);
-}
-
-void add_map(const MapInfo& info, const std::string& prefix, std::string& page) {
-  if (info.group) {
-    add_comment(
-        fmt::format("{} one of {}.", info.group->required ? "Exactly" : "At most", fmt::join(info.group->keys, ", ")),
-        prefix, page);
-  }
-  for (const auto& key : info.keys) {
-    add_comment(explanation(key), prefix, page);
-    add_key(key, in_use(key, info) ? prefix : prefix + "# ", page);
-  }
-}
-
-// ---- Markdown
 
 std::string escaped(const std::string& text) {
   std::string result;
@@ -348,20 +265,15 @@ would be built, `--resolved` with every default written out.
   `at_mm[2]` for an item of a list (numbers from 0). Maps on the way that the scene does not have are made. The value is
   YAML; `null` takes a key away, so one alternative replaces another by
   `--set array.grid=null --set array.plane_wave={}`. A file named there counts from the working directory.
-- `template.yaml` shows every key; `schema.json` lets editors complete and check a scene that has the line
-  `# yaml-language-server: $schema=schema.json`.
+- `template.yaml` is a scene with comments to start from. `schema.json` lets editors complete and check a scene that has
+  the line `# yaml-language-server: $schema=schema.json`.
 
 World coordinates: an array lies in the plane z = 0 and emits along +z unless it is moved. Rotations are in degrees
 about the fixed x, then y, then z axis.
 
-The tables below, `template.yaml` and `schema.json` are made from the table that the reader itself works by.
+The tables below and `schema.json` are made from the table that the reader itself works by.
 
 ## A scene
-)";
-
-constexpr const char* kTemplateHead =
-    R"(# Template of a scene: every key, with its default or an example, and its alternatives as comments.
-# yaml-language-server: $schema=schema.json
 )";
 
 }  // namespace
@@ -376,12 +288,6 @@ std::string schema_json() {
   Json json = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "touchfield scene"}};
   json.update(map_json(*schema::scene_codec().type.map));
   return json.dump(2) + "\n";
-}
-
-std::string template_scene() {
-  std::string text = kTemplateHead;
-  add_map(*schema::scene_codec().type.map, "", text);
-  return text;
 }
 
 }  // namespace touchfield

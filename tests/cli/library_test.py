@@ -58,12 +58,6 @@ class Library(unittest.TestCase):
         for path in binaries:
             self.assertEqual(strangers(path), [], path)
 
-    def test_completion_of_this_very_program_is_installed(self):
-        for shell, place in [("bash", "bash-completion/completions/touchfield"), ("zsh", "zsh/site-functions/_touchfield")]:
-            said = run(PREFIX / "bin/touchfield", "completion", shell)
-            self.assertEqual((PREFIX / "share" / place).read_text(), said)
-            self.assertIn("resurface", said)
-
     def test_headers_need_eigen_alone(self):
         headers = sorted(path.relative_to(PREFIX / "include") for path in PREFIX.glob("include/**/*.h"))
         self.assertGreater(len(headers), 150)

@@ -281,8 +281,6 @@ class Warnings(CommandTest):
             # For what a score costs `check` takes one, and no warning of a motion is of its judge.
             judge = ["--set", "judge={edge_mm: {near_target: 3, far: 8, within_mm: 10}}"] if "\nmotion:" in text else []
             for warning in json.loads(self.run_ok("check", scene, "--json", *judge).stdout)["warnings"]:
-                if scene.stem == "template":  # every key there is, no scene of use
-                    continue
                 self.assertIn(f"`{warning.split(':')[0]}`", comment, f"{scene.name}: {warning}")
 
     def test_not_converged(self):

@@ -1,8 +1,6 @@
 #include <algorithm>
-#include <fstream>
 #include <string>
 
-#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -119,37 +117,9 @@ TEST(MovingHand, FingersThatComeIntoContactAreNamedWithTheTime) {
   EXPECT_THAT(message, HasSubstr("middle finger"));
 }
 
-TEST(FrameBudget, SettingsAreAFront) {
-  const std::vector<FrameSetting>& settings = frame_settings();
-  for (std::size_t i = 1; i < settings.size(); ++i) {
-    EXPECT_GT(settings[i].milliseconds, settings[i - 1].milliseconds);
-    EXPECT_LT(settings[i].above_best, settings[i - 1].above_best);
-  }
-}
-
-// The table in the code is that of the kept study: faces follow from the edges, so time and error tell the rows.
-TEST(FrameBudget, SettingsAreThoseOfTheStudy) {
-  std::ifstream table(testing::source_folder() / "results/tables/frame_study.csv");
-  std::vector<std::string> rows;
-  for (std::string line; std::getline(table, line);) {
-    if (line.rfind("finger,", 0) == 0 && line.ends_with(",1")) {
-      rows.push_back(line);
-    }
-  }
-  ASSERT_EQ(rows.size(), frame_settings().size());
-  for (const FrameSetting& setting : frame_settings()) {
-    const std::string row =
-        fmt::format(",{},{},single,{:.3g},", to_string(setting.scheme), setting.steps, setting.milliseconds);
-    const std::string end = fmt::format(",{:.5f},1", setting.above_best);
-    EXPECT_TRUE(std::ranges::any_of(
-        rows, [&](const std::string& line) { return line.find(row) != std::string::npos && line.ends_with(end); }))
-        << row << " ... " << end;
-  }
-}
-
 TEST(FrameBudget, ASettingIsPutIntoTheScene) {
   const Scene scene = scene_from(kBendingFinger, {"motion.frame={budget_ms: 50}"});
-  const FrameSetting setting{3e-3, 7e-3, Scheme::kPaperCorrected, 3, 10, 0.1};
+  const FrameSetting setting{3e-3, 7e-3, Scheme::kPaperCorrected, 3};
   const Scene chosen = with_setting(scene, setting);
   EXPECT_EQ(chosen.bodies.front().edge->near_target, 3e-3);
   EXPECT_EQ(chosen.bodies.front().edge->far, 7e-3);
@@ -159,12 +129,18 @@ TEST(FrameBudget, ASettingIsPutIntoTheScene) {
   EXPECT_EQ(chosen.judge.scheme, scene.judge.scheme);
 }
 
-TEST(FrameBudget, MoreTimeBuysNoMoreError) {
-  const auto above = [](double milliseconds) {
-    return choose_frame(scene_from(kBendingFinger, {"motion.frame={budget_ms: " + std::to_string(milliseconds) + "}"}))
-        .setting.above_best;
+TEST(FrameBudget, TakesTheQuickestForNoTimeAndTheNearestForMuch) {
+  const auto choice = [](double milliseconds) {
+    return choose_frame(scene_from(kBendingFinger, {"motion.frame={budget_ms: " + std::to_string(milliseconds) + "}"}));
   };
-  EXPECT_GE(above(0.01), above(60'000));
+  const FrameChoice quickest = choice(0.01);
+  EXPECT_EQ(quickest.setting.steps, 1);
+  EXPECT_EQ(quickest.setting.near_target, 3e-3);
+  EXPECT_GT(quickest.milliseconds, 0.01);
+  const FrameChoice nearest = choice(60'000);
+  EXPECT_EQ(nearest.setting.scheme, Scheme::kBurtonMillerPolished);
+  EXPECT_EQ(nearest.setting.near_target, 1.7e-3);
+  EXPECT_LT(nearest.milliseconds, 60'000);
 }
 
 }  // namespace
