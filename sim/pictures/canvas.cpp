@@ -8,12 +8,13 @@
 #include <filesystem>
 #include <map>
 #include <numbers>
+#include <span>
 #include <stdexcept>
 
 #include <fmt/format.h>
 
+#include "sim/core/png_file.h"
 #include "sim/core/version.h"
-#include "sim/pictures/png.h"
 
 namespace touchfield {
 
@@ -80,42 +81,6 @@ ColourImage copy_of(cairo_surface_t* surface) {
     }
   }
   return image;
-}
-
-void set_pdf_texts(cairo_surface_t* surface, const Texts& texts) {
-  std::string keywords;
-  for (const auto& [name, text] : texts) {
-    if (name == "Description") {
-      cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_TITLE, text.c_str());
-    } else if (name == "Software") {
-      cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_CREATOR, text.c_str());
-    } else if (name == "Source") {
-      cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_SUBJECT, fmt::format("{}: {}", name, text).c_str());
-    } else {
-      keywords += fmt::format("{}{}: {}", keywords.empty() ? "" : ", ", name, text);
-    }
-  }
-  cairo_pdf_surface_set_metadata(surface, CAIRO_PDF_METADATA_KEYWORDS, keywords.c_str());
-}
-
-std::string escaped(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    result += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : std::string(1, c);
-  }
-  return result;
-}
-
-/// The SVG with its texts as the first elements; Cairo has no call for them.
-std::string with_texts(const std::string& svg, const Texts& texts) {
-  std::string title;
-  std::string rest;
-  for (const auto& [name, text] : texts) {
-    (name == "Description" ? title : rest) +=
-        name == "Description" ? escaped(text) : fmt::format("{}: {}\n", escaped(name), escaped(text));
-  }
-  const std::size_t place = svg.find('>', svg.find("<svg")) + 1;
-  return fmt::format("{}\n<title>{}</title>\n<desc>{}</desc>{}", svg.substr(0, place), title, rest, svg.substr(place));
 }
 
 /// Of this program's own installation; null where it has none. Kept until the program ends.
@@ -313,18 +278,16 @@ void Canvas::image(const PixelBox& box, const ColourImage& image) { sheet_->pain
 void Canvas::describe(const std::string& name, const std::string& text) { sheet_->texts[name] = text; }
 
 std::string Canvas::file() {
-  if (sheet_->format == PictureFormat::kPdf) {
-    set_pdf_texts(sheet_->surface.get(), sheet_->texts);
-  }
   require(cairo_status(sheet_->draw()));
   if (sheet_->format == PictureFormat::kPng) {
     cairo_surface_flush(sheet_->surface.get());
-    return png_file(copy_of(sheet_->surface.get()), sheet_->texts);
+    const ColourImage image = copy_of(sheet_->surface.get());
+    return png_file(image.width, image.height, PngPixels::kRgb8, std::as_bytes(std::span(image.pixels)), sheet_->texts);
   }
   sheet_->context.reset();
   cairo_surface_finish(sheet_->surface.get());
   require(cairo_surface_status(sheet_->surface.get()));
-  return sheet_->format == PictureFormat::kSvg ? with_texts(sheet_->bytes, sheet_->texts) : sheet_->bytes;
+  return sheet_->bytes;
 }
 
 }  // namespace touchfield

@@ -26,7 +26,7 @@ struct TextStyle {
 std::string picture_font();
 
 /// A white picture, drawn by Cairo. Positions are pixels from the lower left corner; of PDF and SVG a pixel is half a
-/// point and a CSS pixel. Its file names the program that drew it: see describe().
+/// point and a CSS pixel. A PNG file names the program that drew it: see describe().
 class Canvas {
  public:
   Canvas(int width, int height, PictureFormat format);
@@ -51,9 +51,8 @@ class Canvas {
   /// An image that fills a box; smooth between its pixels where the picture is enlarged.
   void image(const PixelBox& box, const ColourImage& image);
 
-  /// A text that the file carries beside what it shows, in place of an older one of this name: the PNG text of that
-  /// name; Title, Creator, Subject and Keywords of a PDF for Description, Software, Source and anything else; the
-  /// title, for Description, and desc of an SVG. Without it Software and Source are of this program.
+  /// A text that a PNG file carries beside what it shows, in place of an older one of this name. Without it Software and
+  /// Source are of this program.
   void describe(const std::string& name, const std::string& text);
 
   /// The finished picture as a file's bytes; nothing can be drawn after it.

@@ -16,10 +16,10 @@ namespace touchfield {
 void write_depth_png(const std::string& path, const DepthImage& image, double unit);
 
 /// Depths of such a file, number times unit: what was written, to half a unit. What follows the image's end is ignored,
-/// and so are its colour space and texts.
+/// and so are its colour space and texts, unless these unpack to more than 64 MiB.
 ///
-/// width, height   that it must have [pixels]; no more memory is taken than an image of this size needs, whatever the
-///                 file promises
+/// width, height   that it must have [pixels]; no more memory is taken than an image of this size and such texts need,
+///                 whatever the file promises
 /// throws          InputError "path: ..." unless it is a whole, undamaged 16-bit grey PNG, not interlaced, of this size
 DepthImage read_depth_png(const std::string& path, double unit, int width, int height);
 

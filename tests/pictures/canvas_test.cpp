@@ -1,12 +1,13 @@
 #include "sim/pictures/canvas.h"
 
 #include <random>
+#include <span>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "sim/core/png_file.h"
 #include "sim/pictures/picture_parts.h"
-#include "sim/pictures/png.h"
 #include "tests/support/output_support.h"
 #include "tests/support/picture_support.h"
 
@@ -38,7 +39,8 @@ TEST(Png, IsReadBackBitByBit) {
     pixel = {static_cast<std::uint8_t>(generator()), static_cast<std::uint8_t>(generator()),
              static_cast<std::uint8_t>(generator())};
   }
-  const Drawn drawn(png_file(image, {{"Title", "a picture"}}));
+  const Drawn drawn(png_file(37, 23, PngPixels::kRgb8, std::as_bytes(std::span(image.pixels)),
+                             {{"Title", "a picture"}, {"Comment", ""}}));
   const Picture picture = drawn.picture();
   ASSERT_EQ(picture.width(), 37);
   ASSERT_EQ(picture.height(), 23);
