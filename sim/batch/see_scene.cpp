@@ -94,7 +94,7 @@ std::string sight_warning(const StereoCamera& camera, const SightSummary& own) {
   }
   const std::string away =
       fmt::format("{:.0f} to {:.0f} mm away", own.nearest / kMillimetre, own.farthest / kMillimetre);
-  const std::string unit = schema::decimal_text(camera.depth_unit, -3);
+  const std::string unit = fmt::format("{:.6g}", camera.depth_unit / kMillimetre);
   if (own.beyond > 0) {
     return fmt::format(
         "sight: {} has no depth beyond {:.0f} mm, {:.0f} times depth_unit_mm = {}, and the body is {}, {:.0f} % of it "

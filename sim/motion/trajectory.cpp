@@ -47,7 +47,7 @@ void Trajectory::apply(const Eigen::VectorXd& state, Scene& scene) const {
 Eigen::VectorXd Trajectory::in_range(const Eigen::VectorXd& state) const {
   Eigen::VectorXd values = state;
   for (Eigen::Index i = 0; i < size(); ++i) {
-    const auto bound = [&](double written) { return *number(i).unit.si(schema::decimal_text(written)); };
+    const auto bound = [&](double written) { return number(i).unit.si(written); };
     const auto& [low, high, low_excluded] = number(i).range;
     if (low) {
       values(i) = std::max(values(i), bound(*low));

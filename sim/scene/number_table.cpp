@@ -356,11 +356,11 @@ void FileReport::require_few(std::size_t count, const char* what, std::size_t mo
   }
 }
 
-std::optional<double> FileReport::number(int line, std::string_view text, int power) {
+std::optional<double> FileReport::number(int line, std::string_view text) {
   const auto value = parse_decimal(text);
   const auto rule = value ? Range{}.broken_by(*value) : std::optional<std::string>("a number");
   if (!rule) {
-    return parse_decimal(text, power);
+    return value;
   }
   add(line, fmt::format("{} must be {}", quoted_value(text), *rule));
   return std::nullopt;

@@ -56,7 +56,7 @@ class FileReport {
   std::optional<std::string> text();
   void require_few(std::size_t count, const char* what, std::size_t most = kMostListed);
   /// A number within the bounds every number of a scene has; reports and returns nothing otherwise.
-  std::optional<double> number(int line, std::string_view text, int power = 0);
+  std::optional<double> number(int line, std::string_view text);
 
  private:
   static constexpr int kMost = 10;

@@ -28,35 +28,36 @@ Range at_least(double low);
 Range above_to(double low, double high);
 Range between(double low, double high);
 
-/// The value of a decimal number as YAML writes it (no hexadecimal, no nan, no inf) times 10^power, correctly rounded:
-/// 10.16 at power -3 is the double nearest to 0.01016. A value too large for a double is infinity, one too small 0.
-/// Nothing if the text is not such a number.
-std::optional<double> parse_decimal(std::string_view text, int power = 0);
+/// The double nearest to a decimal number as YAML writes it (no hexadecimal, no nan, no inf). One too large for a double
+/// is infinity, one too small 0. Nothing if the text is not such a number.
+std::optional<double> parse_decimal(std::string_view text);
 
-/// The shortest decimal text that parse_decimal(text, power) turns into exactly this finite value.
-std::string decimal_text(double value, int power = 0);
+/// The shortest decimal text that parse_decimal() turns into exactly this finite value.
+std::string decimal_text(double value);
 
 /// The unit a scene gives a quantity in, and its way to SI and back.
 class Unit {
  public:
   /// A unit of 10^power SI units: -3 for millimetres, 3 for kilohertz, 0 for the SI unit itself.
-  static Unit power_of_ten(int power) { return {Kind::kPowerOfTen, power}; }
-  static Unit degree() { return {Kind::kDegree, 0}; }
-  static Unit celsius() { return {Kind::kCelsius, 0}; }
+  static Unit power_of_ten(int power);
+  static Unit degree();
+  static Unit celsius();
 
-  /// The value in SI; nothing if the text is no number.
+  /// A number of this unit in SI, in doubles: within their rounding of the decimal result.
+  double si(double number) const { return number * times_ / over_ + plus_; }
+  /// The same of a text; nothing if it is no number.
   std::optional<double> si(std::string_view text) const;
 
-  /// The shortest text that si() turns into exactly this value. A value that no text in degrees or Celsius can give is
-  /// written with 17 digits, which give its neighbour.
+  /// The shortest text that si() turns into exactly this value. A value that no text in this unit can give is written with
+  /// 17 digits, which give its neighbour.
   std::string text(double si) const;
 
  private:
-  enum class Kind { kPowerOfTen, kDegree, kCelsius };
-  Unit(Kind kind, int power) : kind_(kind), power_(power) {}
+  Unit(double times, double over, double plus) : times_(times), over_(over), plus_(plus) {}
 
-  Kind kind_;
-  int power_;
+  double times_;  // whole powers of ten both, so that neither is rounded
+  double over_;
+  double plus_;
 };
 
 }  // namespace touchfield::schema

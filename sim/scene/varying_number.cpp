@@ -203,7 +203,7 @@ void take_pressure(VaryingNumber& number) {
 
 /// A law whose values are in SI, of one in this unit.
 MotionLaw in_si(MotionLaw law, const schema::Unit& unit) {
-  const auto convert = [&](double& value) { value = *unit.si(schema::decimal_text(value)); };
+  const auto convert = [&](double& value) { value = unit.si(value); };
   if (auto* sine = std::get_if<SineLaw>(&law)) {
     convert(sine->amplitude);
     if (sine->about) {
