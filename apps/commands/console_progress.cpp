@@ -17,15 +17,14 @@ constexpr std::chrono::seconds kFirstLine{2};
 constexpr std::chrono::seconds kLongestWait{60};
 constexpr std::chrono::seconds kRedraw{1};  // of a bar that stands still: the time that is left does not
 
-/// "12 s", "34 min", "5.6 h"
+}  // namespace
+
 std::string span_text(double seconds) {
   if (seconds < 100) {
     return fmt::format("{:.0f} s", seconds);
   }
   return seconds < 6000 ? fmt::format("{:.0f} min", seconds / 60) : fmt::format("{:.1f} h", seconds / 3600);
 }
-
-}  // namespace
 
 ConsoleProgress::ConsoleProgress(bool quiet) : quiet_(quiet), terminal_(isatty(fileno(stderr)) == 1) {}
 

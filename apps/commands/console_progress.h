@@ -10,6 +10,9 @@
 
 namespace touchfield {
 
+/// "12 s", "34 min", "5.6 h"
+std::string span_text(double seconds);
+
 /// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in
 /// a log file if there is one. A stage that lasts says in the log, and where there is no terminal, how far it is and
 /// how long it goes on: after 2 s, then each time twice as late, at most a minute apart.

@@ -1,7 +1,8 @@
 #include "apps/commands/interrupt_guard.h"
 
+#include <algorithm>
 #include <csignal>
-#include <string>
+#include <ctime>
 #include <thread>
 #include <unistd.h>
 #include <utility>
@@ -15,13 +16,22 @@ void block_interrupts() {
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
 }
 
+int take_interrupt() {
+  const sigset_t set = StopSignals::polite();
+  const timespec at_once{};
+  return std::max(0, sigtimedwait(&set, nullptr, &at_once));
+}
+
+std::string interrupt_text(int signal) {
+  return StopSignals::name(signal) + (signal == SIGXCPU ? ", the limit on processor time (ulimit -t)" : "");
+}
+
 void handle_interrupts(std::function<void(const char* signal_name)> on_interrupt) {
   std::thread([act = std::move(on_interrupt)] {
     const sigset_t set = StopSignals::polite();
     int signal = 0;
     if (sigwait(&set, &signal) == 0) {
-      const std::string why = signal == SIGXCPU ? ", the limit on processor time (ulimit -t)" : "";
-      act((StopSignals::name(signal) + why).c_str());
+      act(interrupt_text(signal).c_str());
       _exit(128 + signal);
     }
   }).detach();

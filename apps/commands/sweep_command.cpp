@@ -1,9 +1,7 @@
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <unistd.h>
 
@@ -12,13 +10,13 @@
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/console_progress.h"
 #include "apps/commands/interrupt_guard.h"
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/run_directory.h"
 #include "sim/batch/sweep.h"
 #include "sim/batch/sweep_case.h"
-#include "sim/batch/sweep_input.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
 #include "sim/core/text_number.h"
@@ -40,6 +38,11 @@ struct SweepCommand {
   SweepOptions options;
 };
 
+/// What ends a sweep between two looks at its workers.
+struct Interrupted {
+  int signal;
+};
+
 constexpr const char* kWorkerName = "sweep-worker";
 
 using Json = nlohmann::ordered_json;
@@ -55,18 +58,6 @@ Shard shard_of(const std::string& text) {
     throw InputError(fmt::format("--shard {}: must be i/n with 1 <= i <= n", text));
   }
   return shard;
-}
-
-std::string duration(double seconds) {
-  if (!(seconds >= 0)) {
-    return "?";
-  }
-  const int whole = static_cast<int>(std::lround(seconds));
-  if (whole < 60) {
-    return fmt::format("{} s", whole);
-  }
-  return whole < 3600 ? fmt::format("{} min {:02d} s", whole / 60, whole % 60)
-                      : fmt::format("{} h {:02d} min", whole / 3600, whole / 60 % 60);
 }
 
 std::string inputs_text(const SweepRecord& record) {
@@ -119,7 +110,7 @@ class Reporter {
     }
     const std::string count = fmt::format("{} of {} cases{}, {} left", progress.done, progress.cases,
                                           progress.failed > 0 ? fmt::format(", {} failed", progress.failed) : "",
-                                          duration(progress.seconds_left));
+                                          progress.seconds_left >= 0 ? span_text(progress.seconds_left) : "?");
     if (!quiet_ && terminal_) {
       say(fmt::format("  {}{}", count, progress.done == progress.cases ? "\n" : ""));
     } else if (!quiet_ && !failed) {
@@ -162,8 +153,8 @@ int report(const SweepSummary& summary, const std::string& directory, const Comm
     put(json_text(json) + "\n");
   } else {
     put(sweep_table(summary));
-    put(fmt::format("{} of {} cases done, {} failed{}; table in {}/sweep.csv and sweep.h5\n", summary.records.size(),
-                    summary.cases, failed, missing > 0 ? fmt::format(", {} missing", missing) : "", directory));
+    put(fmt::format("{} of {} cases done, {} failed{}; table in {}/sweep.csv\n", summary.records.size(), summary.cases,
+                    failed, missing > 0 ? fmt::format(", {} missing", missing) : "", directory));
   }
   return failed > 0 || missing > 0 ? 1 : 0;
 }
@@ -177,7 +168,7 @@ int collect(const SweepCommand& command, const CommonFlags& flags) {
   for (const std::string& gap : found.gaps) {
     Reporter::warn(gap);
   }
-  write_sweep_tables(command.collect, found.summary);
+  write_sweep_csv(command.collect + "/sweep.csv", found.summary);
   draw(command.collect, found.summary, command, Reporter(flags));
   return report(found.summary, command.collect, flags, 0);
 }
@@ -207,43 +198,30 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
     return collect(command, flags);
   }
   block_interrupts();
-  struct Open {
-    std::mutex mutex;
-    SweepRunner* runner = nullptr;
-    std::string path;
-  };
-  const auto open = std::make_shared<Open>();
-  handle_interrupts([open](const char* signal_name) {
-    const std::lock_guard lock(open->mutex);
-    if (open->runner == nullptr) {
-      say(fmt::format("\ntouchfield: interrupted by {} before any case was begun\n", signal_name));
-      return;
-    }
-    const SweepResult result = open->runner->interrupt();
-    say(fmt::format(
-        "\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, those under way were dropped; "
-        "the same command with -o and --resume goes on\n",
-        signal_name, result.summary.records.size(), result.summary.cases, open->path));
-  });
   const int threads = apply_threads(flags);
   const Reporter reporter(flags);
   const Shard shard = shard_of(command.shard);
-  SweepInput input = read_sweep_input(command.sweep, command.overrides, shard);
-  SweepDirectory directory = open_sweep(input, output_directory(command, input.plan, shard),
-                                        command.resume || command.options.retry_failed || command.output.empty());
-  std::ranges::for_each(input.warnings, Reporter::warn);
+  const SweepInput input = read_sweep_input(command.sweep, command.overrides, shard);
+  SweepDirectory directory =
+      SweepDirectory::open(output_directory(command, input.plan, shard), input.plan,
+                           command.resume || command.options.retry_failed || command.output.empty());
   SweepOptions options = command.options;
   options.worker = {"/proc/self/exe", kWorkerName};
   options.threads = threads;
   options.command_line = invoked.command_line;
   share_cards(input.scenes, options);
+  options.tick = [] {
+    if (const int signal = take_interrupt(); signal != 0) {
+      throw Interrupted{signal};
+    }
+  };
   int most = 1;
   options.expected = [&](const CaseCost& cost, int jobs) {
     reporter.note(fmt::format("a case: {} faces, {} channels, about {:.0f} MiB and, on its own, {:.0f} s{}", cost.faces,
                               cost.channels, cost.memory_mib, cost.seconds,
                               jobs < most ? fmt::format("; there is memory for {} at a time", jobs) : ""));
   };
-  SweepRunner runner(input.plan, input.scenes, input.identity, directory, options);
+  SweepRunner runner(input, directory, options);
   most = runner.jobs();
   for (const auto& [number, damage] : runner.damaged()) {
     Reporter::warn(fmt::format("case {} is damaged and computed anew: {}", number, damage));
@@ -252,16 +230,17 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
                             input.plan.name, runner.left(), runner.groups(), runner.groups() == 1 ? "body" : "bodies",
                             runner.jobs(), runner.threads_each(), runner.threads_each() > 1 ? "s" : "",
                             directory.path()));
-  {
-    const std::lock_guard lock(open->mutex);
-    open->runner = &runner;
-    open->path = directory.path();
-  }
-  const SweepResult result =
-      runner.run([&](const SweepRecord& record, const SweepProgress& progress) { reporter.on_case(record, progress); });
-  {
-    const std::lock_guard lock(open->mutex);
-    open->runner = nullptr;
+  SweepResult result;
+  try {
+    result = runner.run(
+        [&](const SweepRecord& record, const SweepProgress& progress) { reporter.on_case(record, progress); });
+  } catch (const Interrupted& interrupted) {
+    const SweepSummary kept = runner.result().summary;
+    say(fmt::format(
+        "\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, those under way were dropped; "
+        "the same command with -o and --resume goes on\n",
+        interrupt_text(interrupted.signal), kept.records.size(), kept.cases, directory.path()));
+    return 128 + interrupted.signal;
   }
   draw(directory.path(), result.summary, command, reporter);
   return report(result.summary, directory.path(), flags, result.computed);
@@ -291,7 +270,7 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
   command->add_flag("--retry-failed", sweep->options.retry_failed, "Go on, and compute failed cases anew");
   command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
   add_pictures(command, sweep->pictures, "Format of the plot; default: png");
-  command->add_option("--collect", sweep->collect, "Write the tables of a directory, its shards merged, instead")
+  command->add_option("--collect", sweep->collect, "Write the table of a directory, its shards merged, instead")
       ->excludes(file)
       ->type_name(kFolder);
   finish_command(command, invocation, [sweep](const Invocation& invoked) { return sweep_command(*sweep, invoked); });

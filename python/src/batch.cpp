@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <variant>
 
 #include <fmt/format.h>
@@ -7,7 +8,7 @@
 #include "python/src/job.h"
 #include "python/src/parts.h"
 #include "sim/batch/check_scene.h"
-#include "sim/batch/sweep_input.h"
+#include "sim/batch/sweep.h"
 #include "sim/core/errors.h"
 #include "sim/scene/scene_reader.h"
 
@@ -27,6 +28,11 @@ nb::dict columns_of(const SweepSummary& summary) {
   const nb::object array = nb::module_::import_("numpy").attr("array");
   nb::dict columns;
   for (SweepColumn& column : sweep_columns(summary)) {
+    if (std::ranges::find(summary.parameters, column.name) != summary.parameters.end()) {
+      if (auto numbers = parameter_numbers(column.name, sweep_rows(summary))) {
+        column.values = std::move(*numbers);
+      }
+    }
     columns[column.name.c_str()] = std::visit(
         [&](auto& values) -> nb::object {
           if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::vector<std::string>>) {
@@ -71,13 +77,10 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
         SweepOptions options = asked;
         options.threads = omp_get_max_threads();
         options.tick = [&progress] { progress.advance(0); };
-        SweepInput input = read_sweep_input(path, overrides);
-        SweepDirectory directory = open_sweep(input, place, resume);
-        for (const std::string& warning : input.warnings) {
-          progress.warn(warning);
-        }
+        const SweepInput input = read_sweep_input(path, overrides);
+        SweepDirectory directory = SweepDirectory::open(place, input.plan, resume);
         share_cards(input.scenes, options);
-        SweepRunner runner(input.plan, input.scenes, input.identity, directory, options);
+        SweepRunner runner(input, directory, options);
         try {
           return runner.run({}).summary;
         } catch (const Stopped&) {

@@ -1,9 +1,9 @@
+import csv
 import signal
 import subprocess
 import sys
 import time
 
-import h5py
 import numpy as np
 import pytest
 
@@ -22,12 +22,12 @@ def plan(tmp_path, finger):
 def test_columns_are_those_of_the_program(touchfield, plan, tmp_path):
     columns = tf.sweep(plan, tmp_path / "mine", threads=2, jobs=1)
     touchfield("sweep", plan, "-o", tmp_path / "program", "--threads", "2", "--jobs", "1", "--quiet")
-    with h5py.File(tmp_path / "program/sweep.h5") as file:
-        datasets = {}
-        file.visititems(lambda name, item: datasets.update({name.split("/")[-1]: item[()]}) if isinstance(item, h5py.Dataset) and item.shape else None)
-        for name in ("relative_error", "leakage", "peak_pa", "case", "target.pressure_pa", "channels"):
-            assert np.array_equal(columns[name], datasets[name]), name
-        assert [text.decode() for text in datasets["name"]] == columns["name"].tolist() == ["focus", "paper"] * 4
+    with open(tmp_path / "program/sweep.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(columns) == list(rows[0])
+    for name in ("relative_error", "leakage", "peak_pa", "case", "target.pressure_pa", "channels"):
+        assert np.array_equal(columns[name], [float(row[name]) for row in rows]), name
+    assert [row["name"] for row in rows] == columns["name"].tolist() == ["focus", "paper"] * 4
     assert columns["array.grid.count"].dtype.kind == "U" and columns["status"].tolist() == ["ok"] * 8
     again = tf.read_sweep(tmp_path / "mine")
     assert list(again) == list(columns) and np.array_equal(again["relative_error"], columns["relative_error"])

@@ -80,18 +80,6 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-/// With those above it.
-void make_directory(const std::string& path) {
-  std::error_code error;
-  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
-    throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
-  }
-  fs::create_directories(path, error);
-  if (error) {
-    throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
-  }
-}
-
 void write_manifest(const fs::path& directory, const std::vector<std::string>& files) {
   const Json json = {{"format", kManifestFormat}, {"files", files}};
   write_atomically((directory / kManifest).string(), {json_text(json, 1), "\n"});
@@ -121,6 +109,17 @@ void require_nothing_in_the_way(const fs::path& directory, const std::vector<std
 }
 
 }  // namespace
+
+void make_directory(const std::string& path) {
+  std::error_code error;
+  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
+    throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
+  }
+  fs::create_directories(path, error);
+  if (error) {
+    throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
+  }
+}
 
 bool there(const fs::path& file) {
   std::error_code error;

@@ -17,6 +17,10 @@ std::optional<std::vector<std::string>> own_files(const std::string& directory, 
 /// Whether there is something of a name, be it a link that leads nowhere.
 bool there(const std::filesystem::path& file);
 
+/// Makes a directory for results, and those above it.
+/// throws   InputError if it cannot be made, or a file is in the way
+void make_directory(const std::string& path);
+
 /// The directory a run lands in, claimed before anything is computed and to this object's end, and the record of what it
 /// holds. Its manifest, files.json, names the files that the run writes, in the directory or a folder of it: no other
 /// file is ever replaced or removed, and nothing outside of the directory. What a process that was killed left of them

@@ -18,7 +18,9 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
+#include "sim/gpu/gpu_library.h"
 #include "sim/scene/scene_reader.h"
+#include "sim/solve/named_files.h"
 
 namespace touchfield {
 
@@ -39,6 +41,29 @@ std::vector<std::pair<std::string, std::string>> inputs_of(const SweepCase& item
 
 }  // namespace
 
+SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard) {
+  SweepInput input{{read_sweep(path, overrides), {}, shard}, {}};
+  input.scenes = read_cases(input.plan);
+  require_named_files(input.scenes);
+  input.plan.hash = plan_hash(input.plan, input.scenes);
+  return input;
+}
+
+void share_cards(const std::vector<Scene>& scenes, SweepOptions& options) {
+  const auto device_of = [](const Scene& scene) { return scene.solve.solver.device; };
+  const bool on_first_card = std::ranges::all_of(scenes, [&](const Scene& scene) {
+    return device_of(scene).kind == ComputeDevice::Kind::kCuda && device_of(scene).card == 0;
+  });
+  const bool leaves_open = std::ranges::all_of(
+      scenes, [&](const Scene& scene) { return device_of(scene).kind == ComputeDevice::Kind::kAuto; });
+  if (on_first_card || leaves_open) {
+    options.cards = separate_cards();
+  }
+  if (on_first_card && options.jobs == 0) {  // several processes on one card wait for one another
+    options.jobs = std::max(1, static_cast<int>(options.cards.size()));
+  }
+}
+
 double case_limit(double expected, double longest) { return std::max(600.0 + 20.0 * expected, 10.0 * longest); }
 
 /// Cases that share a body.
@@ -57,13 +82,11 @@ struct SweepRunner::Worker {
   double expected = 0.0;  // as the process has said; 0 before [s]
 };
 
-SweepRunner::SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes, const SweepIdentity& identity,
-                         SweepDirectory& directory, SweepOptions options)
-    : plan_(plan),
-      scenes_(scenes),
+SweepRunner::SweepRunner(const SweepInput& input, SweepDirectory& directory, SweepOptions options)
+    : input_(input),
       directory_(directory),
       options_(std::move(options)),
-      summary_(summary_of(identity, options_.threads, options_.command_line)),
+      summary_(summary_of(input.plan)),
       next_table_(Clock::now()) {
   CaseRecords found = directory.records();
   records_ = std::move(found.whole);
@@ -71,14 +94,14 @@ SweepRunner::SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes
   if (options_.retry_failed) {
     std::erase_if(records_, [](const auto& entry) { return entry.second.status != "ok"; });
   }
-  const std::vector<int> numbers = body_groups(scenes);
+  const std::vector<int> numbers = body_groups(input.scenes);
   groups_.resize(numbers.empty() ? 0 : 1 + static_cast<std::size_t>(*std::ranges::max_element(numbers)));
-  for (std::size_t i = 0; i < plan.cases.size(); ++i) {
+  for (std::size_t i = 0; i < input.plan.cases.size(); ++i) {
     Group& group = groups_[static_cast<std::size_t>(numbers[i])];
     ++group.size;
-    if (identity.shard.has(plan.cases[i].number)) {
+    if (input.plan.shard.has(input.plan.cases[i].number)) {
       ++cases_;
-      if (!records_.contains(plan.cases[i].number)) {
+      if (!records_.contains(input.plan.cases[i].number)) {
         group.left.push_back(i);
       }
     }
@@ -131,11 +154,11 @@ bool SweepRunner::dispatch(Worker& worker) {
     return false;
   }
   const std::size_t place = group->left.front();
-  const SweepCase& item = plan_.cases[place];
+  const SweepCase& item = input_.plan.cases[place];
   CaseJob job;
   job.number = item.number;
   job.scratch = directory_.scratch(item.number);
-  job.scene = resolved_yaml(scenes_[place]);
+  job.scene = resolved_yaml(input_.scenes[place]);
   job.inputs = inputs_of(item);
   job.scenes = group->size;
   job.command_line = options_.command_line;
@@ -173,7 +196,7 @@ void SweepRunner::receive(Worker& worker, const OnCase& on_case) {
     if (worker.place) {
       if (how.starts_with(fmt::format("signal {} ", SIGXCPU))) {  // of a process that computes one case after another
         throw NoRoomError(fmt::format("case {}: its process met the limit on processor time (ulimit -t)",
-                                      plan_.cases[*worker.place].number));
+                                      input_.plan.cases[*worker.place].number));
       }
       fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how), on_case);
     }
@@ -211,14 +234,14 @@ void SweepRunner::limit_time(Worker& worker, Clock::duration passed, const OnCas
 
 /// Records the case of a worker whose process is gone.
 void SweepRunner::fail(Worker& worker, std::string reason, const OnCase& on_case) {
-  const SweepCase& item = plan_.cases[*worker.place];
+  const SweepCase& item = input_.plan.cases[*worker.place];
   SweepRecord record;
   record.number = item.number;
   record.inputs = inputs_of(item);
   record.status = "failed";
   record.reason = std::move(reason);
   record.seconds = std::chrono::duration<double>(Clock::now() - worker.start).count();
-  record.revision = summary_.provenance.revision;
+  record.revision = build_info().revision;
   worker.group = nullptr;
   finish(worker, std::move(record), on_case);
 }
@@ -280,7 +303,7 @@ void SweepRunner::write_table_now_and_then() {
     return;
   }
   summary_.records = listed(records_);
-  write_sweep_tables(directory_.path(), summary_);
+  write_sweep_csv(directory_.file("sweep.csv"), summary_);
   const Clock::time_point end = Clock::now();
   next_table_ = end + std::max<Clock::duration>(std::chrono::seconds(10), 20 * (end - start));
 }
@@ -288,8 +311,7 @@ void SweepRunner::write_table_now_and_then() {
 SweepResult SweepRunner::result() {
   SweepResult result;
   summary_.records = listed(records_);
-  summary_.provenance.end = utc_now();
-  write_sweep_tables(directory_.path(), summary_);
+  write_sweep_csv(directory_.file("sweep.csv"), summary_);
   result.summary = summary_;
   result.computed = computed_;
   result.failed = progress().failed;
@@ -299,7 +321,6 @@ SweepResult SweepRunner::result() {
 
 /// Every worker of as many as there are jobs gets a case if it has none. Returns false if none has any.
 bool SweepRunner::dispatch_all() {
-  const std::lock_guard lock(mutex_);
   bool any = false;
   for (Worker& worker : std::span(workers_).first(static_cast<std::size_t>(one_at_first_ ? 1 : jobs_))) {
     any = worker.place || dispatch(worker) || any;
@@ -310,14 +331,11 @@ bool SweepRunner::dispatch_all() {
 void SweepRunner::wait_and_receive(const OnCase& on_case) {
   std::vector<pollfd> waiting;
   std::vector<Worker*> owners;
-  {
-    const std::lock_guard lock(mutex_);
-    for (Worker& worker : workers_) {
-      if (worker.place) {
-        const int rest = worker.process->has_rest() ? POLLOUT : 0;
-        waiting.push_back({worker.process->socket(), static_cast<short>(POLLIN | rest), 0});
-        owners.push_back(&worker);
-      }
+  for (Worker& worker : workers_) {
+    if (worker.place) {
+      const int rest = worker.process->has_rest() ? POLLOUT : 0;
+      waiting.push_back({worker.process->socket(), static_cast<short>(POLLIN | rest), 0});
+      owners.push_back(&worker);
     }
   }
   const Clock::time_point start = Clock::now();
@@ -326,7 +344,6 @@ void SweepRunner::wait_and_receive(const OnCase& on_case) {
   }
   // Longer than it was to wait: this process was stopped itself, its workers with it perhaps.
   const auto passed = std::min<Clock::duration>(Clock::now() - start, 2 * kTick);
-  const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < waiting.size(); ++i) {
     if ((waiting[i].revents & POLLOUT) != 0) {
       owners[i]->process->send_rest();
@@ -350,15 +367,12 @@ SweepResult SweepRunner::run(const OnCase& on_case) {
         options_.tick();
       }
     }
-    const std::lock_guard lock(mutex_);
     return result();
   } catch (const NoRoomError& error) {
-    const std::lock_guard lock(mutex_);
     stop_workers();
     throw IoError(fmt::format("{}; {} of {} cases are kept in {}, --resume goes on from there", error.what(),
                               records_.size(), cases_, directory_.path()));
   } catch (...) {
-    const std::lock_guard lock(mutex_);
     stop_workers();
     throw;
   }
@@ -372,12 +386,6 @@ void SweepRunner::stop_workers() {
       SweepDirectory::drop(worker.scratch);
     }
   }
-}
-
-SweepResult SweepRunner::interrupt() {
-  mutex_.lock();  // for good: run() must not go on
-  stop_workers();
-  return result();
 }
 
 }  // namespace touchfield

@@ -3,7 +3,6 @@
 #include <chrono>
 #include <functional>
 #include <map>
-#include <mutex>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,16 @@
 
 namespace touchfield {
 
+/// A sweep file as it was read, whole: its plan and the scenes of all its cases.
+struct SweepInput {
+  SweepIdentity plan;
+  std::vector<Scene> scenes;
+};
+
+/// overrides   as of read_sweep
+/// throws      InputError as read_sweep, read_cases and require_named_files
+SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard = {});
+
 struct SweepOptions {
   std::vector<std::string> worker;  // program and arguments of a process that computes cases: see serve_cases
   int threads = 1;                  // of all jobs together
@@ -20,10 +29,13 @@ struct SweepOptions {
   std::vector<std::string> cards;   // as CUDA_VISIBLE_DEVICES names them, one a worker in turn; empty: as it is
   bool retry_failed = false;
   std::function<void(const CaseCost&, int)> expected{};  // called once: what a case takes, and jobs by its memory
-  std::function<void()> tick{};  // called twice a second or more often; what it throws ends the sweep as an error does
+  std::function<void()> tick{};  // called twice a second or more often; what it throws ends the sweep
   double case_seconds = 0.0;     // a case that takes longer is given up as failed [s]; 0: case_limit
   std::string command_line;
 };
+
+/// A card to each worker where the scenes leave open which computes; one job a card where they all ask for the first.
+void share_cards(const std::vector<Scene>& scenes, SweepOptions& options);
 
 /// How long a case may take that nobody has limited: max(600 s + 20 expected, 10 longest) [s]. Estimates hold within a
 /// factor of two where nothing else runs.
@@ -60,14 +72,10 @@ class SweepRunner {
  public:
   using OnCase = std::function<void(const SweepRecord&, const SweepProgress&)>;
 
-  /// plan, scenes   one for every case of the plan; both outlive the runner
-  /// directory      of the plan; outlives the runner
-  SweepRunner(const SweepPlan& plan, const std::vector<Scene>& scenes, const SweepIdentity& identity,
-              SweepDirectory& directory, SweepOptions options);
-  SweepRunner(const SweepPlan&&, const std::vector<Scene>&, const SweepIdentity&, SweepDirectory&,
-              SweepOptions) = delete;
-  SweepRunner(const SweepPlan&, const std::vector<Scene>&&, const SweepIdentity&, SweepDirectory&,
-              SweepOptions) = delete;
+  /// input       outlives the runner
+  /// directory   of its plan; outlives the runner
+  SweepRunner(const SweepInput& input, SweepDirectory& directory, SweepOptions options);
+  SweepRunner(const SweepInput&&, SweepDirectory&, SweepOptions) = delete;
   SweepRunner(const SweepRunner&) = delete;
   SweepRunner& operator=(const SweepRunner&) = delete;
   ~SweepRunner();
@@ -80,13 +88,9 @@ class SweepRunner {
   /// Cases that are there and damaged, which are computed anew, and what is wrong with each.
   const std::map<int, std::string>& damaged() const { return damaged_; }
 
-  /// throws   IoError if there is no room for a case, or if it can be neither kept nor recorded as failed; what has
-  ///          landed stays, and what has not is still to be computed
+  /// throws   IoError if there is no room for a case, or if it can be neither kept nor recorded as failed; what tick()
+  ///          throws. What has landed stays, cases under way are dropped, and what has not landed is still to be computed
   SweepResult run(const OnCase& on_case);
-
-  /// From another thread: ends the workers, drops what they were at and writes the table. The caller then leaves the
-  /// process; run() does not return.
-  SweepResult interrupt();
 
   /// Writes the table of what has landed: after run() has thrown.
   SweepResult result();
@@ -109,8 +113,7 @@ class SweepRunner {
   SweepProgress progress() const;
   void write_table_now_and_then();
 
-  const SweepPlan& plan_;
-  const std::vector<Scene>& scenes_;
+  const SweepInput& input_;
   SweepDirectory& directory_;
   SweepOptions options_;
   SweepSummary summary_;
@@ -125,7 +128,6 @@ class SweepRunner {
   double seconds_sum_ = 0.0;  // of the cases computed
   double longest_ = 0.0;      // of them, those that are ok [s]
   std::chrono::steady_clock::time_point next_table_;
-  std::mutex mutex_;  // of all that interrupt() shares with run()
 };
 
 }  // namespace touchfield

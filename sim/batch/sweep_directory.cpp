@@ -79,7 +79,7 @@ std::string describe(const std::vector<SceneChange>& changes) {
 
 /// The first thing in which two plans differ, for a person.
 std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
-  if (kept.shard.index != asked.shard.index || kept.shard.count != asked.shard.count) {
+  if (kept.shard != asked.shard) {
     return fmt::format("shard {}/{} there, {}/{} asked for", kept.shard.index, kept.shard.count, asked.shard.index,
                        asked.shard.count);
   }
@@ -97,12 +97,6 @@ std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
   }
   return kept.base_text != asked.base_text ? "the base scene has changed"
                                            : "a file that the scenes name, or a default of the program, has changed";
-}
-
-/// Whether two plans were asked for in the same words.
-bool same_texts(const SweepIdentity& kept, const SweepIdentity& asked) {
-  return kept.common == asked.common && kept.base_text == asked.base_text &&
-         std::ranges::equal(kept.cases, asked.cases, {}, &SweepCase::changes, &SweepCase::changes);
 }
 
 /// Files of a case's folder that are results: without its record, the log and what was left half-written.
@@ -203,8 +197,7 @@ OwnDirectory own_sweep_directory(const std::string& path, const std::string& loc
   return own;
 }
 
-SweepDirectory::SweepDirectory(const std::string& path)
-    : own_(own_sweep_directory(path, "sweep.lock")), version_(kPlanVersion) {
+SweepDirectory::SweepDirectory(const std::string& path) : own_(own_sweep_directory(path, "sweep.lock")) {
   own_.require_own_folder("cases");
   std::error_code error;
   fs::create_directory(path + "/cases", error);
@@ -214,14 +207,7 @@ SweepDirectory::SweepDirectory(const std::string& path)
 }
 
 SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity, bool resume) {
-  std::error_code error;
-  if (fs::exists(path, error) && !fs::is_directory(path, error)) {
-    throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
-  }
-  fs::create_directories(path, error);
-  if (error) {
-    throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
-  }
+  make_directory(path);
   SweepDirectory directory(path);
   if (fs::exists(path + "/sweep.json")) {
     if (!resume) {
@@ -229,15 +215,18 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
           "output directory {} already holds a sweep; --resume goes on with it, or give another with -o", path));
     }
     const SweepIdentity kept = read_identity(path);
-    directory.version_ = kept.version;
-    directory.of_other_defaults_ = kept.hash != identity.hash && same_texts(kept, identity) && !identity.names_files;
-    if ((kept.hash != identity.hash && !directory.of_other_defaults_) || kept.shard.index != identity.shard.index ||
-        kept.shard.count != identity.shard.count) {
+    if (kept.version < kPlanVersion) {
+      throw InputError(
+          fmt::format("output directory {} holds a sweep that an earlier version began, for which scenes "
+                      "meant something else; go on with that version, or give another with -o",
+                      path));
+    }
+    if (kept.hash != identity.hash || kept.shard != identity.shard) {
       throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
                                    difference(kept, identity)));
     }
   } else {
-    if (!fs::is_empty(path + "/cases", error)) {
+    if (std::error_code error; !fs::is_empty(path + "/cases", error)) {
       throw InputError(fmt::format("output directory {}: cases without a sweep.json are in the way", path));
     }
     try {

@@ -16,14 +16,14 @@ struct Shard {
   int count = 1;
 
   bool has(int number) const { return (number - index) % count == 0; }
+  bool operator==(const Shard&) const = default;
 };
 
 /// What a sweep set out to do, as sweep.json in its directory keeps it; without `base`, the path of the scene file.
 struct SweepIdentity : SweepPlan {
-  std::string hash;  // plan_hash, the scenes in the words of version 1
+  std::string hash;  // plan_hash
   Shard shard;
-  bool names_files = true;  // of the scenes
-  int version = 3;          // of sweep.json: see has_exchanged_sides and has_earlier_parts
+  int version = 3;  // of sweep.json
 };
 
 /// What the cases of a directory came to.
@@ -38,7 +38,7 @@ struct CaseRecords {
 ///   cases/00001/          a case: its run and case.json, there whole or not at all
 ///   cases/.00002.PID/     one that is being computed
 ///   sweep.lock            locked with the directory by the process that computes: for other machines and version 0.2
-///   sweep.csv, sweep.h5   the table
+///   sweep.csv             the table
 ///
 /// Everything lands by a rename after it has been flushed to the disk. Nothing outside of the directory is written to or
 /// removed, whatever links it holds.
@@ -46,19 +46,13 @@ class SweepDirectory {
  public:
   /// Makes the directory, or opens it to go on, and locks it.
   ///
-  /// resume   go on with the same plan; without it a directory that holds a sweep is refused. A plan of the same texts
-  ///          whose scenes name no files is the same though its hash is another: a version with other defaults made it
+  /// resume   go on with the same plan; without it a directory that holds a sweep is refused
   /// throws   InputError if it holds a sweep and resume is false, or another plan than this one (naming the first
-  ///          difference), if another process works in it, or if it cannot be made or written to
+  ///          difference), or one of an earlier version, whose scenes meant something else; if another process works in
+  ///          it, or if it cannot be made or written to
   static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool resume);
 
   const std::string& path() const { return own_.path(); }
-  /// Whether a version began it whose `side: right` was a left hand.
-  bool has_exchanged_sides() const { return version_ < 2; }
-  /// Whether a version began it for which skin beyond keep_within was not there, and whose judge is `same` unless said.
-  bool has_earlier_parts() const { return version_ < 3; }
-  /// Whether a version with other defaults began it.
-  bool of_other_defaults() const { return of_other_defaults_; }
   std::string file(const std::string& name) const { return path() + "/" + name; }
 
   CaseRecords records() const;
@@ -80,8 +74,6 @@ class SweepDirectory {
   void clear_leftovers() const;
 
   OwnDirectory own_;
-  int version_;  // of sweep.json
-  bool of_other_defaults_ = false;
 };
 
 /// The directory of a sweep, of which nobody else writes files meanwhile. What killed processes left of its own files

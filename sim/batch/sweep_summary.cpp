@@ -9,8 +9,6 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/text_hash.h"
-#include "sim/solve/solve_model.h"
 
 namespace touchfield {
 
@@ -67,15 +65,8 @@ std::vector<std::string> gaps_of(const std::string& directory, const SweepIdenti
 
 }  // namespace
 
-SweepSummary summary_of(const SweepIdentity& identity, int threads, const std::string& command_line) {
-  SweepSummary summary;
-  summary.name = identity.name;
-  summary.text = identity.text;
-  summary.base = identity.base_text;
-  summary.hash = identity.hash;
-  summary.parameters = identity.parameters;
-  summary.provenance = provenance_now(threads, "", command_line, identity.hash);
-  return summary;
+SweepSummary summary_of(const SweepIdentity& identity) {
+  return {identity.name, static_cast<int>(identity.cases.size()), identity.parameters, {}};
 }
 
 std::vector<SweepRecord> listed(const std::map<int, SweepRecord>& records) {
@@ -109,15 +100,9 @@ SweepCollection collect_sweep(const std::string& directory) {
   }
   SweepCollection collection;
   collection.gaps = gaps_of(directory, first, found);
-  collection.summary = summary_of(first, 0, "");
-  collection.summary.cases = static_cast<int>(first.cases.size());
+  collection.summary = summary_of(first);
   collection.summary.records = listed(found.records.whole);
   return collection;
-}
-
-void write_sweep_tables(const std::string& directory, const SweepSummary& summary) {
-  write_sweep_csv(directory + "/sweep.csv", summary);
-  write_sweep_h5(directory + "/sweep.h5", summary);
 }
 
 }  // namespace touchfield

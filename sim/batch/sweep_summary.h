@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// What the summary of a sweep says of its plan and of the program; records are not there yet.
-SweepSummary summary_of(const SweepIdentity& identity, int threads, const std::string& command_line);
+/// What the summary of a sweep says of its plan; records are not there yet.
+SweepSummary summary_of(const SweepIdentity& identity);
 
 /// Records in the order of their numbers.
 std::vector<SweepRecord> listed(const std::map<int, SweepRecord>& records);
@@ -22,8 +22,5 @@ struct SweepCollection {
 
 /// throws   InputError if there is no sweep, or shards of different plans
 SweepCollection collect_sweep(const std::string& directory);
-
-/// sweep.csv and sweep.h5.
-void write_sweep_tables(const std::string& directory, const SweepSummary& summary);
 
 }  // namespace touchfield

@@ -354,10 +354,6 @@ std::vector<Scene> read_cases(const SweepPlan& plan) {
   return scenes;
 }
 
-bool names_files(const std::vector<Scene>& scenes) {
-  return std::ranges::any_of(scenes, [](const Scene& scene) { return !named_files(scene).empty(); });
-}
-
 std::string plan_hash(const SweepPlan& plan, const std::vector<Scene>& scenes) {
   std::string all;
   std::set<std::string> files;

@@ -66,9 +66,6 @@ Scene read_case(const SweepPlan& plan, const SweepCase& item);
 /// throws   InputError with the problems of the first ones that have any
 std::vector<Scene> read_cases(const SweepPlan& plan);
 
-/// Whether a scene names a file whose content its text does not hold: a mesh, a run to start from.
-bool names_files(const std::vector<Scene>& scenes);
-
 /// Tells whether two plans are of the same cases: a hash over the number, the changes and the resolved scene of each,
 /// in order, and over the bytes of the files that the scenes name.
 ///

@@ -6,7 +6,7 @@
 #include "sim/store/hdf5_content.h"
 #include "sim/store/hdf5_file.h"
 
-/// HDF5 files that end with a checksum line: run.h5, motion.h5, sweep.h5.
+/// HDF5 files that end with a checksum line: run.h5 and motion.h5.
 namespace touchfield {
 
 /// What a file says it is by its attributes format and format_version.

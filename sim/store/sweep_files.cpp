@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <functional>
 #include <iterator>
-#include <type_traits>
 #include <variant>
 
 #include <fmt/format.h>
@@ -14,10 +12,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
 #include "sim/core/text_number.h"
-#include "sim/store/archive_file.h"
 #include "sim/store/checksum.h"
-#include "sim/store/hdf5_file.h"
-#include "sim/store/run_archive.h"
 #include "sim/store/run_file.h"
 #include "sim/store/text_table.h"
 
@@ -32,20 +27,9 @@ constexpr const char* kRecordChecksum = "crc32";  // of the rest of the record, 
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 double json_number(const Json& json) { return json.is_null() ? kNotComputed : json.get<double>(); }
 
-/// A column of the table: a number, a count or a text of each line.
-struct Column {
-  using Number = std::function<double(const SweepRow&)>;
-  using Count = std::function<std::int64_t(const SweepRow&)>;
-  using Text = std::function<std::string(const SweepRow&)>;
-
-  std::string name;
-  std::string group;  // of sweep.h5; empty: the root
-  std::string unit;
-  std::variant<Number, Count, Text> value;
-};
-
-constexpr const char* kInputs = "inputs";  // group of the parameters
-constexpr const char* kMotion = "motion";  // group of what became of metrics over a motion
+std::string sweep_cell(const std::string& text) { return text; }
+std::string sweep_cell(double number) { return csv_number(number); }
+std::string sweep_cell(std::int64_t count) { return fmt::format("{}", count); }
 
 double over_motion(const SweepRecord::Method& method, const std::string& name) {
   const auto found = std::ranges::find(method.over_motion, name, &std::pair<std::string, double>::first);
@@ -65,106 +49,6 @@ std::vector<std::string> motion_columns(const SweepSummary& summary) {
     }
   }
   return names;
-}
-
-/// The unit of a metric's summary; of times and counts their own.
-std::string motion_unit(const std::string& name) {
-  const std::string what = name.substr(0, name.rfind('_'));
-  if (name.ends_with("_count")) {
-    return "1";
-  }
-  for (const MetricField& field : metric_fields()) {
-    if (field.name == what) {
-      return field.unit;
-    }
-  }
-  return what == "displacement_m" ? "m" : what == "age_s" || what == "latency_s" || what == "frame_seconds" ? "s" : "1";
-}
-
-std::vector<Column> columns_of(const SweepSummary& summary) {
-  const auto text_of = [](std::string SweepRecord::Method::*member) {
-    return Column::Text([member](const SweepRow& row) { return row.method != nullptr ? row.method->*member : ""; });
-  };
-  std::vector<Column> columns = {
-      {"case", "", "1", Column::Count([](const SweepRow& row) { return row.record->number; })},
-      {"status", "", "text", Column::Text([](const SweepRow& row) { return row.record->status; })}};
-  for (const std::string& parameter : summary.parameters) {
-    columns.push_back({parameter, kInputs, "text", Column::Text([parameter](const SweepRow& row) {
-                         return input_of(*row.record, parameter).value_or("");
-                       })});
-  }
-  columns.push_back({"name", "", "text", text_of(&SweepRecord::Method::name)});
-  columns.push_back({"method", "", "text", text_of(&SweepRecord::Method::method)});
-  columns.push_back({"scheme", "", "text", text_of(&SweepRecord::Method::scheme)});
-  columns.push_back(
-      {"judged_skin", "", "text", Column::Text([](const SweepRow& row) { return row.record->judged_skin; })});
-  for (const MetricField& field : metric_fields()) {
-    columns.push_back({field.name, "metrics", field.unit, Column::Number([value = field.value](const SweepRow& row) {
-                         return row.method != nullptr ? row.method->metrics.*value : kNotComputed;
-                       })});
-  }
-  for (const std::string& name : motion_columns(summary)) {
-    columns.push_back({name, kMotion, motion_unit(name), Column::Number([name](const SweepRow& row) {
-                         return row.method != nullptr ? over_motion(*row.method, name) : kNotComputed;
-                       })});
-  }
-  const auto count = [](int SweepRecord::*member) {
-    return Column::Count([member](const SweepRow& row) { return row.record->*member; });
-  };
-  const std::vector<Column> rest = {
-      {"method_status", "", "text", text_of(&SweepRecord::Method::status)},
-      {"faces", "", "1", count(&SweepRecord::faces)},
-      {"channels", "", "1", count(&SweepRecord::channels)},
-      {"seconds", "", "s", Column::Number([](const SweepRow& row) { return row.record->seconds; })},
-      {"peak_mib", "", "MiB", Column::Number([](const SweepRow& row) { return row.record->peak_mib; })},
-      {"models", "", "1", count(&SweepRecord::models)},
-      {"models_reused", "", "1", count(&SweepRecord::models_reused)},
-      {"revision", "", "text", Column::Text([](const SweepRow& row) { return row.record->revision; })},
-      {"reason", "", "text", Column::Text([](const SweepRow& row) { return row.record->reason; })}};
-  columns.insert(columns.end(), rest.begin(), rest.end());
-  return columns;
-}
-
-std::string csv_cell(const Column& column, const SweepRow& row) {
-  return std::visit(
-      [&](const auto& value) {
-        const auto field = value(row);
-        if constexpr (std::is_same_v<std::decay_t<decltype(field)>, std::string>) {
-          return field;
-        } else if constexpr (std::is_same_v<std::decay_t<decltype(field)>, double>) {
-          return csv_number(field);
-        } else {
-          return fmt::format("{}", field);
-        }
-      },
-      column.value);
-}
-
-/// A parameter whose values are all numbers is one of numbers.
-SweepColumn filled(const Column& column, const std::vector<SweepRow>& rows) {
-  if (auto numbers = column.group == kInputs ? parameter_numbers(column.name, rows) : std::nullopt) {
-    return {column.name, "as in the scene", std::move(*numbers)};
-  }
-  return std::visit(
-      [&](const auto& value) {
-        std::vector<decltype(value(rows.front()))> values;
-        values.reserve(rows.size());
-        std::ranges::transform(rows, std::back_inserter(values), value);
-        return SweepColumn{column.name, column.unit, std::move(values)};
-      },
-      column.value);
-}
-
-void write_column(const hdf5::Group& group, const SweepColumn& column) {
-  std::visit(
-      [&](const auto& values) {
-        if constexpr (std::is_same_v<std::decay_t<decltype(values)>, std::vector<std::string>>) {
-          group.write_texts(column.name, values);
-        } else {
-          group.write(column.name, values.data(), {values.size()}, column.unit);
-        }
-      },
-      column.values);
 }
 
 }  // namespace
@@ -297,55 +181,66 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
 std::vector<SweepColumn> sweep_columns(const SweepSummary& summary) {
   const std::vector<SweepRow> rows = sweep_rows(summary);
   std::vector<SweepColumn> columns;
-  for (const Column& column : columns_of(summary)) {
-    columns.push_back(filled(column, rows));
+  const auto add = [&](const std::string& name, const auto& value) {
+    std::vector<decltype(value(rows.front()))> values;
+    values.reserve(rows.size());
+    std::ranges::transform(rows, std::back_inserter(values), value);
+    columns.push_back({name, std::move(values)});
+  };
+  const auto add_count = [&](const std::string& name, int SweepRecord::*member) {
+    add(name, [=](const SweepRow& row) { return static_cast<std::int64_t>(row.record->*member); });
+  };
+  const auto add_number = [&](const std::string& name, double SweepRecord::*member) {
+    add(name, [=](const SweepRow& row) { return row.record->*member; });
+  };
+  const auto add_text = [&](const std::string& name, std::string SweepRecord::*member) {
+    add(name, [=](const SweepRow& row) { return row.record->*member; });
+  };
+  const auto add_text_of_method = [&](const std::string& name, std::string SweepRecord::Method::*member) {
+    add(name, [=](const SweepRow& row) { return row.method != nullptr ? row.method->*member : std::string(); });
+  };
+  add_count("case", &SweepRecord::number);
+  add_text("status", &SweepRecord::status);
+  for (const std::string& path : summary.parameters) {
+    add(path, [&](const SweepRow& row) { return input_of(*row.record, path).value_or(""); });
   }
+  add_text_of_method("name", &SweepRecord::Method::name);
+  add_text_of_method("method", &SweepRecord::Method::method);
+  add_text_of_method("scheme", &SweepRecord::Method::scheme);
+  add_text("judged_skin", &SweepRecord::judged_skin);
+  for (const MetricField& field : metric_fields()) {
+    add(field.name,
+        [&](const SweepRow& row) { return row.method != nullptr ? row.method->metrics.*field.value : kNotComputed; });
+  }
+  for (const std::string& name : motion_columns(summary)) {
+    add(name,
+        [&](const SweepRow& row) { return row.method != nullptr ? over_motion(*row.method, name) : kNotComputed; });
+  }
+  add_text_of_method("method_status", &SweepRecord::Method::status);
+  add_count("faces", &SweepRecord::faces);
+  add_count("channels", &SweepRecord::channels);
+  add_number("seconds", &SweepRecord::seconds);
+  add_number("peak_mib", &SweepRecord::peak_mib);
+  add_count("models", &SweepRecord::models);
+  add_count("models_reused", &SweepRecord::models_reused);
+  add_text("revision", &SweepRecord::revision);
+  add_text("reason", &SweepRecord::reason);
   return columns;
 }
 
 void write_sweep_csv(const std::string& path, const SweepSummary& summary) {
-  const std::vector<Column> columns = columns_of(summary);
+  const std::vector<SweepColumn> columns = sweep_columns(summary);
   std::vector<std::string> line;
-  std::ranges::transform(columns, std::back_inserter(line), &Column::name);
+  std::ranges::transform(columns, std::back_inserter(line), &SweepColumn::name);
   std::string text = csv_line(line);
-  for (const SweepRow& row : sweep_rows(summary)) {
-    std::ranges::transform(columns, line.begin(), [&](const Column& column) { return csv_cell(column, row); });
+  const std::size_t rows = sweep_rows(summary).size();
+  for (std::size_t row = 0; row < rows; ++row) {
+    std::ranges::transform(columns, line.begin(), [row](const SweepColumn& column) {
+      return std::visit([row](const auto& values) { return sweep_cell(values[row]); }, column.values);
+    });
     text += csv_line(line);
   }
   write_text_file(path, text);
-}
-
-void write_sweep_h5(const std::string& path, const SweepSummary& summary) {
-  const hdf5::MemoryFile file(path);
-  {
-    const hdf5::Group root = file.root();
-    root.set_attribute("format", "touchfield-sweep");
-    root.set_attribute("format_version", 1);
-    root.set_attribute("name", summary.name);
-    root.set_attribute("plan_hash", summary.hash);
-    root.set_attribute("cases", summary.cases);
-    root.set_attribute("cases_done", static_cast<int>(summary.records.size()));
-    root.write_text("sweep", summary.text);
-    root.write_text("base", summary.base);
-    provenance_parts(GroupWriter(root.create("provenance")), summary.provenance);
-    const std::vector<SweepRow> rows = sweep_rows(summary);
-    if (!rows.empty()) {
-      const hdf5::Group inputs = root.create(kInputs);
-      const hdf5::Group metrics = root.create("metrics");
-      std::optional<hdf5::Group> motion;
-      for (const Column& column : columns_of(summary)) {
-        if (column.group == kMotion && !motion) {
-          motion.emplace(root.create(kMotion));
-        }
-        write_column(column.group.empty()      ? root
-                     : column.group == kInputs ? inputs
-                     : column.group == kMotion ? *motion
-                                               : metrics,
-                     filled(column, rows));
-      }
-    }
-  }
-  write_archive(path, file);
 }
 
 std::string parts_text(const SweepSummary& summary) {

@@ -50,16 +50,12 @@ std::string to_json(const SweepRecord& record, int indent = 1);
 /// throws   IoError naming `path` if the text is no such record or no longer the one that was written
 SweepRecord record_from_json(const std::string& text, const std::string& path);
 
-/// A sweep as its summary files hold it.
+/// A sweep as its table has it.
 struct SweepSummary {
   std::string name;
-  std::string text;                     // of the sweep file
-  std::string base;                     // of the scene file
-  std::string hash;                     // of the plan
   int cases = 0;                        // of the plan
   std::vector<std::string> parameters;  // paths
   std::vector<SweepRecord> records;     // what is done, by number
-  Provenance provenance;
 };
 
 /// A line of a sweep's table, which its pictures show too.
@@ -78,21 +74,17 @@ std::optional<std::string> input_of(const SweepRecord& record, const std::string
 /// A parameter in every row as numbers, NaN where a case leaves it alone; nothing if a value is no number.
 std::optional<std::vector<double>> parameter_numbers(const std::string& path, const std::vector<SweepRow>& rows);
 
-/// A column of the table: its values, one a line. A parameter whose values are all numbers is one of numbers.
+/// A column of the table: its values, one a line; parameters as they were written.
 struct SweepColumn {
   std::string name;
-  std::string unit;  // "text" of texts
   std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::string>> values;
 };
 std::vector<SweepColumn> sweep_columns(const SweepSummary& summary);
 
 /// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, judged_skin, every metric,
-/// of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds, peak_mib, models, models_reused, revision, reason. A case without a
-/// finished method has one line. Whole or not at all.
+/// of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds, peak_mib, models,
+/// models_reused, revision, reason. A case without a finished method has one line. Whole or not at all.
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
-
-/// sweep.h5: the same as columns, one value a line of the table; docs/sweeps.md describes it. Whole or not at all.
-void write_sweep_h5(const std::string& path, const SweepSummary& summary);
 
 /// How many cases are of parts of the bodies, in a sentence; empty if none is.
 std::string parts_text(const SweepSummary& summary);

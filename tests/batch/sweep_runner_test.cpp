@@ -1,9 +1,7 @@
-#include <atomic>
 #include <csignal>
 #include <cstdlib>
 #include <iostream>
 #include <poll.h>
-#include <thread>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -75,18 +73,18 @@ body: {sphere: {radius_mm: 6}, place: {at_mm: [0, 0, 60]}, edge_mm: 3}
 solve: {methods: [{fixed: {phases_rad: 0}}]}
 )") {
     for (const std::string& act : acts) {
-      const int number = static_cast<int>(plan_.cases.size()) + 1;
-      plan_.cases.push_back({number, {{"act", act}}});
-      scenes_.push_back(read_scene_text(scene, "tiny.yaml", ""));
+      const int number = static_cast<int>(input_.plan.cases.size()) + 1;
+      input_.plan.cases.push_back({number, {{"act", act}}});
+      input_.scenes.push_back(read_scene_text(scene, "tiny.yaml", ""));
     }
-    plan_.parameters = {"act"};
-    identity_ = SweepIdentity{plan_, "hash", {}};
+    input_.plan.parameters = {"act"};
+    input_.plan.hash = "hash";
   }
 
   /// Statuses and reasons by number, of all there are afterwards.
   std::map<int, std::string> run(SweepOptions options) {
     SweepDirectory directory = open();
-    SweepRunner runner(plan_, scenes_, identity_, directory, std::move(options));
+    SweepRunner runner(input_, directory, std::move(options));
     result_ = runner.run([](const SweepRecord&, const SweepProgress&) {});
     return outcomes();
   }
@@ -99,18 +97,16 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
     return outcomes;
   }
 
-  SweepDirectory open() const { return SweepDirectory::open(folder_.path(), identity_, true); }
+  SweepDirectory open() const { return SweepDirectory::open(folder_.path(), input_.plan, true); }
   SweepRunner runner(SweepDirectory& directory, SweepOptions options) const {
-    return {plan_, scenes_, identity_, directory, std::move(options)};
+    return {input_, directory, std::move(options)};
   }
   const SweepResult& result() const { return result_; }
   std::string file(const std::string& name) const { return folder_.file(name); }
 
  private:
   TemporaryDirectory folder_;
-  SweepPlan plan_;
-  std::vector<Scene> scenes_;
-  SweepIdentity identity_;
+  SweepInput input_;
   SweepResult result_;
 };
 
@@ -284,28 +280,23 @@ TEST(SweepRunner, DamagedCasesAreFoundAndComputedAnew) {
   EXPECT_EQ(sweep.result().computed, 2);
 }
 
-// In a process of its own: run() does not return.
-TEST(SweepRunnerDeathTest, AnInterruptKeepsWhatIsDone) {
-  testing::GTEST_FLAG(death_test_style) = "threadsafe";
-  const auto interrupted = [] {
-    Sweep sweep({"works", "works", "stops", "works", "stops"});
-    SweepDirectory directory = sweep.open();
-    SweepRunner runner = sweep.runner(directory, options_for(2));
-    std::atomic<int> done = 0;
-    std::thread running([&] { runner.run([&](const SweepRecord&, const SweepProgress&) { ++done; }); });
-    while (done < 2) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+TEST(SweepRunner, AnInterruptKeepsWhatIsDone) {
+  Sweep sweep({"works", "works", "stops", "works", "stops"});
+  struct Interrupted {};
+  int done = 0;
+  SweepOptions options = options_for(2);
+  options.tick = [&] {
+    if (done >= 2) {
+      throw Interrupted{};
     }
-    const SweepResult result = runner.interrupt();
-    const auto scratches =
-        std::ranges::count_if(std::filesystem::directory_iterator(sweep.file("cases")),
-                              [](const auto& entry) { return entry.path().filename().string().starts_with("."); });
-    const bool kept = result.summary.records.size() == sweep.outcomes().size() && result.summary.records.size() >= 2;
-    const bool table = std::filesystem::exists(sweep.file("sweep.csv"));
-    std::filesystem::remove_all(directory.path());
-    _exit(kept && table && scratches == 0 ? 42 : 1);
   };
-  EXPECT_EXIT(interrupted(), testing::ExitedWithCode(42), "");
+  SweepDirectory directory = sweep.open();
+  SweepRunner runner = sweep.runner(directory, options);
+  EXPECT_THROW(runner.run([&](const SweepRecord&, const SweepProgress&) { ++done; }), Interrupted);
+  EXPECT_EQ(runner.result().summary.records.size(), static_cast<std::size_t>(done));
+  EXPECT_EQ(sweep.outcomes().size(), static_cast<std::size_t>(done));
+  EXPECT_TRUE(std::filesystem::exists(sweep.file("sweep.csv")));
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(sweep.file("cases")), {}), done);
 }
 
 }  // namespace

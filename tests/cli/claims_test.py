@@ -128,7 +128,7 @@ class Claims(CommandTest):
 
     def test_leftovers_of_sweeps_and_single_files_go(self):
         self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")
-        names = [f"out/.{name}.tmp-{DEAD}" for name in ("sweep.h5", "sweep.csv", "sweep.json", "sweep_relative_error.png")]
+        names = [f"out/.{name}.tmp-{DEAD}" for name in ("sweep.csv", "sweep.json", "sweep_relative_error.png")]
         for arguments in [["sweep.yaml", "-o", "out", "--resume"], ["--collect", "out"]]:
             for name in names:
                 self.write(name, "half")
@@ -227,7 +227,7 @@ class Claims(CommandTest):
             self.touchfield("sweep", "sweep.yaml", "-o", "out", "--quiet")
             self.assertTrue(self.unharmed())
         shutil.rmtree(self.out)
-        for name in ["sweep.csv", "sweep.h5", "sweep_relative_error.png"]:
+        for name in ["sweep.csv", "sweep_relative_error.png"]:
             self.out.mkdir(exist_ok=True)
             os.symlink("../elsewhere/precious", self.out / name)
         self.run_ok("sweep", "sweep.yaml", "-o", "out", "--quiet")

@@ -74,36 +74,12 @@ TEST(SweepPicture, ValuesThatDifferByRoundingAreDrawn) {
   const TemporaryDirectory directory;
   for (const double least : {0x1.73fad0088b45dp-1, 0.5, 0.7}) {
     std::vector<SweepRecord> line;
-    std::vector<SweepRecord> map;
     for (int i = 0; i < 4; ++i) {
       const double error = i == 0 ? std::nextafter(least, 1.0) : least;
       line.push_back(record(i + 1, {{"z", std::to_string(i)}}, error));
-      map.push_back(record(i + 1, {{"x", std::to_string(i / 2)}, {"y", std::to_string(i % 2)}}, error));
       line.back().methods.pop_back();
-      map.back().methods.pop_back();
     }
     EXPECT_TRUE(draw_sweep(directory.file("line.png"), summary_of({"z"}, line), "relative_error", PictureFormat::kPng));
-    EXPECT_TRUE(
-        draw_sweep(directory.file("map.png"), summary_of({"x", "y"}, map), "relative_error", PictureFormat::kPng));
-  }
-}
-
-TEST(SweepPicture, TwoParametersGiveAMapAMethod) {
-  const TemporaryDirectory directory;
-  std::vector<SweepRecord> records;
-  for (const int x : {0, 1}) {
-    for (const int y : {0, 1}) {
-      const double error = 0.1 + 0.3 * x + 0.5 * y;  // 0.1 to 0.9, and 0.2 more
-      records.push_back(
-          record(static_cast<int>(records.size()) + 1, {{"x", std::to_string(x)}, {"y", std::to_string(y)}}, error));
-    }
-  }
-  ASSERT_TRUE(
-      draw_sweep(directory.file("sweep.png"), summary_of({"x", "y"}, records), "relative_error", PictureFormat::kPng));
-  const Picture picture(directory.file("sweep.png"));
-  // A quarter of a panel of 410 x 620 pixels has each value's colour.
-  for (const double value : {0.0, 0.2, 0.3, 0.5, 0.7, 0.8, 1.0}) {
-    EXPECT_GT(pixels_of(picture, viridis(value)), 60'000) << value;
   }
 }
 

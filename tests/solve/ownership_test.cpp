@@ -51,12 +51,11 @@ static_assert(std::is_constructible_v<Input, schema::Node&, std::string, Reading
 static_assert(!std::is_constructible_v<Input, schema::Node, std::string, Reading&>);
 static_assert(!std::is_constructible_v<Input, schema::Node&, std::string, Reading>);
 
-template <class Plan, class Scenes, class Directory>
-constexpr bool kRuns = std::is_constructible_v<SweepRunner, Plan, Scenes, SweepIdentity&, Directory, SweepOptions>;
-static_assert(kRuns<SweepPlan&, std::vector<Scene>&, SweepDirectory&>);
-static_assert(!kRuns<SweepPlan, std::vector<Scene>&, SweepDirectory&>);
-static_assert(!kRuns<SweepPlan&, std::vector<Scene>, SweepDirectory&>);
-static_assert(!kRuns<SweepPlan&, std::vector<Scene>&, SweepDirectory>);
+template <class Input, class Directory>
+constexpr bool kRuns = std::is_constructible_v<SweepRunner, Input, Directory, SweepOptions>;
+static_assert(kRuns<SweepInput&, SweepDirectory&>);
+static_assert(!kRuns<SweepInput, SweepDirectory&>);
+static_assert(!kRuns<SweepInput&, SweepDirectory>);
 
 static_assert(std::is_constructible_v<PoseFit, HandTemplate&>);
 static_assert(!std::is_constructible_v<PoseFit, HandTemplate>);
