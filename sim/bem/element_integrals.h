@@ -51,13 +51,4 @@ double solid_angle(const Face& face, const Vector3& x);
 ///   grad Omega = loop (x - y) x dy / |x - y|^3
 Vector3 solid_angle_gradient(const Face& face, const Vector3& x);
 
-/// Integral of the double-layer kernel over a flat triangle, at any point off the triangle:
-///
-///   int dg/dn_y (x, y) dS_y = solid_angle / (4 pi) + int (dg/dn_y - dg0/dn_y) dS_y
-///
-/// The static part is exact; the rest is bounded and integrated by 7 points on triangles split in four until a piece is
-/// smaller than a third of its distance or a small fraction of the wavelength. Relative accuracy 1e-6 for faces up to
-/// half a wavelength, at any distance.
-Complex double_layer_integral(const Face& face, const Vector3& x, const Complex& wavenumber);
-
 }  // namespace touchfield

@@ -236,5 +236,42 @@ TEST(Quadrature, AFinerRuleIsNearer) {
   EXPECT_LT(std::abs(value(5.6) - best), 1e-6 * std::abs(best));
 }
 
+Complex double_layer(const Face& face, const Vector3& x, const Complex& wavenumber) {
+  FaceQuadrature quadrature(wavenumber, 0.0, {});
+  quadrature.begin(x, Vector3::Zero());
+  quadrature.add(face);
+  return quadrature.integrals(Layer::kDouble)[0];
+}
+
+TEST(FaceQuadrature, DoubleLayerNearAFaceAgainstTanhSinh) {
+  const Face face = scalene();
+  const double edge = (face.b - face.a).norm();
+  const Vector3 above = (0.5 * face.a + 0.2 * face.b + 0.3 * face.c);
+  for (const double k : {732.28, 1281.5}) {  // 40 and 70 kHz: the face is a third and 0.6 of a wavelength
+    for (const double height : {0.25, 0.05, 0.01, -0.05}) {
+      const Vector3 x = above + height * edge * face.normal;
+      const Complex expected = reference_integral(face, x, [&](const Vector3& y) {
+        return double_layer_kernel(x - y, face.normal, {k, 0.152});
+      });
+      const Complex value = double_layer(face, x, {k, 0.152});
+      EXPECT_LT(std::abs(value - expected), 1e-6) << "height " << height << " edges, k " << k;
+    }
+  }
+}
+
+TEST(FaceQuadrature, DoesNotChangeUnderARigidMotionOrACornerShift) {
+  const Face face = scalene();
+  const Vector3 x = face.a + Vector3(1e-3, 0.5e-3, 1e-3);
+  const Complex k(732.28, 0);
+  const Complex value = double_layer(face, x, k);
+  const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()).toRotationMatrix();
+  const Vector3 shift(0.1, -0.2, 0.05);
+  const auto moved = [&](const Vector3& v) -> Vector3 { return turn * v + shift; };
+  const Complex same = double_layer(make_face(moved(face.a), moved(face.b), moved(face.c)), moved(x), k);
+  EXPECT_LT(std::abs(same - value), 1e-10 * std::abs(value));  // coordinates of 0.2 m keep 1e-13 of a millimetre
+  const Complex shifted = double_layer(make_face(face.b, face.c, face.a), x, k);
+  EXPECT_LT(std::abs(shifted - value), 1e-12 * std::abs(value));
+}
+
 }  // namespace quadrature_test
 }  // namespace touchfield

@@ -1,10 +1,13 @@
 #include "sim/field/evaluate.h"
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 #include <utility>
 
 #include <gtest/gtest.h>
 
+#include "sim/body/hand.h"
 #include "sim/body/shapes.h"
 #include "tests/support/far_field.h"
 
@@ -37,6 +40,89 @@ TEST(Evaluate, FarAndNearFacesAreTheWholeField) {
     EXPECT_EQ(found.inside, expected.inside);
     EXPECT_LT((found.pressure - expected.pressure).cwiseAbs().maxCoeff(),
               1e-11 * expected.pressure.cwiseAbs().maxCoeff());
+  }
+}
+
+/// Random pressures, on whose sums over faces nothing cancels, and such as a field makes.
+Eigen::MatrixXcd two_pressures(const TriangleMesh& mesh, const TransducerArray& array, const Wave& wave) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXcd p(mesh.face_count(), 2);
+  p << Eigen::VectorXcd::NullaryExpr(mesh.face_count(), [&] { return Complex(normal(random), normal(random)); }),
+      support::skin_pressures(mesh, array, wave, support::many_drives(array.size(), 1));
+  return p;
+}
+
+/// The same fields by a grid, which must be what is chosen, and pair by pair.
+struct BothWays {
+  FieldValues by_grid, direct;
+};
+BothWays both_ways(const TriangleMesh& mesh, const Wave& wave, const Points& points) {
+  EXPECT_TRUE(choose_field_sums(mesh, wave, field_points(points, 2)).grid.has_value());
+  const TransducerArray array = array_below();
+  const Eigen::MatrixXcd surface = two_pressures(mesh, array, wave);
+  const Eigen::MatrixXcd silent = Eigen::MatrixXcd::Zero(array.size(), 2);
+  const FarField far = support::reference_far_field(mesh, array, wave, points, surface, silent);
+  return {evaluate_field(mesh, array, wave, points, surface, silent),
+          with_near_faces(mesh, wave, points, surface, far.pressure, far.winding, far.near)};
+}
+
+// Points in the body, just off its skin and far from it. Faces of the hand are so large that they are near beyond the reach
+// of the local kernel.
+TEST(Evaluate, AGridMakesTheSumsOverFaces) {
+  HandOptions coarse;
+  coarse.edge = 4.5e-3;
+  for (const auto& [mesh, absorption] : {std::pair(icosphere(20e-3, 12), 3.0), std::pair(hand(coarse).mesh, 0.0)}) {
+    Medium medium = air(kRoomTemperature);
+    medium.absorption = absorption;
+    const Points about = support::points_about(mesh, 8);
+    const Vector3 low = mesh.vertices().rowwise().minCoeff();
+    const Vector3 high = mesh.vertices().rowwise().maxCoeff();
+    const Points points = about.cwiseMax(low.replicate(1, about.cols())).cwiseMin(high.replicate(1, about.cols()));
+    const auto [by_grid, direct] = both_ways(mesh, Wave(medium, 40e3), points);
+    EXPECT_EQ(by_grid.inside, direct.inside);
+    const Eigen::MatrixXcd difference = by_grid.pressure - direct.pressure;
+    for (Eigen::Index s = 0; s < 2; ++s) {
+      const double size = direct.pressure.col(s).norm();
+      EXPECT_LT(difference.col(s).norm(), 1.5 * kFieldTolerance * size);  // two-sided: a grid is what was used
+      EXPECT_GT(difference.col(s).norm(), 0.03 * kFieldTolerance * size);
+      EXPECT_LT(difference.col(s).cwiseAbs().maxCoeff(),
+                10.0 * kFieldTolerance * size / std::sqrt(static_cast<double>(points.cols())));
+    }
+  }
+}
+
+// Few points, small bodies and points far apart are summed pair by pair.
+TEST(Evaluate, AGridIsMadeWhereItPays) {
+  const Wave wave(air(kRoomTemperature), 40e3);
+  const TriangleMesh mesh = icosphere(20e-3, 16);
+  const Vector3 corner = Vector3::Constant(30e-3);
+  EXPECT_TRUE(choose_field_sums(mesh, wave, {-corner, corner, 3000, 1}).grid.has_value());
+  EXPECT_FALSE(choose_field_sums(mesh, wave, {-corner, corner, 30, 1}).grid.has_value());
+  EXPECT_FALSE(choose_field_sums(mesh, wave, {-20.0 * corner, 20.0 * corner, 3000, 1}).grid.has_value());
+  EXPECT_FALSE(choose_field_sums(icosphere(20e-3, 3), wave, {-corner, corner, 3000, 1}).grid.has_value());
+  // What a grid takes counts as fewer pairs.
+  EXPECT_LT(choose_field_sums(mesh, wave, {-corner, corner, 3000, 1}).pairs, 3000.0 * 5120.0);
+}
+
+// On a centroid, and within rounding of it, the one point of its face adds nothing. Which side a point is on may differ.
+TEST(Evaluate, PointsOnTheSkin) {
+  const TriangleMesh mesh = icosphere(20e-3, 16);
+  const auto some = Eigen::seq(0, Eigen::last, 5);
+  for (const double off : {0.0, 1e-12}) {
+    const Points points = mesh.centroids()(Eigen::all, some) + off * mesh.normals()(Eigen::all, some);
+    const auto [by_grid, direct] = both_ways(mesh, Wave(air(kRoomTemperature), 40e3), points);
+    const Eigen::ArrayXd size = direct.pressure.colwise().norm() / std::sqrt(static_cast<double>(points.cols()));
+    int same = 0;
+    for (Eigen::Index j = 0; j < points.cols(); ++j) {
+      const auto at = static_cast<std::size_t>(j);
+      if (direct.inside[at] == by_grid.inside[at]) {
+        const Eigen::ArrayXd difference = (by_grid.pressure.row(j) - direct.pressure.row(j)).cwiseAbs();
+        EXPECT_LT((difference / size).maxCoeff(), 10.0 * kFieldTolerance) << off << " " << j;
+        ++same;
+      }
+    }
+    EXPECT_GT(same, points.cols() / 4);
   }
 }
 
