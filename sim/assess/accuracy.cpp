@@ -79,13 +79,14 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
   const SolveSpec& solve = model.scene.solve;
   GridBody body = grid_body(mesh);
   body.faces *= 4.0;
-  const double by_grid = grid_seconds(body, model.wave, solve.solver);
-  const SolverDecision decision = choose_solver(solve.solver, solve.scheme, faces, available_memory(), 1, by_grid);
+  const GridChoice grid = solver_grid(body, model.wave, solve.solver);
+  const SolverDecision decision = choose_solver(solve.solver, solve.scheme, faces, available_memory(), 1, grid.seconds);
   const double product =
-      product_share(decision.options.kind, faces, by_grid) * 16.0 * product_seconds(mesh, model.wave);
+      product_share(decision.options.kind, faces, grid.seconds) * 16.0 * product_seconds(mesh, model.wave);
   const double lu = 8.0 / 3.0 * std::pow(static_cast<double>(faces), 3) / 3e10;  // a slow machine's rate
   const double seconds = decision.options.kind == SolverKind::kLu ? lu : 60.0 * product;
-  const double bytes = solver_memory(faces, decision.options, 1) + near_memory(static_cast<double>(faces));
+  const double bytes = solver_memory(faces, decision.options, 1) + near_memory(static_cast<double>(faces)) +
+                       (decision.options.kind == SolverKind::kFft ? grid.memory : 0.0);
   if (seconds > kSplitSeconds) {
     report.split_reason = fmt::format("{} faces would take about {:.0f} s", faces, seconds);
     return;

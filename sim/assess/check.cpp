@@ -11,6 +11,7 @@
 #include "sim/assess/expected_steps.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/field/evaluate.h"
 #include "sim/solve/alarm.h"
 #include "sim/solve/judge_comparison.h"
 #include "sim/solve/methods.h"
@@ -124,6 +125,29 @@ double alarms_seconds(const Scene& scene, double product, double spent) {
   return seconds;
 }
 
+/// What the fields off the skin take.
+struct FieldsCost {
+  double bytes = 0;  // of all and of the largest grid that one goes through
+  double pairs = 0;  // of points with channels or faces
+};
+
+FieldsCost fields_cost(const Model& model) {
+  FieldsCost cost;
+  const auto methods = static_cast<double>(model.scene.solve.methods.size());
+  double largest_grid = 0;
+  for (const FieldGrid& grid : model.fields) {
+    const auto points = static_cast<double>(grid.size());
+    const Vector3 high =
+        grid.origin + grid.spacing.cwiseProduct(Vector3(grid.count[0] - 1, grid.count[1] - 1, grid.count[2] - 1));
+    const FieldSums sums = choose_field_sums(model.body.mesh, model.wave, {grid.origin, high, points, methods});
+    cost.pairs += sums.pairs + points * static_cast<double>(model.array.size());
+    cost.bytes += kComplex * points * methods;
+    largest_grid = std::max(largest_grid, sums.grid ? sums.grid->memory : 0.0);
+  }
+  cost.bytes += largest_grid;
+  return cost;
+}
+
 /// What is known without an estimate.
 CheckReport sizes_of(const Model& model) {
   const Scene& scene = model.scene;
@@ -160,17 +184,14 @@ CheckReport check_model(const Model& model, int sharing) {
   if (scene.target && !scene.target->pressure) {
     iterations += kScaleTrials * scene.solve.methods.front().iterations;
   }
-  double points = 0;
-  for (const FieldGrid& grid : model.fields) {
-    points += static_cast<double>(grid.size());
-  }
   const Scheme scheme = scene.solve.scheme;
   const double unknowns = m + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   report.available_mib = available_memory() / kMebibyte;
   GridBody body = grid_body(model.body.mesh);
-  const double by_grid = grid_seconds(body, model.wave, scene.solve.solver);
-  report.decision = choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
-                                  sharing * largest_block(scene, scheme, model.array.size(), sharing > 1), by_grid);
+  const GridChoice own_grid = solver_grid(body, model.wave, scene.solve.solver);
+  report.decision =
+      choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
+                    sharing * largest_block(scene, scheme, model.array.size(), sharing > 1), own_grid.seconds);
   const double product = product_seconds(model.body.mesh, model.wave);
   const double kernel = kKernelCost * product / (m * m);
   // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
@@ -182,7 +203,7 @@ CheckReport check_model(const Model& model, int sharing) {
   const double judged = judge_faces(model);
   const bool iterates = report.decision.options.kind != SolverKind::kLu || judged > 0;
   const double steps = iterates ? expected_steps(model, scheme) : 0.0;
-  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product, by_grid);
+  const ModelCost own = scattering_cost(report.decision, scheme, m, unknowns, solves, steps, product, own_grid);
   const double fields = drives_channels(scene) ? (traits(scheme).burton_miller ? 2.0 : 1.0) : 0.0;
   const double gram = optimisers > 0 ? (k + n) * (k + n) : 0.0;
   const double kept =
@@ -190,8 +211,10 @@ CheckReport check_model(const Model& model, int sharing) {
   const double compressing = drives > 0 ? 2.0 * m * n + 2.0 * m * drives : 0.0;
   const double solving = own.bytes + kComplex * kSolvedBlocks * m * drives;
   double bytes = kComplex * kept + std::max(kComplex * compressing, solving);
-  report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + points * (m + n));
-  const double share = product_share(report.decision.options.kind, model.body.mesh.face_count(), by_grid);
+  const FieldsCost off_skin = fields_cost(model);
+  bytes += off_skin.bytes;
+  report.seconds = own.seconds + kernel * ((fields + 1.0) * m * n + off_skin.pairs);
+  const double share = product_share(report.decision.options.kind, model.body.mesh.face_count(), own_grid.seconds);
   report.seconds += alarms_seconds(scene, share * product, own.seconds);
   report.note = own.note;
   const auto flops = [&] {
@@ -210,12 +233,12 @@ CheckReport check_model(const Model& model, int sharing) {
   }
   if (judged > 0) {
     body.faces = judged;
-    const double judge_by_grid = grid_seconds(body, model.wave, {});
-    const SolverDecision judge =
-        choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged), available_memory(), 1, judge_by_grid);
+    const GridChoice judge_grid = solver_grid(body, model.wave, {});
+    const SolverDecision judge = choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged),
+                                               available_memory(), 1, judge_grid.seconds);
     const double scale = std::pow(judged / m, 2);
     const ModelCost cost =
-        scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product, judge_by_grid);
+        scattering_cost(judge, judge_scheme(scene), judged, judged, 1.0, steps, scale * product, judge_grid);
     const auto methods = static_cast<double>(scene.solve.methods.size());
     bytes += cost.bytes + kComplex * judged * 4.0 * methods * 30.0;
     report.seconds += cost.seconds * (1.0 + 0.3 * (methods - 1.0)) + 2.0 * kernel * judged * n;

@@ -20,7 +20,7 @@ constexpr double kMillerCost = 1.3;     // of a product with W over one with D a
 double near_memory(double faces) { return kNearBytes * kNearPairs * faces; }
 
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
-                          double steps, double product, double by_grid) {
+                          double steps, double product, const GridChoice& grid) {
   ModelCost cost;
   const SolverOptions& options = decision.options;
   cost.bytes = solver_memory(static_cast<Eigen::Index>(unknowns), options, 1);
@@ -39,8 +39,11 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
     cost.seconds += kLuFlops * unknowns * unknowns * unknowns / (speed * measured.flops) + in_double * solves;
     cost.note = measured.note;
   } else if (options.kind == SolverKind::kFft) {
-    const double share = product_share(options.kind, static_cast<Eigen::Index>(unknowns), by_grid);
-    constexpr double kOnce = 3.0;  // to make the grid, in products
+    const double share = product_share(options.kind, static_cast<Eigen::Index>(unknowns), grid.seconds);
+    constexpr double kOnce = 3.0;    // to make the grid, in products
+    constexpr double kRounds = 3.0;  // of refinement, beyond what grids reach
+    cost.bytes += grid.memory;
+    cost.seconds += options.tolerance < 5.0 * kFinestGridTolerance ? kRounds * solves * in_double : 0.0;
     cost.seconds += (solves * steps + kOnce) * share * product * kMillerCost;
   } else {
     const double step = options.precision == Precision::kSingle ? product * (miller ? kMillerCost : 1.0) : in_double;

@@ -7,7 +7,7 @@
 
 namespace touchfield {
 
-/// What one scattering model takes beside its mesh: its matrix or Krylov space, near pairs, and its solves. Estimates,
+/// What one scattering model takes beside its mesh: its matrix, grid or Krylov space, near pairs, and its solves. Estimates,
 /// within a factor of two.
 struct ModelCost {
   double bytes = 0;
@@ -22,9 +22,9 @@ double near_memory(double faces);
 /// solves            right-hand sides, solved one after another
 /// steps             of GMRES for each, where it solves (expected_steps.h)
 /// product           seconds of a direct product with D in single precision on this mesh (product_seconds)
-/// by_grid           grid_seconds() of this mesh; read where products go through a grid
+/// grid              solver_grid() of this mesh; read where products go through it
 ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double faces, double unknowns, double solves,
-                          double steps, double product, double by_grid);
+                          double steps, double product, const GridChoice& grid);
 
 /// Points inside the body that a CHIEF system will have, about: one a cube of the spacing in its volume.
 double chief_points(const Model& model);

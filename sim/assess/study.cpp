@@ -124,7 +124,7 @@ bool grid_pays(const Model& model, Scheme scheme) {
   spec.solver = SolverChoice::kAuto;
   spec.precision = PrecisionChoice::kAuto;
   return choose_solver(spec, scheme, mesh.face_count(), available_memory(), 1,
-                       grid_seconds(grid_body(mesh), model.wave, spec))
+                       solver_grid(grid_body(mesh), model.wave, spec).seconds)
              .options.kind == SolverKind::kFft;
 }
 
@@ -136,7 +136,7 @@ std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& 
   const double steps = decision.options.kind == SolverKind::kLu ? 0.0 : expected_steps(model, scheme);
   const ModelCost cost = scattering_cost(
       decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()), steps,
-      product_seconds(model.body.mesh, model.wave), grid_seconds(grid_body(model.body.mesh), model.wave, spec));
+      product_seconds(model.body.mesh, model.wave), solver_grid(grid_body(model.body.mesh), model.wave, spec));
   if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
     return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
   }

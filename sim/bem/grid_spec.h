@@ -5,8 +5,9 @@
 
 namespace touchfield {
 
-/// The finest tolerance that sums by a grid are made for; below kFinestSingle they need double precision.
-inline constexpr double kFinestGridTolerance = 1e-7;
+/// The finest tolerance that sums by a grid are made for: beyond, more points and reach do not make them more accurate. Below
+/// kFinestSingleGrid they need double precision.
+inline constexpr double kFinestGridTolerance = 1e-8;
 inline constexpr double kFinestSingleGrid = 3e-6;
 
 /// What a grid's cost depends on of a body.

@@ -60,19 +60,20 @@ const ScatteringSystem::Operators& ScatteringSystem::operators() const {
 ScatteringSystem::Operators ScatteringSystem::make_operators() const {
   Operators made;
   const bool by_grid = options_.grid_tolerance > 0;
-  std::unique_ptr<const FaceSums> at_rest;
+  Eigen::VectorXcd corrected;
+  const bool needs_corrected = traits(scheme_).corrected || traits(scheme_).polished;
   if (by_grid) {
     const GridSpec spec = choose_grid(grid_body(mesh_), wave_.wavenumber(), gamma(), options_.grid_tolerance).spec;
-    made.sums = make_grid_sums(mesh_, wave_.wavenumber(), gamma(), spec);
-    if (traits(scheme_).corrected || traits(scheme_).polished) {
-      at_rest = make_grid_sums(mesh_, 0.0, 0.0, spec);
+    if (needs_corrected) {  // its grid is gone before the other is made
+      corrected = gauss_diagonal(*make_grid_sums(mesh_, 0.0, 0.0, spec)).cast<Complex>();
     }
+    made.sums = make_grid_sums(mesh_, wave_.wavenumber(), gamma(), spec);
   } else {
+    if (needs_corrected) {
+      corrected = gauss_diagonal(mesh_).cast<Complex>();
+    }
     made.sums = std::make_shared<LayerSum<double>>(mesh_, wave_.wavenumber(), gamma());
   }
-  const auto corrected = [&]() -> Eigen::VectorXcd {
-    return (at_rest ? gauss_diagonal(*at_rest) : gauss_diagonal(mesh_)).cast<Complex>();
-  };
   if (traits(scheme_).burton_miller) {
     const bool rough = by_grid && options_.grid_tolerance >= kFinestSingleGrid;
     const auto numbers = rough ? NearCorrections::Numbers::kSingle : NearCorrections::Numbers::kDouble;
@@ -80,14 +81,14 @@ ScatteringSystem::Operators ScatteringSystem::make_operators() const {
                                                   options_.rule, numbers);
     made.parts = {Layer::kBurtonMiller, gamma(), burton_miller_diagonal(mesh_, wave_.wavenumber(), gamma()), made.near};
   } else if (traits(scheme_).corrected) {
-    made.parts = {Layer::kDouble, 0.0, corrected(), nullptr};
+    made.parts = {Layer::kDouble, 0.0, corrected, nullptr};
   } else {
     made.parts = {Layer::kDouble, 0.0, Eigen::VectorXcd::Constant(faces(), 0.5), nullptr};
   }
   if (traits(scheme_).polished && by_grid) {
-    made.polisher = std::make_unique<SummedOperator>(made.sums, polishing_parts(corrected()));
+    made.polisher = std::make_unique<SummedOperator>(made.sums, polishing_parts(corrected));
   } else if (traits(scheme_).polished) {
-    made.polisher = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(), polishing_parts(corrected()));
+    made.polisher = std::make_unique<BoundaryOperator<float>>(mesh_, wave_.wavenumber(), polishing_parts(corrected));
   }
   if (by_grid) {
     made.by_grid = with_interior_points(std::make_unique<SummedOperator>(made.sums, made.parts));

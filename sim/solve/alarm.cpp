@@ -50,7 +50,7 @@ double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured,
   quick.refine = false;
   quick.tolerance = kTolerance;
   quick.max_steps = kMaxSteps;
-  const double share = product_share(kind, mesh.face_count(), grid_seconds(grid_body(mesh), wave, quick));
+  const double share = product_share(kind, mesh.face_count(), solver_grid(grid_body(mesh), wave, quick).seconds);
   const double expected = alarm_seconds(plain, share * product_seconds(mesh, wave));
   if (!wants_alarm(spec.alarm, expected, spent)) {
     progress.note(fmt::format("  alarm: left out, {} would take about {:.1f} s more (solve.alarm: always asks for it)",

@@ -32,7 +32,7 @@ SkinModel::SkinModel(TriangleMesh mesh, const Wave& wave, Scheme scheme, const S
                      Eigen::Index right_hand_sides)
     : spec_(spec),
       right_hand_sides_(right_hand_sides),
-      by_grid_(grid_seconds(grid_body(mesh), wave, spec)),
+      by_grid_(solver_grid(grid_body(mesh), wave, spec).seconds),
       device_(choose_device(spec, scheme, mesh.face_count(), right_hand_sides)),
       decision_(choose_solver(spec, scheme, mesh.face_count(), available_memory(), right_hand_sides, by_grid_)),
       system_(std::move(mesh), wave, scheme,

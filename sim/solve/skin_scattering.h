@@ -39,7 +39,7 @@ class SkinModel {
  private:
   SolverSpec spec_;
   Eigen::Index right_hand_sides_;
-  double by_grid_;  // grid_seconds() of the body
+  double by_grid_;  // seconds of the solver_grid() of the body
   DeviceDecision device_;
   SolverDecision decision_;
   ScatteringSystem system_;

@@ -73,8 +73,8 @@ double direct_seconds(Eigen::Index unknowns, Eigen::Index columns) {
          std::pow(static_cast<double>(unknowns), 2);
 }
 
-double grid_seconds(const GridBody& body, const Wave& wave, const SolverSpec& spec) {
-  return choose_grid(body, wave.wavenumber(), spec.coupling / wave.k(), grid_tolerance(spec)).seconds;
+GridChoice solver_grid(const GridBody& body, const Wave& wave, const SolverSpec& spec) {
+  return choose_grid(body, wave.wavenumber(), spec.coupling / wave.k(), grid_tolerance(spec));
 }
 
 double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid) {
@@ -93,7 +93,7 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
   const bool fits = available <= 0 || matrix <= kMatrixShare * available;
   const double direct = direct_seconds(unknowns, right_hand_sides);
   const bool single_grid = grid_tolerance(spec) >= kFinestSingleGrid;
-  const bool grid_suits = grid_tolerance(spec) <= 0.11 * spec.tolerance;
+  const bool grid_suits = grid_tolerance(spec) <= 0.11 * spec.tolerance || (spec.refine && !single_grid);
   const bool grid_pays = grid_suits && by_grid < kGridPays * direct;
   const SolverKind iterative = grid_pays ? SolverKind::kFft : SolverKind::kMatrixFree;
   // Right-hand sides up to which GMRES is cheaper than LU.

@@ -34,13 +34,13 @@ DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index
 double grid_tolerance(const SolverSpec& spec);
 
 /// Seconds of one thread for a product of a body's matrix with each of a block's columns, pair by pair in single
-/// precision and by a grid, on a processor of 2020: what the choice between them compares.
+/// precision, on a processor of 2020: what the choice compares with those of the grid that a body would have.
 double direct_seconds(Eigen::Index unknowns, Eigen::Index columns);
-double grid_seconds(const GridBody& body, const Wave& wave, const SolverSpec& spec);
+GridChoice solver_grid(const GridBody& body, const Wave& wave, const SolverSpec& spec);
 
 /// What a product takes by the way that a solver multiplies, over a direct one.
 ///
-/// by_grid   grid_seconds() of the body
+/// by_grid   seconds of the solver_grid() of the body
 double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid);
 
 /// Rules for `auto`, in docs/user-guide.md:
@@ -53,7 +53,7 @@ double product_share(SolverKind kind, Eigen::Index unknowns, double by_grid);
 ///
 /// available          memory that may be used [bytes]
 /// right_hand_sides   of the largest block that will be solved for
-/// by_grid            grid_seconds() of the body
+/// by_grid            seconds of the solver_grid() of the body
 SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index unknowns, double available,
                              Eigen::Index right_hand_sides = 1,
                              double by_grid = std::numeric_limits<double>::infinity());

@@ -1,9 +1,12 @@
 #include "sim/assess/check.h"
 
+#include <cmath>
 #include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 
+#include "sim/field/evaluate.h"
 #include "tests/support/solve_support.h"
 
 namespace touchfield {
@@ -35,6 +38,29 @@ TEST(Check, SaysWhatTheJudgeHas) {
   };
   EXPECT_THAT(said("incident"), HasSubstr("faces, of the whole body\n"));
   EXPECT_THAT(said("nothing"), HasSubstr("faces, of what keep_within_mm leaves\n"));
+}
+
+// The near pairs and the Krylov space are the same.
+TEST(Check, CountsTheMemoryOfAGrid) {
+  const Model direct = small_model({"solve.solver=matrix_free"});
+  const Model by_grid = small_model({"solve.solver=fft"});
+  const double grid = solver_grid(grid_body(direct.body.mesh), direct.wave, by_grid.scene.solve.solver).memory;
+  EXPECT_GT(grid, 1e5);
+  EXPECT_NEAR(check_model(by_grid).memory_mib - check_model(direct).memory_mib, grid / std::pow(2.0, 20), 0.01);
+}
+
+TEST(Check, CountsFieldsAndTheirGrid) {
+  const std::vector<std::string> fine = {
+      "body.edge_mm=1", "field=[{name: about, centre_mm: [0, 0, 55], size_mm: [40, 40, 40], spacing_mm: 1}]"};
+  const Model without = small_model({fine[0]});
+  const Model model = small_model(fine);
+  constexpr double kPoints = 41.0 * 41.0 * 41.0;
+  const FieldSums sums = choose_field_sums(model.body.mesh, model.wave, field_points(model.fields.front().points(), 3));
+  ASSERT_TRUE(sums.grid.has_value());
+  EXPECT_LT(sums.pairs, 0.5 * kPoints * static_cast<double>(model.body.mesh.face_count()));
+  const double fields = 16.0 * kPoints * 3.0;
+  EXPECT_NEAR(check_model(model).memory_mib - check_model(without).memory_mib,
+              (sums.grid->memory + fields) / std::pow(2.0, 20), 0.1);
 }
 
 }  // namespace

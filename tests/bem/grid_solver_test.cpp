@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/bem/grid_spec.h"
 #include "sim/bem/scattering_solver.h"
 #include "sim/body/hand.h"
 #include "sim/body/shapes.h"
@@ -54,6 +55,18 @@ TEST(GridSolver, EverySchemeThatIteratesAndAbsorption) {
       EXPECT_LT(difference(mesh, wave(2.0), scheme, tolerance), 3.0 * tolerance) << to_string(scheme);
     }
   }
+}
+
+// No product is taken pair by pair: the residual is that of GMRES plus the grid's error.
+TEST(GridSolver, ReachesTenTimesTheToleranceOfTheFinestGrid) {
+  const TriangleMesh mesh = icosphere(12e-3, 12);
+  constexpr double kTolerance = 10.0 * kFinestGridTolerance;
+  const Eigen::VectorXcd exact = solve(mesh, wave(), Scheme::kBurtonMiller, 0.0,
+                                       {.kind = SolverKind::kLu, .precision = Precision::kDouble, .tolerance = 1e-12});
+  const Eigen::VectorXcd found =
+      solve(mesh, wave(), Scheme::kBurtonMiller, kFinestGridTolerance,
+            {.kind = SolverKind::kFft, .refine = false, .tolerance = kTolerance, .max_steps = 1000});
+  EXPECT_LT((found - exact).norm(), 3.0 * kTolerance * exact.norm());
 }
 
 // A tolerance finer than any grid's: corrections by direct products in double.

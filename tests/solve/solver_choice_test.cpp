@@ -44,7 +44,9 @@ TEST(SolverChoice, ProductsGoThroughAGridWhereThatIsFaster) {
   EXPECT_EQ(kind(50000, 12, 0.4 * direct), SolverKind::kMatrixFree);  // columns share the kernels of direct products
   EXPECT_EQ(kind(50000, 400, direct), SolverKind::kLu);
   EXPECT_EQ(kind(50000, 400, 0.01 * direct), SolverKind::kFft);  // 400 cheap columns take less than factorising
-  EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.tolerance = 1e-8}), SolverKind::kMatrixFree);  // finer than grids are
+  // Finer than grids are: few products are taken pair by pair, to refine, or all.
+  EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.tolerance = 1e-9}), SolverKind::kFft);
+  EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.tolerance = 1e-9, .refine = false}), SolverKind::kMatrixFree);
   EXPECT_EQ(kind(50000, 1, 0.1 * direct, {.precision = PrecisionChoice::kSingle, .tolerance = 1e-6}),
             SolverKind::kMatrixFree);  // finer than single precision
   EXPECT_EQ(kind(500, 1, 1.0, {.solver = SolverChoice::kFft}), SolverKind::kFft);
@@ -70,9 +72,9 @@ TEST(SolverChoice, ABodysGridSecondsAreThoseOfItsSize) {
   const Wave wave(air(293.15), 40e3);
   const GridBody hand{{0.09, 0.2, 0.04}, 0.037, 20000};
   const GridBody fingertip{{0.02, 0.03, 0.02}, 0.002, 2000};
-  EXPECT_LT(grid_seconds(hand, wave, {}), 0.5 * direct_seconds(20000, 1));
-  EXPECT_GT(grid_seconds(fingertip, wave, {}), direct_seconds(2000, 1));
-  EXPECT_GT(grid_seconds(hand, wave, {.tolerance = 1e-6}), grid_seconds(hand, wave, {}));
+  EXPECT_LT(solver_grid(hand, wave, {}).seconds, 0.5 * direct_seconds(20000, 1));
+  EXPECT_GT(solver_grid(fingertip, wave, {}).seconds, direct_seconds(2000, 1));
+  EXPECT_GT(solver_grid(hand, wave, {.tolerance = 1e-6}).seconds, solver_grid(hand, wave, {}).seconds);
 }
 
 TEST(SolverChoice, ChiefHasNoIteration) { EXPECT_EQ(chosen(Scheme::kChief, 20000, 1, 0.1).kind, SolverKind::kLu); }
