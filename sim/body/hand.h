@@ -21,7 +21,7 @@ struct HandOptions {
   double forearm = 0;   // how far the skin goes on towards the elbow beyond the hand's own end [m]; 0 to kMostForearm
 };
 
-inline constexpr double kLeastHandEdge = 0.4e-3;  // [m]
+inline constexpr double kLeastHandEdge = 0.3e-3;  // [m]
 inline constexpr double kMostHandEdge = 12e-3;    // [m]
 inline constexpr double kMostForearm = 0.3;       // [m]
 

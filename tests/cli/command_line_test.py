@@ -68,7 +68,7 @@ class CommandLine(CommandTest):
         self.assertIn("did you mean grasp?", self.said("hand", "-o", "x.obj", "--pose", "graps"))
 
     def test_bounds_are_in_the_unit_as_typed(self):
-        self.assertEqual(self.said("hand", "-o", "x.obj", "--edge-mm", "0.01"), "--edge-mm 0.01 must be 0.4 to 12")
+        self.assertEqual(self.said("hand", "-o", "x.obj", "--edge-mm", "0.01"), "--edge-mm 0.01 must be 0.3 to 12")
         self.assertEqual(self.said("hand", "-o", "x.obj", "--breadth-mm", "0.08"), "--breadth-mm 0.08 must be 50 to 150")
         self.assertEqual(self.said("fit", "x", "--learn-s", "1e2"), "--learn-s 1e2 must be 0 to 60")
         self.assertEqual(self.said("run", "x", "--threads", "1.5"), "--threads 1.5 must be a whole number, 1 to 4096")
