@@ -1,5 +1,6 @@
 // How near the fitted hand comes to the true one as simulated depth cameras see it, and what a frame of the fit takes.
-// usage: fit_bench [FRAMES]   Times are of one core: wall clock, and the thread's own time, which other programs leave alone.
+// usage: fit_bench [FRAMES]   Times are of one core: wall clock, and the thread's own time, which other programs leave
+// alone.
 
 #include <algorithm>
 #include <chrono>

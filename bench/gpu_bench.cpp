@@ -1,6 +1,7 @@
-// The card against the processor: pressures of a block of drives on hands of more and more faces, and of frames in which the
-// index finger bends by a degree each, errors beside; with 0 FRAMES only the first pressures. Prints a table in CSV. usage:
-// gpu_bench [MOST_FACES_OF_THE_PROCESSOR [EDGE_MM[@LENGTH_MM]:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME ...]]
+// The card against the processor: pressures of a block of drives on hands of more and more faces, and of frames in
+// which the index finger bends by a degree each, errors beside; with 0 FRAMES only the first pressures. Prints a table
+// in CSV. usage: gpu_bench [MOST_FACES_OF_THE_PROCESSOR
+// [EDGE_MM[@LENGTH_MM]:CHANNELS_X:CHANNELS_Y:COLUMNS:FRAMES:SCHEME ...]]
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -75,8 +76,8 @@ void measure(const Case& c, Eigen::Index most_on_processor) {
   const SolverKind kind = card->kind();
   const bool more = c.frames > 0;
   const double again = more ? seconds_of([&] { card->pressure(array, q); }) : std::nan("");
-  // What a scene needs of all channels: drives that span them, their pressures on some faces, the few rows that stand for
-  // the rest.
+  // What a scene needs of all channels: drives that span them, their pressures on some faces, the few rows that stand
+  // for the rest.
   std::vector<Eigen::Index> faces(100);
   for (std::size_t i = 0; i < faces.size(); ++i) {
     faces[i] = static_cast<Eigen::Index>(i) * mesh.face_count() / static_cast<Eigen::Index>(faces.size());

@@ -78,7 +78,8 @@ void surface_step(Gpu& gpu, Eigen::Index faces, Eigen::Index rank, Eigen::Index 
         cpu / expected.iterations, card / found.iterations, off(found, expected));
 }
 
-/// A frame of `paper` as published, from where the vertices are to the phases: field, columns of B, Gram matrix, five steps.
+/// A frame of `paper` as published, from where the vertices are to the phases: field, columns of B, Gram matrix, five
+/// steps.
 void paper_frame(const std::shared_ptr<Gpu>& gpu, double edge_mm, int x, int y) {
   constexpr Eigen::Index kTarget = 100;
   constexpr int kFrames = 20;

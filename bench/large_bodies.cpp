@@ -1,5 +1,5 @@
-// A plane wave on the built-in hand, by products through a grid: what setting up, a product and a solution take, and how far
-// both are from direct sums. usage: large_bodies POSE EDGE_MM [TOLERANCE]   Prints a header and a line of CSV.
+// A plane wave on the built-in hand, by products through a grid: what setting up, a product and a solution take, and
+// how far both are from direct sums. usage: large_bodies POSE EDGE_MM [TOLERANCE]   Prints a header and a line of CSV.
 #include <algorithm>
 #include <chrono>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// A phase method of one's own beside the built-in ones: the transfer matrix H of a scene's skin goes into a few lines of
-// Eigen, and the phases that come out are solved for, judged and tabled as those of every other method of the scene.
+// A phase method of one's own beside the built-in ones: the transfer matrix H of a scene's skin goes into a few lines
+// of Eigen, and the phases that come out are solved for, judged and tabled as those of every other method of the scene.
 //
 //   own_method scenes/quick.yaml
 #include <cstdio>
@@ -16,8 +16,8 @@
 
 namespace {
 
-/// Drives q of amplitude 1 that lower sum_j A_j (|u_j| - p'_j)^2, u = H q, over the whole skin: Gauss-Newton steps of the
-/// phases with a constant damping.
+/// Drives q of amplitude 1 that lower sum_j A_j (|u_j| - p'_j)^2, u = H q, over the whole skin: Gauss-Newton steps of
+/// the phases with a constant damping.
 Eigen::VectorXcd own_drives(const Eigen::MatrixXcd& h, const Eigen::ArrayXd& wanted, const Eigen::ArrayXd& areas) {
   const std::complex<double> i(0, 1);
   Eigen::ArrayXcd q = (h.adjoint() * (areas * wanted).matrix()).array();  // the field sent back from the target

@@ -1,5 +1,5 @@
-// Boundary elements by hand, without a scene: the pressure of a plane wave on a rigid sphere, against the analytic series,
-// at three edge lengths.
+// Boundary elements by hand, without a scene: the pressure of a plane wave on a rigid sphere, against the analytic
+// series, at three edge lengths.
 #include <cstdio>
 #include <exception>
 

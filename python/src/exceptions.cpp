@@ -1,5 +1,3 @@
-#include "sim/core/errors.h"
-
 #include <exception>
 #include <stdexcept>
 
@@ -7,6 +5,7 @@
 
 #include "python/src/job.h"
 #include "python/src/parts.h"
+#include "sim/core/errors.h"
 
 namespace touchfield::python {
 

@@ -40,8 +40,8 @@ bool drives_channels(const Scene& scene) {
                              [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
 }
 
-/// Right-hand sides solved one after another: the pressures that the methods make, the way from the target's centre, trials
-/// of the best pressure.
+/// Right-hand sides solved one after another: the pressures that the methods make, the way from the target's centre,
+/// trials of the best pressure.
 double single_solves(const Scene& scene) {
   const std::vector<MethodSpec>& methods = scene.solve.methods;
   double solves = static_cast<double>(methods.size());

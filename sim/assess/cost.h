@@ -7,8 +7,8 @@
 
 namespace touchfield {
 
-/// What one scattering model takes beside its mesh: its matrix, grid or Krylov space, near pairs, and its solves. Estimates,
-/// within a factor of two.
+/// What one scattering model takes beside its mesh: its matrix, grid or Krylov space, near pairs, and its solves.
+/// Estimates, within a factor of two.
 struct ModelCost {
   double bytes = 0;
   double seconds = 0;

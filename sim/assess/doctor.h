@@ -13,7 +13,8 @@ struct Finding {
 };
 
 /// Looks at all that decides how fast and how completely runs work here: processor and instruction level, BLAS core and
-/// its threads, threads and cores, speed (an LU of about half a second), memory, disk, libraries, pictures (their font).
+/// its threads, threads and cores, speed (an LU of about half a second), memory, disk, libraries, pictures (their
+/// font).
 ///
 /// threads   in use
 std::vector<Finding> examine_machine(int threads);

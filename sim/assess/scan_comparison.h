@@ -44,8 +44,8 @@ struct ScanComparison {
   double largest_relative = kNotComputed;  // that over the largest |measured|
 };
 
-/// Compares the field of one method with what was measured. Points that lie inside the body, nearer to its skin than the
-/// longest edge of the face there (nearer the pressure of a face, constant on it, shows), or on a transducer do not
+/// Compares the field of one method with what was measured. Points that lie inside the body, nearer to its skin than
+/// the longest edge of the face there (nearer the pressure of a face, constant on it, shows), or on a transducer do not
 /// count.
 ///
 /// throws   InputError if the run has no such method, no field (see run_field) or fewer than two points count

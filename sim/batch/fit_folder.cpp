@@ -31,8 +31,8 @@ constexpr std::size_t kMostLearnt = 30;  // frames, spread over the time of lear
 
 std::string skin_name(std::size_t frame) { return fmt::format("skin_{:04}.vtp", frame + 1); }
 
-/// Learns from the first part of a recording, so many seconds long, in which the hand is found, at most kMostLearnt frames
-/// of it: it may come into the images later.
+/// Learns from the first part of a recording, so many seconds long, in which the hand is found, at most kMostLearnt
+/// frames of it: it may come into the images later.
 bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker, Progress& progress) {
   for (std::size_t first = 0, end = 0; first < folder.size(); first = end) {
     while (end < folder.size() && (end == first || folder.seconds(end) - folder.seconds(first) < seconds)) {
@@ -82,7 +82,8 @@ void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
   }
 }
 
-/// The hand whose pose and side fit best, of those that may be chosen; a warning where the other side fits nearly as well.
+/// The hand whose pose and side fit best, of those that may be chosen; a warning where the other side fits nearly as
+/// well.
 HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::optional<std::string>& warning) {
   constexpr double kClear = 0.9;     // of the worth of the best
   std::deque<Candidate> candidates;  // trackers cannot be moved

@@ -41,16 +41,18 @@ struct FittedFolder {
 /// The names of all files that fit_folder writes.
 std::vector<std::string> fit_files(const CameraFolder& folder);
 
-/// Fits the built-in hand to every frame of a recording, in order, and writes what `body: {meshes: {folder, times}}` takes:
-/// skin_0001.vtp, ... with the same triangles (m), times.csv, counted from the recording's first frame; of each face
-/// `cameras`, how many saw it, and `distance_m` of what they saw (seen_distance.h); skin.pvd of them; body.yaml, a
-/// scene's body of them with the hand's landmarks; fit.csv, a line a frame, with the recording's own times and why the hand
-/// is lost; landmarks.csv, where it has the hand's landmarks (landmark_table.h). Frames in which it is have no mesh. Where it ends early the tables are of the frames until then.
+/// Fits the built-in hand to every frame of a recording, in order, and writes what `body: {meshes: {folder, times}}`
+/// takes: skin_0001.vtp, ... with the same triangles (m), times.csv, counted from the recording's first frame; of each
+/// face `cameras`, how many saw it, and `distance_m` of what they saw (seen_distance.h); skin.pvd of them; body.yaml, a
+/// scene's body of them with the hand's landmarks; fit.csv, a line a frame, with the recording's own times and why the
+/// hand is lost; landmarks.csv, where it has the hand's landmarks (landmark_table.h). Frames in which it is have no
+/// mesh. Where it ends early the tables are of the frames until then.
 ///
-/// Warns of what is odd in the recording (CameraFolder::warnings), of a side that another comes close to, and of a camera that sees no skin where the others see it.
+/// Warns of what is odd in the recording (CameraFolder::warnings), of a side that another comes close to, and of a
+/// camera that sees no skin where the others see it.
 ///
-/// throws   InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame, saying what the nearest one
-///          lacks and what each camera sees; IoError
+/// throws   InputError as HandTemplate and CameraFolder::frame, or if the hand is in no frame, saying what the nearest
+///          one lacks and what each camera sees; IoError
 FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDirectory& directory, Progress& progress);
 
 }  // namespace touchfield

@@ -12,12 +12,13 @@
 
 namespace touchfield {
 
-/// The names of all files that a motion may write into its directory, pictures in the format asked for beside the scene.
+/// The names of all files that a motion may write into its directory, pictures in the format asked for beside the
+/// scene.
 std::vector<std::string> motion_files(const SensedMotion& sensed, std::optional<PictureFormat> asked = std::nullopt);
 
-/// Plays a motion (play_motion) and writes its results: motion.h5, motion.csv and frames.csv anew after every second of it,
-/// so that a kill leaves the last whole one; the skin that is scored as a ParaView series, at most some 20 a second; a plot
-/// over time and a strip of pictures.
+/// Plays a motion (play_motion) and writes its results: motion.h5, motion.csv and frames.csv anew after every second of
+/// it, so that a kill leaves the last whole one; the skin that is scored as a ParaView series, at most some 20 a
+/// second; a plot over time and a strip of pictures.
 ///
 /// options     their functions are this one's own
 /// directory   where the files land

@@ -21,10 +21,10 @@ bool there(const std::filesystem::path& file);
 /// throws   InputError if it cannot be made, or a file is in the way
 void make_directory(const std::string& path);
 
-/// The directory a run lands in, claimed before anything is computed and to this object's end, and the record of what it
-/// holds. Its manifest, files.json, names the files that the run writes, in the directory or a folder of it: no other
-/// file is ever replaced or removed, and nothing outside of the directory. What a process that was killed left of them
-/// half-written goes at the next start.
+/// The directory a run lands in, claimed before anything is computed and to this object's end, and the record of what
+/// it holds. Its manifest, files.json, names the files that the run writes, in the directory or a folder of it: no
+/// other file is ever replaced or removed, and nothing outside of the directory. What a process that was killed left of
+/// them half-written goes at the next start.
 /// Safe to call from several threads: an interrupt is handled beside the run.
 class RunDirectory {
  public:
@@ -37,7 +37,8 @@ class RunDirectory {
   /// An explicit directory, made if it is not there.
   /// force    remove the files of an older run first; without it a directory that holds a run is refused
   /// throws   InputError if another process works in it, if it holds a run and force is false, if one of the files is
-  ///          there and no run's, if the folder of one is a link, if it is no directory, or cannot be made or written to
+  ///          there and no run's, if the folder of one is a link, if it is no directory, or cannot be made or written
+  ///          to
   static RunDirectory at(const std::string& path, const std::vector<std::string>& files, bool force);
 
   /// A directory that was made for one run.

@@ -11,8 +11,8 @@
 
 namespace touchfield {
 
-/// The format of a run's pictures: what is asked for beside the scene, or PNG if the scene's `write` has png; nothing if
-/// none are drawn.
+/// The format of a run's pictures: what is asked for beside the scene, or PNG if the scene's `write` has png; nothing
+/// if none are drawn.
 std::optional<PictureFormat> picture_format(const Scene& scene, std::optional<PictureFormat> asked);
 
 /// The names of all files that a run of a scene may write into its directory, pictures in the format asked for beside
@@ -22,7 +22,8 @@ std::vector<std::string> run_files(const Scene& scene, std::optional<PictureForm
 /// The same of a study.
 std::vector<std::string> study_files(PictureFormat format);
 
-/// Writes a finished run: what its scene's `write` names, and pictures in the format given. The run gets the time it took.
+/// Writes a finished run: what its scene's `write` names, and pictures in the format given. The run gets the time it
+/// took.
 /// throws   IoError on a failed write
 void write_results(Run& run, const WriteSpec& write, const RunDirectory& directory, Progress& progress,
                    std::optional<PictureFormat> pictures);

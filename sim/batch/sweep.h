@@ -89,7 +89,8 @@ class SweepRunner {
   const std::map<int, std::string>& damaged() const { return damaged_; }
 
   /// throws   IoError if there is no room for a case, or if it can be neither kept nor recorded as failed; what tick()
-  ///          throws. What has landed stays, cases under way are dropped, and what has not landed is still to be computed
+  ///          throws. What has landed stays, cases under way are dropped, and what has not landed is still to be
+  ///          computed
   SweepResult run(const OnCase& on_case);
 
   /// Writes the table of what has landed: after run() has thrown.

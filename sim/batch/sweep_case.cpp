@@ -36,8 +36,8 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kExpected = "expected";
 
-/// Writes what a computation does into a log, a line a stage. Where none can be made there is none: it is no part of the
-/// result.
+/// Writes what a computation does into a log, a line a stage. Where none can be made there is none: it is no part of
+/// the result.
 class FileProgress : public Progress {
  public:
   explicit FileProgress(const std::string& path) {

@@ -40,8 +40,8 @@ struct CaseRecords {
 ///   sweep.lock            locked with the directory by the process that computes: for other machines and version 0.2
 ///   sweep.csv             the table
 ///
-/// Everything lands by a rename after it has been flushed to the disk. Nothing outside of the directory is written to or
-/// removed, whatever links it holds.
+/// Everything lands by a rename after it has been flushed to the disk. Nothing outside of the directory is written to
+/// or removed, whatever links it holds.
 class SweepDirectory {
  public:
   /// Makes the directory, or opens it to go on, and locks it.

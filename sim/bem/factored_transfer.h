@@ -12,8 +12,8 @@ namespace touchfield {
 ///
 ///   H = B^-1 b,   of burton_miller_polished   H = (1 - B_c)^2 B^-1 b + (2 - B_c) e
 ///
-/// For a few products with one vector at a time, which cost 8 M (M + N) operations each, twice that if polished, against
-/// 8 M^2 N for H itself.
+/// For a few products with one vector at a time, which cost 8 M (M + N) operations each, twice that if polished,
+/// against 8 M^2 N for H itself.
 ///
 /// accuracy   1e-4 of the largest pressure, where B is well conditioned: that of incident_matrix_single
 class FactoredTransfer {

@@ -50,8 +50,8 @@ struct FaceValues {
 template <typename Real>
 inline constexpr int kLocalDegree = sizeof(Real) == 4 ? 12 : 24;  // of the polynomials of the local kernel
 
-/// The local kernel times 4 pi in units of its reach, u = r below 1 (kernel_split.h), as polynomials in t = 2 u - 1, the
-/// lowest power first: v of g, a of its slope, b of its second derivative,
+/// The local kernel times 4 pi in units of its reach, u = r below 1 (kernel_split.h), as polynomials in t = 2 u - 1,
+/// the lowest power first: v of g, a of its slope, b of its second derivative,
 ///
 ///   S = v/u   D = a (n.d)/u^3   D' = -a (m.d)/u^3   W = (a m.n - b (m.d)(n.d)/u^2)/u^3,   d = x - y
 template <typename Real>
@@ -77,9 +77,9 @@ struct LinePlan {
 /// The loops in one precision as compiled for one instruction level.
 template <typename Real>
 struct GridLoopTableOf {
-  /// X_m = sum over j of x_j exp(-2 pi i j m / n) of kGridLanes lines at once: number j of line l is [j kGridLanes + l].
-  /// With re and im exchanged in both, the sign of the exponent is the other. `work` has room for as many numbers; the
-  /// result is written to re and im.
+  /// X_m = sum over j of x_j exp(-2 pi i j m / n) of kGridLanes lines at once: number j of line l is [j kGridLanes +
+  /// l]. With re and im exchanged in both, the sign of the exponent is the other. `work` has room for as many numbers;
+  /// the result is written to re and im.
   void (*transform)(const LinePlan<Real>& plan, Real* re, Real* im, Real* work_re, Real* work_im);
 
   /// grid_i += sum over the faces first <= f < last of charge_f w(i - x_f) + dipole_f n_f . grad_x w(i - x_f), w the

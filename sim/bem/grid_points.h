@@ -9,8 +9,8 @@
 
 namespace touchfield {
 
-/// Points with unit normals that meet a grid by a window (grid_convolution.h), sorted by cells of whole steps. What belongs
-/// to a point stands in the order of places, cell by cell.
+/// Points with unit normals that meet a grid by a window (grid_convolution.h), sorted by cells of whole steps. What
+/// belongs to a point stands in the order of places, cell by cell.
 template <typename Real>
 class GridPoints {
  public:

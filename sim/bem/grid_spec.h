@@ -5,8 +5,8 @@
 
 namespace touchfield {
 
-/// The finest tolerance that sums by a grid are made for: beyond, more points and reach do not make them more accurate. Below
-/// kFinestSingleGrid they need double precision.
+/// The finest tolerance that sums by a grid are made for: beyond, more points and reach do not make them more accurate.
+/// Below kFinestSingleGrid they need double precision.
 inline constexpr double kFinestGridTolerance = 1e-8;
 inline constexpr double kFinestSingleGrid = 3e-6;
 
@@ -34,9 +34,9 @@ struct GridChoice {
 ///   window         2.3 (2 pi / (k h)) exp(-2.03 w)                          its images
 ///   continuation   0.05 exp(-m (pi - k h) / 2)                              over m steps
 ///
-/// fitted to hands of 3.2 to 0.97 mm edge, a ball and a rod at 40 kHz, h from 0.07 to 0.25 wavelengths. Where eta = i gamma
-/// is larger than i / k the first grows with it. What is left free, h, makes the cost small: a finer grid has more points, a coarser
-/// one more faces within reach.
+/// fitted to hands of 3.2 to 0.97 mm edge, a ball and a rod at 40 kHz, h from 0.07 to 0.25 wavelengths. Where eta = i
+/// gamma is larger than i / k the first grows with it. What is left free, h, makes the cost small: a finer grid has
+/// more points, a coarser one more faces within reach.
 ///
 /// wavenumber   k + i alpha [1/m], k > 0
 /// tolerance    from kFinestGridTolerance on

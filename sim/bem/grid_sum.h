@@ -45,8 +45,8 @@ class GridSum : public FaceSums {
 std::unique_ptr<const FaceSums> make_grid_sums(const TriangleMesh& mesh, const Complex& wavenumber, double gamma,
                                                const GridSpec& spec);
 
-/// The smooth part of the double layer at points that are no centroids, sum over f of A_f d(chi * g)/dn (x_j, x_f) x_f: the
-/// local part is the caller's.
+/// The smooth part of the double layer at points that are no centroids, sum over f of A_f d(chi * g)/dn (x_j, x_f) x_f:
+/// the local part is the caller's.
 ///
 /// points    3 x J [m], J > 0
 /// x         M x S

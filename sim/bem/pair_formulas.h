@@ -13,8 +13,8 @@
 
 namespace touchfield::TOUCHFIELD_LEVEL {
 
-/// The kernels of a pair of points, of one instruction level or of the graphics card. Lengths are in half wavelengths, so
-/// that k r = pi u.
+/// The kernels of a pair of points, of one instruction level or of the graphics card. Lengths are in half wavelengths,
+/// so that k r = pi u.
 
 /// sin(pi f) and cos(pi f) without a call or a branch, so that loops over it become SIMD code.
 ///

@@ -71,8 +71,8 @@ class ScatteringSystem {
   Eigen::MatrixXcd right_hand_side(const IncidentField& incident) const;
   /// The given rows of b, 0 to unknowns - 1, of every channel at unit drive: K x N. None of B's integrals are made.
   Eigen::MatrixXcd right_hand_side_rows(const TransducerArray& array, const std::vector<Eigen::Index>& rows) const;
-  /// b of every channel at unit drive in single precision, unknowns x N, by incident_matrix_single. Its first M rows hold
-  /// the incident pressure e if the scheme has no slope in b; else `incident` gets that, M x N.
+  /// b of every channel at unit drive in single precision, unknowns x N, by incident_matrix_single. Its first M rows
+  /// hold the incident pressure e if the scheme has no slope in b; else `incident` gets that, M x N.
   Eigen::MatrixXcf right_hand_side_single(const TransducerArray& array, Eigen::MatrixXcf& incident) const;
   /// Surface pressures M x S [Pa] from the solutions of B p = b.
   Eigen::MatrixXcd pressure(const Eigen::MatrixXcd& solution, const IncidentField& incident) const;

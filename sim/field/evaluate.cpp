@@ -51,8 +51,8 @@ void add_integrals(const FieldFaces& faces, const Vector3& x, const Eigen::Matri
   }
 }
 
-/// Adds what the near ones among `count` faces from `first` on make at x, and their winding. Their numbers from `first` on,
-/// ascending, go to `near`; returns how many they are.
+/// Adds what the near ones among `count` faces from `first` on make at x, and their winding. Their numbers from `first`
+/// on, ascending, go to `near`; returns how many they are.
 int add_near(const FieldFaces& faces, const Vector3& x, const Eigen::MatrixXcd& surface, Eigen::Index first, int count,
              FaceQuadrature& quadrature, Row sum, double& winding, int* near) {
   const int found = pair_loops().near_sources(faces.point(x), faces.arrays.sources(first),

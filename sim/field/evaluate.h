@@ -19,8 +19,8 @@ struct FieldValues {
   std::vector<unsigned char> inside;  // J: 1 inside the body
 };
 
-/// Accuracy of sums over faces by a grid, for choose_grid: the field's difference from sums pair by pair is 2e-5 to 3e-5 of
-/// its size (rms), 2e-4 at the worst of some 10,000 points.
+/// Accuracy of sums over faces by a grid, for choose_grid: the field's difference from sums pair by pair is 2e-5 to
+/// 3e-5 of its size (rms), 2e-4 at the worst of some 10,000 points.
 inline constexpr double kFieldTolerance = 3e-5;
 
 /// The box round points that ask for a field [m], how many they are, and the solutions.

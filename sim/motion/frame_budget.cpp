@@ -25,7 +25,8 @@ constexpr double kMargin = 0.7;  // of the budget: frames on the wall clock find
 constexpr int kTrials = 9;
 constexpr double kSway = 0.1e-3;  // from frame to frame [m]
 
-/// A state in which a sensor that is not exact may see the skin: no two frames then have the same, also of a hand at rest.
+/// A state in which a sensor that is not exact may see the skin: no two frames then have the same, also of a hand at
+/// rest.
 MotionState seen_state(const MovingModel& moving, double seconds, int frame) {
   MotionState state = moving.state(seconds);
   if (!is_exact(moving.first().scene.motion->sensor)) {

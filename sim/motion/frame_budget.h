@@ -21,15 +21,16 @@ struct FrameChoice {
   double milliseconds = 0;  // of a frame, as measured here
 };
 
-/// The last of five settings, from quick to near, whose frames take at most 0.7 of motion.frame.budget_ms here, or else the
-/// quickest: each is tried with some frames of this scene by its first method, until one takes too long.
+/// The last of five settings, from quick to near, whose frames take at most 0.7 of motion.frame.budget_ms here, or else
+/// the quickest: each is tried with some frames of this scene by its first method, until one takes too long.
 ///
 /// scene      with motion.frame
 /// progress   hears of what takes its time; may be null
 /// throws     as MovingModel and FrameSolver
 FrameChoice choose_frame(const Scene& scene, Progress* progress = nullptr);
 
-/// The scene with the setting that choose_frame chose, and a note of what that means; the scene itself without motion.frame.
+/// The scene with the setting that choose_frame chose, and a note of what that means; the scene itself without
+/// motion.frame.
 Scene within_budget(const Scene& scene, std::vector<std::string>& notes, Progress* progress = nullptr);
 
 /// The scene with a setting in it: edges of every body that has some, scheme and iterations.

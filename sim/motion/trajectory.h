@@ -9,8 +9,8 @@
 
 namespace touchfield {
 
-/// How the numbers of a scene that its motion changes run over time. The state is their values in SI units, in the order
-/// of motion.change; paths are read once, here.
+/// How the numbers of a scene that its motion changes run over time. The state is their values in SI units, in the
+/// order of motion.change; paths are read once, here.
 class Trajectory {
  public:
   /// scene    with a motion; without one nothing varies

@@ -51,8 +51,8 @@ class Canvas {
   /// An image that fills a box; smooth between its pixels where the picture is enlarged.
   void image(const PixelBox& box, const ColourImage& image);
 
-  /// A text that a PNG file carries beside what it shows, in place of an older one of this name. Without it Software and
-  /// Source are of this program.
+  /// A text that a PNG file carries beside what it shows, in place of an older one of this name. Without it Software
+  /// and Source are of this program.
   void describe(const std::string& name, const std::string& text);
 
   /// The finished picture as a file's bytes; nothing can be drawn after it.

@@ -8,9 +8,9 @@
 
 namespace touchfield {
 
-/// A picture of 1200 x 900 pixels: relative_error [%], displacement since the sample [mm] and mean |p| inside the target
-/// [Pa] over the time of the motion, under each other, a line a method and score. Lines break where a value was not
-/// computed.
+/// A picture of 1200 x 900 pixels: relative_error [%], displacement since the sample [mm] and mean |p| inside the
+/// target [Pa] over the time of the motion, under each other, a line a method and score. Lines break where a value was
+/// not computed.
 ///
 /// path     where it lands, whole or not at all
 /// returns  false if no score has any of the three; nothing is written then

@@ -8,8 +8,8 @@
 
 namespace touchfield {
 
-/// A picture of 1200 x 900 pixels: what was measured at a point against what was computed there, a dot each, and the line
-/// on which they are the same.
+/// A picture of 1200 x 900 pixels: what was measured at a point against what was computed there, a dot each, and the
+/// line on which they are the same.
 ///
 /// path                where it lands, whole or not at all
 /// title               in bold above

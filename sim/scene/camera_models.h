@@ -6,8 +6,8 @@
 
 namespace touchfield {
 
-/// At most this many pixels have all cameras of a scene or recording together: a frame of them and the way that each pixel
-/// looks take 0.7 GB.
+/// At most this many pixels have all cameras of a scene or recording together: a frame of them and the way that each
+/// pixel looks take 0.7 GB.
 inline constexpr std::int64_t kMostCameraPixels = std::int64_t{1} << 25U;
 
 /// A stereo depth camera that can be simulated: the numbers of its data sheet.

@@ -35,7 +35,8 @@ std::string remedy_of(unsigned char byte) {
   return byte == 0 ? ": a zero byte" : byte >= 0x80 ? ": save the file as UTF-8" : "";
 }
 
-/// Says what the parser's words leave out: a tab or an odd blank that indents, or the lines whose indentation to look at.
+/// Says what the parser's words leave out: a tab or an odd blank that indents, or the lines whose indentation to look
+/// at.
 void explain(const std::string& text, SyntaxError& error) {
   int above = 0;  // the last line that is not empty before the fault's
   bool tab = false;

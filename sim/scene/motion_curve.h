@@ -9,9 +9,9 @@ namespace touchfield {
 /// A number over time, by its law.
 ///
 /// Keys are joined by piecewise cubic Hermite polynomials that keep their data's monotony: inner slopes are weighted
-/// harmonic means of those of the two chords, 0 where they differ in sign, end slopes of three points, limited. The error
-/// on a smooth monotone function is of third order in the distance of keys, no value lies outside its two keys' ones, and
-/// a key is met exactly.
+/// harmonic means of those of the two chords, 0 where they differ in sign, end slopes of three points, limited. The
+/// error on a smooth monotone function is of third order in the distance of keys, no value lies outside its two keys'
+/// ones, and a key is met exactly.
 /// source   F. N. Fritsch, R. E. Carlson 1980; F. N. Fritsch, J. Butland 1984
 class MotionCurve {
  public:

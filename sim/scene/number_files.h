@@ -35,9 +35,9 @@ struct CalibrationFile {
 std::optional<CalibrationFile> read_calibration(const Input& in, const std::string& path, std::size_t channels);
 
 /// A table of transducers (number_table.h): x and y, and z, nx, ny, nz, channel, alive or dead where the header names
-/// them; lengths without a unit are in mm, z is 0 and axes are +z where there are none. Columns that name rows (id, ...)
-/// are not read; phases and gains are refused, with the key that takes them. Without a header: x, y, z in mm, or these
-/// and the axes.
+/// them; lengths without a unit are in mm, z is 0 and axes are +z where there are none. Columns that name rows (id,
+/// ...) are not read; phases and gains are refused, with the key that takes them. Without a header: x, y, z in mm, or
+/// these and the axes.
 std::optional<PositionsFile> read_positions(const Input& in, const std::string& path);
 
 }  // namespace touchfield::schema

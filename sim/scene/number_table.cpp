@@ -22,8 +22,6 @@ std::string quoted_value(std::string_view text) {
   return text.empty() ? "no value" : quoted_for_message(std::string(text));
 }
 
-constexpr std::string_view kBlanks = " \t";
-
 std::string_view unquoted(std::string_view text) {
   const bool quoted = text.size() > 1 && text.front() == text.back() && (text.front() == '"' || text.front() == '\'');
   return quoted ? trimmed(text.substr(1, text.size() - 2)) : text;
@@ -294,31 +292,6 @@ class TableReader {
 };
 
 }  // namespace
-
-std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(" \t");
-  if (first == std::string_view::npos) {
-    return {};
-  }
-  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
-}
-
-std::vector<std::string_view> cells(std::string_view line, char separator) {
-  std::vector<std::string_view> parts;
-  if (separator == ' ') {
-    for (auto first = line.find_first_not_of(kBlanks); first != std::string_view::npos;) {
-      const auto end = std::min(line.find_first_of(kBlanks, first), line.size());
-      parts.push_back(line.substr(first, end - first));
-      first = line.find_first_not_of(kBlanks, end);
-    }
-    return parts;
-  }
-  for (std::size_t at = 0; at <= line.size(); at += parts.back().size() + 1) {
-    parts.push_back(line.substr(at, line.substr(at).find(separator)));
-  }
-  std::ranges::transform(parts, parts.begin(), trimmed);
-  return parts;
-}
 
 void FileReport::add(int line, const std::string& text) {
   const auto odd = odd_.find(line);

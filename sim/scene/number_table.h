@@ -16,12 +16,6 @@
 /// What files of numbers have in common: lines, # for comments, cells between commas, and how their faults are named.
 namespace touchfield::schema {
 
-/// A text without the blanks at its ends.
-std::string_view trimmed(std::string_view text);
-
-/// Parts between single commas, or another separator; between blanks it is any number of them.
-std::vector<std::string_view> cells(std::string_view line, char separator = ',');
-
 /// Lines of a text without end marks, each with its number from 1, what is before a # and what is behind it.
 template <class Visit>
 void for_each_commented_line(std::string_view text, const Visit& visit) {
@@ -96,8 +90,8 @@ struct NumberTable {
 struct TableForm {
   std::vector<TableColumn> known;
   const char* rows;  // how messages call what a row is, in the plural
-  /// How many columns a table without a header may have: so many of the known ones, in their order. Empty: a header must
-  /// come first. Names of lengths then mean their known unit where they have none: x is x_mm.
+  /// How many columns a table without a header may have: so many of the known ones, in their order. Empty: a header
+  /// must come first. Names of lengths then mean their known unit where they have none: x is x_mm.
   std::vector<std::size_t> without_header{};
   std::string names{};  // how messages list the columns; empty: all their names
   std::size_t most = kMostListed;

@@ -28,8 +28,8 @@ Range at_least(double low);
 Range above_to(double low, double high);
 Range between(double low, double high);
 
-/// The double nearest to a decimal number as YAML writes it (no hexadecimal, no nan, no inf). One too large for a double
-/// is infinity, one too small 0. Nothing if the text is not such a number.
+/// The double nearest to a decimal number as YAML writes it (no hexadecimal, no nan, no inf). One too large for a
+/// double is infinity, one too small 0. Nothing if the text is not such a number.
 std::optional<double> parse_decimal(std::string_view text);
 
 /// The shortest decimal text that parse_decimal() turns into exactly this finite value.
@@ -48,8 +48,8 @@ class Unit {
   /// The same of a text; nothing if it is no number.
   std::optional<double> si(std::string_view text) const;
 
-  /// The shortest text that si() turns into exactly this value. A value that no text in this unit can give is written with
-  /// 17 digits, which give its neighbour.
+  /// The shortest text that si() turns into exactly this value. A value that no text in this unit can give is written
+  /// with 17 digits, which give its neighbour.
   std::string text(double si) const;
 
  private:

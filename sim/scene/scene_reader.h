@@ -37,7 +37,8 @@ std::string resolved_yaml(const Scene& scene);
 /// The shape of a body as YAML text: its mesh in its own frame, but for the edge lengths.
 std::string shape_text(const BodySpec& body);
 
-/// Files that a scene names and whose content its text does not hold: meshes, their tables of times, runs to start from.
+/// Files that a scene names and whose content its text does not hold: meshes, their tables of times, runs to start
+/// from.
 std::set<std::string> named_files(const Scene& scene);
 
 /// The schema, made from the reader's own table: a Markdown page and a JSON Schema for editors.

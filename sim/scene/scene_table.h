@@ -21,8 +21,8 @@ const Codec<Scene>& scene_codec();
 Codec<ArraySpec> array_codec();
 Codec<CalibrationSpec> calibration_codec();
 Codec<SpreadSpec> spread_codec();
-/// Reads the calibration file of an array whose keys were good; reports and returns false if it, or what is listed in its
-/// place, does not fit the channels.
+/// Reads the calibration file of an array whose keys were good; reports and returns false if it, or what is listed in
+/// its place, does not fit the channels.
 bool check_calibration(const Input& array, ArraySpec& spec);
 Codec<BodySpec> body_codec();
 /// Several bodies, each with a name.

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/scene/schema.h"
+#include "sim/scene/schema_info.h"
 
 namespace touchfield::schema {
 

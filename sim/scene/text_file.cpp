@@ -1,5 +1,6 @@
 #include "sim/scene/text_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -16,6 +17,8 @@ struct OddCharacter {
   const char* name;
   const char* remedy;
 };
+
+constexpr std::string_view kBlanks = " \t";  // between words
 
 constexpr const char* kBlank = "write a plain space";
 constexpr const char* kNothing = "leave it out";
@@ -90,6 +93,31 @@ TextFault find_text_fault(const std::string& text) {
     }
   }
   return {line, 0};
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t");
+  if (first == std::string_view::npos) {
+    return {};
+  }
+  return text.substr(first, text.find_last_not_of(" \t") - first + 1);
+}
+
+std::vector<std::string_view> cells(std::string_view line, char separator) {
+  std::vector<std::string_view> parts;
+  if (separator == ' ') {
+    for (auto first = line.find_first_not_of(kBlanks); first != std::string_view::npos;) {
+      const auto end = std::min(line.find_first_of(kBlanks, first), line.size());
+      parts.push_back(line.substr(first, end - first));
+      first = line.find_first_not_of(kBlanks, end);
+    }
+    return parts;
+  }
+  for (std::size_t at = 0; at <= line.size(); at += parts.back().size() + 1) {
+    parts.push_back(line.substr(at, line.substr(at).find(separator)));
+  }
+  std::ranges::transform(parts, parts.begin(), trimmed);
+  return parts;
 }
 
 }  // namespace touchfield::schema

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace touchfield::schema {
 
@@ -14,8 +15,8 @@ inline constexpr std::size_t kMostTextBytes = std::size_t{2} << 20U;
 /// What some programs put before a text of UTF-8.
 inline constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Calls `visit` with the lines of a text, without their ends, and their numbers from 1. A line ends with a line feed, a
-/// carriage return or both.
+/// Calls `visit` with the lines of a text, without their ends, and their numbers from 1. A line ends with a line feed,
+/// a carriage return or both.
 template <class Visit>
 void for_each_text_line(std::string_view text, const Visit& visit) {
   for (int number = 1; !text.empty(); ++number) {
@@ -24,6 +25,12 @@ void for_each_text_line(std::string_view text, const Visit& visit) {
     text.remove_prefix(std::min(end + (text.substr(end).starts_with("\r\n") ? 2 : 1), text.size()));
   }
 }
+
+/// A text without the blanks at its ends.
+std::string_view trimmed(std::string_view text);
+
+/// Parts between single commas, or another separator; between blanks it is any number of them.
+std::vector<std::string_view> cells(std::string_view line, char separator = ',');
 
 /// Where a text stops being UTF-8 or holds a control character other than tab and end of line.
 struct TextFault {

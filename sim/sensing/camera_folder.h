@@ -13,12 +13,13 @@ namespace touchfield {
 /// Recorded depth images (docs/cameras.md): cameras.yaml, times.csv, which has a row a frame, and the images that it
 /// names. A camera without a file in a row saw nothing.
 ///
-/// Everything is checked here but what only unpacking an image can tell, each file once, and nothing of the images is kept.
+/// Everything is checked here but what only unpacking an image can tell, each file once, and nothing of the images is
+/// kept.
 class CameraFolder {
  public:
   /// progress   hears of the check; may be null
-  /// throws     InputError naming file, line and rule: what cameras.yaml or times.csv lacks or has wrong, and the first ten
-  ///            images that are missing, cut off, of another format or size, with how many more there are
+  /// throws     InputError naming file, line and rule: what cameras.yaml or times.csv lacks or has wrong, and the first
+  ///            ten images that are missing, cut off, of another format or size, with how many more there are
   explicit CameraFolder(std::string folder, Progress* progress = nullptr);
 
   const std::vector<DepthCamera>& cameras() const { return cameras_; }
@@ -28,8 +29,8 @@ class CameraFolder {
   std::size_t size() const { return rows_.size(); }
   /// When a frame was taken [s], by the recording's own clock; rising.
   double seconds(std::size_t frame) const { return rows_.at(frame).seconds; }
-  /// Where somebody knows the hand's landmarks to be, of the table landmarks.csv; empty if there is none. A fit is compared
-  /// with it and does not use it.
+  /// Where somebody knows the hand's landmarks to be, of the table landmarks.csv; empty if there is none. A fit is
+  /// compared with it and does not use it.
   const LandmarkRecording& landmarks() const { return landmarks_; }
   /// Reads a frame's images, one a camera, each of its camera's size.
   ///

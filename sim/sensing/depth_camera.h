@@ -53,9 +53,9 @@ struct ImagePoint {
 /// distortion, carried on beyond the image for which it was made, would fold the point back into it.
 std::optional<ImagePoint> image_point(const DepthCamera& camera, const Vector3& x);
 
-/// Which way each pixel's middle looks: (X / Z, Y / Z) in the camera's axes, 2 x (width height), so that what it sees at
-/// depth Z is eye + Z axes (X / Z, Y / Z, 1). With distortion x -> x (1 + k1 r^2 + k2 r^4 + k3 r^6) + tangential part,
-/// undone to 1e-9.
+/// Which way each pixel's middle looks: (X / Z, Y / Z) in the camera's axes, 2 x (width height), so that what it sees
+/// at depth Z is eye + Z axes (X / Z, Y / Z, 1). With distortion x -> x (1 + k1 r^2 + k2 r^4 + k3 r^6) + tangential
+/// part, undone to 1e-9.
 ///
 /// throws   InputError where that cannot be undone within the image
 Eigen::Matrix2Xd pixel_rays(const DepthCamera& camera);

@@ -78,7 +78,8 @@ std::size_t most_png_bytes(int width, int height) {
   return image + image / 64 + (std::size_t{1} << 20U);
 }
 
-/// And into how many parts that may be cut: of a file of many, finding the end of each would take longer than unpacking it.
+/// And into how many parts that may be cut: of a file of many, finding the end of each would take longer than unpacking
+/// it.
 std::size_t most_png_parts(int width, int height) { return 100 + most_png_bytes(width, height) / 2048; }
 
 std::vector<std::uint16_t> depth_numbers(const std::string& path, const DepthImage& image, double unit) {

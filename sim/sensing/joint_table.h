@@ -38,8 +38,9 @@ inline constexpr std::array kOpenXrJoints = {"palm",
                                              "little_distal",
                                              "little_tip"};
 
-/// Those that say where the built-in hand is, in the same order: the wrist, three of the thumb, four of each finger. The
-/// palm and the metacarpals (the joints at their bases) lie inside the rigid palm, where trackers put them differently.
+/// Those that say where the built-in hand is, in the same order: the wrist, three of the thumb, four of each finger.
+/// The palm and the metacarpals (the joints at their bases) lie inside the rigid palm, where trackers put them
+/// differently.
 inline constexpr Eigen::Index kTrackedJoints = 20;
 using JointPoints = Eigen::Matrix<double, 3, kTrackedJoints>;  // [m]
 
@@ -49,17 +50,18 @@ struct JointRecording {
   std::vector<std::optional<JointPoints>> joints;  // in the world's frame; none where the hand was lost
 };
 
-/// A table with a header and a row a frame: time_s and for each joint x, y and z as index_tip_x, lengths in m, or in the
-/// unit that names end with (index_tip_x_mm); # starts a comment. Columns of the joints that are not used may be left out;
-/// they and radii (index_tip_radius) are read past. Without a header: time_s and x, y, z of all 26 joints [m].
-/// A row with a joint that has no value, or nan, is a frame without a hand, and so is one with all joints in one place.
+/// A table with a header and a row a frame: time_s and for each joint x, y and z as index_tip_x, lengths in m, or in
+/// the unit that names end with (index_tip_x_mm); # starts a comment. Columns of the joints that are not used may be
+/// left out; they and radii (index_tip_radius) are read past. Without a header: time_s and x, y, z of all 26 joints
+/// [m]. A row with a joint that has no value, or nan, is a frame without a hand, and so is one with all joints in one
+/// place.
 ///
 /// pose     from the tracker's frame to the world's
 /// throws   InputError that names every fault as file:line: what, rule
 JointRecording read_joints(const std::string& path, const RigidMotion& pose = {});
 
-/// The joints of a row of such a table without header, as text: 79 numbers with commas between them, of which the time is
-/// read past. A value may be missing.
+/// The joints of a row of such a table without header, as text: 79 numbers with commas between them, of which the time
+/// is read past. A value may be missing.
 ///
 /// throws   InputError saying what the line is and what it must be
 std::optional<JointPoints> joints_of_row(std::string_view row, const RigidMotion& pose = {});

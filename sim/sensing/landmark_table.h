@@ -17,7 +17,8 @@ struct LandmarkRecording {
   std::vector<double> seconds;  // rising
   std::vector<Points> at;       // a row: 3 x names, in the world's frame [m]; NaN for one that is not known
 
-  /// At a time, on the straight line between the rows round it; a row within 0.1 ms is taken as it is. Nothing outside of them.
+  /// At a time, on the straight line between the rows round it; a row within 0.1 ms is taken as it is. Nothing outside
+  /// of them.
   std::optional<Points> between(double time) const;
 };
 

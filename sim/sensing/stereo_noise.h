@@ -34,8 +34,8 @@ struct StereoEffects {
   static StereoEffects none() { return {false, false, false, false, false, false, false}; }
 };
 
-/// Deviation of the Gaussian weights by which white noise becomes correlated [pixels]: the correlation of pixels r apart
-/// is exp(-r^2 / (4 kNoiseBlur^2)), 1/e at 5 pixels, about what a stereo matcher's window gives.
+/// Deviation of the Gaussian weights by which white noise becomes correlated [pixels]: the correlation of pixels r
+/// apart is exp(-r^2 / (4 kNoiseBlur^2)), 1/e at 5 pixels, about what a stereo matcher's window gives.
 inline constexpr double kNoiseBlur = 2.5;
 inline constexpr double kDisparityStep = 1.0 / 32;     // [pixels]
 inline constexpr double kGrazing = 1.308996938995747;  // 75 degrees, between the ray and the face's normal [rad]
@@ -54,8 +54,8 @@ std::uint64_t noise_key(std::uint64_t seed, std::uint64_t camera, std::uint64_t 
 ///   d = f B / z + s n,   z' = f B / round(d, 1/32 pixel), rounded to the unit
 ///
 /// n is Gaussian noise of unit variance and the correlation above, made of uniform numbers under Gaussian weights (its
-/// excess kurtosis is -0.03). For small s the depth's noise is z^2 s / (f B). It is drawn for the part of the image that
-/// sees anything, with the values that the whole image would have there.
+/// excess kurtosis is -0.03). For small s the depth's noise is z^2 s / (f B). It is drawn for the part of the image
+/// that sees anything, with the values that the whole image would have there.
 /// The second eye sees a point of the row unless one to its right has no larger u - d, the column in the second eye's
 /// image: what hides it there is taken to be seen by the first eye too.
 ///

@@ -8,8 +8,8 @@
 #include "sim/store/run_archive.h"
 #include "sim/store/scene_text.h"
 
-/// What run.h5 and motion.h5 both hold. Io is GroupWriter or GroupReader, and what is written or read a const or a plain
-/// reference.
+/// What run.h5 and motion.h5 both hold. Io is GroupWriter or GroupReader, and what is written or read a const or a
+/// plain reference.
 namespace touchfield {
 
 inline void format_parts(const GroupWriter& io, const ArchiveFormat& format) {

@@ -11,9 +11,9 @@
 #include "sim/mesh/triangle_mesh.h"
 #include "sim/target/target.h"
 
-/// How far apart two lists of values are that should be the same, and the models of two runs. A value that is the same in
-/// both, bit for bit or NaN in both, counts as no difference; `relative` is 0 for the same, infinite for what cannot be
-/// compared or does not correspond; `identical` is bit for bit.
+/// How far apart two lists of values are that should be the same, and the models of two runs. A value that is the same
+/// in both, bit for bit or NaN in both, counts as no difference; `relative` is 0 for the same, infinite for what cannot
+/// be compared or does not correspond; `identical` is bit for bit.
 namespace touchfield {
 
 inline constexpr double kInfinite = std::numeric_limits<double>::infinity();

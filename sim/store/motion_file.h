@@ -25,8 +25,8 @@ void write_motion_file(const std::string& path, const Motion& motion);
 ///          damaged or forged, or cannot be read; IoError if no process can be started to read it in
 Motion read_motion_file(const std::string& path);
 
-/// throws   InputError naming the first part of the motion whose size does not fit the rest, and any name of a method or
-///          stage that cannot be stored
+/// throws   InputError naming the first part of the motion whose size does not fit the rest, and any name of a method
+///          or stage that cannot be stored
 void check_motion(const Motion& motion);
 
 /// The same for an instant by itself.

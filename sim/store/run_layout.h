@@ -7,8 +7,8 @@
 
 #include "sim/store/run_data.h"
 
-/// What writers and readers of run.h5 and motion.h5 share. docs/run-file.md and docs/motion-file.md are the descriptions
-/// for people.
+/// What writers and readers of run.h5 and motion.h5 share. docs/run-file.md and docs/motion-file.md are the
+/// descriptions for people.
 namespace touchfield {
 
 /// A text of a run's provenance and the attribute of /provenance that holds it.

@@ -82,8 +82,8 @@ struct SweepColumn {
 std::vector<SweepColumn> sweep_columns(const SweepSummary& summary);
 
 /// sweep.csv: a line a case and method: case, status, the parameters, name, method, scheme, judged_skin, every metric,
-/// of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds, peak_mib, models,
-/// models_reused, revision, reason. A case without a finished method has one line. Whole or not at all.
+/// of motions what became of it over time (motion_summary.h), method_status, faces, channels, seconds, peak_mib,
+/// models, models_reused, revision, reason. A case without a finished method has one line. Whole or not at all.
 void write_sweep_csv(const std::string& path, const SweepSummary& summary);
 
 /// How many cases are of parts of the bodies, in a sentence; empty if none is.

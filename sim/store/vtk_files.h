@@ -6,8 +6,8 @@
 #include "sim/store/motion_data.h"
 #include "sim/store/run_data.h"
 
-/// Every .vtp and .vti holds the provenance of its run or motion as field data, a text array each, named as in /provenance of run.h5, and the
-/// resolved scene as `scene`.
+/// Every .vtp and .vti holds the provenance of its run or motion as field data, a text array each, named as in
+/// /provenance of run.h5, and the resolved scene as `scene`.
 namespace touchfield {
 
 /// surface.vtp: the solving mesh with per-face arrays `target_pa` (0 off target) and, for every method NAME,

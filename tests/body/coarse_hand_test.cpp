@@ -129,9 +129,10 @@ double greatest_distance(const TriangleMesh& from, const TriangleMesh& to) {
 
 class CoarseHand : public ::testing::TestWithParam<const char*> {};
 
-// Measured against edges of 1.2 mm, over far edges of 3 to 12 mm and hands of 72 and 88 mm: volume -0.9 to 0.05 %, digits
-// -5.2 to 2.3 % with 0.5 % of noise by the points, skin within 5.5 mm. Without the bounds of skin_mesh fingers lose 54 % and
-// skin is 27 mm away.
+// Measured against edges of 1.2 mm, over far edges of 3 to 12 mm and hands of 72 and 88 mm: volume -0.9 to 0.05 %,
+// digits
+// -5.2 to 2.3 % with 0.5 % of noise by the points, skin within 5.5 mm. Without the bounds of skin_mesh fingers lose 54
+// % and skin is 27 mm away.
 TEST_P(CoarseHand, KeepsItsShape) {
   const std::string pose = GetParam();
   const HandOptions options = options_of(pose);

@@ -67,8 +67,8 @@ BothWays both_ways(const TriangleMesh& mesh, const Wave& wave, const Points& poi
           with_near_faces(mesh, wave, points, surface, far.pressure, far.winding, far.near)};
 }
 
-// Points in the body, just off its skin and far from it. Faces of the hand are so large that they are near beyond the reach
-// of the local kernel.
+// Points in the body, just off its skin and far from it. Faces of the hand are so large that they are near beyond the
+// reach of the local kernel.
 TEST(Evaluate, AGridMakesTheSumsOverFaces) {
   HandOptions coarse;
   coarse.edge = 4.5e-3;
@@ -105,7 +105,8 @@ TEST(Evaluate, AGridIsMadeWhereItPays) {
   EXPECT_LT(choose_field_sums(mesh, wave, {-corner, corner, 3000, 1}).pairs, 3000.0 * 5120.0);
 }
 
-// On a centroid, and within rounding of it, the one point of its face adds nothing. Which side a point is on may differ.
+// On a centroid, and within rounding of it, the one point of its face adds nothing. Which side a point is on may
+// differ.
 TEST(Evaluate, PointsOnTheSkin) {
   const TriangleMesh mesh = icosphere(20e-3, 16);
   const auto some = Eigen::seq(0, Eigen::last, 5);

@@ -236,7 +236,8 @@ TEST_F(BodyOnCardTest, FramesTakeFewSteps) {
   EXPECT_LT(largest_difference(card.spanned_pressure(), reference.pressure(sources, q)), 1e-4);
 }
 
-// Weak drives of a basis, which come first, are multiplied in TF32: what that leaves is as small, of all, as the tolerance.
+// Weak drives of a basis, which come first, are multiplied in TF32: what that leaves is as small, of all, as the
+// tolerance.
 TEST_F(BodyOnCardTest, FramesOfABasisAreWithinTheTolerance) {
   constexpr double kUsual = 1e-4;
   const TriangleMesh mesh = small_hand();

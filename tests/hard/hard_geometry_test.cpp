@@ -27,7 +27,8 @@ struct GapFigures {
   Errors inside;  // of the faces that look at each other
 };
 
-/// Prints the errors over the whole body and in the gap of a pair, a row of hard_gaps; splits the reference's faces `times` over.
+/// Prints the errors over the whole body and in the gap of a pair, a row of hard_gaps; splits the reference's faces
+/// `times` over.
 GapFigures measure_gap(const std::string& what, const TriangleMesh& one, double gap, int times) {
   const TriangleMesh mesh = pair_of(one, gap);
   const Wave wave = wave_at(40e3);

@@ -59,8 +59,8 @@ TEST(DrivesOfMotion, LeaveLittleOutAnywhereOnTheWay) {
   }
 }
 
-// Against the way of a still: all channels' own drives, double precision, as many steps. Five steps from zero are far from
-// settled, and a step that is accepted here and not there by rounding alone moves the cost by 3e-3.
+// Against the way of a still: all channels' own drives, double precision, as many steps. Five steps from zero are far
+// from settled, and a step that is accepted here and not there by rounding alone moves the cost by 3e-3.
 TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
   const MovingModel moving(scene_from(kMovingCapsule, {"motion.start=zero"}));
   const Scene& scene = moving.first().scene;

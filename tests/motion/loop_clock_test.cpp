@@ -101,8 +101,8 @@ TEST(LoopClock, SamplesAreKnownAfterTheirLatency) {
   EXPECT_THAT(samples(played), ElementsAre(0, 1, 3, 4, 6, 7, 9));
 }
 
-// Frames every 50 ms. The first takes 130: slots 50 and 100 pass, 100 gets its frame at 130, 50 is dropped. That takes 20,
-// so that the solver is free at 150, which is a slot: on time.
+// Frames every 50 ms. The first takes 130: slots 50 and 100 pass, 100 gets its frame at 130, 50 is dropped. That takes
+// 20, so that the solver is free at 150, which is a slot: on time.
 TEST(LoopClock, ASlowSolveDelaysOneFrameAndDropsTheSlotsBefore) {
   LoopClock clock(loop(0.3));
   const Played played = play(clock, {130 * kMs, 20 * kMs});

@@ -99,7 +99,8 @@ TEST(MotionStrip, HasARowAMethodAndAColumnAnInstant) {
   EXPECT_EQ(picture.width(), 1200);
   EXPECT_EQ(picture.height(), 900);
   EXPECT_EQ(picture.text("Description"), "to and fro");
-  // Colours end at twice what is wanted. Each panel of 161 x 303 pixels is full of its face's colour but for an outline.
+  // Colours end at twice what is wanted. Each panel of 161 x 303 pixels is full of its face's colour but for an
+  // outline.
   for (int column = 0; column < 6; ++column) {
     const int x = 64 + column * 167;
     EXPECT_GT(pixels_within(picture, {x, 481, 161, 303}, viridis(0.25)), 40'000) << column;

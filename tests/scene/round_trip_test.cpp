@@ -290,8 +290,8 @@ TEST(ResolvedScene, HoldsLongListsOfPhases) {
   expect_round_trip(scene);
 }
 
-// Scenes that a program makes hold any doubles. Some lengths in metres have no double in millimetres; their neighbour is
-// written then, once: 1 ulp, 2^-52 of the length at most.
+// Scenes that a program makes hold any doubles. Some lengths in metres have no double in millimetres; their neighbour
+// is written then, once: 1 ulp, 2^-52 of the length at most.
 TEST(ResolvedScene, HoldsAnyLengthsToRounding) {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> coordinate(-1, 1);

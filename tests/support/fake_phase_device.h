@@ -12,8 +12,8 @@
 
 namespace touchfield {
 
-/// What stands behind the seam of phase_device.h by its definitions, with dense matrices of the processor: to test the seam,
-/// and cards against.
+/// What stands behind the seam of phase_device.h by its definitions, with dense matrices of the processor: to test the
+/// seam, and cards against.
 class FakeSkinDevice final : public SkinDevice {
  public:
   FakeSkinDevice(const Complex* target, int faces, const Complex* quiet, int rank, int channels)

@@ -11,8 +11,8 @@
 
 namespace touchfield {
 
-/// Expects that a step with two equal rows is found on the processor and on the device alike, in double: J J^T is singular
-/// but for a damping that single precision does not see. Returns the problem with the device.
+/// Expects that a step with two equal rows is found on the processor and on the device alike, in double: J J^T is
+/// singular but for a damping that single precision does not see. Returns the problem with the device.
 inline SkinProblem expect_step_in_double(PhaseDevice& device) {
   SkinProblem problem = random_problem(4, 0, 30, 0.3, 8);
   problem.target.row(1) = problem.target.row(0);

@@ -222,7 +222,8 @@ INSTANTIATE_TEST_SUITE_P(HandTracker, OtherHands,
                                               of.param.pose, of.param.length / kMillimetre);
                          });
 
-/// Pixels that see something beside one that does not see anything, `times` over, and patches up to a fifth of the others.
+/// Pixels that see something beside one that does not see anything, `times` over, and patches up to a fifth of the
+/// others.
 void add_holes(DepthImage& image, int times, std::mt19937& random) {
   const auto pixel = [&](int i, int j) -> float& {
     return image

@@ -62,8 +62,8 @@ double worst_tip(const JointPoints& a, const JointPoints& b) {
 
 double rms(const JointPoints& a, const JointPoints& b) { return std::sqrt((a - b).squaredNorm() / kTrackedJoints); }
 
-// The prior of 1 rad costs less than 0.1 mm but where it holds a thumb that no bend tells the turn of: of 2,400 such fits
-// the worst was off by 0.38 mm rms, 1.1 mm at a tip.
+// The prior of 1 rad costs less than 0.1 mm but where it holds a thumb that no bend tells the turn of: of 2,400 such
+// fits the worst was off by 0.38 mm rms, 1.1 mm at a tip.
 TEST(JointFit, JointsOfTheSkeletonComeBackAtEverySize) {
   double sum = 0;
   for (unsigned seed = 1; seed <= 20; ++seed) {

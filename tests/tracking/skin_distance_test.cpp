@@ -22,8 +22,8 @@ const TriangleMesh& ball() {
 
 TriangleMesh larger(double by) { return {ball().vertices() * (1 + by / kRadius), ball().triangles()}; }
 
-/// Of the sphere that is `off` mm along z a point at angle t from it is off cos t farther out: mean 0, rms off / sqrt 3,
-/// and |cos t| of 95 % of the area is below 0.95.
+/// Of the sphere that is `off` mm along z a point at angle t from it is off cos t farther out: mean 0, rms off / sqrt
+/// 3, and |cos t| of 95 % of the area is below 0.95.
 TEST(SkinDistance, OfASphereThatIsOff) {
   const TriangleMesh off = shifted(ball(), Vector3(0, 0, 1e-3));
   const SkinDistance all = skin_distance(ball(), signed_distances(ball(), off), {});

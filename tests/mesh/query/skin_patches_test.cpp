@@ -53,7 +53,8 @@ TEST(SkinPatches, SpreadOnesLeaveNoGapAndAreNotCrowded) {
   EXPECT_NEAR(spread_out.faces.sum(), pieces.faces.sum(), 1e-9);
   EXPECT_TRUE(std::ranges::is_sorted(spread_out.owner));
   EXPECT_EQ(spread_out.owner.back(), 1);
-  // Points that are farther than `apart` from each other stand for 0.87 apart^2 at least, those that leave no gap for 2.6.
+  // Points that are farther than `apart` from each other stand for 0.87 apart^2 at least, those that leave no gap for
+  // 2.6.
   const double each = spread_out.areas.mean() / (apart * apart);
   EXPECT_GT(each, 0.8);
   EXPECT_LT(each, 2.0);

@@ -112,8 +112,8 @@ TEST(IncidentProblem, IteratesAsTheRowByRowFormDoes) {
   }
 }
 
-// Normal matrices of rank 24 in 60 unknowns, so that their condition number is about that of the damping's inverse: the first
-// steps are beyond what single precision can factorise or refine. Rounding of the step itself grows alike.
+// Normal matrices of rank 24 in 60 unknowns, so that their condition number is about that of the damping's inverse: the
+// first steps are beyond what single precision can factorise or refine. Rounding of the step itself grows alike.
 TEST(IncidentProblem, StepsOfAlmostSingularMatricesAreAsTheRowByRowFormsToo) {
   const SmallCase small = small_case(12, 20, 40, 5);
   for (const double tau : {1e-5, 1e-7, 1e-9}) {
