@@ -63,10 +63,10 @@ struct Candidate {
   double worth = 0;  // of some frames together
 };
 
-/// Fits each to some frames, spread over the recording, until two show a hand.
+/// Fits each to some frames, spread over the recording, until enough show a hand: of a single image alone a side is a guess.
 void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
-  constexpr std::size_t kMostFrames = 4;
-  constexpr int kEnough = 2;  // frames
+  constexpr std::size_t kMostFrames = 8;
+  constexpr int kEnough = 6;
   const std::size_t step = (folder.size() + kMostFrames - 1) / kMostFrames;
   int found = 0;
   for (std::size_t k = 0; k < folder.size() && found < kEnough; k += step) {

@@ -66,7 +66,7 @@ TEST(Sphere, Ka25ByProductsThroughAGrid) {
   }
   const SphereResult large =
       solve_sphere(Scheme::kBurtonMillerPolished,
-                   {.ka = 25.0, .subdivisions = 32, .system = {.grid_tolerance = 1e-5}, .tolerance = 1e-4});
+                   {.ka = 25.0, .subdivisions = 32, .system = {.rule = {}, .grid_tolerance = 1e-5}, .tolerance = 1e-4});
   EXPECT_TRUE(large.report.converged);
   EXPECT_LT(large.error, 0.0045);
 }
