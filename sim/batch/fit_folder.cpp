@@ -63,7 +63,24 @@ struct Candidate {
   double worth = 0;  // of some frames together
 };
 
-/// Fits each to some frames, spread over the recording, until enough show a hand: of a single image alone a side is a guess.
+constexpr double kClear = 0.9;  // of the worth of the best: what comes closer is not told from it
+
+/// The best of a side.
+double worth_of(const std::deque<Candidate>& candidates, HandSide side) {
+  double worth = 0;
+  for (const Candidate& candidate : candidates) {
+    worth = candidate.hand.side == side ? std::max(worth, candidate.worth) : worth;
+  }
+  return worth;
+}
+
+bool sides_are_close(const std::deque<Candidate>& candidates) {
+  const auto [less, more] = std::minmax(worth_of(candidates, HandSide::kRight), worth_of(candidates, HandSide::kLeft));
+  return less > kClear * more;
+}
+
+/// Fits each to some frames, spread over the recording, until one shows a hand whose side is clear, or enough show one:
+/// the side of a hand in a single image may be a guess.
 void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
   constexpr std::size_t kMostFrames = 8;
   constexpr int kEnough = 6;
@@ -79,13 +96,15 @@ void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
       any = any || !fit.lost;
     }
     found += any ? 1 : 0;
+    if (found > 0 && !sides_are_close(candidates)) {
+      return;
+    }
   }
 }
 
 /// The hand whose pose and side fit best, of those that may be chosen; a warning where the other side fits nearly as
 /// well.
 HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::optional<std::string>& warning) {
-  constexpr double kClear = 0.9;     // of the worth of the best
   std::deque<Candidate> candidates;  // trackers cannot be moved
   for (const std::string& pose :
        how.any_pose ? std::vector<std::string>{"index_up", "flat"} : std::vector{how.hand.pose}) {
@@ -99,11 +118,9 @@ HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::op
   }
   compare(folder, candidates);
   const Candidate& best = *std::ranges::max_element(candidates, {}, &Candidate::worth);
-  for (const Candidate& other : candidates) {
-    if (other.hand.side != best.hand.side && other.worth > kClear * best.worth) {
-      warning = fmt::format("side: the images fit a {} hand nearly as well as the {} hand that is taken; give --side",
-                            side_name(other.hand.side), side_name(best.hand.side));
-    }
+  if (sides_are_close(candidates)) {
+    warning = fmt::format("side: the images fit a {} hand nearly as well as the {} hand that is taken; give --side",
+                          side_name(other_side(best.hand.side)), side_name(best.hand.side));
   }
   return best.hand;
 }
