@@ -127,7 +127,8 @@ const char* const kVtp = R"(<?xml version="1.0"?>
         <DataArray type="Float64" NumberOfComponents="3" format="ascii">
           0 0 0  1 0 0  0 1 0
           0 0 1e0
-          <InformationKey name="L2_NORM_RANGE" location="vtkDataArray" length="2"><Value index="0">0</Value><Value index="1">7</Value></InformationKey>
+          <InformationKey name="L2_NORM_RANGE" location="vtkDataArray" length="2">
+            <Value index="0">0</Value><Value index="1">7</Value></InformationKey>
         </DataArray>
       </Points>
       <Polys>
