@@ -514,10 +514,10 @@ TEST(Hand, RefusesWhatIsNoHand) {
               ThrowsMessage<InputError>(HasSubstr("hand.breadth = 0.2 m must be 0.05 to 0.15 m")));
   EXPECT_THROW(with([](HandOptions& o) { o.breadth = std::nan(""); })(), InputError);
   EXPECT_THROW(with([](HandOptions& o) { o.length = 0.1; })(), InputError);
-  EXPECT_THROW(with([](HandOptions& o) { o.edge = 0.3e-3; })(), InputError);
+  EXPECT_THROW(with([](HandOptions& o) { o.edge = 0.2e-3; })(), InputError);
   EXPECT_THROW(with([](HandOptions& o) { o.edge = 13e-3; })(), InputError);
   EXPECT_THROW(hand(HandOptions(), EdgeSizing(13e-3)), InputError);
-  EXPECT_THROW(hand(HandOptions(), EdgeSizing(3e-3, {{Vector3::Zero(), 0.3e-3, 1e-3}})), InputError);
+  EXPECT_THROW(hand(HandOptions(), EdgeSizing(3e-3, {{Vector3::Zero(), 0.2e-3, 1e-3}})), InputError);
   EXPECT_THROW(hand_landmark(options_for("wave", 3e-3), "index_pad"), InputError);
 }
 
