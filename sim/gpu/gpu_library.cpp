@@ -4,7 +4,6 @@
 #include <cstdlib>
 #include <dlfcn.h>
 #include <filesystem>
-#include <link.h>
 #include <map>
 #include <mutex>
 #include <sstream>
@@ -12,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/own_binary.h"
 #include "sim/core/text_number.h"
 
 namespace touchfield {
@@ -31,20 +31,13 @@ std::filesystem::path library_path() {
     return given;
   }
   std::error_code error;
-  // Of this very code: of libtouchfield.so in a program of another's. A program itself has no path but what its caller
-  // calls it, which may be anything.
-  Dl_info about{};
-  link_map* map = nullptr;
-  if (dladdr1(reinterpret_cast<const void*>(&gpu_library), &about, reinterpret_cast<void**>(&map), RTLD_DL_LINKMAP) !=
-      0) {
-    const auto path = std::filesystem::path(map->l_name).replace_filename("libtouchfield_gpu.so");
-    if (path.has_parent_path() && std::filesystem::exists(path, error)) {
-      return path;
-    }
+  const auto own = own_binary();
+  const auto beside = std::filesystem::path(own).replace_filename("libtouchfield_gpu.so");
+  if (std::filesystem::exists(beside, error)) {
+    return beside;
   }
-  const auto own = std::filesystem::read_symlink("/proc/self/exe", error).parent_path().parent_path();
   for (const char* folder : {"lib", "lib/touchfield", "lib/x86_64-linux-gnu/touchfield", "lib64/touchfield"}) {
-    const auto path = own / folder / "libtouchfield_gpu.so";
+    const auto path = own.parent_path().parent_path() / folder / "libtouchfield_gpu.so";
     if (std::filesystem::exists(path, error)) {
       return path;
     }

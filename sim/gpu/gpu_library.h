@@ -9,9 +9,9 @@
 
 namespace touchfield {
 
-/// libtouchfield_gpu.so as this program finds it: as TOUCHFIELD_GPU_LIBRARY names it, beside libtouchfield.so, beside
-/// its own folder (../lib), or where an installation puts it (../lib/touchfield, or of the architecture). Loaded at the
-/// first call, which takes a second.
+/// libtouchfield_gpu.so as TOUCHFIELD_GPU_LIBRARY names it, otherwise beside own_binary(), beside its folder
+/// (../lib), or where an installation puts it (../lib/touchfield, or of the architecture). Loaded at the first call,
+/// which takes a second.
 struct GpuLibrary {
   int cards = 0;
   std::string why_none;  // where there is no card: one line that says what is missing

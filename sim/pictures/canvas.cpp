@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/own_binary.h"
 #include "sim/core/png_file.h"
 #include "sim/core/version.h"
 
@@ -83,11 +84,10 @@ ColourImage copy_of(cairo_surface_t* surface) {
   return image;
 }
 
-/// Of this program's own installation; null where it has none. Kept until the program ends.
-cairo_font_face_t* font_beside_program(const char* name) {
+/// Of the program's or library's own installation; null where it has none. Kept until the program ends.
+cairo_font_face_t* installed_font(const char* name) {
   std::error_code error;
-  const auto program = std::filesystem::read_symlink("/proc/self/exe", error);
-  const auto file = program.parent_path().parent_path() / "share/touchfield/fonts" / name;
+  const auto file = own_binary().parent_path().parent_path() / "share/touchfield/fonts" / name;
   if (!std::filesystem::exists(file, error)) {
     return nullptr;
   }
@@ -99,10 +99,10 @@ cairo_font_face_t* font_beside_program(const char* name) {
   return cairo_ft_font_face_create_for_ft_face(face, 0);
 }
 
-/// DejaVu Sans, without asking fontconfig where the program brings it: machines without fontconfig's files are such.
+/// DejaVu Sans, without asking fontconfig where the installation brings it: machines may have no files of fontconfig.
 void select_font(cairo_t* draw, bool bold) {
-  static cairo_font_face_t* const plain = font_beside_program("DejaVuSans.ttf");
-  static cairo_font_face_t* const heavy = font_beside_program("DejaVuSans-Bold.ttf");
+  static cairo_font_face_t* const plain = installed_font("DejaVuSans.ttf");
+  static cairo_font_face_t* const heavy = installed_font("DejaVuSans-Bold.ttf");
   if (cairo_font_face_t* const own = bold ? heavy : plain) {
     cairo_set_font_face(draw, own);
   } else {
