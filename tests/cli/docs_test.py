@@ -129,7 +129,7 @@ class Docs(CommandTest):
         program, rest = words[0], words[1:]
         if program in ("export", "mkdir", "cd", "cp"):
             return
-        if program == "touchfield":
+        if program in ("touchfield", "venv/bin/touchfield"):
             self.check_touchfield(rest)
         elif re.match(r"(\./)?scripts/", program):
             self.check_script(words)
@@ -146,6 +146,8 @@ class Docs(CommandTest):
         elif program == "python3":
             self.assertEqual(rest[:2], ["-m", "venv"])
         elif program == "venv/bin/pip":
+            if rest[-1].endswith(".whl"):  # as tests/python/wheel_test.py installs it
+                return
             self.assertTrue((SOURCE / rest[-1] / "pyproject.toml").is_file(), f"no package in {rest[-1]}")
         elif program == "g++":
             self.assertTrue((SOURCE / next(word for word in rest if word.endswith(".cpp"))).is_file())

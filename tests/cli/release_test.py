@@ -1,4 +1,4 @@
-"""scripts/release in a small clone with a stand-in for scripts/package: its archive, its checksums, what it refuses."""
+"""scripts/release in a small clone with a stand-in for scripts/wheel: its archive, its checksums, what it refuses."""
 
 import hashlib
 import os
@@ -25,7 +25,7 @@ printf '#!/bin/sh\necho "touchfield %s (%s)"\n' "$version" "$revision" >"$root/b
 chmod +x "$root/build/release/apps/touchfield"
 echo results >"$3/run.h5"
 """
-PACKAGE = '#!/usr/bin/env bash\nmkdir -p "$1"\necho packed >"$1/touchfield-linux.tar.xz"\n'
+WHEEL = '#!/usr/bin/env bash\nmkdir -p "$1"\necho packed | tee "$1/touchfield-linux.tar.xz" >"$1/touchfield-none.whl"\n'
 
 
 class Release(unittest.TestCase):
@@ -38,8 +38,8 @@ class Release(unittest.TestCase):
         for name in FILES:
             (self.clone / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(SOURCE / name, self.clone / name)
-        (self.clone / "scripts/package").write_text(PACKAGE)
-        (self.clone / "scripts/package").chmod(0o755)
+        (self.clone / "scripts/wheel").write_text(WHEEL)
+        (self.clone / "scripts/wheel").chmod(0o755)
         (self.clone / "scripts/run").write_text(RUN)
         (self.clone / "scripts/run").chmod(0o755)
         self.git("init", "-q")
@@ -70,7 +70,7 @@ class Release(unittest.TestCase):
             done = self.release("--no-check", name)
             self.assertEqual((done.returncode, done.stderr), (0, ""))
             sums = (self.folder / name / "SHA256SUMS").read_text().splitlines()
-            self.assertEqual([line.split()[1] for line in sums], [f"touchfield-{self.version}.tar.gz", "touchfield-linux.tar.xz"])
+            self.assertEqual([line.split()[1] for line in sums], [f"touchfield-{self.version}.tar.gz", "touchfield-linux.tar.xz", "touchfield-none.whl"])
             archives.append((self.folder / name / f"touchfield-{self.version}.tar.gz").read_bytes())
             self.assertEqual(sums[0].split()[0], hashlib.sha256(archives[-1]).hexdigest())
         self.assertEqual(*archives)
@@ -99,7 +99,7 @@ class Release(unittest.TestCase):
         self.assertIn(f"says 'touchfield {self.version} (unknown)' and not", done.stderr)
 
     def test_a_commit_meanwhile_is_left_out(self):
-        with (self.clone / "scripts/package").open("a") as script:
+        with (self.clone / "scripts/wheel").open("a") as script:
             script.write('date +%N >>"$(dirname "$0")/../later.txt"\ngit add -A\n'
                          "git -c user.name=t -c user.email=t@example.org commit -q -m later\n")
         self.commit()
