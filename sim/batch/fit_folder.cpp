@@ -79,8 +79,9 @@ bool sides_are_close(const std::deque<Candidate>& candidates) {
   return less > kClear * more;
 }
 
-/// Fits each to some frames, spread over the recording, until one shows a hand whose side is clear, or enough show one:
-/// the side of a hand in a single image may be a guess.
+/// Fits each to some frames, spread over the recording, until one shows a hand whose side is clear, or enough show one. To
+/// several cameras a hand of the other side is lost, which takes long to find out: one that they find has the right side.
+/// In a single image the side may be a guess.
 void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
   constexpr std::size_t kMostFrames = 8;
   constexpr int kEnough = 6;
@@ -90,6 +91,9 @@ void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
     const DepthFrame frame = folder.frame(k);
     bool any = false;
     for (Candidate& candidate : candidates) {
+      if (any && folder.cameras().size() > 1 && candidate.hand.side != candidates.front().hand.side) {
+        return;
+      }
       candidate.tracker.forget();
       const HandFit fit = candidate.tracker.track(frame);
       candidate.worth += fit.lost ? 0.0 : fit.worth();
@@ -106,10 +110,10 @@ void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
 /// well.
 HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::optional<std::string>& warning) {
   std::deque<Candidate> candidates;  // trackers cannot be moved
-  for (const std::string& pose :
-       how.any_pose ? std::vector<std::string>{"index_up", "flat"} : std::vector{how.hand.pose}) {
-    for (const HandSide side :
-         how.any_side ? std::vector{HandSide::kRight, HandSide::kLeft} : std::vector{how.hand.side}) {
+  for (const HandSide side :
+       how.any_side ? std::vector{HandSide::kRight, HandSide::kLeft} : std::vector{how.hand.side}) {
+    for (const std::string& pose :
+         how.any_pose ? std::vector<std::string>{"index_up", "flat"} : std::vector{how.hand.pose}) {
       HandShape hand = how.hand;
       hand.pose = pose;
       hand.side = side;
