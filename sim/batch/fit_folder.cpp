@@ -53,14 +53,9 @@ bool learn(const CameraFolder& folder, double seconds, HandTracker& tracker, Pro
 
 /// The built-in hands that a recording may show, and how well each fits.
 struct Candidate {
-  Candidate(const HandShape& shape, const CameraFolder& folder, const FolderFit& how)
-      : hand(shape),
-        tracker(HandTemplate(hand, HandTemplate::kUsualEdge), folder.cameras(),
-                Box{how.workspace[0], how.workspace[1]}) {}
-
   HandShape hand;
-  HandTracker tracker;
-  double worth = 0;  // of some frames together
+  std::optional<HandTracker> tracker{};  // once it is tried: its template takes a second
+  double worth = 0;                      // of some frames together
 };
 
 constexpr double kClear = 0.9;  // of the worth of the best: what comes closer is not told from it
@@ -82,7 +77,7 @@ bool sides_are_close(const std::deque<Candidate>& candidates) {
 /// Fits each to some frames, spread over the recording, until one shows a hand whose side is clear, or enough show one. To
 /// several cameras a hand of the other side is lost, which takes long to find out: one that they find has the right side.
 /// In a single image the side may be a guess.
-void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
+void compare(const CameraFolder& folder, const Box& workspace, std::deque<Candidate>& candidates) {
   constexpr std::size_t kMostFrames = 8;
   constexpr int kEnough = 6;
   const std::size_t step = (folder.size() + kMostFrames - 1) / kMostFrames;
@@ -94,8 +89,11 @@ void compare(const CameraFolder& folder, std::deque<Candidate>& candidates) {
       if (any && folder.cameras().size() > 1 && candidate.hand.side != candidates.front().hand.side) {
         return;
       }
-      candidate.tracker.forget();
-      const HandFit fit = candidate.tracker.track(frame);
+      if (!candidate.tracker) {
+        candidate.tracker.emplace(HandTemplate(candidate.hand, HandTemplate::kUsualEdge), folder.cameras(), workspace);
+      }
+      candidate.tracker->forget();
+      const HandFit fit = candidate.tracker->track(frame);
       candidate.worth += fit.lost ? 0.0 : fit.worth();
       any = any || !fit.lost;
     }
@@ -117,10 +115,10 @@ HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::op
       HandShape hand = how.hand;
       hand.pose = pose;
       hand.side = side;
-      candidates.emplace_back(hand, folder, how);
+      candidates.emplace_back().hand = hand;
     }
   }
-  compare(folder, candidates);
+  compare(folder, Box{how.workspace[0], how.workspace[1]}, candidates);
   const Candidate& best = *std::ranges::max_element(candidates, {}, &Candidate::worth);
   if (sides_are_close(candidates)) {
     warning = fmt::format("side: the images fit a {} hand nearly as well as the {} hand that is taken; give --side",

@@ -46,6 +46,7 @@ const Case& solved() {
 TEST(RunField, TakesTheFarPartFromTheCard) {
   const auto& [model, run, points] = solved();
   int asked = 0;
+  FieldValues by_pairs;
   FieldCard card([&](const GpuField& field) {
     ++asked;
     const Eigen::Map<const Eigen::MatrixXcd> surface(field.surface, run.mesh.face_count(), field.columns);
@@ -55,14 +56,17 @@ TEST(RunField, TakesTheFarPartFromTheCard) {
     std::ranges::copy(far.pressure.reshaped(), field.pressure);
     std::ranges::copy(far.winding, field.winding);
     std::ranges::copy(far.near, field.near);
+    by_pairs = with_near_faces(run.mesh, model.wave, at, surface, far.pressure, far.winding, far.near);
   });
   const FieldValues expected = run_field(run, model.wave, points);
   const FieldValues found = run_field(run, model.wave, points, &card);
   EXPECT_EQ(asked, 1);
   EXPECT_EQ(found.inside, expected.inside);
+  EXPECT_EQ(found.inside, by_pairs.inside);
+  EXPECT_LT((found.pressure - by_pairs.pressure).cwiseAbs().maxCoeff(),
+            1e-11 * by_pairs.pressure.cwiseAbs().maxCoeff());
   // The processor sums by a grid here, which is 2e-4 off at the worst point (kFieldTolerance).
-  EXPECT_LT((found.pressure - expected.pressure).cwiseAbs().maxCoeff(),
-            3e-4 * expected.pressure.cwiseAbs().maxCoeff());
+  EXPECT_LT((found.pressure - expected.pressure).cwiseAbs().maxCoeff(), 3e-4 * expected.pressure.cwiseAbs().maxCoeff());
 }
 
 TEST(RunField, LeavesSmallFieldsToTheProcessor) {

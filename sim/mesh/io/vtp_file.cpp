@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <cstring>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -108,7 +109,9 @@ FileSurface parse_vtp(const std::string& content, const std::string& name) {
       isolated(name + ": is damaged: reading it", limits, [&](const Emit& emit) { send_surface(emit, content, name); });
   Reader reader(found.bytes, name);
   FileSurface surface;
-  const std::vector<double> values = reader.take<double>(3 * reader.number());
+  const std::int64_t points = reader.number();
+  require_few(points, 0, name);
+  const std::vector<double> values = reader.take<double>(3 * points);
   for (std::size_t i = 0; i < values.size(); i += 3) {
     const Vector3 point(values[i], values[i + 1], values[i + 2]);
     if (!point.allFinite()) {
@@ -118,12 +121,15 @@ FileSurface parse_vtp(const std::string& content, const std::string& name) {
     surface.points.push_back(point);
   }
   std::vector<std::vector<std::int64_t>> polygons;
-  for (std::int64_t left = reader.number(); left > 0; --left) {
-    polygons.push_back(reader.take<std::int64_t>(reader.number()));
-  }
-  for (std::int64_t left = reader.number(); left > 0; --left) {
-    add_strip(polygons, reader.take<std::int64_t>(reader.number()));
-  }
+  const auto for_each_cell = [&](const auto& add) {
+    const std::int64_t cells = reader.number();
+    require_few(0, cells, name);
+    for (std::int64_t cell = 0; cell < cells; ++cell) {
+      add(reader.take<std::int64_t>(reader.number()));
+    }
+  };
+  for_each_cell([&](std::vector<std::int64_t> corners) { polygons.push_back(std::move(corners)); });
+  for_each_cell([&](const std::vector<std::int64_t>& corners) { add_strip(polygons, corners); });
   add_polygons(surface, polygons, name);
   return surface;
 }
