@@ -27,7 +27,7 @@ void solve(const touchfield::Wave& wave, double edges_a_wavelength) {
   const Eigen::VectorXd cos_theta = mesh.centroids().colwise().normalized().row(2).transpose();
   const Eigen::VectorXcd exact = touchfield::rigid_sphere_plane_wave(wave, kRadius, cos_theta);
   const double error = (p - exact).cwiseAbs2().dot(mesh.areas()) / exact.cwiseAbs2().dot(mesh.areas());
-  std::printf("%5td faces, %.1f edges a wavelength, %d GMRES steps: error %.3f %%\n", mesh.face_count(),
+  std::printf("%5td faces, %.1f edges per wavelength, %d GMRES steps: error %.3f %%\n", mesh.face_count(),
               touchfield::edges_per_wavelength(mesh, wave.wavelength()), solved.report.steps, 100 * std::sqrt(error));
 }
 

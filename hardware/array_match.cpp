@@ -53,7 +53,7 @@ std::string what_differs(const Points& run, const Points& device, Eigen::Index w
   }
   const bool same_shape = (shape_of(run) - shape_of(device)).cwiseAbs().maxCoeff() <= kMatchTolerance;
   return fmt::format("{}: transducer {} is {:.2f} mm away from the device's",
-                     same_shape ? "its transducers are in another order, mirrored, or face another way"
+                     same_shape ? "its transducers are in another order, are mirrored, or face another direction"
                                 : "its transducers are in other places",
                      worst, miss / kMillimetre);
 }

@@ -16,7 +16,7 @@ bool Attention::look(double now, double planned) {
 
 std::string Attention::fault() const {
   return fmt::format(
-      "did not look after the array for {:.2f} s (at most {:g} s): paused, short of processor time, or the machine "
+      "did not supervise the array for {:.2f} s (at most {:g} s): it was paused, lacked processor time, or the machine "
       "slept",
       gaps_.longest, kLongestGap);
 }

@@ -78,7 +78,7 @@ struct Sampler {
     require_samples(samples);
     if (samples.rate != ability.rate) {
       throw InputError(
-          fmt::format("modulation: samples at {:g} Hz, the device plays {:g} a second", samples.rate, ability.rate));
+          fmt::format("modulation: samples at {:g} Hz, the device plays {:g} per second", samples.rate, ability.rate));
     }
     if (samples.samples.size() > ability.most_samples) {
       throw InputError(
@@ -91,7 +91,7 @@ struct Sampler {
 // The device's own frequencies, highest and lowest.
 std::string own_text(const ModulationAbility& ability) {
   const auto [least, most] = std::minmax_element(ability.own_frequencies.begin(), ability.own_frequencies.end());
-  return fmt::format("its firmware modulates by itself, in full depth, at {} frequencies from {:.4g} to {:.4g} Hz",
+  return fmt::format("its firmware modulates on its own, with full depth, at {} frequencies from {:.4g} to {:.4g} Hz",
                      ability.own_frequencies.size(), *least, *most);
 }
 
@@ -112,7 +112,7 @@ std::string describe(const Modulation& modulation, const ModulationAbility& abil
     return describe(modulation);
   }
   const double frequency = ability.own_frequencies[nearest_own(sine->frequency, ability)];
-  return fmt::format("{:.4g} Hz of the firmware's own, {:g} Hz asked for", frequency, sine->frequency);
+  return fmt::format("{:.4g} Hz of the firmware's own, {:g} Hz requested", frequency, sine->frequency);
 }
 
 std::vector<std::uint8_t> modulation_samples(const Modulation& modulation, const ModulationAbility& ability) {

@@ -30,7 +30,7 @@ void require_options(std::size_t count, const PlayOptions& options, const ArrayL
   const double most = link.abilities().most_frames_per_second;
   if (!(options.rate > 0 && options.rate <= most)) {
     throw InputError(
-        fmt::format("rate = {} Hz must be > 0 and <= {} Hz, what {} carries", options.rate, most, link.describe()));
+        fmt::format("rate = {} Hz must be > 0 and <= {} Hz, the limit of {}", options.rate, most, link.describe()));
   }
 }
 

@@ -30,9 +30,8 @@ std::uint8_t intensity_step(double amplitude, int levels, const std::string& dev
   const double exact = amplitude * (levels - 1);
   if (levels == 2 && std::abs(exact - std::round(exact)) > kStepSlack) {
     throw InputError(
-        fmt::format("{}: it drives a transducer fully or not at all, an amplitude of {:.3g} cannot be had; "
-                    "amplitudes that are all alike are 1 where the run has array.level: 1 and a higher "
-                    "target.pressure_pa",
+        fmt::format("{}: it drives a transducer fully or not at all, an amplitude of {:.3g} is not possible. Equal "
+                    "amplitudes become 1 with array.level: 1 and a higher target.pressure_pa",
                     device, amplitude));
   }
   return static_cast<std::uint8_t>(std::floor(exact + kStepSlack));

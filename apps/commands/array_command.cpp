@@ -38,9 +38,9 @@ constexpr double kFarthest = 10;     // [m]: far beyond where such a focus can b
 constexpr const char* kLinks[][2] = {
     {"dry-run[:FILE][?levels=N]", "no device: rounds, reports and writes the phases"},
     {"sonicsurface:PORT[?firmware=primary|secondary|tactile&order=fpga|natural]", "16 x 16 at 10.5 mm, a serial port"},
-    {"autd3:audit", "the AUTD3 vendor's emulator of its firmware; as all of autd3 with --library"},
-    {"autd3:nop", "AUTD3 units that are not there"},
-    {"autd3:remote:HOST:PORT", "AUTD3 units of another machine, or the vendor's simulator"},
+    {"autd3:audit", "the AUTD3 vendor's emulator of its firmware; all autd3 links need --library"},
+    {"autd3:nop", "no AUTD3 units: nothing is sent"},
+    {"autd3:remote:HOST:PORT", "AUTD3 units on another machine, or the vendor's simulator"},
     {"autd3:twincat", "AUTD3 units on this machine's EtherCAT"}};
 
 std::vector<std::string> serial_ports() {
@@ -207,32 +207,32 @@ int walk(const ArrayCommand& command, const CommonFlags& flags) {
 
 void add_array_command(CLI::App& app, Invocation& invocation) {
   const auto array = std::make_shared<ArrayCommand>();
-  CLI::App* command = app.add_subcommand("array", "What a bench needs: list, test, walk, off");
+  CLI::App* command = app.add_subcommand("array", "Test an array on the bench: list, test, walk, off");
   command->require_subcommand(1);
   using Action = int (*)(const ArrayCommand&, const CommonFlags&);
   const auto add_action = [&](const char* name, const char* what, Action action) {
     CLI::App* added = command->add_subcommand(name, what);
     add_device(added, array->options);
-    added->add_option("--run", array->run, "A run of this array: where its units sit, or what a dry run stands for")
+    added->add_option("--run", array->run, "A run with this array, for the places of its units or for a dry run")
         ->type_name(kH5File);
     finish_command(added, invocation,
                    [array, action](const Invocation& invoked) { return action(*array, invoked.flags); });
     return added;
   };
-  add_action("list", "Links there are and serial ports; with --to: what that device is", list);
-  CLI::App* focus = add_action("test", "A focus at a point", test);
+  add_action("list", "List links and serial ports; with --to: describe that device", list);
+  CLI::App* focus = add_action("test", "Emit a focus at a point", test);
   add_emission(focus, array->options);
-  add_numbers(focus, "--at-mm", array->at_mm, {}, "The focus, x y z in the array's own frame")->expected(3);
+  add_numbers(focus, "--at-mm", array->at_mm, {}, "Focus: x y z in the array's own frame")->expected(3);
   add_number(focus, "--temperature-c", array->temperature_c, schema::between(-50, 60), "Of the air");
   add_number(focus, "--seconds", array->options.request.seconds, schema::above(0), "Time of emission; default: 1");
-  CLI::App* one_by_one = add_action("walk", "One transducer after another, to check the wiring", walk);
+  CLI::App* one_by_one = add_action("walk", "Switch on one transducer after another, to check the wiring", walk);
   add_emission(one_by_one, array->options);
   constexpr double kMostTransducers = 1e6;
   add_whole(one_by_one, "--first", array->first, schema::between(0, kMostTransducers),
             "Number of the first transducer, from 0")
       ->default_str("0");
   add_whole(one_by_one, "--count", array->count, schema::between(1, kMostTransducers),
-            "How many; default: to the last");
+            "Number of transducers; default: all up to the last");
   add_number(one_by_one, "--dwell", array->dwell, schema::above(0), "Time on each [s]");
   add_action("off", "Switch every transducer off", off);
 }

@@ -70,7 +70,7 @@ int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
                      {"notes", remarks.notes}});
   }
   if (bodies > kMostShown) {
-    text += fmt::format("  and {} bodies more\n", bodies - kMostShown);
+    text += fmt::format("  and {} more bodies\n", bodies - kMostShown);
   }
   if (flags.json) {
     const nlohmann::ordered_json json = {{"name", plan.name},
@@ -105,9 +105,9 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
     put(describe_check(model, report, on_the_way));
     if (motion) {
       put(fmt::format(
-          "motion: {} frames a method and {} scores, about {:.0f} s to play, {:.0f} MiB beside the still's\n",
+          "motion: {} frames per method and {} scores, about {:.0f} s to play, {:.0f} MiB in addition to the still\n",
           motion->frames, motion->scores, motion->seconds, motion->memory_mib));
-      put(fmt::format("sensor: the solver knows {}; a sample takes about {:.1f} ms here\n",
+      put(fmt::format("sensor: the solver sees {}; a sample takes about {:.1f} ms on this machine\n",
                       sensor_text(model.scene.motion->sensor), 1e3 * motion->sample));
     }
     if (accuracy) {
@@ -125,11 +125,11 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
 
 void add_check_command(CLI::App& app, Invocation& invocation) {
   const auto check = std::make_shared<CheckCommand>();
-  CLI::App* command = app.add_subcommand("check", "Say what a scene would build and cost, without running it");
+  CLI::App* command = app.add_subcommand("check", "Describe what a scene builds and costs, without solving it");
   add_scene(command, check->scene, check->overrides);
   command->add_flag("--resolved", check->resolved, "Print the scene with every default written out");
   command->add_flag("--accuracy", check->accuracy,
-                    "Measure the discretisation error on this very mesh (solves it some times)");
+                    "Measure the discretisation error on this mesh (takes several solutions)");
   finish_command(command, invocation,
                  [check](const Invocation& invoked) { return check_command(*check, invoked.flags); });
 }

@@ -119,7 +119,7 @@ void add_compute_device(CLI::App* command, std::vector<std::string>& overrides) 
             }
             overrides.push_back("solve.device=" + device);
           },
-          "What computes, in place of the scene's solve.device")
+          "Device that computes, instead of the scene's solve.device")
       ->type_name("auto|cpu|cuda|cuda:N");
 }
 
@@ -176,7 +176,7 @@ CLI::Validator one_of(const std::vector<std::string>& words) {
               return std::string();
             }
             const std::string near = schema::nearest_word(words, input);
-            return fmt::format("{} is none of {}{}", schema::quoted_for_message(input), fmt::join(words, ", "),
+            return fmt::format("{} must be one of {}{}", schema::quoted_for_message(input), fmt::join(words, ", "),
                                near.empty() ? "" : fmt::format("; did you mean {}?", near));
           },
           fmt::format("{{{}}}", fmt::join(words, ", "))};

@@ -88,7 +88,7 @@ std::string unknown_option(const CLI::App& app, const CLI::App& command, const s
   }
   const std::string shown = schema::quoted_for_message(typed);
   const std::string meant = meant_option(command, typed);
-  return meant.empty() ? fmt::format("unknown option {}; `touchfield {}{}--help` lists those there are", shown, path,
+  return meant.empty() ? fmt::format("unknown option {}; `touchfield {}{}--help` lists all options", shown, path,
                                      path.empty() ? "" : " ")
                        : fmt::format("unknown option {}; did you mean {}?", shown, meant);
 }
@@ -123,7 +123,7 @@ std::string missing_problem(const CLI::App& command, const CLI::ParseError& erro
   const std::string name = said.substr(0, said.find(" is required"));
   const CLI::Option* option = command.get_option_no_throw(name);
   if (option == nullptr && !below.empty()) {
-    return path.empty() ? fmt::format("a command is missing; there are {}", fmt::join(below, ", "))
+    return path.empty() ? fmt::format("a command is missing; the commands are {}", fmt::join(below, ", "))
                         : fmt::format("{} needs one of {}", path, fmt::join(below, ", "));
   }
   return option == nullptr ? said : fmt::format("{}: {} is missing: {}", path, name, option->get_description());
@@ -154,7 +154,7 @@ std::string unknown_command(const CLI::App& app, const std::string& word) {
   }
   const std::vector<std::string> known = shown_commands(app);
   const std::string near = schema::nearest_word(known, word);
-  return near.empty() ? fmt::format("unknown command '{}'; there are {}", shown, fmt::join(known, ", "))
+  return near.empty() ? fmt::format("unknown command '{}'; the commands are {}", shown, fmt::join(known, ", "))
                       : fmt::format("unknown command '{}'; did you mean {}?", shown, near);
 }
 
@@ -173,7 +173,7 @@ std::string command_line_problem(const CLI::App& app, const CLI::ParseError& err
     return unknown_command(command, rest.front());
   }
   if (dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr && !rest.empty()) {
-    return fmt::format("{}: {} is one word too many; quote what holds blanks", path_of_command(command),
+    return fmt::format("{}: {} is one word too many; quote values that contain blanks", path_of_command(command),
                        schema::quoted_for_message(rest.front()));
   }
   if (dynamic_cast<const CLI::RequiredError*>(&error) != nullptr) {

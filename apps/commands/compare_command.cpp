@@ -215,7 +215,7 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
     return compare_points(command.a, command.points, command.tolerance, flags);
   }
   if (command.b.empty()) {
-    throw InputError("compare: B is missing: another run, or --points FILE");
+    throw InputError("compare: B is missing: give another run, or --points FILE");
   }
   const std::string path_a = run_file_at(command.a);
   const std::string path_b = run_file_at(command.b);
@@ -243,25 +243,27 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
 
 void add_compare_command(CLI::App& app, Invocation& invocation) {
   const auto compare = std::make_shared<CompareCommand>();
-  CLI::App* command = app.add_subcommand("compare", "Say how two runs differ, or a run and a measured field");
+  CLI::App* command = app.add_subcommand("compare", "Compare two runs, or a run with a measured field");
   command->add_option("A", compare->a, "run.h5, or the directory that holds it")->required()->type_name(kH5File);
-  CLI::Option* other = command->add_option("B", compare->b, "The other one")->type_name(kH5File);
+  CLI::Option* other = command->add_option("B", compare->b, "The other run")->type_name(kH5File);
   PointsComparison& points = compare->points;
   CLI::Option* file =
       command
-          ->add_option("--points", points.points,
-                       "Compare the field with measured points instead: a table x_mm,y_mm,z_mm and p_pa, "
-                       "or p_re,p_im")
+          ->add_option(
+              "--points", points.points,
+              "Compare the field with measured points instead: a table with x_mm,y_mm,z_mm and p_pa, or p_re,p_im")
           ->excludes(other)
           ->type_name(kAnyFile);
-  command->add_option("--method", points.method, "Whose field; default: the run's first")->needs(file);
-  command->add_option("--out", points.rows, "Write a CSV file with a row a point")->needs(file)->type_name(kAnyFile);
-  command->add_option("--picture", points.picture, "Draw measured against computed: a .png, .pdf or .svg file")
+  command->add_option("--method", points.method, "Method of the field; default: the run's first")->needs(file);
+  command->add_option("--out", points.rows, "Write a CSV file with one row per point")
+      ->needs(file)
+      ->type_name(kAnyFile);
+  command->add_option("--picture", points.picture, "Draw measured against computed values: a .png, .pdf or .svg file")
       ->needs(file)
       ->type_name(kAnyFile);
   command->add_flag("--force", points.force, "Replace these files")->needs(file);
   add_number(command, "--tolerance", compare->tolerance, schema::at_least(0),
-             "Exit code 1 if a result, or the field at measured points, differs by more than this, relatively");
+             "Exit code 1 if a result, or the field at measured points, differs by more than this relative amount");
   finish_command(command, invocation,
                  [compare](const Invocation& invoked) { return compare_command(*compare, invoked.flags); });
 }

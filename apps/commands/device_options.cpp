@@ -39,9 +39,9 @@ std::vector<std::uint8_t> read_samples(const std::string& path) {
 
 void add_device(CLI::App* command, DeviceOptions& options) {
   command
-      ->add_option("--to", options.device.link,
-                   "The link to the array; a dry run takes ?levels=N behind it, a SonicSurface "
-                   "?firmware=primary|secondary|tactile")
+      ->add_option(
+          "--to", options.device.link,
+          "Link to the array; a dry run accepts ?levels=N, a SonicSurface accepts ?firmware=primary|secondary|tactile")
       ->type_name("dry-run|dry-run:FILE|sonicsurface:PORT|autd3:audit|autd3:nop|autd3:remote:HOST:PORT|autd3:twincat")
       ->capture_default_str();
   command->add_option("--library", options.device.library, "The AUTD3 vendor's library, or the folder that holds it")
@@ -49,22 +49,22 @@ void add_device(CLI::App* command, DeviceOptions& options) {
 }
 
 void add_emission(CLI::App* command, DeviceOptions& options) {
-  command->add_flag("--emit", options.emit, "Emit sound; without it everything is done but that");
+  command->add_flag("--emit", options.emit, "Emit sound; without it everything else is done");
   const schema::Range share = schema::above_to(0, 1);
   add_number(command, "--level", options.request.level, share,
-             "Drive of a transducer at full amplitude; default: 0.5, or 1 where a device has no other");
+             "Level that stands for full amplitude; default: 0.5, or 1 if the device has no other level");
   add_number(command, "--max-level", options.request.most_level, share, "Cap on the level");
   add_number(command, "--max-seconds", options.request.most_seconds, schema::above(0),
              "Cap on the time of emission [s]");
   auto* modulation = add_number(command, "--modulation", options.device.frequency, schema::above(0),
                                 "Modulate the amplitude by a sine of this frequency [Hz]");
-  add_number(command, "--depth", options.device.depth, share, "Depth of that sine")->needs(modulation);
+  add_number(command, "--depth", options.device.depth, share, "Depth of the modulation")->needs(modulation);
   command
       ->add_option("--modulation-samples", options.samples,
-                   "File of modulation samples 0..255, played round and round at the device's own rate")
+                   "File of modulation samples 0..255, repeated at the device's own rate")
       ->excludes(modulation)
       ->type_name(kAnyFile);
-  command->add_flag("--force", options.device.replace, "Replace the files of a dry run that are there");
+  command->add_flag("--force", options.device.replace, "Replace existing files of a dry run");
 }
 
 EmissionPlan plan_of(const DeviceOptions& options) {

@@ -33,7 +33,8 @@ int doctor_command(const CommonFlags& flags) {
 }  // namespace
 
 void add_doctor_command(CLI::App& app, Invocation& invocation) {
-  CLI::App* command = app.add_subcommand("doctor", "Say what would make runs slow or incomplete on this machine");
+  CLI::App* command =
+      app.add_subcommand("doctor", "Check this machine for anything that makes runs slow or incomplete");
   finish_command(command, invocation, [](const Invocation& invoked) { return doctor_command(invoked.flags); });
 }
 

@@ -18,14 +18,14 @@ std::string outcome(const EmissionReport& report) {
     return fmt::format("{} file{} written", report.written, report.written == 1 ? "" : "s");
   }
   if (!report.emitted) {
-    return report.dry ? "nothing was sent: a dry run" : "nothing was sent: it takes --emit";
+    return report.dry ? "nothing was sent: a dry run" : "nothing was sent: add --emit to emit sound";
   }
   return fmt::format("{} sent, {} dropped, {} late (at most {:.1f} ms) in {:.2f} s; {}{}", report.play.sent,
                      report.play.dropped, report.play.late, report.play.worst_delay * 1e3, report.play.seconds,
                      report.quiet     ? "the array is quiet"
                      : report.failure ? "an error ended it"
                                       : "stopped by the guard, which says how it left the array",
-                     report.quiet && report.read_back ? "; every byte was read back and equal" : "");
+                     report.quiet && report.read_back ? "; every byte was read back and is equal" : "");
 }
 
 std::string gaps_text(const EmissionReport& report) {
@@ -33,10 +33,9 @@ std::string gaps_text(const EmissionReport& report) {
   if (gaps.count == 0) {
     return "";
   }
-  return fmt::format(
-      "  {} gap{} of more than {:g} ms in which nobody looked after the array, the longest {:.0f} ms{}\n", gaps.count,
-      gaps.count == 1 ? "" : "s", 1e3 * kShownGap, 1e3 * gaps.longest,
-      !report.emitted && gaps.longest > kLongestGap ? "; an emission would have ended there" : "");
+  return fmt::format("  {} gap{} of more than {:g} ms without supervision of the array, the longest {:.0f} ms{}\n",
+                     gaps.count, gaps.count == 1 ? "" : "s", 1e3 * kShownGap, 1e3 * gaps.longest,
+                     !report.emitted && gaps.longest > kLongestGap ? "; an emission would have stopped there" : "");
 }
 
 }  // namespace
@@ -45,8 +44,8 @@ std::string describe_emission(const EmissionReport& report) {
   const QuantisationReport& rounding = report.quantisation;
   return fmt::format(
       "{}: {} transducers\n"
-      "  {} frame{} at {:g} a second, {:g} s, level {:g}, modulation: {}\n"
-      "  {} phase steps: off by {:.2f} degrees at worst, {:.2f} rms; loss in drives {:.3f} %\n"
+      "  {} frame{} at {:g} per second, {:g} s, level {:g}, modulation: {}\n"
+      "  {} phase levels: error {:.2f} degrees at worst, {:.2f} rms; loss in drives {:.3f} %\n"
       "  {}\n"
       "{}",
       report.device, report.transducers, report.frames, report.frames == 1 ? "" : "s", report.rate, report.seconds,

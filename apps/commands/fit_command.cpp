@@ -98,8 +98,8 @@ std::string fit_text(const FittedFolder& fitted) {
   return fmt::format(
       "{} frames, the hand lost in {}{}\n"
       "  shape {}: length x {:.3f}, breadth x {:.3f}\n"
-      "  points off the skin by {:.2f} mm rms, {:.0f} % of the skin seen (medians)\n"
-      "  {:.1f} ms a frame at 95 %\n",
+      "  points {:.2f} mm rms off the skin, {:.0f} % of the skin seen (medians)\n"
+      "  {:.1f} ms per frame (95 %)\n",
       summary.frames, summary.lost, summary.lost > 0 ? "; fit.csv says why" : "",
       fitted.learnt ? "learnt" : "as built in", std::exp(fitted.proportions(kLengthRatio)),
       std::exp(fitted.proportions(kBreadthRatio)), summary.residual, 100 * summary.seen, summary.milliseconds);
@@ -107,7 +107,7 @@ std::string fit_text(const FittedFolder& fitted) {
 
 int fit_command(const FitCommand& command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
-  ClaimedDirectory claimed("the meshes that are written are whole, {} says that they are not all");
+  ClaimedDirectory claimed("every mesh that was written is whole; {} says that others are missing");
   const int threads = apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   const FolderFit how = fit_of(command);
@@ -130,34 +130,36 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
 
 void add_fit_command(CLI::App& app, Invocation& invocation) {
   const auto fit = std::make_shared<FitCommand>();
-  CLI::App* command = app.add_subcommand("fit", "Fit the built-in hand to recorded depth images: meshes over time");
+  CLI::App* command =
+      app.add_subcommand("fit", "Fit the built-in hand to recorded depth images; writes meshes over time");
   command->add_option("FOLDER", fit->folder, "Folder of depth images (docs/cameras.md)")
       ->required()
       ->type_name(kFolder);
   command
       ->add_option("-o,--output", fit->output,
-                   "Output directory, as body: {meshes: {folder, times, unit: m}} takes it; default: "
-                   "results/runs/fit-NNNN, the next free number")
+                   "Output directory, for body: {meshes: {folder, times, unit: m}}; default: results/runs/fit-NNNN, "
+                   "the next free number")
       ->type_name(kFolder);
-  command->add_flag("--force", fit->force, "Replace what the output directory holds of a run");
+  command->add_flag("--force", fit->force, "Replace the run that the output directory holds");
   std::vector<std::string> poses = hand_poses();
   poses.emplace_back("auto");
-  command->add_option("--pose", fit->pose, "How the fingers are held; auto: index_up or flat, whichever fits better")
+  command->add_option("--pose", fit->pose, "Pose of the fingers; auto: index_up or flat, whichever fits better")
       ->check(one_of(poses))
       ->capture_default_str();
   command->add_option("--side", fit->side, "Which hand; auto: whichever fits better")
       ->check(one_of({"right", "left", "auto"}))
       ->capture_default_str();
   add_number(command, "--length-mm", fit->length_mm, schema::between(120, 260),
-             "Length of the hand before its shape is learnt");
+             "Length of the hand before its shape is learnt [mm]");
   add_number(command, "--breadth-mm", fit->breadth_mm, schema::between(50, 150),
-             "Breadth of the hand before its shape is learnt");
+             "Breadth of the hand before its shape is learnt [mm]");
   add_number(command, "--edge-mm", fit->edge_mm,
-             schema::between(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre), "Edge length of the meshes");
+             schema::between(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre),
+             "Edge length of the meshes [mm]");
   add_number(command, "--learn-s", fit->learning, schema::between(0, 60),
-             "Time that the shape is learnt from [s]; 0: not at all");
+             "Time from which the shape is learnt [s]; 0: it is not learnt");
   add_numbers(command, "--workspace-mm", fit->workspace_mm, {},
-              "Two corners of the box that the hand is looked for in: least x, y, z and largest")
+              "Two corners of the box in which the hand is searched: least x, y, z and largest [mm]")
       ->expected(6);
   finish_command(command, invocation, [fit](const Invocation& invoked) { return fit_command(*fit, invoked); });
 }

@@ -65,11 +65,13 @@ void add_hand_command(CLI::App& app, Invocation& invocation) {
       ->required()
       ->type_name(kMeshFile);
   command->add_flag("--force", hand->force, "Replace the mesh file if it exists");
-  command->add_option("--pose", hand->options.pose, "Pose")->check(one_of(hand_poses()))->capture_default_str();
+  command->add_option("--pose", hand->options.pose, "Pose of the fingers")
+      ->check(one_of(hand_poses()))
+      ->capture_default_str();
   add_number(command, "--breadth-mm", hand->options.breadth, schema::between(50, 150), "Hand breadth [mm]",
              kMillimetre);
   add_number(command, "--length-mm", hand->options.length, schema::between(120, 260), "Hand length [mm]", kMillimetre);
-  command->add_option("--side", hand->options.side, "Which hand: right (default), its thumb at negative x, or left")
+  command->add_option("--side", hand->options.side, "Which hand: right (default, thumb at negative x) or left")
       ->transform(named<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}));
   add_number(command, "--edge-mm", hand->options.edge,
              schema::between(kLeastHandEdge / kMillimetre, kMostHandEdge / kMillimetre), "Edge length [mm]",

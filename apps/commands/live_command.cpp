@@ -64,8 +64,8 @@ const MethodSpec& method_of(const Scene& scene, const std::string& name) {
 Scene moving_scene(const LiveCommand& command) {
   Scene scene = read_scene(command.scene, command.overrides);
   if (!scene.motion) {
-    throw InputError(
-        fmt::format("{}: the scene has no motion: section; live plays a scene that says how it moves", command.scene));
+    throw InputError(fmt::format(
+        "{}: the scene has no motion: section, which live needs; `touchfield run` computes a still", command.scene));
   }
   return scene;
 }
@@ -133,7 +133,7 @@ class Live {
         loop_->rethrow();
         return code;
       }
-      throw NumericalError(fmt::format("the solver hangs: no frame for {:g} s", kPatience));
+      throw NumericalError(fmt::format("the solver does not respond: no frame for {:g} s", kPatience));
     } catch (const std::exception& error) {
       try {
         if (directory_) {
@@ -188,7 +188,7 @@ class Live {
       directory_.emplace(RunDirectory::at(command_.output, {"live.csv"}, command_.options.device.replace));
     }
     const Model& solved = sensed_->solved().first();
-    progress_.note(fmt::format("live: preparing {}: {} faces, {} channels; the solver knows {}", method_.name,
+    progress_.note(fmt::format("live: preparing {}: {} faces, {} channels; the solver sees {}", method_.name,
                                solved.body.mesh.face_count(), solved.array.size(), sensor_text(motion_.sensor)));
     MotionFrame first;
     const auto prepare = [&] {
@@ -258,7 +258,7 @@ class Live {
     const double tolerance = scene_.solve.solver.tolerance;
     if (loop.residual > tolerance) {
       progress_.warn(
-          fmt::format("residual: the equations of a frame were left with {:.1e}, above the tolerance of {:.1e}",
+          fmt::format("residual: the equations of a frame have a residual of {:.1e}, above the tolerance of {:.1e}",
                       loop.residual, tolerance));
     }
     if (flags_.json) {
@@ -294,15 +294,15 @@ class Live {
 void add_live_command(CLI::App& app, Invocation& invocation) {
   const auto live = std::make_shared<LiveCommand>();
   CLI::App* command =
-      app.add_subcommand("live", "Play a scene that moves on the wall clock: sensor, solver and array in a loop");
+      app.add_subcommand("live", "Play a moving scene in real time: sensor, solver and array in a loop");
   add_scene(command, live->scene, live->overrides);
   add_compute_device(command, live->overrides);
-  command->add_option("--method", live->method, "Which method of the scene; default: the only one there is");
+  command->add_option("--method", live->method, "Method of the scene; default: the only one");
   add_device(command, live->options);
   add_emission(command, live->options);
   add_number(command, "--seconds", live->options.request.seconds, schema::above(0),
-             "Time of the loop; default: the whole motion");
-  command->add_option("-o,--output", live->output, "Directory for live.csv, a line a frame; default: no file")
+             "Time of the loop [s]; default: the whole motion");
+  command->add_option("-o,--output", live->output, "Directory for live.csv with one line per frame; default: no file")
       ->type_name(kFolder);
   finish_command(command, invocation, [live](const Invocation& invoked) { return Live(*live, invoked.flags).run(); });
 }

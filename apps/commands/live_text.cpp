@@ -70,10 +70,10 @@ long lost_frames(const LiveReport& report) { return std::ranges::count(report.fr
 std::string describe_live(const LiveResult& result) {
   const LiveReport& loop = result.loop;
   const std::string text = fmt::format(
-      "  loop: {} frames solved in {:.2f} s, {:.1f} a second; {} late, {} slots dropped, {} before a sample; {} quiet, "
-      "of no target, and {} lost\n"
+      "  loop: {} frames solved in {:.2f} s, {:.1f} per second; {} late, {} slots dropped, {} before a sample; {} "
+      "quiet without a target, and {} lost\n"
       "  {} samples sensed, {} overtaken by newer ones\n"
-      "  quiet {} times, {:.2f} s in all, for what was older than {:g} ms; {} frames came that old\n",
+      "  quiet {} times, {:.2f} s in all, because data were older than {:g} ms; {} frames arrived that old\n",
       loop.frames.size(), result.play.seconds, rate_of(result), loop.late, loop.dropped, loop.waiting,
       quiet_frames(loop) - lost_frames(loop), lost_frames(loop), loop.sensed.size(), loop.overtaken,
       result.play.silences, result.play.silent, 1e3 * result.motion.stale, result.play.stale);

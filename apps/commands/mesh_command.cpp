@@ -149,7 +149,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   const FileSurface surface = read_surface(command.file);
   const double size = surface_size(surface);
   if (!(size > 0)) {
-    throw InputError(fmt::format("{}: all points that faces name are one, the mesh has no size", command.file));
+    throw InputError(fmt::format("{}: all faces are at one point, the mesh has no size", command.file));
   }
   FileScale scale = find_scale(size, command.unit);
   for (const std::string& note : surface.notes) {
@@ -175,7 +175,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     text.result = inspect_skin(mesh.vertices(), mesh.triangles());
     if (!text.result->faults.empty()) {
       throw NumericalError(
-          fmt::format("{}: the mesh made of it has faults: {}", command.file, fmt::join(text.result->faults, "; ")));
+          fmt::format("{}: the resulting mesh has faults: {}", command.file, fmt::join(text.result->faults, "; ")));
     }
     if (!command.output.empty()) {
       const LengthUnit unit = command.output_unit.empty() ? scale.unit : file_unit(command.output_unit);
@@ -204,29 +204,29 @@ void add_mesh_command(CLI::App& app, Invocation& invocation) {
       ->check(one_of({"mm", "cm", "m"}));
   command->add_option("--output-unit", mesh->output_unit, "Unit of the file written: mm, cm or m; default: FILE's")
       ->check(one_of({"mm", "cm", "m"}));
-  auto* repair = command->add_flag("--repair", mesh->repair,
-                                   "Weld, drop stray pieces, orient, fill small holes; an error says what is left");
-  add_number(command, "--weld-mm", mesh->repair_options.weld, schema::at_least(0),
-             "Points this near become one; default: 1e-5 of the body's diagonal, at most a hundredth of the median "
-             "edge",
-             kMillimetre)
+  auto* repair =
+      command->add_flag("--repair", mesh->repair,
+                        "Weld, drop stray pieces, orient, fill small holes; an error lists the faults that remain");
+  add_number(
+      command, "--weld-mm", mesh->repair_options.weld, schema::at_least(0),
+      "Weld points within this distance; default: 1e-5 of the body's diagonal, at most a hundredth of the median edge",
+      kMillimetre)
       ->needs(repair);
   add_number(command, "--hole-mm", mesh->repair_options.hole, schema::at_least(0),
-             "Longest way round a hole to fill; default: 0.1 of the body's diagonal", kMillimetre)
+             "Largest perimeter of a hole to fill; default: 0.1 of the body's diagonal", kMillimetre)
       ->needs(repair);
   add_number(command, "--stray-percent", mesh->stray_percent, schema::between(0, 100),
-             "Drop pieces below this share of the largest one's area")
+             "Drop pieces with less than this share of the largest piece's area")
       ->needs(repair);
   command->add_option("--cut", mesh->cut,
-                      "Cut by a plane and cap: x,y,z,nx,ny,nz (a point and a normal, which points to what is cut "
+                      "Cut by a plane and cap: x,y,z,nx,ny,nz (a point, and a normal towards the part that is cut "
                       "off), or y=-20, y<=-20 (keeps that side), y>=-20; in FILE's unit");
-  add_number(command, "--resurface", mesh->resurface, schema::above(0),
-             "Make one closed skin with edges of this length of all faces, whatever holes, flaps, crossings or "
-             "overlaps they have [mm]",
-             kMillimetre)
+  add_number(
+      command, "--resurface", mesh->resurface, schema::above(0),
+      "Make one closed skin with edges of this length [mm]; the faces may have holes, flaps, crossings and overlaps",
+      kMillimetre)
       ->excludes(repair);
-  add_number(command, "--remesh", mesh->edge, schema::above(0), "Mesh anew with edges of this length [mm]",
-             kMillimetre);
+  add_number(command, "--remesh", mesh->edge, schema::above(0), "Remesh with edges of this length [mm]", kMillimetre);
   finish_command(command, invocation, [mesh](const Invocation& invoked) {
     mesh->repair_options.stray = mesh->stray_percent / 100.0;
     return mesh_command(*mesh, invoked.flags);

@@ -40,7 +40,7 @@ std::string skin_lines(const SkinReport& skin) {
   text += fmt::format("  edges       {:.3g} to {:.3g} mm, mean {:.3g} mm; smallest angle {:.2g} degrees\n",
                       mesh.shortest_edge / kMillimetre, mesh.longest_edge / kMillimetre, skin.mean_edge / kMillimetre,
                       mesh.smallest_angle / kDegree);
-  text += fmt::format("  resolution  {:.2f} edges a wavelength ({:.2f} mm at 40 kHz), {:.2f} at the longest edge\n",
+  text += fmt::format("  resolution  {:.2f} edges per wavelength ({:.2f} mm at 40 kHz), {:.2f} at the longest edge\n",
                       wavelength / skin.mean_edge, wavelength / kMillimetre, wavelength / mesh.longest_edge);
   return text;
 }
@@ -113,12 +113,12 @@ std::string describe_mesh(const MeshText& text) {
   lines += fmt::format("  unit        {}, {}; {:.4g} {} across\n", text.unit.name,
                        text.unit_stated ? "as stated" : "guessed", text.size, text.unit.name);
   if (report.repeated_points > 0 || report.unreferenced_points > 0) {
-    lines += fmt::format("  points      {} repeat others, {} named by no face\n", report.repeated_points,
+    lines += fmt::format("  points      {} duplicates, {} not used by any face\n", report.repeated_points,
                          report.unreferenced_points);
   }
   lines += skin_lines(report.skin);
   if (report.skin.faults.empty()) {
-    lines += "  faults      none: it can be a scatterer as it is\n";
+    lines += "  faults      none: the mesh can be used as a scatterer\n";
   }
   for (const std::string& fault : report.skin.faults) {
     lines += fmt::format("  fault       {}\n", fault);

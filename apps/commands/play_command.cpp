@@ -51,7 +51,7 @@ nlohmann::ordered_json motion_json(const Motion& motion, const std::string& dire
 int play_command(const PlayCommand& command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
   ClaimedDirectory claimed(
-      "motion.h5 holds all up to the last whole second that was written, {} says that it is not the whole motion");
+      "motion.h5 holds the motion up to the last full second that was written; {} says that the rest is missing");
   const int threads = apply_threads(flags);
   keep_freed_memory();
   ConsoleProgress progress(flags.quiet || flags.json);
@@ -71,14 +71,14 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
     progress.log_to(directory.file("play.log"));
     progress.note(first_log_line(scene.name, threads));
     const MovingModel& solved = sensed.solved();
-    progress.note(fmt::format("  {:.4g} s of a body of {} faces that {}, {} channels", scene.motion->seconds,
+    progress.note(fmt::format("  {:.4g} s with a body of {} faces that {}, {} channels", scene.motion->seconds,
                               solved.first().body.mesh.face_count(),
                               solved.is_rigid() && is_exact(scene.motion->sensor)
                                   ? "keeps its shape"
-                                  : "changes its shape or that of the whole",
+                                  : "changes its shape or its place relative to others",
                               solved.first().array.size()));
     progress.note(fmt::format("  array: {}", describe_array(solved.first().array)));
-    progress.note("  the solver knows " + sensor_text(scene.motion->sensor));
+    progress.note("  the solver sees " + sensor_text(scene.motion->sensor));
     for (const std::string& note : options.notes) {
       progress.remark(note);
     }
@@ -95,7 +95,8 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
 
 void add_play_command(CLI::App& app, Invocation& invocation) {
   const auto play = std::make_shared<PlayCommand>();
-  CLI::App* command = app.add_subcommand("play", "Play a scene's motion on the clock of its sensor, solver and array");
+  CLI::App* command =
+      app.add_subcommand("play", "Play the motion of a scene on the clock of its sensor, solver and array");
   command->add_option("SCENE", play->scene, "Scene file (YAML) with a motion")->required()->type_name(kYamlFile);
   add_overrides(command, play->overrides);
   add_compute_device(command, play->overrides);

@@ -56,7 +56,7 @@ Scene scene_of(const RunCommand& command) {
 
 int run_command(const RunCommand& command, const Invocation& invoked) {
   if (command.scene.empty() && command.from.empty()) {
-    throw InputError("run: SCENE is missing: a scene file, or --from RUN.h5");
+    throw InputError("run: SCENE is missing: give a scene file, or --from RUN.h5");
   }
   const CommonFlags& flags = invoked.flags;
   ClaimedDirectory claimed("{} says which methods are finished and which are missing");
@@ -76,7 +76,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     progress.note(first_log_line(scene.name, threads));
     progress.note(fmt::format("  array: {}", describe_array(model.array)));
     progress.note(fmt::format(
-        "  {} faces, {:.2f} edges a wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
+        "  {} faces, {:.2f} edges per wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
         report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,
         report.memory_mib / 1024.0));
     if (!report.note.empty()) {

@@ -21,7 +21,7 @@ int schema_command(const std::string& format) {
 void add_schema_command(CLI::App& app, Invocation& invocation) {
   const auto format = std::make_shared<std::string>("markdown");
   CLI::App* command = app.add_subcommand("schema", "Print the schema of scene files");
-  command->add_option("--format", *format, "markdown, or json for editors")
+  command->add_option("--format", *format, "Format: markdown, or json for editors")
       ->check(one_of({"markdown", "json"}))
       ->capture_default_str();
   command->callback([format, &invocation] { invocation.action = [format] { return schema_command(*format); }; });

@@ -26,7 +26,7 @@ struct SeeCommand {
 };
 
 std::string sights_text(const std::vector<SightSummary>& sights) {
-  std::string text = fmt::format("{:<10} {:>14} {:>9} {:>16}\n", "camera", "pixels a frame", "holes [%]", "depth [mm]");
+  std::string text = fmt::format("{:<10} {:>14} {:>9} {:>16}\n", "camera", "pixels/frame", "holes [%]", "depth [mm]");
   for (const SightSummary& sight : sights) {
     const bool sees = sight.farthest > 0;
     text += fmt::format(
@@ -55,7 +55,7 @@ nlohmann::ordered_json sights_json(const SeenScene& seen, const std::vector<Sigh
 
 int see_command(const SeeCommand& command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
-  ClaimedDirectory claimed("times.csv names the frames that are whole, {} says that they are not all");
+  ClaimedDirectory claimed("times.csv lists the frames that are whole; {} says that others are missing");
   const int threads = apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   // All that can be wrong with the input is found before the output directory exists.
@@ -80,18 +80,18 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
 
 void add_see_command(CLI::App& app, Invocation& invocation) {
   const auto see = std::make_shared<SeeCommand>();
-  CLI::App* command = app.add_subcommand("see", "Write the depth images that a scene's simulated cameras take");
+  CLI::App* command = app.add_subcommand("see", "Write the depth images of a scene's simulated cameras");
   command->add_option("SCENE", see->scene, "Scene file (YAML) with motion.sensor.cameras")
       ->required()
       ->type_name(kYamlFile);
   add_overrides(command, see->overrides);
   command
-      ->add_option("-o,--output", see->output,
-                   "Output directory, as sensor: {recorded: {folder}} takes it; default: results/runs/NAME-NNNN, the "
-                   "next free number")
+      ->add_option(
+          "-o,--output", see->output,
+          "Output directory, for sensor: {recorded: {folder}}; default: results/runs/NAME-NNNN, the next free number")
       ->type_name(kFolder);
-  command->add_flag("--force", see->force, "Replace what the output directory holds of a run");
-  add_pictures(command, see->pictures, "Format of the picture of what each camera sees; default: PNG");
+  command->add_flag("--force", see->force, "Replace the run that the output directory holds");
+  add_pictures(command, see->pictures, "Format of the picture of each camera's view; default: PNG");
   finish_command(command, invocation, [see](const Invocation& invoked) { return see_command(*see, invoked); });
 }
 

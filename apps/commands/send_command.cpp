@@ -62,16 +62,17 @@ void add_send_command(CLI::App& app, Invocation& invocation) {
   EmissionRequest& request = send->options.request;
   request.rate = 10;
   CLI::App* command = app.add_subcommand("send", "Send the phases of runs to an array");
-  command->add_option("RUN", send->runs, "run.h5, or the directory that holds it; several are a sequence")
+  command->add_option("RUN", send->runs, "run.h5, or the directory that holds it; several make a sequence")
       ->required()
       ->type_name(kH5File);
-  command->add_option("--method", send->method, "Which method's phases; default: the only one there is");
+  command->add_option("--method", send->method, "Method of the phases; default: the only one");
   add_device(command, send->options);
   add_emission(command, send->options);
-  add_number(command, "--seconds", request.seconds, schema::above(0),
-             "Time of emission, the last frame is held; default: 1 s for one run, else once through");
-  add_number(command, "--rate", request.rate, schema::above(0), "Frames a second of a sequence");
-  command->add_flag("--repeat", request.repeat, "Begin a sequence again after its last frame");
+  add_number(
+      command, "--seconds", request.seconds, schema::above(0),
+      "Time of emission [s], the last frame is held; default: 1 for one run, else one pass through the sequence");
+  add_number(command, "--rate", request.rate, schema::above(0), "Frames per second of a sequence");
+  command->add_flag("--repeat", request.repeat, "Repeat the sequence after its last frame");
   finish_command(command, invocation, [send](const Invocation& invoked) { return send_command(*send, invoked.flags); });
 }
 

@@ -85,7 +85,7 @@ nlohmann::ordered_json rung_json(const StudyRung& rung) {
 }
 
 int study_command(const StudyCommand& command, const CommonFlags& flags) {
-  ClaimedDirectory claimed("study.csv holds the ways that are finished, {} says that they are not all");
+  ClaimedDirectory claimed("study.csv holds the ways that are finished; {} says that others are missing");
   apply_threads(flags);
   ConsoleProgress progress(flags.quiet || flags.json);
   const Scene scene = read_scene(command.scene, command.overrides);
@@ -131,7 +131,7 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
 
 void add_study_command(CLI::App& app, Invocation& invocation) {
   const auto study = std::make_shared<StudyCommand>();
-  CLI::App* command = app.add_subcommand("study", "Solve a scene in every way there is: speed against error");
+  CLI::App* command = app.add_subcommand("study", "Compare the speed and the error of all ways to solve a scene");
   add_scene(command, study->scene, study->overrides);
   add_compute_device(command, study->overrides);
   command
@@ -141,8 +141,9 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
   command->add_flag("--force", study->force, "Replace what the output directory holds");
   add_pictures(command, study->pictures, "Format of the plot; default: png");
   auto* budget = add_number(command, "--budget", study->budget, schema::above(0),
-                            "Pick the most accurate way within so many seconds");
-  add_number(command, "--error", study->error, schema::above(0), "Pick the cheapest way within so many percent")
+                            "Pick the most accurate way that takes at most this many seconds");
+  add_number(command, "--error", study->error, schema::above(0),
+             "Pick the fastest way with an error of at most this many percent")
       ->excludes(budget);
   add_numbers(command, "--edges-mm", study->options.edges, schema::above(0),
               "Edge lengths [mm]; default: 1.4, 1 and 0.7 times the scene's", kMillimetre)
@@ -164,7 +165,7 @@ void add_study_command(CLI::App& app, Invocation& invocation) {
       ->transform(named<Precision>({{"double", Precision::kDouble}, {"single", Precision::kSingle}}))
       ->delimiter(',');
   add_number(command, "--rung-seconds", study->options.rung_seconds, schema::above(0),
-             "Skip ways expected to take longer");
+             "Skip ways that are expected to take longer [s]");
   finish_command(command, invocation,
                  [study](const Invocation& invoked) { return study_command(*study, invoked.flags); });
 }

@@ -224,7 +224,7 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   SweepRunner runner(input, directory, options);
   most = runner.jobs();
   for (const auto& [number, damage] : runner.damaged()) {
-    Reporter::warn(fmt::format("case {} is damaged and computed anew: {}", number, damage));
+    Reporter::warn(fmt::format("case {} is damaged and computed again: {}", number, damage));
   }
   reporter.note(fmt::format("{}: {} cases to compute, {} {}; {} at a time with {} thread{} each, in {}",
                             input.plan.name, runner.left(), runner.groups(), runner.groups() == 1 ? "body" : "bodies",
@@ -236,10 +236,10 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
         [&](const SweepRecord& record, const SweepProgress& progress) { reporter.on_case(record, progress); });
   } catch (const Interrupted& interrupted) {
     const SweepSummary kept = runner.result().summary;
-    say(fmt::format(
-        "\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, those under way were dropped; "
-        "the same command with -o and --resume goes on\n",
-        interrupt_text(interrupted.signal), kept.records.size(), kept.cases, directory.path()));
+    say(
+        fmt::format("\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, unfinished cases were "
+                    "dropped; the same command with -o and --resume continues\n",
+                    interrupt_text(interrupted.signal), kept.records.size(), kept.cases, directory.path()));
     return 128 + interrupted.signal;
   }
   draw(directory.path(), result.summary, command, reporter);
@@ -250,7 +250,7 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
 
 void add_sweep_command(CLI::App& app, Invocation& invocation) {
   const auto sweep = std::make_shared<SweepCommand>();
-  CLI::App* command = app.add_subcommand("sweep", "Compute many scenes: a base with changes");
+  CLI::App* command = app.add_subcommand("sweep", "Compute many scenes: a base scene with changes");
   auto* file = command->add_option("SWEEP", sweep->sweep, "Sweep file (YAML)")->type_name(kYamlFile);
   command
       ->add_option("-o,--output", sweep->output,
@@ -259,18 +259,17 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
   add_overrides(command, sweep->overrides);
   add_compute_device(command, sweep->overrides);
   add_whole(command, "--jobs", sweep->options.jobs, schema::between(1, kMostThreads),
-            "Cases at a time; default: one for each body, at most one a thread");
+            "Cases at a time; default: one per body, at most one per thread");
   add_number(command, "--case-seconds", sweep->options.case_seconds, schema::above(0),
-             "Give up a case that takes longer; default: 600 and 20 times what it is expected to, or 10 times the "
-             "longest so far")
+             "Give up a case that takes longer [s]; default: 600 and 20 times the expected time, or 10 times the "
+             "longest case so far")
       ->default_str("");
   command->add_option("--shard", sweep->shard, "Compute part i of n only: i/n")->capture_default_str();
-  command->add_flag("--resume", sweep->resume,
-                    "Go on with the sweep in the output directory; begin it if there is none");
-  command->add_flag("--retry-failed", sweep->options.retry_failed, "Go on, and compute failed cases anew");
+  command->add_flag("--resume", sweep->resume, "Continue the sweep in the output directory, or begin one");
+  command->add_flag("--retry-failed", sweep->options.retry_failed, "Continue, and compute failed cases again");
   command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
   add_pictures(command, sweep->pictures, "Format of the plot; default: png");
-  command->add_option("--collect", sweep->collect, "Write the table of a directory, its shards merged, instead")
+  command->add_option("--collect", sweep->collect, "Only write the table of a directory, with its shards merged")
       ->excludes(file)
       ->type_name(kFolder);
   finish_command(command, invocation, [sweep](const Invocation& invoked) { return sweep_command(*sweep, invoked); });

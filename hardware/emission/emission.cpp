@@ -84,7 +84,8 @@ void require_unread(const DryRunFiles& files, const std::vector<std::string>& re
     for (const std::string& input : read) {
       std::error_code error;
       if (std::filesystem::equivalent(files.of(frame), input, error)) {
-        throw InputError(fmt::format("dry-run: {} is read, as {}; give another file to write", files.of(frame), input));
+        throw InputError(fmt::format("dry-run: {} is the same file as {}, which is read; give another file to write",
+                                     files.of(frame), input));
       }
     }
   }
@@ -159,7 +160,7 @@ double permitted_rate(const EmissionRequest& request, const LinkAbilities& abili
   const double most = abilities.most_frames_per_second;
   if (!(request.rate > 0 && request.rate <= most)) {
     throw InputError(
-        fmt::format("{:g} frames a second must be > 0 and <= {:g}, what {} carries", request.rate, most, device));
+        fmt::format("{:g} frames per second must be > 0 and <= {:g}, the limit of {}", request.rate, most, device));
   }
   return request.rate;
 }
@@ -175,7 +176,8 @@ void require_read_back(const DriveFrame& sent, ArrayLink& link) {
     ++n;
   }
   throw DeviceError(
-      fmt::format("{}: it reads back another pattern than was sent, from transducer {} on", link.describe(), n));
+      fmt::format("{}: the pattern that was read back differs from the one that was sent, from transducer {} on",
+                  link.describe(), n));
 }
 
 void require_read_back(const Modulation& sent, ArrayLink& link) {
@@ -189,7 +191,8 @@ void require_read_back(const Modulation& sent, ArrayLink& link) {
     same = (*held)[k] == wanted[k % wanted.size()];
   }
   if (!same) {
-    throw DeviceError(fmt::format("{}: it reads back another modulation than was sent", link.describe()));
+    throw DeviceError(
+        fmt::format("{}: the modulation that was read back differs from the one that was sent", link.describe()));
   }
 }
 

@@ -39,7 +39,7 @@ pid_t GuardChannel::maker() const {
   ucred credentials{};
   socklen_t size = sizeof credentials;
   if (::getsockopt(descriptor(), SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) {
-    throw IoError(fmt::format("link guard: whose channel it is cannot be told: {}", std::strerror(errno)));
+    throw IoError(fmt::format("link guard: the owner of the channel cannot be determined: {}", std::strerror(errno)));
   }
   return credentials.pid;
 }
@@ -61,7 +61,7 @@ std::optional<GuardMessage> GuardChannel::receive(double seconds) {
     return std::nullopt;
   }
   if (size > kMostBytes) {
-    throw IoError("link guard: a message that is none");
+    throw IoError("link guard: malformed message");
   }
   GuardMessage message(kSignOfLife, GuardBytes(std::max(1U, size) - 1));
   if ((size > 0 && !receive_bytes(&message.what, 1, patience)) ||

@@ -85,7 +85,7 @@ Value unpacked(const GuardBytes& bytes) {
   try {
     return Json::from_msgpack(bytes).get<Value>();
   } catch (const Json::exception&) {
-    throw IoError("link guard: a message that is none");
+    throw IoError("link guard: malformed message");
   }
 }
 

@@ -46,7 +46,7 @@ class Guard {
       } else if (ready > 0 && watched[0].revents != 0 && signals_.wait(0)) {
         stop(fmt::format("stopped by {}", StopSignals::name(signals_.signal())));
       } else if (steady_now() >= deadline_) {
-        stop("the time is over that it may emit");
+        stop("the permitted time of emission is over");
       } else if (ready > 0 && watched[1].revents != 0) {
         hear_watchdog();
       } else if (ready > 0 && watched[2].revents != 0) {
@@ -265,8 +265,8 @@ Quieting quieted(ArrayLink& link) {
     const std::optional<DriveFrame> state = link.read_back();
     done.quiet = !state || level_of(*state, link.abilities().steps) == 0;
     done.text = fmt::format("{} after {:.0f} ms",
-                            !done.quiet ? "the array says that it is still on"
-                            : state     ? "the array is quiet, as it says itself,"
+                            !done.quiet ? "the array reports that it is still on"
+                            : state     ? "the array is quiet, as it reports itself,"
                                         : "the array is quiet",
                             (steady_now() - start) * 1e3);
   } catch (const std::exception& error) {

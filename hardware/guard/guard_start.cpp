@@ -47,7 +47,7 @@ void require_handed_over(int count) {
   for (int descriptor = kGuardDescriptor; descriptor < kGuardDescriptor + count; ++descriptor) {
     struct stat status {};
     if (::fstat(descriptor, &status) != 0 || !S_ISSOCK(status.st_mode)) {
-      throw InputError("link guard: it is started by whoever drives an array, not by hand");
+      throw InputError("link guard: touchfield starts it when it drives an array; it is not for use by hand");
     }
   }
 }

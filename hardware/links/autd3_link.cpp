@@ -34,8 +34,8 @@ void require_rotation(const Eigen::Matrix3d& rotation, std::size_t unit) {
   const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(off < 1e-9 && rotation.determinant() > 0)) {
     throw InputError(
-        fmt::format("autd3: unit {}: its rotation is none: R R^T is {:.3g} off the identity, det R = {:.3g}", unit, off,
-                    rotation.determinant()));
+        fmt::format("autd3: unit {}: its matrix is not a rotation: R R^T is {:.3g} off the identity, det R = {:.3g}",
+                    unit, off, rotation.determinant()));
   }
 }
 
@@ -310,7 +310,7 @@ void Autd3Link::send_datagram(autd3::Datagram* datagram, std::string_view what) 
 void Autd3Link::require_live() const {
   require_open();
   if (lost_) {
-    throw DeviceError("autd3: the link was lost before; nothing is sent until it is opened anew");
+    throw DeviceError("autd3: the link was lost before; nothing is sent until it is opened again");
   }
 }
 
@@ -323,7 +323,7 @@ void Autd3Link::require_open() const {
 autd3::Link* Autd3Link::open_audit() const {
   require_open();
   if (options_.mode != "audit") {
-    throw InputError(fmt::format("autd3: the link {} cannot be looked into, only audit", options_.mode));
+    throw InputError(fmt::format("autd3: the link {} cannot be inspected, only audit can", options_.mode));
   }
   return library_.call().link_of(controller_);
 }

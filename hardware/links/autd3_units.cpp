@@ -77,14 +77,14 @@ std::vector<UnitPlacement> autd3_placements(const ArrayLayout& layout) {
     for (Eigen::Index channel = 0; channel < per_unit; ++channel) {
       const double miss = (position(channel) - expected.positions.col(channel)).norm();
       if (!(miss <= kAutd3PositionTolerance)) {
-        throw InputError(fmt::format("autd3: unit {}: its transducer {} is {:.3g} m from where an AUTD3 has it",
+        throw InputError(fmt::format("autd3: unit {}: its transducer {} is {:.3g} m from its place in an AUTD3",
                                      placements.size(), channel, miss));
       }
       const Vector3 axis = layout.axes.col(columns[static_cast<std::size_t>(channel)]);
       if (!((axis - expected.axes.col(channel)).norm() <= kAxisTolerance)) {
         throw InputError(
-            fmt::format("autd3: unit {}: its transducer {} emits along ({:.4f}, {:.4f}, {:.4f}); an AUTD3 "
-                        "that sits so emits along ({:.4f}, {:.4f}, {:.4f})",
+            fmt::format("autd3: unit {}: its transducer {} emits along ({:.4f}, {:.4f}, {:.4f}); an AUTD3 in this pose "
+                        "emits along ({:.4f}, {:.4f}, {:.4f})",
                         placements.size(), channel, axis.x(), axis.y(), axis.z(), expected.axes(0, channel),
                         expected.axes(1, channel), expected.axes(2, channel)));
       }

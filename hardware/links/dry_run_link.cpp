@@ -64,7 +64,7 @@ void DryRunLink::open() {
     paths.push_back(files_.of(frame));
     std::error_code error;
     if (!files_.replace && std::filesystem::exists(std::filesystem::symlink_status(paths.back(), error))) {
-      throw InputError(fmt::format("dry-run: {} is there already; --force replaces it", paths.back()));
+      throw InputError(fmt::format("dry-run: {} exists already; --force replaces it", paths.back()));
     }
   }
   remove_leftovers_of(paths);

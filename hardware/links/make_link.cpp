@@ -16,7 +16,7 @@ std::unique_ptr<ArrayLink> make_link(const LinkSettings& settings) {
   switch (address.kind) {
     case LinkAddress::Kind::kDryRun:
       if (!has_array) {
-        throw InputError("dry-run: it stands for the array of a run, and there is none");
+        throw InputError("dry-run: it needs the array of a run; add --run RUN");
       }
       return std::make_unique<DryRunLink>(settings.array, address.levels,
                                           DryRunFiles{address.path, settings.frames, settings.replace});

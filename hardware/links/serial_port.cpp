@@ -46,7 +46,7 @@ struct SerialPort::Port {
 SerialPort::SerialPort(std::string name, unsigned baud) : name_(std::move(name)), port_(std::make_unique<Port>()) {
   struct stat status {};
   if (::stat(name_.c_str(), &status) != 0) {
-    fail(name_, errno == ENOENT ? "there is none of this name" : std::strerror(errno));
+    fail(name_, errno == ENOENT ? "no device has this name" : std::strerror(errno));
   }
   // Opening a pipe or a tape can have effects of its own.
   if (!S_ISCHR(status.st_mode)) {
@@ -111,7 +111,8 @@ void SerialPort::drain(double patience) {
       return;
     }
     if (over) {
-      fail(name_, fmt::format("it stands still: {} bytes have not left this machine after {:g} s", waiting, patience));
+      fail(name_,
+           fmt::format("it does not respond: {} bytes have not left this machine after {:g} s", waiting, patience));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
@@ -121,7 +122,7 @@ int SerialPort::unsent() {
   int waiting = 0;
   if (::ioctl(port_->serial.native_handle(), TIOCOUTQ, &waiting) != 0) {
     const bool cannot = errno == ENOTTY || errno == EINVAL;
-    fail(name_, fmt::format("{}: {}", cannot ? "it does not tell whether its bytes have left" : "the device is lost",
+    fail(name_, fmt::format("{}: {}", cannot ? "it does not report whether its bytes have left" : "the device is lost",
                             std::strerror(errno)));
   }
   return waiting;

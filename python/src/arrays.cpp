@@ -52,7 +52,7 @@ Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic> matrix_of(nb::handle value
   try {
     array = numpy.attr("asarray")(value);
   } catch (const nb::python_error& error) {  // rows of different lengths, an object that refuses
-    throw InputError(fmt::format("{} is no array: {}", what, error.what()));
+    throw InputError(fmt::format("{} is not an array: {}", what, error.what()));
   }
   const auto kind = nb::cast<std::string>(array.attr("dtype").attr("kind"));
   const auto sizes = nb::cast<std::vector<std::size_t>>(nb::object(nb::list(array.attr("shape"))));

@@ -101,19 +101,19 @@ void add_batch(nb::module_& module) {
              nb::arg("threads") = nb::none(),
              nb::sig("def check(scene: str | os.PathLike, set: dict[str, typing.Any] | None = None, accuracy: bool = "
                      "False, threads: int | None = None) -> dict[str, typing.Any]"),
-             "What a scene would build and cost, as `touchfield check --json` says it; accuracy: the discretisation "
-             "error too.");
+             "Describes what a scene builds and costs, as `touchfield check --json`; accuracy: includes the "
+             "discretisation error.");
   module.def("sweep", &sweep, nb::arg("file"), nb::arg("out"), nb::arg("set") = nb::none(),
              nb::arg("device") = nb::none(), nb::arg("jobs") = 0, nb::arg("resume") = false,
              nb::arg("threads") = nb::none(),
              nb::sig("def sweep(file: str | os.PathLike, out: str | os.PathLike, set: dict[str, typing.Any] | None = "
                      "None, device: str | None = None, jobs: int = 0, resume: bool = False, threads: int | None = "
                      "None) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
-             "Computes the cases of a sweep into a folder, as `touchfield sweep`, in processes of their own: the "
+             "Computes the cases of a sweep into a folder, as `touchfield sweep`, in separate processes. Returns the "
              "columns of its table.");
   module.def("read_sweep", &read_sweep_columns, nb::arg("folder"),
              nb::sig("def read_sweep(folder: str | os.PathLike) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
-             "The columns of a sweep's table by what is done of it.");
+             "The columns of a sweep's table, for the finished cases.");
 }
 
 }  // namespace touchfield::python

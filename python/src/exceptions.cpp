@@ -77,20 +77,19 @@ void say(const Remark& remark) {
 }
 
 void add_errors(nb::module_& module) {
-  names.error = made(module, "Error", "Base of every error of touchfield's.", PyExc_Exception);
-  names.input = made(module, "InputError", "What the caller can mend: a scene, a file, an argument.", names.error,
-                     PyExc_ValueError);
-  names.numerical = made(module, "NumericalError", "A computation that has no trustworthy result.", names.error,
-                         PyExc_ArithmeticError);
+  names.error = made(module, "Error", "Base class of all errors of touchfield.", PyExc_Exception);
+  names.input = made(module, "InputError", "Wrong input that the caller can correct: a scene, a file, an argument.",
+                     names.error, PyExc_ValueError);
+  names.numerical =
+      made(module, "NumericalError", "A computation without a reliable result.", names.error, PyExc_ArithmeticError);
   names.io = made(module, "IoError", "A file that could not be read or written although the input was right.",
                   names.error, PyExc_OSError);
   names.device =
       made(module, "DeviceError", "A device that is missing, silent or lost.", names.error, PyExc_RuntimeError);
   names.not_built =
-      made(module, "NotBuiltError", "Something this build was made without.", names.error, PyExc_RuntimeError);
-  names.warning = made(module, "TouchfieldWarning", "What makes a result less than trustworthy.", PyExc_UserWarning);
-  names.note =
-      made(module, "TouchfieldNote", "What is worth knowing about a result that is trustworthy.", names.warning);
+      made(module, "NotBuiltError", "A feature that this build does not include.", names.error, PyExc_RuntimeError);
+  names.warning = made(module, "TouchfieldWarning", "Anything that makes a result unreliable.", PyExc_UserWarning);
+  names.note = made(module, "TouchfieldNote", "Information about a result that is reliable.", names.warning);
   nb::register_exception_translator(translate, nullptr);
 }
 

@@ -37,7 +37,7 @@ nb::dict score(const SharedModel& model, nb::handle pressure) {
   const std::string what = "score: pressure";
   const Eigen::VectorXcd p = complex_list(pressure, what);
   const TriangleMesh& mesh = model->body.mesh;
-  require_count(what, p.size(), mesh.face_count(), "a face");
+  require_count(what, p.size(), mesh.face_count(), "per face");
   if (!model->scene.target) {
     return metrics_dict(metrics_of(mesh, SurfaceGradient(mesh, model->wave.k()), model->wave, p));
   }
@@ -120,13 +120,13 @@ Model with_own(const Model& model, const OwnMethods& own) {
 }
 
 void add_models(nb::module_& module) {
-  nb::class_<SharedTarget>(module, "Target", "The faces to press on.")
+  nb::class_<SharedTarget>(module, "Target", "The faces of the target.")
       .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces))
       .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes), "The wanted pressure on each [Pa].")
       .def("__len__", [](const SharedTarget& self) { return self->size(); })
       .def("__repr__",
            [](const SharedTarget& self) { return fmt::format("<touchfield.Target: {} faces>", self->size()); });
-  nb::class_<SharedModel>(module, "Model", "A scene made concrete: what a run computes with, in the world's frame.")
+  nb::class_<SharedModel>(module, "Model", "The model of a scene, with which a run computes, in the world's frame.")
       .def(
           "__init__",
           [](SharedModel* self, nb::handle scene, nb::handle set, const std::optional<std::string>& device) {
@@ -138,7 +138,7 @@ void add_models(nb::module_& module) {
       .def_prop_ro("name", [](const SharedModel& self) { return self->scene.name; })
       .def_prop_ro(
           "scene", [](const SharedModel& self) { return resolved_yaml(self->scene); },
-          "The scene as YAML with every default written out.")
+          "The scene as YAML with all defaults.")
       .def_prop_ro("mesh",
                    [](const SharedModel& self) {
                      SkinMesh skin{part_of(self, self->body.mesh)};
@@ -150,7 +150,7 @@ void add_models(nb::module_& module) {
       .def_prop_ro("target", &target_of)
       .def_prop_ro(
           "judged_skin", [](const SharedModel& self) { return to_string(judged_extent(*self)); },
-          "Of the bodies what the judge has: 'whole', or 'part' that keep_within_mm leaves.")
+          "Extent of the skin that is evaluated: 'whole', or 'part' (within keep_within_mm).")
       .def("score", &score, nb::arg("pressure"),
            nb::sig("def score(self, pressure: numpy.typing.ArrayLike) -> dict[str, float]"),
            "The metrics of a pressure on every face of the mesh [Pa].")

@@ -87,7 +87,7 @@ nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::o
 template <typename Ask>
 auto asked(const Model& model, Scheme scheme, Progress& progress, Ask ask) {
   if (!model.scene.target) {
-    throw InputError(fmt::format("scene {}: has no target, which the phase methods need", model.scene.name));
+    throw InputError(fmt::format("scene {}: it has no target, which the phase methods need", model.scene.name));
   }
   std::vector<SolveRecord> records;
   const auto scattering = make_scattering("python", model.body.mesh, scheme, model.scene.solve.solver,
@@ -135,7 +135,7 @@ SharedSolution solve_by_surface(const SharedProblem& problem, int iterations, nb
   Eigen::MatrixXcd starts(problem->channel_count(), 0);
   if (!start.is_none()) {
     starts = complex_list(start, "solve_surface: start");
-    require_count("solve_surface: start", starts.rows(), problem->channel_count(), "a channel");
+    require_count("solve_surface: start", starts.rows(), problem->channel_count(), "per channel");
   }
   return computed(thread_count(threads), [=](Progress& progress) {
     return shared(phase_method("surface").solve(*problem, starts, settings, [&](int done, double) {
@@ -195,8 +195,8 @@ nb::object field(const SkinMesh& skin, const SharedArray& array, nb::handle pres
   const Eigen::VectorXcd q = complex_list(drives, "field: drives");
   const Points at = point_rows(points, "field: points");
   const auto mesh = skin.mesh;
-  require_count("field: pressure", p.size(), mesh->face_count(), "a face");
-  require_count("field: drives", q.size(), array->size(), "a channel");
+  require_count("field: pressure", p.size(), mesh->face_count(), "per face");
+  require_count("field: drives", q.size(), array->size(), "per channel");
   const Wave sound = wave_or_default(wave);
   return owned(computed(thread_count(threads), [=](Progress&) {
     require_scatterer(*mesh, *array, "field");
@@ -206,14 +206,14 @@ nb::object field(const SkinMesh& skin, const SharedArray& array, nb::handle pres
 
 double cost(const SharedProblem& problem, nb::handle drives) {
   const Eigen::VectorXcd q = complex_list(drives, "cost: drives");
-  require_count("cost: drives", q.size(), problem->channel_count(), "a channel");
+  require_count("cost: drives", q.size(), problem->channel_count(), "per channel");
   return skin_cost(*problem, q);
 }
 
 void add_classes(nb::module_& module) {
   nb::class_<SharedProblem>(module, "Problem",
-                            "sum_j w_j (|h_j q| - p'_j)^2 + |R q|^2, the misfit of drives q on the skin: what method "
-                            "`surface` lowers.")
+                            "sum_j w_j (|h_j q| - p'_j)^2 + |R q|^2, the misfit of an excitation vector q on the skin, "
+                            "which method `surface` minimises.")
       .def(
           "__init__",
           [](SharedProblem* self, nb::handle target, nb::handle amplitudes, nb::handle weights, nb::handle quiet) {
@@ -224,7 +224,7 @@ void add_classes(nb::module_& module) {
                   "numpy.typing.ArrayLike, quiet: numpy.typing.ArrayLike | None = None) -> None"),
           "target: the K x N rows of H; amplitudes: p', K [Pa]; weights: w, K, areas [m2]; quiet: R, r x N.")
       .def_static("of_model", &problem_of_model, nb::arg("model"), nb::arg("threads") = nb::none(),
-                  "What the methods of a scene work on, its quiet skin reduced to a few rows.")
+                  "The problem of a scene's methods, with the skin outside the target reduced to a few rows.")
       .def_prop_ro("target", part_of<SharedProblem>(&SkinProblem::target))
       .def_prop_ro("amplitudes", part_of<SharedProblem>(&SkinProblem::amplitudes))
       .def_prop_ro("weights", part_of<SharedProblem>(&SkinProblem::weights))
@@ -234,7 +234,7 @@ void add_classes(nb::module_& module) {
         return fmt::format("<touchfield.Problem: {} faces, {} channels, {} quiet rows>", self->target_count(),
                            self->channel_count(), self->quiet.rows());
       });
-  nb::class_<SharedSolution>(module, "Solution", "Drives that a phase method found.")
+  nb::class_<SharedSolution>(module, "Solution", "The excitation vector that a phase method found.")
       .def_prop_ro("phases", part_of<SharedSolution>(&PhaseSolution::phases))
       .def_prop_ro("amplitudes", part_of<SharedSolution>(&PhaseSolution::amplitudes))
       .def_prop_ro(
@@ -267,18 +267,18 @@ void add_problems(nb::module_& module) {
       nb::arg("free_level") = MethodSettings{}.free_level, nb::arg("threads") = nb::none(),
       nb::sig("def solve_surface(problem: Problem, *, iterations: int = ..., start: numpy.typing.ArrayLike | None = "
               "None, free_amplitudes: bool = ..., free_level: bool = ..., threads: int | None = None) -> Solution"),
-      "Method `surface`; without start drives it tries several of its own, as a scene's `start: auto`.");
+      "Method `surface`. Without `start` it tries several starts of its own, as `start: auto` in a scene.");
   module.def("solve_paper", &solve_by_paper, nb::arg("model"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
              nb::arg("faces") = "equal", nb::arg("scattered") = true, nb::arg("threads") = nb::none(),
-             "Method `paper`, or `unscattered`, on a scene's model.");
+             "Method `paper` or `unscattered` on the model of a scene.");
   module.def("certify", &certified, nb::arg("problem"), nb::arg("threads") = nb::none(),
              nb::sig("def certify(problem: Problem, threads: int | None = None) -> dict[str, typing.Any]"),
-             "A proved lower bound of the problem's cost over all drives [Pa2 m2].");
+             "The optimality bound: a proved lower bound of the problem's cost over all excitation vectors [Pa2 m2].");
   module.def(
       "judge", &judge, nb::arg("model"), nb::arg("phases"), nb::arg("threads") = nb::none(),
       nb::sig(
           "def judge(model: Model, phases: numpy.typing.ArrayLike, threads: int | None = None) -> dict[str, float]"),
-      "The metrics of phases at full drive by the scene's own judge, as of a built-in method.");
+      "The metrics of phases at full drive on the scene's evaluation mesh, as for a built-in method.");
   module.def(
       "field", &field, nb::arg("mesh"), nb::arg("array"), nb::arg("pressure"), nb::arg("drives"), nb::arg("points"),
       nb::arg("wave") = nb::none(), nb::arg("threads") = nb::none(),

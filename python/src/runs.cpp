@@ -47,7 +47,7 @@ SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>
   const int count = thread_count(threads);
   if (nb::isinstance<SharedModel>(scene)) {
     if (!set.is_none() || device) {
-      throw InputError("run: set and device go with a scene file; a Model has taken them already");
+      throw InputError("run: set and device need a scene file; a Model already has its own");
     }
     return computed(count, [model = nb::cast<SharedModel>(scene), methods](Progress& progress) {
       return solved(with_own(*model, methods), progress);
@@ -77,7 +77,7 @@ void save(const SharedRun& run, nb::handle path, bool force) {
     if (!place.ends_with(".h5")) {
       save_folder(*run, place, force, progress);
     } else if (!force && std::filesystem::exists(place)) {
-      throw InputError(fmt::format("{}: there is a file of that name; force=True replaces it", place));
+      throw InputError(fmt::format("{}: the file exists; force=True replaces it", place));
     } else {
       remove_leftovers_of({place});
       write_run_file(place, *run);
@@ -168,7 +168,7 @@ nb::dict grids(const SharedRun& run, nb::handle self) {
 }
 
 void add_picture(nb::module_& module) {
-  nb::class_<Picture>(module, "Picture", "A picture of the program's own, which Jupyter shows.")
+  nb::class_<Picture>(module, "Picture", "A picture made by the program; Jupyter displays it.")
       .def("_repr_png_", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
       .def("__bytes__", [](const Picture& self) { return nb::bytes(self.bytes.data(), self.bytes.size()); })
       .def("save", &save_picture, nb::arg("path"), nb::sig("def save(self, path: str | os.PathLike) -> None"),
@@ -176,11 +176,10 @@ void add_picture(nb::module_& module) {
 }
 
 void add_run(nb::module_& module) {
-  nb::class_<SharedRun>(module, "Run", "What a scene came to. Arrays are read-only views onto it.")
+  nb::class_<SharedRun>(module, "Run", "The results of a scene. Arrays are read-only views of them.")
       .def_prop_ro("name", [](const SharedRun& self) { return self->name; })
       .def_prop_ro(
-          "scene", [](const SharedRun& self) { return self->scene; },
-          "The scene as YAML with every default written out.")
+          "scene", [](const SharedRun& self) { return self->scene; }, "The scene as YAML with all defaults.")
       .def_prop_ro("mesh", [](const SharedRun& self) { return SkinMesh{part_of(self, self->mesh)}; })
       .def_prop_ro("array", [](const SharedRun& self) { return part_of(self, self->array); })
       .def_prop_ro("target",
@@ -221,9 +220,10 @@ void add_run(nb::module_& module) {
       .def_prop_ro("judge", [](const SharedRun& self) { return self->judge; })
       .def_prop_ro(
           "solved_skin", [](const SharedRun& self) { return to_string(self->solved_skin); },
-          "Of the bodies what `mesh`, `pressures` and `fields` are of: 'whole', or 'part' that keep_within_mm leaves.")
+          "Extent of the skin in `mesh`, `pressures` and `fields`: 'whole', or 'part' (within keep_within_mm).")
       .def_prop_ro(
-          "judged_skin", [](const SharedRun& self) { return to_string(self->judged_skin); }, "Likewise of `metrics`.")
+          "judged_skin", [](const SharedRun& self) { return to_string(self->judged_skin); },
+          "Extent of the skin in `metrics`.")
       .def_prop_ro("judge_mesh",
                    [](const SharedRun& self) -> std::optional<SkinMesh> {
                      return self->judge_model ? std::optional(SkinMesh{part_of(self, self->judge_model->mesh)})
@@ -232,7 +232,7 @@ void add_run(nb::module_& module) {
       .def_prop_ro("judge_pressures",
                    views_by_method([](const MethodResult& method) -> auto& { return method.judge_pressure; }),
                    nb::sig("def judge_pressures(self) -> dict[str, numpy.typing.NDArray[numpy.complex128]]"),
-                   "By method, on the judge's mesh [Pa]; empty where `pressures` are what is judged.")
+                   "By method, on the evaluation mesh [Pa]; empty if `pressures` are evaluated.")
       .def_prop_ro(
           "problems",
           [](const SharedRun& self) {
@@ -242,11 +242,11 @@ void add_run(nb::module_& module) {
             }
             return problems;
           },
-          nb::sig("def problems(self) -> dict[str, Problem]"), "By scheme, where the scene's `write` has transfer.")
+          nb::sig("def problems(self) -> dict[str, Problem]"), "By scheme, if the scene's `write` has transfer.")
       .def_prop_ro(
           "fields", [](nb::handle_t<SharedRun> self) { return grids(nb::cast<const SharedRun&>(self), self); },
           nb::sig("def fields(self) -> dict[str, dict[str, numpy.typing.NDArray[typing.Any]]]"),
-          "By name of the grid and method [Pa], axes z, y, x; `points`: where, likewise and x, y, z [m].")
+          "By name of the grid and method [Pa], axes z, y, x; `points`: the positions, with a last axis x, y, z [m].")
       .def_prop_ro(
           "seconds", [](const SharedRun& self) { return texts(self->seconds); },
           nb::sig("def seconds(self) -> dict[str, float]"))
@@ -259,10 +259,10 @@ void add_run(nb::module_& module) {
            "By method, the pressure at points off the skin [Pa]: 0 inside the body, NaN on a transducer.")
       .def("save", &save, nb::arg("path"), nb::arg("force") = false,
            nb::sig("def save(self, path: str | os.PathLike, force: bool = False) -> None"),
-           "One file of a name that ends in .h5; else a folder with the files that the scene's `write` names.")
+           "Writes one file if the name ends in .h5, otherwise a folder with the files that the scene's `write` lists.")
       .def("plot", &plot, nb::arg("picture") = nb::none(),
-           "A picture by its name: setup, target, pressure_METHOD, field_GRID_METHOD; without one the first method's "
-           "pressure.")
+           "A picture by its name: setup, target, pressure_METHOD, field_GRID_METHOD; default: the pressure of the "
+           "first method.")
       .def("_repr_png_",
            [](const SharedRun& self) {
              const Picture drawn = plot(self, std::nullopt);
@@ -282,15 +282,14 @@ void add_runs(nb::module_& module) {
       nb::sig(
           "def run(scene: str | os.PathLike | Model, set: dict[str, typing.Any] | None = None, device: str | None = "
           "None, threads: int | None = None, own: dict[str, numpy.typing.ArrayLike] | None = None) -> Run"),
-      "Computes a scene, as `touchfield run`, and with it methods of one's own: their names and phases. Writes "
-      "nothing.");
+      "Computes a scene, as `touchfield run`. `own` adds methods of your own: their names and phases. Writes nothing.");
   module.def(
       "read_run",
       [](nb::handle path) {
         return computed(0, [file = path_of(path)](Progress&) { return shared(read_run_file(run_file_at(file))); });
       },
       nb::arg("path"), nb::sig("def read_run(path: str | os.PathLike) -> Run"),
-      "A run.h5, or the folder that holds it.");
+      "Reads a run.h5, or the folder that holds it.");
 }
 
 }  // namespace touchfield::python

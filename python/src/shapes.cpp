@@ -88,7 +88,7 @@ void add_mesh_class(nb::module_& module) {
       return view(std::invoke(get, *nb::cast<const SkinMesh&>(self).mesh), self);
     };
   };
-  nb::class_<SkinMesh>(module, "Mesh", "A triangulated surface; normals outwards, lengths in m. Never changed.")
+  nb::class_<SkinMesh>(module, "Mesh", "A triangulated surface with outward normals, lengths in m. Immutable.")
       .def(
           "__init__",
           [](SkinMesh* self, nb::handle vertices, nb::handle triangles) {
@@ -107,7 +107,7 @@ void add_mesh_class(nb::module_& module) {
       .def_prop_ro("volume", [](const SkinMesh& self) { return self.mesh->signed_volume(); })
       .def_prop_ro("landmarks", &landmark_dict,
                    nb::sig("def landmarks(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
-                   "Named points on the skin [m], of the shapes that have some.")
+                   "Named points on the skin [m], if the shape has some.")
       .def(
           "save",
           [](const SkinMesh& self, nb::handle path, double unit) {
@@ -118,7 +118,7 @@ void add_mesh_class(nb::module_& module) {
           },
           nb::arg("path"), nb::arg("unit") = 1e-3,
           nb::sig("def save(self, path: str | os.PathLike, unit: float = 1e-3) -> None"),
-          "Writes STL, OBJ, PLY, OFF or VTP by the ending, in units of so many metres.")
+          "Writes STL, OBJ, PLY, OFF or VTP, according to the file ending. `unit`: the unit of the file in metres.")
       .def("__len__", [](const SkinMesh& self) { return self.mesh->face_count(); })
       .def("__repr__", [](const SkinMesh& self) {
         return fmt::format("<touchfield.Mesh: {} faces, mean edge {:.2f} mm>", self.mesh->face_count(),
@@ -146,14 +146,14 @@ void add_shapes(nb::module_& module) {
       },
       nb::arg("path"), nb::arg("unit") = nb::none(),
       nb::sig("def read_mesh(path: str | os.PathLike, unit: float | None = None) -> Mesh"),
-      "A mesh of an STL, OBJ, PLY, OFF or VTP file in units of so many metres; without a unit in mm, an error if the "
-      "file's size does not bear that out.");
+      "Reads an STL, OBJ, PLY, OFF or VTP file. `unit`: the unit of the file in metres. Without it the file must be in "
+      "mm, and its size must confirm that.");
   module.def("hand", &hand_mesh, nb::arg("pose") = HandOptions{}.pose, nb::kw_only(),
              nb::arg("edge") = HandOptions{}.edge, nb::arg("breadth") = HandOptions{}.breadth,
              nb::arg("length") = HandOptions{}.length, nb::arg("side") = "right",
              nb::arg("forearm") = HandOptions{}.forearm,
-             "The built-in hand in its own frame [m]: the wrist at the origin, y to the fingertips, z out of its back; "
-             "a right hand's thumb is at negative x. A forearm continues its skin by that length.");
+             "The built-in hand in its own frame [m]: the wrist at the origin, y towards the fingertips, z out of its "
+             "back. The thumb of a right hand is at negative x. `forearm` extends the skin by that length.");
   module.def(
       "sphere",
       [](double radius, double edge) {

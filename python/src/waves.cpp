@@ -39,7 +39,7 @@ SharedArray array_of(nb::handle positions, nb::handle axes, const std::string& d
                      double source_strength, double piston_radius, const Wave& wave) {
   ArraySpec spec;
   PositionsArray layout{point_rows(positions, "Array: positions"), point_rows(axes, "Array: normals")};
-  require_count("Array: normals", layout.axes.cols(), layout.points.cols(), "a position");
+  require_count("Array: normals", layout.axes.cols(), layout.points.cols(), "per position");
   TransducerArray bare;
   bare.positions = layout.points;
   bare.axes = layout.axes;
@@ -80,7 +80,7 @@ void add_arrays(nb::module_& module) {
         return fmt::format("<touchfield.Wave: {:g} kHz, wavelength {:.3f} mm>", 1e-3 * wave.frequency(),
                            1e3 * wave.wavelength());
       });
-  nb::class_<SharedArray>(module, "Array", "Transducers; lengths in m. Never changed.")
+  nb::class_<SharedArray>(module, "Array", "Transducers, lengths in m. Immutable.")
       .def(
           "__init__",
           [](SharedArray* self, nb::handle positions, nb::handle normals, const std::string& directivity, double level,
@@ -96,7 +96,7 @@ void add_arrays(nb::module_& module) {
                   "directivity: str = "
                   "'t4010a1', level: float = 1.0, source_strength: float = 4.386, piston_radius: float = 0.0045, wave: "
                   "Wave | None = None) -> None"),
-          "wave is of use for pistons alone, whose directivity depends on it.")
+          "`wave` is needed for pistons only, because their directivity depends on it.")
       .def_static(
           "of_scene",
           [](nb::handle scene, nb::handle set) { return array_of_scene(path_of(scene), overrides_of(set, {})); },

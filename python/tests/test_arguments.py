@@ -37,7 +37,7 @@ def test_arrays_of_any_kind_are_taken():
     (VERTICES * [1, 1, np.nan], TRIANGLES, tf.InputError, r"Mesh: vertices\[0, 2\] = nan must be finite"),
     (VERTICES.astype(str), TRIANGLES, TypeError, "Mesh: vertices must hold real numbers, not <U"),
     (VERTICES + 0j, TRIANGLES, TypeError, "Mesh: vertices must hold real numbers, not complex128"),
-    ([[0, 0, 0], [1, 0]], TRIANGLES, tf.InputError, "Mesh: vertices is no array"),
+    ([[0, 0, 0], [1, 0]], TRIANGLES, tf.InputError, "Mesh: vertices is not an array"),
     (VERTICES, TRIANGLES * 1.0, TypeError, "Mesh: triangles must hold whole numbers, not float64"),
     (VERTICES, TRIANGLES - 1, tf.InputError, "Mesh: triangles must hold numbers of vertices, not -1"),
     (VERTICES, TRIANGLES + 1, tf.InputError, "face 1 names a vertex outside 0..3"),
@@ -96,14 +96,14 @@ def test_own_methods(model):
         tf.run(model, own={"paper": np.zeros(channels)})
     with pytest.raises(tf.InputError, match="my method"):
         tf.run(model, own={"my method": np.zeros(channels)})
-    with pytest.raises(tf.InputError, match="set and device go with a scene file"):
+    with pytest.raises(tf.InputError, match="set and device need a scene file"):
         tf.run(model, set={"solve.iterations": 3})
     with pytest.raises(TypeError, match="judge: phases must hold real numbers, not complex128"):
         tf.judge(model, np.ones(channels, complex))
 
 
 def test_arrays_and_transfers(ball, pair):
-    with pytest.raises(tf.InputError, match="Array: normals has 1 values and must have 2, one a position"):
+    with pytest.raises(tf.InputError, match="Array: normals has 1 values and must have 2, one per position"):
         tf.Array([[0, 0, 0], [1, 0, 0]], [[0, 0, 1]])
     with pytest.raises(tf.InputError, match="axis of transducer 0 has length 2, it must be 1"):
         tf.Array([[0, 0, 0]], [[0, 0, 2]])
@@ -141,7 +141,7 @@ def test_problems(ball, pair):
             tf.Problem(h, amplitudes, weights)
     with pytest.raises(tf.InputError, match=r"Problem: target\[0, 1\] = nan.* must be finite"):
         tf.Problem(np.where(np.arange(2) == 1, np.nan, h), [1, 1, 1], [1, 1, 1])
-    with pytest.raises(tf.InputError, match="solve_surface: start has 3 values and must have 2, one a channel"):
+    with pytest.raises(tf.InputError, match="solve_surface: start has 3 values and must have 2, one per channel"):
         tf.solve_surface(problem, start=[1, 1, 1])
     with pytest.raises(tf.InputError, match="solve_surface: iterations = 0 must be >= 1"):
         tf.solve_surface(problem, iterations=0)

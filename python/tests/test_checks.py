@@ -23,7 +23,7 @@ def test_a_file_in_metres_is_not_read_as_one_in_millimetres(tmp_path):
     hand = tf.hand(edge=8e-3)
     for unit in (1.0, 1e-2):
         hand.save(tmp_path / "hand.obj", unit)
-        with pytest.raises(tf.InputError, match="hand.obj: no unit is stated, and the"):
+        with pytest.raises(tf.InputError, match="hand.obj: the unit is missing, and the"):
             tf.read_mesh(tmp_path / "hand.obj")
         with warnings.catch_warnings():
             warnings.simplefilter("error")

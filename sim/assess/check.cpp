@@ -106,7 +106,7 @@ std::string whole_text(const Model& model) {
   if (model.cut.empty()) {
     return "";
   }
-  return judged_whole(model) ? ", of the whole body" : ", of what keep_within_mm leaves";
+  return judged_whole(model) ? ", of the whole body" : ", of the part within keep_within_mm";
 }
 
 /// Seconds of the alarms that a run raises: of its first method's scheme and of each without a cure.
@@ -273,15 +273,16 @@ std::string describe_check(const Model& model, const CheckReport& report, const 
       "faces below {:.1f}\n",
       mesh.shortest_edge / kMillimetre, mesh.longest_edge / kMillimetre, model.body.mesh.mean_edge() / kMillimetre,
       mesh.smallest_angle / kDegree, report.quality.smallest_angle_1 / kDegree);
-  text +=
-      fmt::format("           {:.2f} edges a wavelength, {:.2f} at the longest edge", report.epw_mean, report.epw_min);
+  text += fmt::format("           {:.2f} edges per wavelength, {:.2f} at the longest edge", report.epw_mean,
+                      report.epw_min);
   text += report.near_target
               ? fmt::format("; within {:.0f} mm of the target {:.2f} and {:.2f}\n", kTargetReach / kMillimetre,
                             report.near_target->mean, report.near_target->least)
               : "\n";
   if (const std::optional<EdgeFit>& fit = report.quality.edges) {
-    text += fmt::format("           {:.1f} % of the edges are {} to {} times as long as asked, all {:.2f} to {:.2f}\n",
-                        100.0 * fit->share, EdgeFit::kShortest, EdgeFit::kLongest, fit->shortest, fit->longest);
+    text += fmt::format(
+        "           edge lengths: {:.1f} % are {} to {} times the requested length, all {:.2f} to {:.2f} times\n",
+        100.0 * fit->share, EdgeFit::kShortest, EdgeFit::kLongest, fit->shortest, fit->longest);
   }
   text += "           closed, manifold, outward: no faults\n";
   for (const std::string& note : model.plan.notes) {
@@ -319,7 +320,7 @@ std::string describe_check(const Model& model, const CheckReport& report, const 
     text += fmt::format("  note     {}\n", report.note);
   }
   text +=
-      fmt::format("  cost     about {:.0f} MiB of memory ({:.0f} MiB free) and {:.0f} s, pictures and files aside\n",
+      fmt::format("  cost     about {:.0f} MiB of memory ({:.0f} MiB free) and {:.0f} s, without pictures and files\n",
                   report.memory_mib, report.available_mib, report.seconds);
   return text;
 }

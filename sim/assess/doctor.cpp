@@ -26,10 +26,10 @@ Finding processor() {
   Finding finding{"processor",
                   fmt::format("{}; loops for level {}", machine_description(), to_string(instruction_level())), ""};
   if (instruction_level() < processor_level()) {
-    finding.advice = fmt::format("TOUCHFIELD_LEVEL holds the loops below {}, the level of this processor: unset it",
+    finding.advice = fmt::format("TOUCHFIELD_LEVEL keeps the loops below {}, the level of this processor: unset it",
                                  to_string(processor_level()));
   } else if (processor_level() < InstructionLevel::kV3) {
-    finding.advice = "no AVX2: sums over faces take some four times as long as on processors since 2013";
+    finding.advice = "no AVX2: sums over faces take about four times as long as on processors since 2013";
   }
   return finding;
 }
@@ -59,16 +59,16 @@ int usable_cores() {
 
 Finding threads_of(int threads) {
   const int cores = usable_cores();
-  Finding finding{
-      "threads",
-      fmt::format("{} on {} usable cores; while they wait for others they {}", threads, cores, thread_waiting()), ""};
+  Finding finding{"threads",
+                  fmt::format("{} on {} usable cores; while they wait they {}", threads, cores, thread_waiting()), ""};
   if (threads > cores) {
     finding.advice = "more threads than cores wait for each other: use --threads or OMP_NUM_THREADS";
   } else if (threads < cores) {
     finding.advice = fmt::format("OMP_NUM_THREADS or --threads leaves {} cores idle", cores - threads);
   } else if (threads_wait_long()) {
-    finding.advice = fmt::format("beside other programs a run may take ten times as long: set {}={} before it starts",
-                                 kSpinsVariable, kSpins);
+    finding.advice =
+        fmt::format("with other programs running, a run may take ten times as long: set {}={} before it starts",
+                    kSpinsVariable, kSpins);
   }
   return finding;
 }
@@ -94,14 +94,14 @@ Finding disk() {
   const std::filesystem::path here = std::filesystem::current_path(error);
   const std::filesystem::space_info space = std::filesystem::space(here, error);
   if (error) {
-    return {"disk", "unknown", fmt::format("the folder of this call cannot be read: {}", error.message())};
+    return {"disk", "unknown", fmt::format("the working directory cannot be read: {}", error.message())};
   }
   const double free = static_cast<double>(space.available) / kGibibyte;
   Finding finding{"disk", fmt::format("{:.1f} GiB free here", free), ""};
   if (access(here.c_str(), W_OK) != 0) {
-    finding.advice = "this folder cannot be written to: runs need -o";
+    finding.advice = "the working directory cannot be written to: runs need -o";
   } else if (free < 1.0) {
-    finding.advice = "a run with fields takes some 100 MB, a sweep that for each case";
+    finding.advice = "a run with fields takes about 100 MB, a sweep the same per case";
   }
   return finding;
 }
@@ -117,7 +117,7 @@ Finding libraries() {
 Finding pictures() {
   const std::string font = picture_font();
   if (font.empty()) {
-    return {"pictures", "no font", "their text is drawn in plain strokes: install fonts-dejavu-core"};
+    return {"pictures", "no font", "text is drawn in simple strokes: install fonts-dejavu-core"};
   }
   return {"pictures", fmt::format("text in {}", font), ""};
 }

@@ -95,7 +95,7 @@ ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measu
 ScanComparison compare_scan(Run run, const Wave& wave, const std::string& method, const MeasuredPoints& measured) {
   const auto found = std::ranges::find(run.methods, method, &MethodResult::name);
   if (found == run.methods.end()) {
-    throw InputError(fmt::format("method {}: the run has none of that name", method));
+    throw InputError(fmt::format("method {}: the run has no method of that name", method));
   }
   run.methods = {MethodResult(*found)};
   const FieldValues field = run_field(run, wave, measured.points);

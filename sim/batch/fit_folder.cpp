@@ -121,7 +121,7 @@ HandShape nearest_hand(const CameraFolder& folder, const FolderFit& how, std::op
   compare(folder, Box{how.workspace[0], how.workspace[1]}, candidates);
   const Candidate& best = *std::ranges::max_element(candidates, {}, &Candidate::worth);
   if (sides_are_close(candidates)) {
-    warning = fmt::format("side: the images fit a {} hand nearly as well as the {} hand that is taken; give --side",
+    warning = fmt::format("side: the images fit a {} hand nearly as well as the {} hand that is used; give --side",
                           side_name(other_side(best.hand.side)), side_name(best.hand.side));
   }
   return best.hand;
@@ -207,8 +207,8 @@ std::vector<std::string> cameras_apart(const std::vector<DepthCamera>& cameras, 
     const CameraUse& use = uses[c];
     if (use.with_hand > 0 && static_cast<double>(use.confirming) < kFew * static_cast<double>(use.with_hand)) {
       warnings.push_back(fmt::format(
-          "cameras: in {1} of {2} frames {0} sees something, but not the skin where the fit has it; correct "
-          "its pose in cameras.yaml (translation_mm, the rotation from camera to world), or leave it out",
+          "cameras: in {1} of {2} frames {0} sees something, but no skin at the place of the fitted hand; correct its "
+          "pose in cameras.yaml (translation_mm, the rotation from camera to world), or leave it out",
           cameras[c].name, use.with_hand - use.confirming, use.with_hand));
     } else if (const double share = statistics(use.on_skin).median; cameras.size() > 1 && share < kOnSkin) {
       warnings.push_back(
@@ -250,8 +250,8 @@ std::string nothing_found(const std::vector<DepthCamera>& cameras, const std::ve
     return frame.fit.placed ? 1 + frame.fit.share + frame.fit.explained : 0.0;
   };
   const auto nearest = std::ranges::max_element(frames, {}, reached);
-  std::string text = fmt::format("the hand was found in none of {} frames; nearest was that at {} s: {}", frames.size(),
-                                 schema::decimal_text(nearest->fit.seconds), lost_text(nearest->fit));
+  std::string text = fmt::format("the hand was not found in any of {} frames; the closest was that at {} s: {}",
+                                 frames.size(), schema::decimal_text(nearest->fit.seconds), lost_text(nearest->fit));
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const CameraUse& use = uses[c];
     if (use.frames == 0) {
@@ -260,13 +260,13 @@ std::string nothing_found(const std::vector<DepthCamera>& cameras, const std::ve
     }
     const auto [least, most] = std::ranges::minmax(use.depths);
     text +=
-        fmt::format("\n  {}: what it sees is {:.0f} to {:.0f} mm away (medians), in the workspace in {} of {} frames",
+        fmt::format("\n  {}: it sees points {:.0f} to {:.0f} mm away (medians), in the workspace in {} of {} frames",
                     cameras[c].name, least / kMillimetre, most / kMillimetre, use.in_workspace, use.frames);
   }
   text += fmt::format(
-      "\n  If that is not in the workspace, {} to {}: set --workspace-mm, or correct depth_unit_mm and pose."
-      "\n  If it is: --side, --pose and --length-mm say which hand is looked for. A pose in cameras.yaml may be wrong "
-      "(from camera to world), or images mirrored.",
+      "\n  If they are not in the workspace, {} to {}: set --workspace-mm, or correct depth_unit_mm and pose.\n  If "
+      "they are: --side, --pose and --length-mm describe the hand. A pose in cameras.yaml may be wrong (from camera to "
+      "world), or images mirrored.",
       place_text(how.workspace[0], 0), place_text(how.workspace[1], 0));
   return text;
 }
@@ -341,8 +341,8 @@ class FolderFitter {
                              [&] { return learn(folder_, how_.learning, tracker_, progress); });
       if (!fitted_.learnt) {
         warn(
-            fmt::format("shape: within no {:g} s the hand was found in three frames, so that its shape is the built-in "
-                        "hand's; a longer --learn-s takes more frames together",
+            fmt::format("shape: in no period of {:g} s was the hand found in three frames, so its shape is that of the "
+                        "built-in hand; a longer --learn-s uses more frames",
                         how_.learning));
       }
     }
@@ -358,11 +358,11 @@ class FolderFitter {
     });
     write_tables();
     if (steps_.empty()) {
-      throw InputError(!how_.any_side && finds_other_hand(folder_, how_, progress)
-                           ? fmt::format("the hand was found in none of {0} frames; the images show a {1} hand: give "
-                                         "--side {1}",
-                                         folder_.size(), side_name(other_side(how_.hand.side)))
-                           : nothing_found(folder_.cameras(), uses_, fitted_.frames, how_));
+      throw InputError(
+          !how_.any_side && finds_other_hand(folder_, how_, progress)
+              ? fmt::format("the hand was not found in any of {0} frames; the images show a {1} hand: give --side {1}",
+                            folder_.size(), side_name(other_side(how_.hand.side)))
+              : nothing_found(folder_.cameras(), uses_, fitted_.frames, how_));
     }
     std::ranges::for_each(cameras_apart(folder_.cameras(), uses_), warn);
     if (const auto warning = residual_warning(fitted_.frames, folder_.cameras().size())) {
@@ -451,7 +451,7 @@ FittedFolder fit_folder(const CameraFolder& folder, const FolderFit& how, RunDir
   std::optional<std::string> warning;
   if (how.any_pose || how.any_side) {
     std::vector<std::pair<std::string, double>> seconds;
-    own.hand = timed(progress, seconds, "hand", "whose pose and side fit best",
+    own.hand = timed(progress, seconds, "hand", "find the pose and side that fit best",
                      [&] { return nearest_hand(folder, how, warning); });
     progress.note(fmt::format("  pose {}, {} hand", own.hand.pose, side_name(own.hand.side)));
   }

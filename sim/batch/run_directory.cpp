@@ -100,10 +100,10 @@ void require_nothing_in_the_way(const fs::path& directory, const std::vector<std
                                 const std::vector<std::string>& own) {
   for (const std::string& file : files) {
     if (there(directory / file) && !contains(own, file)) {
-      throw InputError(fmt::format(
-          "output directory {}: its file {} is of no run and would be overwritten; move it, or give another directory "
-          "with -o",
-          directory.string(), file));
+      throw InputError(
+          fmt::format("output directory {}: its file {} does not belong to a run and would be overwritten; move it, or "
+                      "give another directory with -o",
+                      directory.string(), file));
     }
   }
 }

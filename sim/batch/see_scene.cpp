@@ -59,7 +59,7 @@ void draw_instant(const std::string& path, const SeenScene& seen, const Instant&
         {fmt::format("{}: {}, {} x {}", seen.cameras.told()[c].name, seen.models[c], camera.width, camera.height),
          camera, instant.frame.images[c].depth});
   }
-  draw_sights(path, seen.moving.first().scene.name, "what its cameras see of the first frame", instant.mesh, sights,
+  draw_sights(path, seen.moving.first().scene.name, "view of each camera in the first frame", instant.mesh, sights,
               format);
 }
 
@@ -120,13 +120,13 @@ std::string sight_warning(const StereoCamera& camera, const SightSummary& own) {
 SeenScene seen_scene(const Scene& scene, Progress* progress) {
   const auto* specs = scene.motion ? std::get_if<std::vector<CameraSpec>>(&scene.motion->sensor.sight) : nullptr;
   if (specs == nullptr) {
-    throw InputError("motion.sensor.cameras: the scene has none whose images could be made");
+    throw InputError("motion.sensor.cameras is missing: see makes the images of simulated cameras");
   }
   const MotionSpec& motion = *scene.motion;
   const auto frames = last_instant(to_ticks(motion.seconds) - 1, motion.sensor.hz) + 1;
   if (frames > static_cast<std::int64_t>(schema::kMostListed)) {
-    throw InputError(fmt::format("motion.sensor.hz: {} images a camera in {} s, must be <= {}", frames, motion.seconds,
-                                 schema::kMostListed));
+    throw InputError(fmt::format("motion.sensor.hz: {} images per camera in {} s, must be <= {}", frames,
+                                 motion.seconds, schema::kMostListed));
   }
   MovingModel moving(scene, nullptr, progress);
   WholeSkin skin(moving.first());

@@ -225,8 +225,8 @@ void SweepRunner::limit_time(Worker& worker, Clock::duration passed, const OnCas
   if (worker.spent > limit) {
     worker.process.reset();
     fail(worker,
-         fmt::format("took longer than {} s: its process was stopped or hung, or the case is larger than expected; "
-                     "--case-seconds sets the limit",
+         fmt::format("took longer than {} s: its process was stopped or did not respond, or the case is larger than "
+                     "expected; --case-seconds sets the limit",
                      std::round(10.0 * limit) / 10.0),
          on_case);
   }
@@ -278,7 +278,7 @@ void SweepRunner::land(SweepRecord& record, const std::string& scratch) {
     try {
       directory_.land(record, directory_.scratch(record.number));
     } catch (const IoError& again) {
-      throw IoError(fmt::format("case {}: {}; what has finished is in {}, --resume goes on from there", record.number,
+      throw IoError(fmt::format("case {}: {}; finished cases are in {}, --resume continues from there", record.number,
                                 again.what(), directory_.path()));
     }
   }
@@ -370,7 +370,7 @@ SweepResult SweepRunner::run(const OnCase& on_case) {
     return result();
   } catch (const NoRoomError& error) {
     stop_workers();
-    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, --resume goes on from there", error.what(),
+    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, --resume continues from there", error.what(),
                               records_.size(), cases_, directory_.path()));
   } catch (...) {
     stop_workers();

@@ -80,20 +80,20 @@ std::string describe(const std::vector<SceneChange>& changes) {
 /// The first thing in which two plans differ, for a person.
 std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
   if (kept.shard != asked.shard) {
-    return fmt::format("shard {}/{} there, {}/{} asked for", kept.shard.index, kept.shard.count, asked.shard.index,
+    return fmt::format("shard {}/{} there, {}/{} requested", kept.shard.index, kept.shard.count, asked.shard.index,
                        asked.shard.count);
   }
   if (kept.common != asked.common) {
-    return fmt::format("changes of all cases: {} there, {} asked for", describe(kept.common), describe(asked.common));
+    return fmt::format("changes of all cases: {} there, {} requested", describe(kept.common), describe(asked.common));
   }
   for (std::size_t i = 0; i < std::min(kept.cases.size(), asked.cases.size()); ++i) {
     if (kept.cases[i].changes != asked.cases[i].changes) {
-      return fmt::format("case {}: {} there, {} asked for", i + 1, describe(kept.cases[i].changes),
+      return fmt::format("case {}: {} there, {} requested", i + 1, describe(kept.cases[i].changes),
                          describe(asked.cases[i].changes));
     }
   }
   if (kept.cases.size() != asked.cases.size()) {
-    return fmt::format("{} cases there, {} asked for", kept.cases.size(), asked.cases.size());
+    return fmt::format("{} cases there, {} requested", kept.cases.size(), asked.cases.size());
   }
   return kept.base_text != asked.base_text ? "the base scene has changed"
                                            : "a file that the scenes name, or a default of the program, has changed";
@@ -126,10 +126,10 @@ void require_unchanged(const std::string& folder, const std::vector<SweepRecord:
       throw IoError(fmt::format("{}: {}", path, error.message()));
     }
     if (bytes != file.bytes) {
-      throw IoError(fmt::format("{}: has {} bytes, had {}", path, bytes, file.bytes));
+      throw IoError(fmt::format("{}: has {} bytes, must have {}", path, bytes, file.bytes));
     }
     if (file_checksum(path) != file.crc32) {
-      throw IoError(fmt::format("{}: its checksum is not what it was", path));
+      throw IoError(fmt::format("{}: its checksum has changed", path));
     }
   }
 }
@@ -212,13 +212,13 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
   if (fs::exists(path + "/sweep.json")) {
     if (!resume) {
       throw InputError(fmt::format(
-          "output directory {} already holds a sweep; --resume goes on with it, or give another with -o", path));
+          "output directory {} already holds a sweep; continue it with --resume, or give another with -o", path));
     }
     const SweepIdentity kept = read_identity(path);
     if (kept.version < kPlanVersion) {
       throw InputError(
-          fmt::format("output directory {} holds a sweep that an earlier version began, for which scenes "
-                      "meant something else; go on with that version, or give another with -o",
+          fmt::format("output directory {} holds a sweep of an earlier version, which read scenes differently; "
+                      "continue it with that version, or give another with -o",
                       path));
     }
     if (kept.hash != identity.hash || kept.shard != identity.shard) {
@@ -307,7 +307,7 @@ SweepIdentity read_identity(const std::string& directory) {
   try {
     const Json json = json_from_text<Json>(read_whole_file(path, kMostRecordBytes));
     if (json.at("format") != kPlanFormat) {
-      throw InputError(fmt::format("{}: is no plan of a sweep (its format must be {})", path, kPlanFormat));
+      throw InputError(fmt::format("{}: is not the plan of a sweep (its format must be {})", path, kPlanFormat));
     }
     const int version = json.at("format_version").get<int>();
     if (version > kPlanVersion) {

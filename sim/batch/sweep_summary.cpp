@@ -56,7 +56,7 @@ std::vector<std::string> gaps_of(const std::string& directory, const SweepIdenti
       if (!missing.empty()) {
         gaps.push_back(there.contains(index)
                            ? fmt::format("{} lacks {}", path, cases)
-                           : fmt::format("shard {}/{} is missing, there is no {}: {}", index, count, path, cases));
+                           : fmt::format("shard {}/{} is missing, {} does not exist: {}", index, count, path, cases));
       }
     }
   }

@@ -105,9 +105,8 @@ TriangleMesh mesh_without_cuts(const SoftBody& flesh, EdgeSizing sizing, HandSid
     if (tries == kMostTries) {
       const Vector3 left = mesh.centroids().col(cuts.front().first);
       throw InputError(fmt::format(
-          "hand: the skin cuts itself near {} of the hand's own frame, in a fold that these edges are too long "
-          "for: ask for shorter edges, or for joint angles that keep the parts there apart or press them "
-          "together",
+          "hand: the skin intersects itself near {} of the hand's own frame, in a fold that is too narrow for these "
+          "edges: request shorter edges, or joint angles that keep these parts apart or press them together",
           place_text(side == HandSide::kLeft ? left : mirrored(left))));
     }
     sizing = shorter_at(sizing, mesh, cuts);

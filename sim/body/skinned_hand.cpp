@@ -217,9 +217,9 @@ std::array<RigidMotion, SkinnedHand::kBones> SkinnedHand::bone_motions(const Han
 
 SkinnedHand::Motions SkinnedHand::motions_to(const HandSkeleton& posed) const {
   if (posed.length != made_in_.length || posed.breadth != made_in_.breadth) {
-    throw InputError(
-        fmt::format("skinned hand: a pose of a hand {} m long and {} m broad is asked of one of {} m and {} m",
-                    posed.length, posed.breadth, made_in_.length, made_in_.breadth));
+    throw InputError(fmt::format(
+        "skinned hand: the pose is of a hand {} m long and {} m broad, this hand is {} m long and {} m broad",
+        posed.length, posed.breadth, made_in_.length, made_in_.breadth));
   }
   return dual_quaternions(bone_motions(made_in_, posed));
 }

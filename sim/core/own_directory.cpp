@@ -75,7 +75,7 @@ Descriptor locked_file(int directory, const std::string& name, const std::string
     refuse_directory(path, fmt::format(" cannot be written to: {}: {}", name, std::strerror(reason)));
   }
   if (!S_ISREG(about.st_mode)) {
-    refuse_directory(path, fmt::format(": its {} is no file; remove it", name));
+    refuse_directory(path, fmt::format(": its {} is not a file; remove it", name));
   }
   take(file.number(), path);
   return file;

@@ -117,10 +117,10 @@ bool FittedSensor::learn(Progress& progress) {
         from->images, from->begin, length * std::exp(by(kLengthRatio)) / kMillimetre,
         skin_.hand().hand().breadth * std::exp(by(kBreadthRatio)) / kMillimetre));
   } else {
-    notes_.push_back(fmt::format(
-        "scan: within no second of the motion the hand was found in three images; its shape is not learnt, it is "
-        "taken to be {:.1f} mm long",
-        length / kMillimetre));
+    notes_.push_back(
+        fmt::format("scan: in no second of the motion was the hand found in three images; its shape is not learnt, its "
+                    "length is assumed to be {:.1f} mm",
+                    length / kMillimetre));
     HandShape other = skin_.hand().hand();
     other.side = other_side(other.side);
     HandTracker tracker(HandTemplate(other, HandTemplate::kUsualEdge), images_.cameras,

@@ -23,12 +23,12 @@ HandShape fitted_hand(const Scene& scene) {
   const std::string key = key_of(sensor);
   if (scene.bodies.size() != 1) {
     throw InputError(
-        fmt::format("{}: a hand is fitted, and the scene has {} bodies, must have 1", key, scene.bodies.size()));
+        fmt::format("{}: a hand is fitted, but the scene has {} bodies, must have 1", key, scene.bodies.size()));
   }
   const auto* own = std::get_if<HandShape>(&scene.bodies.front().shape);
   if (own == nullptr && (!sensor.hand || is_recording(sensor))) {
     throw InputError(
-        fmt::format("{}: a hand is fitted, and the scene's body is none; must be body.hand{}", key,
+        fmt::format("{}: a hand is fitted, but the scene's body is not a hand; must be body.hand{}", key,
                     is_recording(sensor) ? "" : ", or motion.sensor.hand must say which hand is to be fitted to it"));
   }
   if (sensor.hand) {
@@ -65,7 +65,7 @@ Scene fitted_scene(const Scene& scene) {
   const MotionSpec::Sensor& sensor = scene.motion->sensor;
   if (is_recording(sensor) && solved.motion->changes.size() != scene.motion->changes.size()) {
     throw InputError(fmt::format(
-        "motion.change: {} {} say how the hand moves; nothing but the target can change beside them",
+        "motion.change: {} {} determine how the hand moves; only the target can change as well",
         std::holds_alternative<JointsSpec>(sensor.sight) ? "the joints of" : "the images of", key_of(sensor)));
   }
   return solved;

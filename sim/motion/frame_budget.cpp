@@ -77,7 +77,7 @@ Scene within_budget(const Scene& scene, std::vector<std::string>& notes, Progres
   const FrameChoice choice = choose_frame(scene, progress);
   const double budget = 1e3 * scene.motion->frame->budget;
   notes.push_back(fmt::format(
-      "frame: edges of {:.3g} and {:.3g} mm, {}, {} steps: {:.0f} ms a frame here, {} the {:.4g} ms asked for",
+      "frame: edges of {:.3g} and {:.3g} mm, {}, {} steps: {:.0f} ms per frame here, {} the requested {:.4g} ms",
       choice.setting.near_target / kMillimetre, choice.setting.far / kMillimetre, to_string(choice.setting.scheme),
       choice.setting.steps, choice.milliseconds, choice.milliseconds <= budget ? "within" : "NOT within", budget));
   return with_setting(scene, choice.setting);

@@ -45,7 +45,7 @@ std::string JointsHand::learn(const std::vector<JointPoints>& frames, const std:
   const HandProportions by = joint_proportions(hand, frames);
   if (!by.allFinite()) {
     throw InputError(
-        fmt::format("{}: wrist and knuckles do not lie to each other as in a hand: are columns exchanged?", source));
+        fmt::format("{}: wrist and knuckles are not arranged as in a hand: are columns exchanged?", source));
   }
   fit_.emplace(hand, by);
   const double off = rms_off(*fit_, frames);
@@ -54,7 +54,7 @@ std::string JointsHand::learn(const std::vector<JointPoints>& frames, const std:
   if (const double its = rms_off(JointFit(other, by), frames); its < 0.8 * off && off > kMillimetre) {
     throw InputError(fmt::format(
         "{}: the joints are of a {} hand ({:.1f} mm rms off its skeleton, {:.1f} off a {} hand's): the hand that is "
-        "fitted must have side: {}; or an axis of the tracker is turned round, see motion.sensor.joints.pose",
+        "fitted must have side: {}; or an axis of the tracker is reversed, see motion.sensor.joints.pose",
         source, side_name(other.side), its / kMillimetre, off / kMillimetre, side_name(hand.side),
         side_name(other.side)));
   }

@@ -66,12 +66,11 @@ void JointsSensor::fit_motion(double seconds, double hz) {
                     std::sqrt(sum / static_cast<double>(fitted_well)) / kMillimetre, worst / kMillimetre));
   }
   if (empty + off + held > 0) {
-    notes_.push_back(fmt::format(
-        "lost: of {} frames {} have no hand; {} are more than {:g} mm rms off every skeleton's pose; {} have fingers "
-        "elsewhere that touch in the pose {} and stay as they are there: the fitted hand's pose must be one like "
-        "theirs, or "
-        "flat, whose fingers all turn",
-        fitted_well + empty, empty, off, JointsHand::kMostOff / kMillimetre, held, hand_.hand().pose));
+    notes_.push_back(
+        fmt::format("lost: of {} frames {} have no hand; {} are more than {:g} mm rms off every skeleton's pose; {} "
+                    "move fingers that touch in the pose {}, which the fit keeps as they are. Choose a pose like "
+                    "theirs for the fitted hand, or flat, in which all fingers turn",
+                    fitted_well + empty, empty, off, JointsHand::kMostOff / kMillimetre, held, hand_.hand().pose));
   }
 }
 

@@ -40,8 +40,8 @@ void require_memory(const MeshSeries& series, std::size_t files, Eigen::Index ve
   const double free = available_memory();
   if (free > 0 && bytes > kShare * free) {
     throw InputError(
-        fmt::format("{}: {} files of {} vertices take {:.3g} GiB; at most {:.3g} GiB, half of the memory that is free, "
-                    "may be taken; name fewer files or coarser meshes",
+        fmt::format("{}: {} files of {} vertices take {:.3g} GiB; at most {:.3g} GiB, half of the free memory, may be "
+                    "used; list fewer files or coarser meshes",
                     series.times, files, vertices, bytes / kGibibyte, kShare * free / kGibibyte));
   }
 }

@@ -89,7 +89,7 @@ void SampleStore::forget(double seconds) {
 }
 
 std::string sensor_text(const MotionSpec::Sensor& sensor) {
-  std::string sight = "the skin as it is";
+  std::string sight = "the true skin";
   if (const auto* noise = std::get_if<SensingNoise>(&sensor.sight)) {
     sight = fmt::format("the skin with noise of {:.3g} mm rms over {:.3g} mm", noise->rms / kMillimetre,
                         noise->correlation / kMillimetre);
@@ -103,7 +103,7 @@ std::string sensor_text(const MotionSpec::Sensor& sensor) {
     sight = port != nullptr ? fmt::format("a hand fitted to the joints that come on UDP port {}", *port)
                             : fmt::format("a hand fitted to the joints in {}", std::get<std::string>(joints->from));
   }
-  return fmt::format("{}, {:g} samples a second, known {:g} ms later", sight, sensor.hz, 1e3 * sensor.latency);
+  return fmt::format("{}, {:g} samples per second, known {:g} ms later", sight, sensor.hz, 1e3 * sensor.latency);
 }
 
 }  // namespace touchfield

@@ -52,7 +52,7 @@ std::optional<MeshSequence> sequence_of(const Scene& scene) {
     sequence.emplace(std::get<MeshShape>(body.shape));
   }
   if (sequence && scene.judge.kind == JudgeSpec::Kind::kEdge) {
-    throw InputError("judge.edge_mm: bodies given as meshes over time cannot be meshed anew; take judge: {split: 1}");
+    throw InputError("judge.edge_mm: bodies given as meshes over time cannot be remeshed; take judge: {split: 1}");
   }
   return sequence;
 }
@@ -225,9 +225,8 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progres
       solving_(scene, first_.plan, first_.body.mesh, first_.owner) {
   if (scene.sensing) {
     throw InputError(
-        "sensing: is of a still; what the solver sees of a motion is said once, by motion.sensor: put the same keys "
-        "into "
-        "motion.sensor.noise, which gives every sample noise of its own, and leave sensing out");
+        "sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise, which gives every "
+        "sample noise of its own, and leave sensing out");
   }
   if (judges_own_bodies(first_)) {
     const JudgeMesh judge = build_judge_mesh(first_, kept);

@@ -227,7 +227,7 @@ class Player {
     if (sensed.truth) {
       scorer_.emplace(*sensed.truth);
     } else {
-      motion_.notes.emplace_back("unscored: nobody knows where the hand really was, so that nothing is scored");
+      motion_.notes.emplace_back("unscored: the true place of the hand is not known, so nothing is scored");
     }
     if (sensed.sensor->remembers()) {
       timed(progress, motion_.timings, "sensor", "what the sensor learns before the clock starts",
@@ -242,7 +242,7 @@ class Player {
       Eigen::MatrixXcd& own = drives[method.scheme];
       if (own.size() == 0 && method.kind->model == MethodModel::kSkin) {
         const std::string name = to_string(method.scheme);
-        own = timed(progress, motion_.timings, "drives_" + name, "drives that span the motion by " + name,
+        own = timed(progress, motion_.timings, "drives_" + name, "reduced basis of the motion by " + name,
                     [&] { return drives_for(*sensed.sensor, method, &progress); });
       }
       loops_.push_back(std::make_unique<MethodLoop>(sensed, samples_, method, own));
@@ -377,7 +377,7 @@ class Player {
       const Statistics& share = statistics_of(over, &Metrics::reached_share);
       if (sensed_.scene.solve.methods[m].kind->model != MethodModel::kGiven && share.median < kLeastReached) {
         say({{fmt::format("below_wanted: {} reaches {:.2g} % of the pressure wanted on the target, the median over the "
-                          "motion: lower target.pressure_pa, or take a larger or nearer array",
+                          "motion: lower target.pressure_pa, or use a larger or nearer array",
                           motion_.methods[m].name, 100.0 * share.median)},
              {}});
       }
@@ -392,7 +392,7 @@ class Player {
     const double tolerance = sensed_.scene.solve.solver.tolerance;
     if (worst > tolerance) {
       say({{fmt::format(
-               "residual: the equations of a frame or score were left with {:.1e}, above the tolerance of {:.1e}",
+               "residual: the equations of a frame or score have a residual of {:.1e}, above the tolerance of {:.1e}",
                worst, tolerance)},
            {}});
     }

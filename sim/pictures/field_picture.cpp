@@ -88,8 +88,7 @@ std::string field_picture(const Run& run, const FieldResult& field, const Eigen:
       with_label(fmt::format("|p| in the plane {} = {:.6g} mm; grey: inside a body",
                              kAxes[static_cast<std::size_t>(view.normal)], 1e3 * grid.origin[view.normal]),
                  run.has_fields_of_judge() ? run.judged_skin : run.solved_skin),
-      fmt::format("Colours from 0 to {:.6g} Pa for every method in this plane; what lies above has the last colour.",
-                  top));
+      fmt::format("Colours from 0 to {:.6g} Pa for every method in this plane; values above are clipped.", top));
   return canvas.file();
 }
 

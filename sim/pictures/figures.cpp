@@ -172,7 +172,7 @@ std::string draw_figure(const std::string& name, const Run& run, PictureFormat f
   if (picture == pictures.end()) {
     std::vector<std::string> names;
     std::ranges::transform(pictures, std::back_inserter(names), &Picture::name);
-    throw InputError(fmt::format("run {}: no picture is called '{}'; there are {}", run.name, name,
+    throw InputError(fmt::format("run {}: no picture is called '{}'; the pictures are {}", run.name, name,
                                  names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   }
   return picture->draw();

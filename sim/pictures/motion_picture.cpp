@@ -131,12 +131,12 @@ bool draw_motion(const std::string& path, const Motion& motion, PictureFormat fo
   }
   canvas.text(kPanelLeft + 0.5 * kPanelWidth, kPanelsBottom - 52.0, "time [s]", {.size = 20, .align = Align::kCentre});
   draw_names(canvas, motion);
-  draw_title(canvas, motion.name, "what is felt over time");
+  draw_title(canvas, motion.name, "sensation over time");
   draw_caption(
       canvas,
       with_label(fmt::format("{} scores per method{}", scores, motion.complete ? "" : "; the motion is not complete"),
                  motion.judged_skin),
-      "Displacement: of the target's patch since the sample that the array's phases come from.");
+      "Displacement: distance that the target's patch has moved since the sample from which the phases were computed.");
   write_atomically(path, {canvas.file()});
   return true;
 }

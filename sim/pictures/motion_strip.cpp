@@ -151,12 +151,11 @@ void draw_motion_strip(const std::string& path, const Motion& motion, const std:
   lowest.y -= kBelow;
   draw_scale_bar(canvas, lowest, view.scale);
   draw_colour_bar(canvas, top);
-  draw_title(canvas, motion.name, "the skin over time, a row a method");
-  draw_caption(
-      canvas, extent_label(motion.judged_skin),
-      fmt::format("Seen from the array's side, from one place. Colours from 0 to {:.6g} Pa; what lies above has "
-                  "the last colour. Red: the target's outline.",
-                  top));
+  draw_title(canvas, motion.name, "the skin over time, one row per method");
+  draw_caption(canvas, extent_label(motion.judged_skin),
+               fmt::format("Seen from the array's side, from one place. Colours from 0 to {:.6g} Pa; values above are "
+                           "clipped. Red: the target's outline.",
+                           top));
   write_atomically(path, {canvas.file()});
 }
 

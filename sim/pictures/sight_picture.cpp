@@ -172,8 +172,8 @@ void draw_sights(const std::string& path, const std::string& title, const std::s
   }
   draw_colour_bar(canvas, farthest / kMillimetre, nearest / kMillimetre, "depth [mm]");
   draw_title(canvas, title, subtitle);
-  draw_caption(canvas, "left: where the camera looks; right: the depths that it says of the framed part",
-               "red: it sees the skin and says no depth");
+  draw_caption(canvas, "left: the view of the camera; right: the measured depths of the framed part",
+               "red: skin in view without a measured depth");
   write_atomically(path, {canvas.file()});
 }
 

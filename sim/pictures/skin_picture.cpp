@@ -127,7 +127,7 @@ std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, con
   const std::string legend = run_.target ? " Red: the target's outline." : "";
   draw_caption(canvas, text.caption,
                fmt::format("Seen from the array's side. Colours from 0 to {:.6g} Pa in every picture of this run's "
-                           "skin; what lies above has the last colour.{}",
+                           "skin; values above are clipped.{}",
                            top, legend));
   return canvas.file();
 }

@@ -138,7 +138,7 @@ void draw_legend(Canvas& canvas, const std::vector<std::string>& schemes, const 
     y -= 0.5 * kLegendLine;
     canvas.line({kLegend - 16.0, y}, {kLegend + 16.0, y}, kInk, 1.5);
     canvas.text(kLegend + 26.0, y, "no other is both faster", {.size = 18});
-    canvas.text(kLegend + 26.0, y - 22.0, "and more exact", {.size = 18});
+    canvas.text(kLegend + 26.0, y - 22.0, "and more accurate", {.size = 18});
     y -= kLegendLine + 22.0;
   }
   if (picked) {

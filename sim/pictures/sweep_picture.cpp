@@ -327,7 +327,7 @@ SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const
   }
   const Series series = series_of(rows, plan);
   if (series.labels.size() > kMostSeries) {
-    return {fmt::format("{} combinations of {} are more than the {} that it can tell apart; sweep.csv has them",
+    return {fmt::format("{} combinations of {} are more than the {} that a plot can show; sweep.csv has them",
                         series.labels.size(), paths_of(plan.series), kMostSeries)};
   }
   const std::vector<Sample> samples = samples_of(rows, plan, series.of_row, field.value);
@@ -337,7 +337,7 @@ SweepPlot draw_sweep(const std::string& path, const SweepSummary& summary, const
   Canvas canvas(kPictureWidth, kPictureHeight, format);
   draw_lines(canvas, samples, methods, plan, series, label_of(field));
   draw_title(canvas, summary.name, fmt::format("{} of {} cases", summary.records.size(), summary.cases));
-  draw_caption(canvas, caption_of(summary, plan, samples), "Values are as the scene's keys have them.");
+  draw_caption(canvas, caption_of(summary, plan, samples), "Values are in the units of the scene's keys.");
   write_atomically(path, {canvas.file()});
   return {};
 }

@@ -26,7 +26,8 @@ std::optional<Vector3> unit_vector(const Vector3& v) {
 
 Codec<GridArray> grid_codec() {
   return Map<GridArray>()
-      .key("count", &GridArray::count, tuple_of<int, 2>(integer(between(1, 1000))), "Transducers along x and y.")
+      .key("count", &GridArray::count, tuple_of<int, 2>(integer(between(1, 1000))),
+           "Number of transducers along x and y.")
       .key("pitch_mm", &GridArray::pitch, number(kMillimetres, kPitch), "Distance between neighbours [mm].")
       .codec();
 }
@@ -34,18 +35,18 @@ Codec<GridArray> grid_codec() {
 Codec<Autd3Array> autd3_codec() {
   const auto unit = Map<Placement>()
                         .required("at_mm", &Placement::at, vector3(kMillimetres, {}), "[0, 0, 0]",
-                                  "Where the unit's transducer 0 is [mm].")
+                                  "Position of the unit's transducer 0 [mm].")
                         .key("rotate_deg", &Placement::angles, vector3(kDegrees, {}),
                              "Rotation about transducer 0: about x, then y, then z [deg].")
                         .codec();
   return Map<Autd3Array>()
       .maybe("layout", &Autd3Array::layout, tuple_of<int, 2>(integer(between(1, 100))), "",
-             "Units edge to edge along x and y.")
+             "Number of units along x and y, edge to edge.")
       .defaults_to("[3, 2]")
-      .maybe("units", &Autd3Array::units, list_of(unit, 1, 1000), "", "Or each unit's own place.")
+      .maybe("units", &Autd3Array::units, list_of(unit, 1, 1000), "", "The place of each unit, instead of layout.")
       .written_if([](const Autd3Array& array) { return !array.layout; })
       .key("pitch_mm", &Autd3Array::pitch, number(kMillimetres, kPitch),
-           "Distance between neighbours [mm]; boards of 2016 to 2019 had 10.18.")
+           "Distance between neighbours [mm]; boards of 2016 to 2019 have 10.18.")
       .at_most_one({"layout", "units"})
       .check([](const Input& in, Autd3Array& array, bool /*good*/) {
         if (!in.node().find("units") && !in.node().find("layout")) {
@@ -63,8 +64,7 @@ std::optional<PositionsArray> to_positions(const Input& in, const PositionsFile&
     return array;
   }
   if (form.axes->cols() != count) {
-    in.at(*in.node().find("axes"))
-        .problem(fmt::format("{} axes, must be {} as there are points", form.axes->cols(), count));
+    in.at(*in.node().find("axes")).problem(fmt::format("{} axes, must be {}: one per point", form.axes->cols(), count));
     return std::nullopt;
   }
   bool good = true;
@@ -84,15 +84,15 @@ Codec<PositionsArray> positions_codec() {
   return kept_as<PositionsArray, PositionsFile>(
       Map<PositionsFile>()
           .maybe("points_mm", &PositionsFile::points, points(kMillimetres, {}), "[[-5, 0, 0], [5, 0, 0]]",
-                 "Where the transducers are [mm].")
+                 "Positions of the transducers [mm].")
           .maybe("axes", &PositionsFile::axes, points(kPlain, {}), "[[0, 0, 1], [0, 0, 1]]",
-                 "Directions the transducers emit along, one each, of any length; +z if left out.")
+                 "Directions in which the transducers emit, one per transducer, of any length; default: +z.")
           .allowed_with({"points_mm"})
           .add({.name = "file",
                 .type = from_file.type,
-                .help = "A table of transducers. Its header names the columns, in any order: x_mm, y_mm and, if there "
-                        "are, z_mm, the axis nx, ny, nz, alive (0 or 1); lengths in um, mm, cm or m (x_m). Without a "
-                        "header: x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,nx,ny,nz.",
+                .help = "A table of transducers. Its header names the columns in any order: x_mm, y_mm and optionally "
+                        "z_mm, the axis nx, ny, nz, and alive (0 or 1). Lengths are in um, mm, cm or m (x_m). Without "
+                        "a header the columns are x_mm,y_mm,z_mm or x_mm,y_mm,z_mm,nx,ny,nz.",
                 .example = "array.csv"},
                from_file.read, [](const PositionsFile&) { return std::nullopt; })
           .exactly_one({"points_mm", "file"})
@@ -124,33 +124,32 @@ Codec<PlaneWaveArray> plane_wave_codec() {
 Codec<ArraySpec> array_codec() {
   using Kind = Directivity::Kind;
   return Map<ArraySpec>()
-      .maybe("grid", &ArraySpec::layout, grid_codec(), "", "A flat rectangle of transducers, its middle on at_mm.")
+      .maybe("grid", &ArraySpec::layout, grid_codec(), "", "A flat rectangle of transducers with its centre at at_mm.")
       .maybe("autd3", &ArraySpec::layout, autd3_codec(), "", "AUTD3 units of 249 transducers each.")
       .maybe("sonicsurface", &ArraySpec::layout, Map<SonicsurfaceArray>().codec(), "{}",
-             "The open-hardware board of 16 x 16 transducers at 10.5 mm, its middle on at_mm.")
+             "The open-hardware board of 16 x 16 transducers at 10.5 mm, with its centre at at_mm.")
       .maybe("positions", &ArraySpec::layout, positions_codec(), "", "Transducers anywhere.")
       .maybe("plane_wave", &ArraySpec::layout, plane_wave_codec(), "",
              "One channel, a plane wave; its phase is 0 at the origin.")
-      .key("at_mm", &ArraySpec::at, vector3(kMillimetres, {}), "Where the array's own origin is in the world [mm].")
+      .key("at_mm", &ArraySpec::at, vector3(kMillimetres, {}), "Position of the array's own origin in the world [mm].")
       .key("rotate_deg", &ArraySpec::angles, vector3(kDegrees, {}),
            "Rotation about the array's own origin: about x, then y, then z [deg].")
       .key("directivity", &ArraySpec::directivity,
            choice<Kind>({{"omni", Kind::kOmni}, {"piston", Kind::kPiston}, {"t4010a1", Kind::kT4010a1}}),
-           "How a transducer radiates away from its axis: alike everywhere, as a piston, or as measured for the "
-           "AUTD3's.")
+           "Radiation of a transducer off its axis: the same in all directions, that of a piston, or that measured for "
+           "the AUTD3 transducer.")
       .key("piston_radius_mm", &ArraySpec::piston_radius, number(kMillimetres, above_to(0, 1000)),
-           "Radius of a piston [mm]; of no effect on other directivities.")
-      .key("level", &ArraySpec::level, number(kPlain, above_to(0, 1)), "Drive of every transducer, 1 at full.")
+           "Radius of a piston [mm]; no effect on other directivities.")
+      .key("level", &ArraySpec::level, number(kPlain, above_to(0, 1)),
+           "Common amplitude of all channels; 1 is full drive.")
       .key("source_pa_m", &ArraySpec::source_strength, number(kPlain, above(0)),
            "Pressure amplitude of a transducer at full drive on its axis times the distance [Pa m].")
-      .maybe("calibration", &ArraySpec::calibration, calibration_codec(), "",
-             "Responses of the channels as they were measured.")
+      .maybe("calibration", &ArraySpec::calibration, calibration_codec(), "", "Measured responses of the channels.")
       .maybe("spread", &ArraySpec::spread, spread_codec(), "",
-             "Responses of the channels drawn at random; beside a calibration they multiply.")
-      .maybe(
-          "phase_levels", &ArraySpec::phase_levels, integer(between(2, 65536)), "256",
-          "Steps a turn that the true array rounds the solved phases to, as a device does; not at all if left out. The "
-          "solver does not know.")
+             "Tolerances: random responses of the channels. They multiply those of a calibration.")
+      .maybe("phase_levels", &ArraySpec::phase_levels, integer(between(2, 65536)), "256",
+             "Phase levels of the true array, to which it rounds the solved phases, as a device does. Default: no "
+             "rounding. The solver does not include it.")
       .exactly_one({"grid", "autd3", "sonicsurface", "positions", "plane_wave"})
       .check([](const Input& in, ArraySpec& spec, bool good) { return !good || check_calibration(in, spec); })
       .codec();

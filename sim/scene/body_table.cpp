@@ -19,7 +19,7 @@ constexpr double kLongestCapsule = 10'000;
 Codec<FingerJoints> finger_codec(double least_abduction, double most_abduction) {
   return Map<FingerJoints>()
       .maybe("abduction_deg", &FingerJoints::abduction, number(kDegrees, between(least_abduction, most_abduction)), "5",
-             "Away from the middle finger; the middle finger towards the thumb [deg].")
+             "Angle away from the middle finger; for the middle finger towards the thumb [deg].")
       .maybe("mcp_deg", &FingerJoints::mcp, number(kDegrees, between(0, 90)), "30", "Flexion at the knuckle [deg].")
       .maybe("pip_deg", &FingerJoints::pip, number(kDegrees, between(0, 100)), "30",
              "Flexion at the middle joint [deg].")
@@ -31,11 +31,11 @@ Codec<FingerJoints> finger_codec(double least_abduction, double most_abduction) 
 Codec<ThumbJoints> thumb_codec() {
   return Map<ThumbJoints>()
       .maybe("cmc_flexion_deg", &ThumbJoints::cmc_flexion, number(kDegrees, between(-25, 35)), "0",
-             "Of its base, across the palm [deg].")
+             "Angle of its base across the palm [deg].")
       .maybe("cmc_abduction_deg", &ThumbJoints::cmc_abduction, number(kDegrees, between(-30, 60)), "30",
-             "Of its base, out of the palm's plane [deg].")
+             "Angle of its base out of the palm's plane [deg].")
       .maybe("cmc_rotation_deg", &ThumbJoints::cmc_rotation, number(kDegrees, between(-60, 80)), "20",
-             "Of its base about itself; 80: the pad faces the fingertips [deg].")
+             "Rotation of its base about its own axis; at 80 the pad faces the fingertips [deg].")
       .maybe("mcp_deg", &ThumbJoints::mcp, number(kDegrees, between(-10, 80)), "15",
              "Flexion at the middle joint [deg].")
       .maybe("ip_deg", &ThumbJoints::ip, number(kDegrees, between(-15, 80)), "15", "Flexion at the last joint [deg].")
@@ -82,8 +82,8 @@ void add_unit(Map<MeshShape>& map) {
   map.add(
       {.name = "unit",
        .type = unit.type,
-       .help = "Unit of the file's coordinates. May be left out if they are mm and the size of the body leaves no "
-               "doubt of it.",
+       .help =
+           "Unit of the file's coordinates. It may be left out if they are in mm and the size of the body confirms it.",
        .fallback = "mm"},
       [unit](const Input& in, MeshShape& mesh) {
         if (!unit.read(in, mesh.unit_name)) {
@@ -101,7 +101,7 @@ void add_landmarks(Map<MeshShape>& map) {
   map.add(
       {.name = "landmarks",
        .type = landmarks_codec("mm").type,
-       .help = "Named points near the skin, in the file's frame and unit.",
+       .help = "Named points near the skin, in the frame and unit of the file.",
        .example = "{index_pad: [0, 0, 0]}",
        .fallback = "{}"},
       [](const Input& in, MeshShape& mesh) { return landmarks_codec(mesh.unit_name).read(in, mesh.landmarks); },
@@ -114,7 +114,7 @@ Codec<MeshShape> mesh_codec() {
   map.add(
       {.name = "file",
        .type = file.type,
-       .help = "STL, OBJ, PLY, VTP or OFF file of a closed surface; a relative name counts from the scene's folder.",
+       .help = "STL, OBJ, PLY, VTP or OFF file of a closed surface. A relative name starts from the scene's folder.",
        .required = true,
        .example = "my_hand.stl"},
       [file](const Input& in, MeshShape& mesh) {
@@ -124,8 +124,9 @@ Codec<MeshShape> mesh_codec() {
       [file](const MeshShape& mesh) { return std::optional(file.write(mesh.file)); });
   add_unit(map);
   map.maybe("resurface_mm", &MeshShape::resurface, number(kMillimetres, above(0)), "1.5",
-            "Makes one closed skin with edges of this length of whatever faces the file has: holes, flaps, duplicates, "
-            "parts that cross or overlap [mm]. Else the file's surface must be closed and not cut itself.");
+            "Makes one closed skin with edges of this length [mm] from the faces of the file. They may have holes, "
+            "flaps, duplicates, and parts that cross or overlap. Without this key the surface must be closed and must "
+            "not intersect itself.");
   add_landmarks(map);
   return map.codec();
 }
@@ -147,13 +148,10 @@ Codec<MeshShape> meshes_codec() {
   };
   Map<MeshShape> map;
   key("folder", &MeshSeries::folder, "tracked",
-      "Folder of the files, of the kinds that a mesh has, all with the same triangles; a relative name counts from the "
-      "scene's "
-      "folder.",
-      map);
+      "Folder of the mesh files, all with the same triangles. A relative name starts from the scene's folder.", map);
   key("times", &MeshSeries::times, "tracked/times.csv",
-      "Table of the files and their times [s], in order: a header file,time_s and a row a file. Between two times "
-      "vertices move along straight lines; a run takes the first mesh.",
+      "Table of the files and their times [s] in ascending order, with the header file,time_s and one row per file. "
+      "Between two times the vertices move along straight lines. A run takes the first mesh.",
       map);
   add_unit(map);
   add_landmarks(map);
@@ -164,12 +162,12 @@ Codec<MeshShape> meshes_codec() {
 Codec<Placement> place_codec() {
   return Map<Placement>()
       .key("landmark", &Placement::landmark, text(0),
-           "The landmark of the body that is put on at_mm; empty: the body's own origin.")
+           "Landmark of the body that is placed at at_mm; empty: the body's own origin.")
       .shown_as("index_pad")
-      .key("at_mm", &Placement::at, vector3(kMillimetres, {}), "Where it is put in the world [mm].")
+      .key("at_mm", &Placement::at, vector3(kMillimetres, {}), "Position of this point in the world [mm].")
       .shown_as("[0, 0, 200]")
       .key("rotate_deg", &Placement::angles, vector3(kDegrees, {}),
-           "Rotation of the body about it: about the world's x, then y, then z axis [deg].")
+           "Rotation of the body about this point: about the world's x, then y, then z axis [deg].")
       .codec();
 }
 
@@ -206,39 +204,37 @@ std::string usual_edges_text() {
 
 Map<BodySpec> body_map() {
   Map<BodySpec> map;
-  map.maybe(
-         "hand", &BodySpec::shape, hand_codec(), "",
-         "The built-in hand. Its own frame: origin at the wrist, y to the fingertips, z out of the back of the hand; a "
-         "right hand's thumb is at negative x, a left hand's at positive x. Landmarks: thumb_pad, index_pad, "
-         "middle_pad, "
-         "ring_pad, little_pad, thumb_tip to little_tip, palm_centre, back_centre, wrist.")
+  map.maybe("hand", &BodySpec::shape, hand_codec(), "",
+            "The built-in hand. Its own frame has the origin at the wrist, y towards the fingertips and z out of the "
+            "back of the hand. The thumb of a right hand is at negative x, that of a left hand at positive x. "
+            "Landmarks: thumb_pad, index_pad, middle_pad, ring_pad, little_pad, thumb_tip to little_tip, palm_centre, "
+            "back_centre, wrist.")
       .maybe("sphere", &BodySpec::shape, sphere_codec(), "",
              "A sphere about its origin. Landmarks: top, bottom, x_plus, x_minus, y_plus, y_minus.")
       .maybe("capsule", &BodySpec::shape, capsule_codec(), "",
-             "A cylinder along y between two half spheres, a simple finger. Landmarks as of a sphere.")
-      .maybe("box", &BodySpec::shape, box_codec(), "", "A box about its origin. Landmarks as of a sphere.")
+             "A cylinder along y between two half spheres, a simple finger. Landmarks: those of a sphere.")
+      .maybe("box", &BodySpec::shape, box_codec(), "", "A box about its origin. Landmarks: those of a sphere.")
       .maybe("mesh", &BodySpec::shape, mesh_codec(), "", "A surface from a file.")
       .written_if(std::not_fn(is_series))
-      .maybe("meshes", &BodySpec::shape, meshes_codec(), "", "A surface that moves, from a file a time.")
+      .maybe("meshes", &BodySpec::shape, meshes_codec(), "", "A moving surface, from one file per time.")
       .written_if(is_series)
-      .key("place", &BodySpec::place, place_codec(), "Where the body is.")
+      .key("place", &BodySpec::place, place_codec(), "Place of the body.")
       .maybe("edge_mm", &BodySpec::edge, edge_codec(), "2.8",
-             fmt::format("Wanted edge length of the mesh [mm]: one for all of it, or shorter ones near some places; of "
-                         "a hand {}, above {:g} mm no longer than {:g} of the flesh's thickness or a cleft's width, "
-                         "and if left out {}. A mesh "
-                         "from a file is meshed anew if it is given, and else kept as it is.",
+             fmt::format("Requested edge length of the mesh [mm]: one for the whole body, or shorter ones near some "
+                         "places. Range for a hand: {}; above {:g} mm its edges are no longer than {:g} of the "
+                         "thickness of the flesh or the width of a cleft. Default for a hand: {}. A mesh from a file "
+                         "is remeshed if this key is given, and kept as it is otherwise.",
                          kHandEdge.text(), kAlwaysPossible / kMillimetre, kOfRoom, usual_edges_text()))
       .needed_with({"sphere", "capsule", "box"}, {"hand", "mesh"})
-      .maybe(
-          "keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
-          "Scattering is solved on the part of the body within this distance of the target alone [mm]; its open ends "
-          "are capped.")
+      .maybe("keep_within_mm", &BodySpec::keep_within, number(kMillimetres, above(0)), "60",
+             "Scattering is solved only on the part of the body within this distance of the target [mm]. Its open ends "
+             "are capped.")
       .allowed_with({"hand", "sphere", "capsule", "box", "mesh"})
       .key("beyond", &BodySpec::beyond,
            choice<Beyond>({{"incident", Beyond::kIncident}, {"nothing", Beyond::kNothing}}),
-           "What the skin beyond keep_within_mm is. incident: the phases keep the incident pressure low at points of "
-           "it, "
-           "and the judge has the whole body. nothing: it is not there, and every figure is of the part only.")
+           "How the skin beyond keep_within_mm is treated. incident: the phases keep the incident pressure low at "
+           "points of it, and the evaluation mesh has the whole body. nothing: it does not exist, and every figure is "
+           "of the part only.")
       .written_if([](const BodySpec& body) { return body.keep_within.has_value(); })
       .exactly_one({"hand", "sphere", "capsule", "box", "mesh", "meshes"})
       .check([](const Input& in, BodySpec& body, bool good) { return check_body(in, body, good); });
@@ -248,7 +244,7 @@ Map<BodySpec> body_map() {
 }  // namespace
 
 Codec<HandJoints> joints_codec() {
-  const std::string help = "Angles that differ from the pose's.";
+  const std::string help = "Angles that differ from those of the pose.";
   return Map<HandJoints>()
       .key("thumb", &HandJoints::thumb, thumb_codec(), help)
       .key("index", &HandJoints::index, finger_codec(-15, 42), help)
@@ -260,18 +256,17 @@ Codec<HandJoints> joints_codec() {
 
 Codec<HandShape> hand_codec() {
   return Map<HandShape>()
-      .key("pose", &HandShape::pose, word(hand_poses()), "How the fingers are held.")
+      .key("pose", &HandShape::pose, word(hand_poses()), "Pose of the fingers.")
       .key("breadth_mm", &HandShape::breadth, number(kMillimetres, between(50, 150)),
            "Breadth across the knuckles [mm].")
       .key("length_mm", &HandShape::length, number(kMillimetres, between(120, 260)),
-           "Length from the wrist to the tip of the middle finger, the hand held flat [mm].")
+           "Length of the flat hand from the wrist to the tip of the middle finger [mm].")
       .key("side", &HandShape::side, choice<HandSide>({{"right", HandSide::kRight}, {"left", HandSide::kLeft}}),
            "Which hand; the left one is the mirror image in x.")
-      .key("joints", &HandShape::joints, joints_codec(), "Joints turned away from the pose.")
+      .key("joints", &HandShape::joints, joints_codec(), "Joint angles that differ from the pose.")
       .key("forearm_mm", &HandShape::forearm, number(kMillimetres, between(0, kMostForearm / kMillimetre)),
-           "Length of forearm [mm] beyond the hand's own skin, which ends 20 mm behind the wrist joint; it is rigid "
-           "with "
-           "the palm.")
+           "Length of forearm [mm] beyond the hand's own skin, which ends 20 mm behind the wrist joint. The forearm "
+           "moves with the palm.")
       .codec();
 }
 
@@ -280,7 +275,7 @@ Codec<BodySpec> body_codec() { return body_map().codec(); }
 Codec<std::vector<BodySpec>> bodies_codec() {
   const auto named = name();
   auto map = body_map();
-  map.required("name", &BodySpec::name, named, "hand", "Names the body; its landmarks are called name.landmark.");
+  map.required("name", &BodySpec::name, named, "hand", "Name of the body; its landmarks are called name.landmark.");
   return list_of<BodySpec>(map.codec(), 1, 20, {.name = [](const BodySpec& body) { return body.name; }, .advice = ""});
 }
 

@@ -15,9 +15,8 @@ Codec<ResponseOf> response_of_codec() {
 }
 
 constexpr const char* kIn =
-    "Whose channels have it: both, the solver's alone (what it wrongly reckons with), or the true array's alone (what "
-    "it "
-    "does not know, and the judge and the fields do).";
+    "Channels with these responses. both: those of the solver and of the true array. solver: a wrong assumption of the "
+    "solver. truth: the true array only; the evaluation and the fields include them, the solver does not.";
 
 /// What a calibration lists must be one a channel.
 bool check_listed(const Input& calibration, const char* key, std::size_t count, Eigen::Index channels) {
@@ -26,7 +25,7 @@ bool check_listed(const Input& calibration, const char* key, std::size_t count, 
   }
   const Entry* entry = calibration.node().find(key);
   (entry ? calibration.at(*entry) : calibration)
-      .problem(fmt::format("{} value{}, must be {} as there are channels", count, count == 1 ? "" : "s", channels));
+      .problem(fmt::format("{} value{}, must be {}: one per channel", count, count == 1 ? "" : "s", channels));
   return false;
 }
 
@@ -38,16 +37,16 @@ Codec<CalibrationSpec> calibration_codec() {
       .add(
           {.name = "file",
            .type = path.type,
-           .help =
-               "A table with a header and a row a channel: channel (from 0), gain, phase_rad or phase_deg and, if it "
-               "is there, alive (0 or 1).",
+           .help = "A table with a header and one row per channel: channel (from 0), gain, phase_rad or phase_deg, and "
+                   "optionally alive (0 or 1).",
            .example = "calibration.csv"},
           [path](const Input& in, CalibrationSpec& spec) { return path.read(in, spec.file); },
           [](const CalibrationSpec&) { return std::nullopt; })
-      .maybe("gain", &CalibrationSpec::gain, list_of(number(kPlain, at_least(0)), 1, kMostListed), "[1, 0.9]",
-             "Or the gains themselves, one a channel: the sound it makes over that it was designed to make; 0 is dead.")
+      .maybe(
+          "gain", &CalibrationSpec::gain, list_of(number(kPlain, at_least(0)), 1, kMostListed), "[1, 0.9]",
+          "Instead of a file the gains, one per channel: the measured pressure divided by the designed one; 0 is dead.")
       .maybe("phase_rad", &CalibrationSpec::phase, list_of(number(kPlain, {}), 1, kMostListed), "[0, 0.2]",
-             "And their phases, one a channel [rad], each added to that of its drive.")
+             "The phases, one per channel [rad], each added to that of the drive.")
       .needed_with({"gain"})
       .key("in", &CalibrationSpec::in, response_of_codec(), kIn)
       .exactly_one({"file", "gain"})
@@ -58,10 +57,11 @@ Codec<SpreadSpec> spread_codec() {
   const Unit percent = Unit::power_of_ten(-2);
   return Map<SpreadSpec>()
       .key("gain_percent", &SpreadSpec::gain, number(percent, between(0, 100)),
-           "Standard deviation of the gains, normal about 1 [%]; what would be below 0 is 0.")
+           "Standard deviation of the gains, normal about 1 [%]; negative values become 0.")
       .key("phase_deg", &SpreadSpec::phase, number(kDegrees, between(0, 360)),
            "Standard deviation of the phases, normal about 0 [deg].")
-      .key("dead_percent", &SpreadSpec::dead, number(percent, between(0, 100)), "Chance of a channel to be dead [%].")
+      .key("dead_percent", &SpreadSpec::dead, number(percent, between(0, 100)),
+           "Probability that a channel is dead [%].")
       .key("seed", &SpreadSpec::seed, seed(), "Of the draw.")
       .key("in", &SpreadSpec::in, response_of_codec(), kIn)
       .codec();

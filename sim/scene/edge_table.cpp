@@ -10,19 +10,19 @@ Codec<EdgeSpec> graded_codec() {
   using Edges = EdgeSpec;
   const auto length = number(kMillimetres, above(0));
   return Map<Edges>()
-      .required("far", &Edges::far, length, "3", "Edge length where nothing else asks for shorter ones [mm].")
-      .maybe("near_target", &Edges::near_target, length, "1.2", "Near the centre of every target box [mm].")
-      .key("near", &Edges::near, table_of(length), "Near landmarks of this body [mm].")
+      .required("far", &Edges::far, length, "3", "Edge length where no shorter one is requested [mm].")
+      .maybe("near_target", &Edges::near_target, length, "1.2", "Edge length near the centre of every target box [mm].")
+      .key("near", &Edges::near, table_of(length), "Edge length near landmarks of this body [mm].")
       .shown_as("{thumb_pad: 1.2}")
       .key("within_mm", &Edges::within, number(kMillimetres, {.low = 0.0, .high = {}}),
-           "How far from these places is near [mm].")
+           "Distance from these places within which their edge length applies [mm].")
       .key("growth", &Edges::growth, number(kPlain, between(0.02, 0.6)),
-           "By how much the edge length grows over a distance beyond that, as a share of the distance.")
+           "Growth of the edge length beyond that distance, per distance.")
       .check([](const Input& in, Edges& edges, bool good) {
         if (!good || edges.graded()) {
           return good;
         }
-        in.problem("must have near_target or near beside far");
+        in.problem("must have near_target or near in addition to far");
         return false;
       })
       .codec();

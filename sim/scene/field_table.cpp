@@ -57,19 +57,19 @@ FieldForm to_form(const FieldSpec& field) {
 
 Codec<std::vector<FieldSpec>> fields_codec() {
   const auto form = Map<FieldForm>()
-                        .required("name", &FieldForm::name, name(), "side", "Names the field in the results.")
-                        .maybe("plane", &FieldForm::plane, word({"xy", "xz", "yz"}), "xz", "The plane's axes.")
+                        .required("name", &FieldForm::name, name(), "side", "Name of the field in the results.")
+                        .maybe("plane", &FieldForm::plane, word({"xy", "xz", "yz"}), "xz", "Axes of the plane.")
                         .maybe("through_mm", &FieldForm::through, vector3(kMillimetres, {}), "[0, 0, 200]",
-                               "Middle of the plane [mm].")
+                               "Centre of the plane [mm].")
                         .needed_with({"plane"})
                         .maybe("centre_mm", &FieldForm::centre, vector3(kMillimetres, {}), "[0, 0, 200]",
-                               "Or, of a box of points: its middle [mm].")
+                               "Centre of a box of points, instead of a plane [mm].")
                         .required("size_mm", &FieldForm::size, list_of(number(kMillimetres, above(0)), 2, 3),
                                   "[120, 240]", "Extent along the plane's two axes, or along x, y and z [mm].")
                         .items_with("plane", 2)
                         .items_with("centre_mm", 3)
                         .key("spacing_mm", &FieldForm::spacing, number(kMillimetres, above(0)),
-                             "Distance between points, at most [mm]. A field may have 20 million points.")
+                             "Largest distance between points [mm]. A field may have 20 million points.")
                         .exactly_one({"plane", "centre_mm"})
                         .codec();
   const auto field = kept_as<FieldSpec, FieldForm>(form, to_field, [](const FieldSpec& f) { return to_form(f); });

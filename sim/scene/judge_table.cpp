@@ -33,18 +33,20 @@ Codec<JudgeSpec::Whole> whole_codec() {
 
 Codec<JudgeSpec> own_model_codec() {
   return Map<JudgeSpec>()
-      .key("scheme", &JudgeSpec::scheme, scheme_codec(), "How its boundary elements model the scattering.")
-      .maybe("edge_mm", &JudgeSpec::edge, edge_codec(), "1.4",
-             fmt::format("Edge length of a mesh of its own [mm], as a body's edge_mm; of a hand {}.", kHandEdge.text()))
+      .key("scheme", &JudgeSpec::scheme, scheme_codec(), "Scheme of the evaluation mesh.")
+      .maybe(
+          "edge_mm", &JudgeSpec::edge, edge_codec(), "1.4",
+          fmt::format("Edge length of an evaluation mesh [mm], as edge_mm of a body; for a hand {}.", kHandEdge.text()))
       .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kEdge; })
       .maybe(
           "whole", &JudgeSpec::whole, whole_codec(), "true",
-          fmt::format("Out of use: a judge has the whole bodies, but with beyond: nothing. There true gives it what is "
-                      "left out, and auto where its mesh then has no more than {} faces. Only with edge_mm.",
-                      kWholeFaces))
+          fmt::format(
+              "Deprecated: the evaluation mesh has whole bodies, except with beyond: nothing. There true adds the skin "
+              "that is left out, and auto adds it if the mesh then has no more than {} faces. Only with edge_mm.",
+              kWholeFaces))
       .written_if([](const JudgeSpec& judge) { return judge.whole != JudgeSpec::Whole::kUnsaid; })
       .maybe("split", &JudgeSpec::splits, integer(between(1, 2)), "1",
-             "Or the solving mesh with every face in four, as often as this says.")
+             "The solving mesh, with every face split into four this many times; instead of edge_mm.")
       .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kSplit; })
       .exactly_one({"edge_mm", "split"})
       .check([](const Input& in, JudgeSpec& judge, bool good) {
@@ -70,7 +72,8 @@ Codec<JudgeSpec> judge_codec() {
 bool check_judge(const Input& in, const Scene& scene) {
   const Entry* entry = in.node().find("judge");
   if (entry && scene.judge.kind == JudgeSpec::Kind::kNone && solver_mistakes_channels(scene.array)) {
-    in.at(*entry).problem("none, but the solver does not know what the channels do: the scene must have a judge");
+    in.at(*entry).problem(
+        "none, but the solver does not know the true responses of the channels: the scene must have a judge");
     return false;
   }
   if (!entry || entry->value.kind != Node::Kind::kMap) {
@@ -79,7 +82,7 @@ bool check_judge(const Input& in, const Scene& scene) {
   const Input judge = in.at(*entry);
   bool good = true;
   if (scene.judge.kind == JudgeSpec::Kind::kSplit && scene.judge.whole == JudgeSpec::Whole::kYes) {
-    judge.at(*judge.node().find("whole")).problem("cannot be true with split, whose mesh is the solving one");
+    judge.at(*judge.node().find("whole")).problem("cannot be true with split, which uses the solving mesh");
     good = false;
   }
   if (scene.judge.kind == JudgeSpec::Kind::kEdge && !scene.bodies.empty()) {

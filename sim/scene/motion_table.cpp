@@ -26,11 +26,11 @@ Codec<std::string> path_codec() {
 
 Codec<SineLaw> sine_codec() {
   return Map<SineLaw>()
-      .required("amplitude", &SineLaw::amplitude, number(kPlain, {}), "10", "In the unit of the path.")
+      .required("amplitude", &SineLaw::amplitude, number(kPlain, {}), "10", "Amplitude, in the unit of the path.")
       .required("hz", &SineLaw::hz, number(kPlain, kRate), "1", "Frequency [Hz].")
       .key("phase_deg", &SineLaw::phase, number(kDegrees, {}), "Phase at the start; 90: from the highest point [deg].")
       .maybe("about", &SineLaw::about, number(kPlain, {}), "200",
-             "The value it swings about, in the unit of the path; the scene's own if left out.")
+             "Mean value, in the unit of the path; default: the scene's own.")
       .codec();
 }
 
@@ -57,15 +57,15 @@ Codec<KeysLaw> keys_codec() {
 Codec<MotionChange> change_codec() {
   return Map<MotionChange>()
       .required("path", &MotionChange::path, path_codec(), "body.place.at_mm.2",
-                fmt::format("The number that changes, as sweeps name it: {}. With the number of an item in brackets, "
-                            "at_mm[2], it must be quoted between braces.",
+                fmt::format("The number that changes, with its name in sweeps: {}. A path with brackets, at_mm[2], "
+                            "must be quoted between braces.",
                             varying_paths()))
-      .maybe("sine", &MotionChange::law, sine_codec(), "", "It swings.")
+      .maybe("sine", &MotionChange::law, sine_codec(), "", "A sine about a mean value.")
       .maybe("keys", &MotionChange::law, keys_codec(), "[[0, 190], [0.5, 210], [1, 190]]",
-             "It passes through [time in s, value in the unit of the path], monotone in between (piecewise cubic), and "
-             "stays what it is before the first and after the last.")
+             "A curve through points [time in s, value in the unit of the path], monotone in between (piecewise "
+             "cubic). It is constant before the first and after the last point.")
       .maybe("rate", &MotionChange::law, kept_in(&RateLaw::rate, number(kPlain, {})), "50",
-             "It grows from the scene's own value by this much a second, in the unit of the path.")
+             "Growth per second from the scene's own value, in the unit of the path.")
       .exactly_one({"sine", "keys", "rate"})
       .codec();
 }
@@ -73,7 +73,7 @@ Codec<MotionChange> change_codec() {
 Codec<MotionSpec::Frame> frame_codec() {
   return Map<MotionSpec::Frame>()
       .required("budget_ms", &MotionSpec::Frame::budget, number(kMilliseconds, above_to(0, 60'000)), "50",
-                "What a frame may take on this machine [ms].")
+                "Longest time of a frame on this machine [ms].")
       .codec();
 }
 
@@ -99,43 +99,42 @@ Codec<MotionSpec> motion_codec() {
   using Start = MotionSpec::Start;
   using Prediction = MotionSpec::Prediction;
   return Map<MotionSpec>()
-      .required("seconds", &MotionSpec::seconds, number(kPlain, above_to(0, kLongest)), "2", "How long it lasts [s].")
+      .required("seconds", &MotionSpec::seconds, number(kPlain, above_to(0, kLongest)), "2",
+                "Duration of the motion [s].")
       .key("change", &MotionSpec::changes,
            list_of<MotionChange>(change_codec(), 0, kMostItems,
                                  {.name = [](const MotionChange& change) { return change.path; }, .advice = ""}),
-           "Numbers of the scene that vary, each by a law of its own.")
+           "Numbers of the scene that vary, each by its own law.")
       .key("target", &MotionSpec::target,
            choice<Target>({{"on_skin", Target::kOnSkin}, {"in_world", Target::kInWorld}}),
-           "Whether a target box on a landmark moves with it, or stays where it is at the start and the skin moves "
-           "through it. One with centre_mm stays.")
+           "Whether a target box on a landmark moves with it, or stays at its first place while the skin moves through "
+           "it. A box with centre_mm stays.")
       .key("frames_hz", &MotionSpec::frames_hz, number(kPlain, kRate),
-           "Frames a second, as far as the solver keeps up.")
+           "Frames per second, as far as the solver keeps up.")
       .key("iterations", &MotionSpec::iterations, integer(between(1, 100'000)),
-           "Iterations a frame of an iterative method, instead of solve.iterations.")
+           "Iterations per frame of an iterative method, instead of solve.iterations.")
       .key("start", &MotionSpec::start, choice<Start>({{"previous", Start::kPrevious}, {"zero", Start::kZero}}),
-           "Phases that a frame starts from: those of the frame before, or zero.")
+           "First phases of a frame: those of the previous frame, or zero.")
       .key("steer", &MotionSpec::steer, flag(),
-           "Whether those of the frame before are steered to the target's new place first.")
-      .maybe("frame", &MotionSpec::frame, frame_codec(), "",
-             "Has body.edge_mm, solve.scheme and iterations chosen for what a frame may take, by trying some at the "
-             "start.")
-      .key("sensor", &MotionSpec::sensor, sensor_codec(), "What the solver knows of the motion.")
+           "Whether the phases of the previous frame are first steered to the new place of the target.")
+      .maybe(
+          "frame", &MotionSpec::frame, frame_codec(), "",
+          "Chooses body.edge_mm, solve.scheme and iterations for the longest time of a frame, by trials at the start.")
+      .key("sensor", &MotionSpec::sensor, sensor_codec(), "The sensor: how the solver sees the motion.")
       .key("solve_ms", &MotionSpec::solve, number_or("measured", number(kMilliseconds, kDelay)),
-           "What a frame takes to solve [ms]; measured: this machine's own time for it, so that results are not "
-           "reproducible.")
+           "Time to solve a frame [ms]. measured: the time of this machine; results are then not reproducible.")
       .key("array_ms", &MotionSpec::array_delay, number(kMilliseconds, kDelay),
-           "From a frame's phases until the array sounds with them [ms].")
+           "Delay from the phases of a frame until the array emits them [ms].")
       .key("predict", &MotionSpec::predict,
            choice<Prediction>(
                {{"none", Prediction::kNone}, {"linear", Prediction::kLinear}, {"kalman", Prediction::kKalman}}),
-           "Whether a frame is solved for the last known pose, or for the one expected at the middle of the time that "
-           "it "
-           "will be shown: by a straight line through the last two samples, or by Kalman filters, which suit sensors "
-           "with noise.")
+           "Whether a frame is solved for the last known pose, or for the pose predicted for the middle of the time in "
+           "which the frame is emitted. The prediction is a straight line through the last two samples, or Kalman "
+           "filters, which suit sensors with noise.")
       .key("score_hz", &MotionSpec::score_hz, number(kPlain, kRate),
-           "How often a second what is on the array is scored on the pose as it is then.")
+           "Scores per second: the emitted phases are evaluated on the true pose.")
       .key("stale_ms", &MotionSpec::stale, number(kMilliseconds, above_to(0, 60'000)),
-           "Of `touchfield live`: it is quiet while what it has is of a sample older than this [ms].")
+           "For `touchfield live`: the array is silent while its latest sample is older than this [ms].")
       .check([](const Input& in, MotionSpec& motion, bool good) { return good && check_key_times(in, motion); })
       .codec();
 }

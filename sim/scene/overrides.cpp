@@ -37,7 +37,7 @@ class Walk {
       Entry* entry = at_->find_even_removed(part);
       if (!entry || entry->value.removed) {
         if (!make) {
-          throw Problem{fmt::format("{} is not in the scene, nothing to take away", name_of(part))};
+          throw Problem{fmt::format("{} is not in the scene, nothing to remove", name_of(part))};
         }
         put(part, empty_map(place_));
         entry = at_->find_even_removed(part);
@@ -51,7 +51,7 @@ class Walk {
   void set(const std::string& part, Node value) {
     if (at_->kind == Node::Kind::kList) {
       if (value.removed) {
-        throw Problem{fmt::format("{}: null takes keys away, not items of a list", name_of(part))};
+        throw Problem{fmt::format("{}: null removes keys, not items of a list", name_of(part))};
       }
       item(part) = std::move(value);
       return;
@@ -83,7 +83,8 @@ class Walk {
 
   void put(const std::string& part, Node value) {
     if (number_of<std::size_t>(part)) {
-      throw Problem{fmt::format("{} is no list in the scene, give it as a whole", path_.empty() ? "the scene" : path_)};
+      throw Problem{
+          fmt::format("{} is not a list in the scene, give it as a whole", path_.empty() ? "the scene" : path_)};
     }
     if (Entry* entry = at_->find_even_removed(part)) {
       entry->value = std::move(value);
@@ -140,7 +141,7 @@ void apply_override(Node& root, const std::string& text, int source, Reading& re
     Node value = parse_yaml(text.substr(equals + 1), source);
     const bool written = text.find_first_not_of(" \t", equals + 1) != std::string::npos;
     if (!written) {
-      throw Problem{"no value; null takes a key away"};
+      throw Problem{"no value; null removes a key"};
     }
     value.removed = value.kind == Node::Kind::kNull;
     Node changed = root;  // a path that leads nowhere leaves no maps behind

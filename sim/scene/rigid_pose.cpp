@@ -57,12 +57,12 @@ Codec<RigidMotion> rigid_pose_codec(const std::string& columns) {
   const Range cosine = between(-1 - kRotation, 1 + kRotation);
   Map<Pose> map;
   map.maybe("rotation", &Pose::rows, tuple_of<Vector3, 3>(vector3(kPlain, cosine)), "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]",
-            fmt::format("Rows of a matrix whose columns are {} in the world.", columns))
+            fmt::format("Rows of a rotation matrix. Its columns are {} in the world.", columns))
       .maybe("quaternion_wxyz", &Pose::quaternion, tuple_of<double, 4>(number(kPlain, cosine)), "[1, 0, 0, 0]",
              "The same rotation as a unit quaternion.")
       .exactly_one({"rotation", "quaternion_wxyz"})
       .required("translation_mm", &Pose::translation, vector3(kMillimetres, between(-100'000, 100'000)), "[0, 0, 0]",
-                "Where its origin is in the world [mm].");
+                "Position of its origin in the world [mm].");
   return kept_as<RigidMotion, Pose>(
       map.codec(),
       [columns](const Input& in, const Pose& pose) -> std::optional<RigidMotion> {

@@ -13,14 +13,14 @@ namespace {
 Codec<MediumSpec> medium_codec() {
   return Map<MediumSpec>()
       .key("temperature_c", &MediumSpec::temperature, number(Unit::celsius(), between(-50, 60)),
-           "Temperature of the air [C]: gives the speed of sound and the density.")
+           "Temperature of the air [C]; determines the speed of sound and the density.")
       .key("humidity_percent", &MediumSpec::humidity, number(Unit::power_of_ten(-2), between(0, 100)),
-           "Relative humidity [%]: enters the absorption only.")
+           "Relative humidity [%]; affects the absorption only.")
       .key("absorption", &MediumSpec::absorption, flag(), "Whether the air absorbs sound (ISO 9613-1).")
       .maybe("sound_speed_m_s", &MediumSpec::sound_speed, number(kPlain, above_to(0, 1e4)), "343.21",
-             "Speed of sound [m/s] instead of the temperature's.")
+             "Speed of sound [m/s], instead of the one from the temperature.")
       .maybe("density_kg_m3", &MediumSpec::density, number(kPlain, above_to(0, 1e4)), "1.2041",
-             "Density [kg/m3] instead of the temperature's.")
+             "Density [kg/m3], instead of the one from the temperature.")
       .codec();
 }
 
@@ -29,18 +29,18 @@ Codec<TargetBoxSpec> target_box_codec() {
   const auto on_landmark = [](const Box& box) { return !box.at.empty(); };
   return Map<Box>()
       .maybe("at", &Box::at, text(1), "index_pad",
-             "The landmark of the placed body that the box is centred on; nearest_array: the point of the skin that is "
-             "nearest to the array. Of several bodies body.landmark, or landmark if only one has it.")
+             "Landmark of the placed body at the centre of the box; nearest_array: the point of the skin that is "
+             "nearest to the array. With several bodies write body.landmark, or landmark if only one body has it.")
       .written_if(on_landmark)
       .key("offset_mm", &Box::offset, vector3(kMillimetres, {}),
-           "From the landmark to the centre of the box, along the world's axes [mm].")
+           "Offset of the centre of the box from the landmark, along the world's axes [mm].")
       .written_if(on_landmark)
       .allowed_with({"at"})
       .maybe("centre_mm", &Box::centre, vector3(kMillimetres, {}), "[0, 0, 200]",
-             "Centre of the box in the world's frame [mm].")
+             "Centre of the box in the world [mm], instead of a landmark.")
       .written_if(std::not_fn(on_landmark))
       .required("size_mm", &Box::size, vector3(kMillimetres, above(0)), "[8, 40, 6]",
-                "Side lengths of the box [mm]: its width, its length, its depth.")
+                "Side lengths of the box [mm]: width, length, depth.")
       .key("rotate_deg", &Box::angles, vector3(kDegrees, {}),
            "Rotation of the box about its centre: about the world's x, then y, then z axis [deg].")
       .exactly_one({"at", "centre_mm"})
@@ -51,17 +51,17 @@ Codec<TargetSpec> target_codec() {
   const auto one_box = [](const TargetSpec& target) { return target.boxes.size() == 1; };
   const auto box = target_box_codec();
   return Map<TargetSpec>()
-      .maybe("box", &TargetSpec::boxes, box, "", "Faces of the skin whose centroid is in this box are pressed on.")
+      .maybe("box", &TargetSpec::boxes, box, "", "The target: the faces of the skin with their centroid in this box.")
       .maybe("boxes", &TargetSpec::boxes, list_of(box, 1, kMostItems), "",
-             "Several boxes; a face in two belongs to the first.")
+             "Several boxes; a face in two of them belongs to the first.")
       .written_if(std::not_fn(one_box))
       .key("profile", &TargetSpec::profile,
            choice<TargetProfile>({{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
-           "Wanted pressure on the faces: the same on each, or in proportion to the depth below the side of the box "
+           "Wanted pressure on the faces: the same on each, or proportional to the depth below the side of the box "
            "through which the skin enters.")
       .key("pressure_pa", &TargetSpec::pressure, number_or("best", number(kPlain, above(0))),
-           "Wanted pressure amplitude [Pa], the largest of a profile; best: as strong as the array can at the smallest "
-           "error.")
+           "Wanted pressure amplitude [Pa], the largest one of a profile. best: the strongest that the array reaches "
+           "with the smallest error.")
       .exactly_one({"box", "boxes"})
       .codec();
 }
@@ -152,37 +152,35 @@ bool is_single(const Scene& scene) { return scene.bodies.size() == 1 && scene.bo
 
 Codec<Scene> make_scene_codec() {
   return Map<Scene>()
-      .required("name", &Scene::name, name(), "my_scene", "Names the run's folder.")
+      .required("name", &Scene::name, name(), "my_scene", "Name of the run's folder.")
       .key("medium", &Scene::medium, medium_codec(), "The air.")
       .key("frequency_khz", &Scene::frequency,
            number(Unit::power_of_ten(3), between(kLeastFrequency / 1e3, kMostFrequency / 1e3)),
            "Frequency of the ultrasound [kHz].")
       .required("array", &Scene::array, array_codec(), "", "The transducers.")
-      .maybe("body", &Scene::bodies, body_codec(), "", "What the sound is scattered by, a sound-hard skin.")
+      .maybe("body", &Scene::bodies, body_codec(), "", "The body that scatters the sound; its skin is sound-hard.")
       .written_if(is_single)
       .maybe("bodies", &Scene::bodies, bodies_codec(), "", "Several bodies, each with a name; they must not touch.")
       .written_if(std::not_fn(is_single))
       .exactly_one({"body", "bodies"})
       .maybe("sensing", &Scene::sensing, sensing_codec(), "{noise_mm_rms: 0.5}",
-             "What the solver sees of the bodies, as a sensor would: displaced by smooth noise and moved. The judge "
-             "sees them as they are.")
+             "Bodies as the solver sees them, with the errors of a sensor: displaced by smooth noise and moved. The "
+             "evaluation uses the true bodies.")
       .maybe("target", &Scene::target, target_codec(), "",
-             "Where on the skin to press. Every method but fixed needs one.")
-      .required("solve", &Scene::solve, solve_codec(), "", "How the phases are found.")
+             "The part of the skin to press on. Every method except fixed needs one.")
+      .required("solve", &Scene::solve, solve_codec(), "", "The search for the phases.")
       .key("judge", &Scene::judge, judge_codec(),
-           "What computes the pressures that a result is judged by: the model that was solved (same), a model of its "
-           "own, "
-           "or nothing. auto: same, if it is of whole bodies with edges of at most 0.35 wavelengths, else the whole "
-           "bodies "
-           "meshed anew.")
-      .key("field", &Scene::fields, fields_codec(), "Planes and boxes of points in the air to compute the pressure at.")
+           "The evaluation mesh. same: the model that was solved. none: no evaluation. A map: a model of its own. "
+           "auto: same, if it has whole bodies with edges of at most 0.35 wavelengths; otherwise a new mesh of the "
+           "whole bodies.")
+      .key("field", &Scene::fields, fields_codec(),
+           "Planes and boxes of points in the air where the pressure is computed.")
       .key("write", &Scene::write, write_codec(),
-           "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png); with transfer "
-           "the results hold the transfer matrix too.")
-      .maybe(
-          "motion", &Scene::motion, motion_codec(), "",
-          "How the scene moves, and the loop of sensor, solver and array meanwhile. The rest of the scene is a still, "
-          "which is all that a run computes.")
+           "Files to write: results (h5), surfaces (vtp) and fields (vti) for ParaView, pictures (png). With transfer "
+           "the results also hold the transfer matrix.")
+      .maybe("motion", &Scene::motion, motion_codec(), "",
+             "The motion of the scene, and the loop of sensor, solver and array during it. The rest of the scene is a "
+             "still; a run computes only the still.")
       .check([](const Input& in, Scene& scene, bool good) {
         fill_hand_edges(scene);
         const bool good_targets = check_targets(in, scene);
@@ -200,9 +198,9 @@ Codec<SensingNoise> sensing_codec() {
       .key("noise_mm_rms", &SensingNoise::rms, number(kMillimetres, between(0, 3)),
            "Displacement along the normal of the skin, root mean square [mm].")
       .key("correlation_mm", &SensingNoise::correlation, number(kMillimetres, between(1, 100)),
-           "Length over which it loses its correlation [mm].")
+           "Correlation length of the displacement [mm].")
       .key("offset_mm", &SensingNoise::offset, vector3(kMillimetres, between(-100, 100)),
-           "Of the bodies as a whole [mm].")
+           "Displacement of the bodies as a whole [mm].")
       .key("seed", &SensingNoise::seed, seed(), "Of the noise.")
       .codec();
 }

@@ -101,9 +101,9 @@ bool check_known(const Input& in, const MapInfo& info, std::set<std::string>& me
       meant.insert(nearest.substr(0, nearest.find('.')));
       report(fmt::format("unknown key, did you mean {}?", nearest));
     } else if (info.keys.empty()) {
-      report("unknown key, there is none here");
+      report("unknown key, no keys are allowed here");
     } else {
-      report(fmt::format("unknown key, known are {}", fmt::join(names, ", ")));
+      report(fmt::format("unknown key, known keys are {}", fmt::join(names, ", ")));
     }
   }
   return good;

@@ -250,28 +250,28 @@ class MarkdownPage {
 
 constexpr const char* kPageHead = R"(# Scenes
 
-A scene says what a run computes: the transducers, the body that scatters their sound, where on its skin to press, and
-how the phases are found. It is one YAML file. `touchfield run scenes/quick.yaml` runs one, `touchfield check` says what
-would be built, `--resolved` with every default written out.
+A scene is a YAML file that describes a run: the transducers, the body that scatters their sound, the part of its skin
+to press on, and the methods that find the phases. `touchfield run scenes/quick.yaml` runs a scene. `touchfield check`
+checks it without solving anything. `touchfield check --resolved` prints it with all defaults.
 
-- Every number has its unit in its key; nothing else is converted.
-- A key that is not listed here, given twice, of the wrong type or out of its range is an error. All errors of a scene
-  are reported together, each as `file:line:column: path: what, rule`.
-- A number that must be > 0 must be at least 1e-9, one without a bound at most 1e9: squares neither vanish nor overflow.
-- A scene file has at most 2 MiB and 200,000 values (an alias counts as all that it stands for), as has a file of
-  positions or phases, of which there are at most 10,000.
-- A file named in a scene counts from the scene's folder.
-- `--set key.path=value` changes a value for one run: `--set solve.iterations=10`, `--set body.place.at_mm.2=250` or
-  `at_mm[2]` for an item of a list (numbers from 0). Maps on the way that the scene does not have are made. The value is
-  YAML; `null` takes a key away, so one alternative replaces another by
-  `--set array.grid=null --set array.plane_wave={}`. A file named there counts from the working directory.
-- `template.yaml` is a scene with comments to start from. `schema.json` lets editors complete and check a scene that has
+- The key of a number names its unit. Nothing else is converted.
+- A key that is not listed here, is given twice, has the wrong type or is out of its range is an error. All errors of a
+  scene are reported together, each as `file:line:column: path: problem, rule`.
+- Positive numbers must be at least 1e-9. Numbers without a bound must be at most 1e9 in magnitude.
+- A scene file has at most 2 MiB and 200,000 values. An alias counts as all the values that it stands for. The same
+  limits hold for a file of positions or phases, which has at most 10,000 of them.
+- The name of a file in a scene is relative to the scene's folder.
+- `--set key.path=value` changes a value for one run: `--set solve.iterations=10`. For an item of a list (numbered from
+  0) write `--set body.place.at_mm.2=250` or `at_mm[2]`. Missing maps on the path are made. The value is YAML. `null`
+  removes a key, so `--set array.grid=null --set array.plane_wave={}` replaces one alternative by another. The name of
+  a file in `--set` is relative to the working directory.
+- `template.yaml` is a commented scene to start from. With `schema.json` editors complete and check a scene that has
   the line `# yaml-language-server: $schema=schema.json`.
 
 World coordinates: an array lies in the plane z = 0 and emits along +z unless it is moved. Rotations are in degrees
 about the fixed x, then y, then z axis.
 
-The tables below and `schema.json` are made from the table that the reader itself works by.
+The tables below and `schema.json` are generated from the table that the scene reader uses.
 
 ## A scene
 )";

@@ -27,18 +27,18 @@ Codec<StartSpec> make_start_codec() {
           .maybe("random", &StartSpec::seed, seed(), "1", "Phases drawn at random from this seed.")
           .written_if(is_random)
           .maybe("restarts", &StartSpec::restarts, integer(between(1, 1000)), "1",
-                 "How many starts are tried, from this seed on; the solution of least cost is kept.")
+                 "Number of starts, with this seed and the following ones; the solution of least cost is kept.")
           .written_if([=](const StartSpec& start) { return is_random(start) && start.restarts != 1; })
           .allowed_with({"random"})
           .maybe("previous", &StartSpec::file, absolute_file(), "before/run.h5",
                  "The phases of a run, from its run.h5.")
           .written_if(is_previous)
           .maybe("method", &StartSpec::method, name(), "surface",
-                 "Whose phases; if left out those of the method of the same name, or else of the run's first.")
+                 "Method of these phases. Default: the method of the same name, otherwise the first of the run.")
           .written_if([=](const StartSpec& start) { return is_previous(start) && !start.method.empty(); })
           .allowed_with({"previous"})
           .maybe("among", &StartSpec::among, flag(), "true",
-                 "Whether those phases are one of the starts that auto tries, and not the only one; of surface.")
+                 "Whether these phases are only one of the starts that auto tries; for surface only.")
           .written_if([=](const StartSpec& start) { return is_previous(start) && start.among; })
           .allowed_with({"previous"})
           .exactly_one({"random", "previous"})
@@ -80,7 +80,7 @@ void add_fixed_phases(Map<MethodForm>& map) {
   map.add(
          {.name = "phases_rad",
           .type = type,
-          .help = "The phases [rad]: one for all channels, or one a channel.",
+          .help = "The phases [rad]: one for all channels, or one per channel.",
           .example = "0"},
          [=](const Input& in, MethodForm& form) {
            if (in.node().kind == Node::Kind::kList) {
@@ -118,26 +118,27 @@ bool weighs_faces(const PhaseMethod& kind) {
 Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
   Map<MethodForm> map;
   map.maybe("as", &MethodForm::as, name(), "second_try",
-            "Name of the method in the results; the method's own if left out.")
+            "Name of the method in the results; default: the method's own.")
       .maybe("scheme", &MethodForm::scheme, scheme_codec(), "paper", "Scheme of this method instead of solve.scheme.");
   if (kind.iterates) {
-    map.maybe("iterations", &MethodForm::iterations, iterations_codec(), "10", "Instead of solve.iterations.")
-        .maybe("start", &MethodForm::start, start_codec(), "{random: 7}", "Instead of solve.start.");
+    map.maybe("iterations", &MethodForm::iterations, iterations_codec(), "10",
+              "Iterations of this method, instead of solve.iterations.")
+        .maybe("start", &MethodForm::start, start_codec(), "{random: 7}",
+               "Start of this method, instead of solve.start.");
   }
   if (kind.free_amplitudes) {
     map.key("free_amplitudes", &MethodForm::free_amplitudes, flag(),
-            "Whether the amplitudes of the transducers are found too, 0 to 1, or are all the same.")
+            "Whether the amplitudes of the transducers are found too, from 0 to 1, or are all the same.")
         .key("free_level", &MethodForm::free_level, flag(),
-             "Whether that same amplitude is found too, where the array is too strong for what is wanted, or is 1: for "
-             "boards that know on and off only.")
+             "Whether the common amplitude is found too, if the array is too strong for the wanted pressure, or is 1. "
+             "Boards that switch transducers only on and off need false.")
         .before("false");
   }
   if (weighs_faces(kind)) {
-    map.key(
-        "faces", &MethodForm::faces,
-        choice<FaceWeights>({{"equal", FaceWeights::kEqual}, {"area", FaceWeights::kArea}}),
-        "How faces count in the misfit: alike, as published, so that a finely meshed patch counts several times, or "
-        "by their area, as in surface.");
+    map.key("faces", &MethodForm::faces,
+            choice<FaceWeights>({{"equal", FaceWeights::kEqual}, {"area", FaceWeights::kArea}}),
+            "Weight of the faces in the misfit. equal: as published, so that a finely meshed patch counts more. area: "
+            "their area, as in surface.");
   }
   if (kind.model == MethodModel::kGiven) {
     add_fixed_phases(map);
@@ -207,7 +208,7 @@ Codec<ComputeDevice> device_codec() {
       [](const Input& in, const std::string& given) {
         const auto choice = compute_device(given);
         if (!choice) {
-          in.must_be("auto, cpu, cuda or cuda:N, N a card's number from 0");
+          in.must_be("auto, cpu, cuda or cuda:N, where N is the number of a card, from 0");
         }
         return choice;
       },
@@ -216,41 +217,39 @@ Codec<ComputeDevice> device_codec() {
 
 Map<SolverSpec> solver_keys() {
   return Map<SolverSpec>()
-      .key(
-          "device", &SolverSpec::device, device_codec(),
-          "What computes: cpu, cuda (a graphics card; cuda:1 the second one), or auto, the card where there is one and "
-          "it pays.")
+      .key("device", &SolverSpec::device, device_codec(),
+           "Device that computes: cpu, cuda (a graphics card; cuda:1 is the second one), or auto (the card, if there "
+           "is one and it is faster).")
       .before("cpu")
-      .key(
-          "solver", &SolverSpec::solver,
-          choice<SolverChoice>({{"auto", SolverChoice::kAuto},
-                                {"lu", SolverChoice::kLu},
-                                {"gmres", SolverChoice::kGmres},
-                                {"matrix_free", SolverChoice::kMatrixFree},
-                                {"fft", SolverChoice::kFft}}),
-          "How the equations are solved: dense LU, GMRES on a stored matrix, GMRES on entries made anew in every step, "
-          "GMRES with products by a grid and Fourier transforms, or whichever of them suits the size.")
+      .key("solver", &SolverSpec::solver,
+           choice<SolverChoice>({{"auto", SolverChoice::kAuto},
+                                 {"lu", SolverChoice::kLu},
+                                 {"gmres", SolverChoice::kGmres},
+                                 {"matrix_free", SolverChoice::kMatrixFree},
+                                 {"fft", SolverChoice::kFft}}),
+           "Solver of the equations: dense LU, GMRES with a stored matrix, GMRES that computes the entries again in "
+           "every step, GMRES with products by a grid and Fourier transforms, or auto, which chooses by size.")
       .key("precision", &SolverSpec::precision,
            choice<PrecisionChoice>({{"auto", PrecisionChoice::kAuto},
                                     {"double", PrecisionChoice::kDouble},
                                     {"single", PrecisionChoice::kSingle}}),
-           "Numbers the matrix is computed and solved in.")
+           "Precision in which the matrix is computed and solved.")
       .key("tolerance", &SolverSpec::tolerance, number(kPlain, between(1e-13, 0.1)),
-           "Residual of a solution relative to its right-hand side, at most.")
+           "Largest residual of a solution, relative to its right-hand side.")
       .key("refine", &SolverSpec::refine, flag(),
            "Whether a solution in single precision is refined until its residual, computed in double, meets the "
            "tolerance.")
-      .key("max_steps", &SolverSpec::max_steps, integer(between(1, 10000)), "Steps of GMRES, at most.")
+      .key("max_steps", &SolverSpec::max_steps, integer(between(1, 10000)), "Largest number of GMRES steps.")
       .key("alarm", &SolverSpec::alarm,
            choice<AlarmChoice>(
                {{"auto", AlarmChoice::kAuto}, {"always", AlarmChoice::kAlways}, {"never", AlarmChoice::kNever}}),
-           "When the pressure is solved for both with and without the Burton-Miller terms and a large difference is "
-           "warned of; auto: where both are cheap.")
+           "Resonance check: compares the pressures with and without the Burton-Miller terms and warns if they differ "
+           "much; auto: if both are cheap.")
       .key("coupling", &SolverSpec::coupling, number(kPlain, between(0.01, 10)),
            "Weight of the derivative equation of Burton-Miller, in units of i/k.")
       .key("split_ratio", &SolverSpec::split_ratio, number(kPlain, between(0.5, 4)),
-           "A face is split in four, and its pieces again, while a piece is nearer to the point than this many times "
-           "the root of its area.");
+           "A face is split into four, and its pieces again, while a piece is nearer to the point than this many times "
+           "the square root of its area.");
 }
 
 /// Starts that only methods on the skin can have, or only those that try several.
@@ -319,25 +318,25 @@ Codec<SolveSpec> solve_codec() {
           .required("methods", &SolveForm::forms,
                     list_of<MethodForm>(method_codec(), 1, kMostItems,
                                         {.name = name_of, .advice = "; another name is given with as"}),
-                    "[surface, paper, unscattered, focus]", "The methods to compare, each a name or {name: {options}}.")
+                    "[surface, paper, unscattered, focus]", "Methods to compare, each a name or {name: {options}}.")
           .key("scheme", &SolveForm::scheme, scheme_codec(),
-               "How the boundary elements model the scattering: as published (paper); with a better diagonal "
-               "(paper_corrected); with points inside the body too (chief); with the pressure's derivative too "
-               "(burton_miller); the same and two steps of paper_corrected (burton_miller_polished).")
-          .key("iterations", &SolveForm::iterations, iterations_codec(), "Iterations of an iterative method.")
+               "Scheme of the boundary elements. paper: as published. paper_corrected: with a better diagonal. chief: "
+               "also with points inside the body. burton_miller: also with the derivative of the pressure. "
+               "burton_miller_polished: the same, and then two steps of paper_corrected.")
+          .key("iterations", &SolveForm::iterations, iterations_codec(), "Number of iterations of an iterative method.")
           .key("start", &SolveForm::start, start_codec(),
-               "Phases an iterative method starts from. auto: surface takes some steps from each of several starts and "
-               "goes on from the best, other methods start from zero. adjoint and spectral not of paper and "
-               "unscattered.")
+               "First phases of an iterative method. auto: surface takes some steps from each of several starts and "
+               "continues from the best; other methods start from zero. paper and unscattered do not take adjoint and "
+               "spectral.")
           .before("zero")
           .key("quiet_weight", &SolveForm::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
-               "Weight of the pressure outside the target in surface and lbfgs.")
+               "Weight of the pressure on the skin outside the target, for surface and lbfgs.")
           .key("certificate", &SolveForm::certificate, flag(),
-               "Whether a lower bound of surface's cost is computed, and how far each method is from it.")
+               "Whether the optimality bound is computed: a lower bound of the cost of surface, and the gap of each "
+               "method to it.")
           .key("allow_coarse_mesh", &SolveForm::allow_coarse_mesh, flag(),
-               "Whether a mesh of fewer than 1.5 edges per wavelength near the target is solved all the same. Else it "
-               "is "
-               "an error: no pressure there means anything.")
+               "Whether a mesh with fewer than 1.5 edges per wavelength near the target is solved anyway. Otherwise it "
+               "is an error, because pressures there are meaningless.")
           .before("true")
           .part(&SolveForm::solver, solver_keys())
           .codec(),

@@ -112,7 +112,7 @@ HandShape& hand_of(Scene& scene, const Item& item) {
   if (auto* hand = std::get_if<HandShape>(&body_of(scene, item).shape)) {
     return *hand;
   }
-  throw InputError("is not in this scene, whose body is no built-in hand");
+  throw InputError("is not in this scene: its body is not a built-in hand");
 }
 
 schema::Range joint_range(const std::string& finger, const std::string& joint) {
@@ -183,8 +183,8 @@ void take_box(PathWalk& walk, const Item& item, VaryingNumber& number) {
     number.in = [=, axis = static_cast<Eigen::Index>(*axis)](Scene& scene) -> double& {
       TargetBoxSpec& box = box_of(scene, item);
       if (offset == box.at.empty()) {
-        throw InputError(offset ? "is not in this scene, whose box has centre_mm"
-                                : "is not in this scene, whose box has a landmark and offset_mm");
+        throw InputError(offset ? "is not in this scene: its box has centre_mm"
+                                : "is not in this scene: its box has a landmark and offset_mm");
       }
       return (offset ? box.offset : box.centre)[axis];
     };

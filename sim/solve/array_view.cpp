@@ -133,8 +133,9 @@ std::string facing_warning(const ArrayView& view, const Scene& scene) {
   const BoxView& worst = *view.worst;
   const std::string box = scene.target->boxes.size() == 1 ? "box" : fmt::format("boxes[{}]", worst.box);
   return fmt::format(
-      "facing_away: the skin in target.{} is turned {:.0f} degrees from the array, so that its sound comes "
-      "round the body. Turn the body by {}.place.rotate_deg, or press on its other side",
+      "facing_away: the skin in target.{} is turned {:.0f} degrees away from the array, so the sound comes round the "
+      "body. "
+      "Turn the body with {}.place.rotate_deg, or press on its other side",
       box, worst.angle / kDegree, worst.body);
 }
 
@@ -145,8 +146,7 @@ std::string near_field_note(const ArrayView& view, const Model& model) {
   }
   return fmt::format(
       "near_field: transducer {} is {:.1f} mm from the skin, {:.2f} wavelengths. Below {:.0f} the near fields of "
-      "single "
-      "transducers and the board's reflections count. The model takes transducers for points and has no board",
+      "single transducers and reflections from the board matter. The model has point transducers and no board",
       view.transducer, view.distance / kMillimetre, wavelengths, kNearField);
 }
 

@@ -80,9 +80,9 @@ std::pair<std::size_t, std::string> owner_of(const Scene& scene, std::vector<Loc
   if (owners.size() == 1) {
     return {owners.front(), name};
   }
-  throw InputError(owners.empty() ? fmt::format("landmark '{}' is on none of the bodies", name)
-                                  : fmt::format("landmark '{}' is on {} bodies; say which: {}.{}", name, owners.size(),
-                                                scene.bodies[owners.front()].name, name));
+  throw InputError(owners.empty() ? fmt::format("no body has a landmark '{}'", name)
+                                  : fmt::format("{1} bodies have a landmark '{0}'; say which: {2}.{3}", name,
+                                                owners.size(), scene.bodies[owners.front()].name, name));
 }
 
 Vector3 to_world(const Placement& place, const Vector3& anchor, const Vector3& own) {
@@ -255,7 +255,7 @@ void require_apart(const Scene& scene, const TriangleMesh& mesh, const std::vect
       const std::string at = place_text(clearance.on_first, 2);
       if (clearance.meeting != Meeting::kApart) {
         throw InputError(fmt::format("bodies: {} {} near {}; move one by its place.at_mm", pair,
-                                     clearance.meeting == Meeting::kCut ? "cut each other" : "lie one in the other",
+                                     clearance.meeting == Meeting::kCut ? "cut each other" : "contain one another",
                                      at));
       }
       if (clearance.distance < kLeast) {

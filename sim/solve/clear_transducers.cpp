@@ -40,7 +40,7 @@ std::string metres_hint(const Vector3& at) {
   const std::string at = place_text(array.positions.col(transducer), 2);
   const std::string hint = metres_hint(body.place.at);
   if (distance < 0) {
-    throw InputError(fmt::format("{} puts transducer {} at {} inside the body; move that or array.at_mm{}", place,
+    throw InputError(fmt::format("{} puts transducer {} at {} inside the body; change it or array.at_mm{}", place,
                                  transducer, at, hint));
   }
   throw InputError(

@@ -72,7 +72,7 @@ void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceG
 void judge_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
                      Run& run, Progress& progress) {
   const Scene& scene = model.scene;
-  const JudgeMesh judge_mesh = timed(progress, run.seconds, "judge_mesh", "mesh of the judge",
+  const JudgeMesh judge_mesh = timed(progress, run.seconds, "judge_mesh", "evaluation mesh",
                                      [&] { return build_judge_mesh(model, options.bodies); });
   const TriangleMesh& mesh = judge_mesh.mesh;
   const Scheme scheme = judge_scheme(scene);
@@ -83,9 +83,10 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
       judge_model.target->amplitudes *= run.target->amplitudes.maxCoeff() / judge_model.target->amplitudes.maxCoeff();
     }
   }
-  auto scattering = timed(progress, run.seconds, "judge_set_up",
-                          fmt::format("set up the judge: {} on {} faces", judge_model.scheme, mesh.face_count()),
-                          [&] { return judge_scattering(model, options, mesh, scheme, own, run, progress); });
+  auto scattering =
+      timed(progress, run.seconds, "judge_set_up",
+            fmt::format("set up the evaluation mesh: {} on {} faces", judge_model.scheme, mesh.face_count()),
+            [&] { return judge_scattering(model, options, mesh, scheme, own, run, progress); });
   progress.note(describe_decision(*scattering));
   const Eigen::MatrixXcd pressures =
       timed(progress, run.seconds, "judge", fmt::format("judge {} methods", run.methods.size()),

@@ -90,8 +90,8 @@ MeshedBody resurfaced_body(const BodySpec& spec) {
     const double distance = (position(made.body.mesh, nearest) - named).norm();
     if (distance > edge) {
       throw InputError(
-          fmt::format("{}: landmark '{}' names the file's surface at {}, which is {:.2f} mm from the "
-                      "resurfaced skin, inside it or lost; it must be within mesh.resurface_mm = {:.4g} mm",
+          fmt::format("{}: landmark '{}' is on the file's surface at {}, {:.2f} mm from the resurfaced skin, inside it "
+                      "or lost; it must be within mesh.resurface_mm = {:.4g} mm",
                       shape.file, name, place_text(named, 2), distance / kMillimetre, edge / kMillimetre));
     }
   }
@@ -148,7 +148,7 @@ std::vector<GivenLandmark> given_landmarks(const BodySpec& body, const TriangleM
   for (const auto& [name, point] : shape.landmarks) {
     const Vector3 nearest = position(skin, nearest_landmark(skin, name, point));
     const double off = (nearest - point).norm();
-    std::string text = fmt::format("{}.landmarks.{}: {} is {:.3g} {} off the skin of {}, whose nearest point is {}",
+    std::string text = fmt::format("{}.landmarks.{}: {} is {:.3g} {} off the skin of {}; its nearest point is {}",
                                    shape_key(body), name, file_place(point, shape), off / shape.unit, shape.unit_name,
                                    shape.file, file_place(nearest, shape));
     if (off >= kMostLandmarkOff) {
@@ -246,7 +246,8 @@ std::vector<std::string> guess_units(Scene& scene) {
     shape->unit = guess.unit.metres;
     shape->unit_name = guess.unit.name;
     shape->unit_given = true;
-    warnings.push_back(fmt::format("mesh_unit: {}; taken as {} here, a run refuses it", doubt->text, guess.unit.name));
+    warnings.push_back(
+        fmt::format("mesh_unit: {}; assumed to be {} here, but a run refuses it", doubt->text, guess.unit.name));
   }
   return warnings;
 }

@@ -144,7 +144,7 @@ PhaseSolution MethodSolver::solve(const MethodSpec& method, const Eigen::VectorX
   try {
     solution = found(method, amplitudes, progress, before);
   } catch (const GpuMemoryFailure& failure) {
-    progress.warn(fmt::format("method {}: {}; the processor goes on", method.name, failure.what()));
+    progress.warn(fmt::format("method {}: {}; the processor continues", method.name, failure.what()));
     leave_card_ = true;
     if (transfer_) {
       transfer_->reduction.problem.device.reset();

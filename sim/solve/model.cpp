@@ -253,8 +253,8 @@ void require_fine_mesh(const Model& model, const Target& target) {
     const auto* shape = std::get_if<MeshShape>(&pressed.shape);
     const std::string own_key = called(pressed) + (shape != nullptr && shape->series ? ".meshes" : ".edge_mm");
     throw InputError(fmt::format(
-        "{}: {:.2f} edges per wavelength within {:.0f} mm of the target are too few: below {} no pressure means "
-        "anything. Take edges of {:.2g} mm or less there. solve.allow_coarse_mesh: true computes it all the same",
+        "{}: {:.2f} edges per wavelength within {:.0f} mm of the target are too few: below {} pressures are "
+        "meaningless. Use edges of {:.2g} mm or less there. solve.allow_coarse_mesh: true computes them anyway",
         own < kFewestSolved ? own_key : "judge.edge_mm", own < kFewestSolved ? own : judged, kTargetReach / kMillimetre,
         kFewestSolved, wavelength / kGoodResolution / kMillimetre));
   }
@@ -424,7 +424,7 @@ JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
   if (judged_elsewhere(model)) {
     return {split(model.truth ? *model.truth : model.body.mesh), splits};
   }
-  throw std::logic_error("this judge has no mesh of its own");
+  throw std::logic_error("this evaluation has no mesh of its own");
 }
 
 Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {

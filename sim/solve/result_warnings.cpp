@@ -38,7 +38,7 @@ void remark_reach(const Run& run, double most, Remarks& remarks) {
   }
   if (!reached.empty()) {
     remarks.warnings.push_back(
-        fmt::format("below_wanted: {} of {} wanted on the target; the most the array makes on its central face is {}",
+        fmt::format("below_wanted: {} of the wanted {} on the target; the array makes at most {} on its central face",
                     reached, pressure_text(wanted), pressure_text(most)));
   }
 }
@@ -61,10 +61,10 @@ void remark_alarms(const Run& run, Remarks& remarks) {
   for (const auto& [scheme, alarm] : run.alarms) {
     if (alarm > kLargestAlarm) {
       (cured ? remarks.notes : remarks.warnings)
-          .push_back(fmt::format("fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: this body "
-                                 "resonates inside near this frequency, or the mesh is too coarse{}",
+          .push_back(fmt::format("fictitious_frequency: scheme {} differs from Burton-Miller by {:.1f} %: the inside "
+                                 "of this body resonates near this frequency, or the mesh is too coarse{}",
                                  scheme, 100.0 * alarm,
-                                 cured ? ". Its phases are found with that error; the judge is free of it" : ""));
+                                 cured ? ". Its phases are found with that error; the evaluation is free of it" : ""));
     }
   }
 }
@@ -82,8 +82,8 @@ void remark_shadow(const Run& run, Remarks& remarks) {
     const double amplification = std::sqrt(area.dot(power) / area.sum() / (inside / inside_area));
     if (amplification > kLargestAmplification) {
       remarks.warnings.push_back(
-          fmt::format("deep_shadow: the target is {:.1f} times as quiet as the skin on average with method {}; errors "
-                      "count that many times there",
+          fmt::format("deep_shadow: with method {1} the mean pressure of the skin is {0:.1f} times that of the target; "
+                      "errors count that many times there",
                       amplification, run.methods.front().name));
     }
   }
@@ -106,7 +106,7 @@ std::string steepened(const Run& run, double least, double end, double& largest)
 /// What a plane wave without losses has lost at `sigma`: "1.2 % of its fundamental, with a second harmonic of 15 %".
 std::string plane_wave_text(double sigma) {
   const double fundamental = plane_wave_harmonic(1, sigma);
-  return fmt::format("{:.2g} % of its fundamental and has a second harmonic of {:.0f} % of what is left",
+  return fmt::format("{:.2g} % of its fundamental and has a second harmonic of {:.0f} % of the rest",
                      100.0 * (1.0 - fundamental), 100.0 * plane_wave_harmonic(2, sigma) / fundamental);
 }
 
@@ -114,14 +114,13 @@ void remark_nonlinearity(const Run& run, Remarks& remarks) {
   double largest = 0.0;
   if (const std::string methods = steepened(run, kShock, HUGE_VAL, largest); !methods.empty()) {
     remarks.warnings.push_back(
-        fmt::format("nonlinear: on the way to the loudest place of the skin sigma reaches {}: a shock forms at 1, "
-                    "where a plane wave "
-                    "without losses has lost {}; this linear model puts the pressure there too high",
+        fmt::format("nonlinear: on the path to the loudest place of the skin sigma reaches {}: a shock forms at 1, "
+                    "where a plane wave without losses has lost {}; this linear model overestimates the pressure there",
                     methods, plane_wave_text(kShock)));
   }
   if (const std::string methods = steepened(run, kNotableSigma, kShock, largest); !methods.empty()) {
     remarks.notes.push_back(
-        fmt::format("nonlinear: on the way to the loudest place of the skin sigma reaches {}: at {:.2f} a plane wave "
+        fmt::format("nonlinear: on the path to the loudest place of the skin sigma reaches {}: at {:.2f} a plane wave "
                     "without losses has lost {}",
                     methods, largest, plane_wave_text(largest)));
   }

@@ -27,7 +27,8 @@ Eigen::MatrixXcd columns_of(const Run& run, Eigen::Index rows, const Column& col
 
 const Eigen::VectorXcd& judged_pressure(const MethodResult& method, const TriangleMesh& mesh) {
   if (method.judge_pressure.size() != mesh.face_count()) {
-    throw InputError(fmt::format("method {}: the judge has no pressure of it, which its field needs", method.name));
+    throw InputError(
+        fmt::format("method {}: the evaluation mesh has no pressure of it, which its field needs", method.name));
   }
   return method.judge_pressure;
 }

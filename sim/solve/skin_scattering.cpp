@@ -141,7 +141,7 @@ void SkinScattering::record(const std::string& stage, Eigen::Index right_hand_si
 
 /// Goes on without the card, for want of memory there.
 void SkinScattering::leave_card(const std::string& stage, const GpuMemoryFailure& failure) const {
-  progress_.warn(fmt::format("{}: {}; the processor goes on", stage, failure.what()));
+  progress_.warn(fmt::format("{}: {}; the processor continues", stage, failure.what()));
   model_->leave_card();
 }
 

@@ -133,9 +133,8 @@ void certify_methods(const Model& model, Models& models, Run& run, Progress& pro
                             certificate.converged ? "" : ", not as tight as it could be"));
   if (!model.beyond.empty()) {
     say({{},
-         {"certificate: its bound is of a cost that knows skin beyond keep_within_mm by its incident pressure. It is "
-          "no "
-          "proof for the whole body; without keep_within_mm it is one"}},
+         {"certificate: its bound holds for a cost that includes the skin beyond keep_within_mm only by its incident "
+          "pressure. It does not prove anything for the whole body; without keep_within_mm it does"}},
         run, progress);
   }
   for (MethodResult& method : run.methods) {
@@ -198,8 +197,8 @@ void warn_of_conditioning(const MethodSolver& solver, Run& run, Progress& progre
   const double reciprocal = timed(progress, run.seconds, "condition", "estimate the condition number of B",
                                   [&] { return solver.scattering().reciprocal_condition(); });
   if (reciprocal < kSmallestReciprocalCondition) {
-    say({{fmt::format("ill_conditioned: B has a condition number of about {:.1e}; the pressure may keep fewer than "
-                      "eight digits of its own system",
+    say({{fmt::format("ill_conditioned: B has a condition number of about {:.1e}; the pressure may have fewer than "
+                      "eight correct digits",
                       1.0 / reciprocal)},
          {}},
         run, progress);
@@ -223,7 +222,8 @@ void raise_alarms(const SolveSpec& solve, Models& models, Run& run, Progress& pr
     }
     const std::string name = to_string(scheme);
     const double alarm = timed(
-        progress, run.seconds, m == 0 ? "alarm" : "alarm_" + name, "compare plain and Burton-Miller pressures", [&] {
+        progress, run.seconds, m == 0 ? "alarm" : "alarm_" + name, "compare conventional and Burton-Miller pressures",
+        [&] {
           SkinScattering* reference = cured != solve.methods.end() ? &models.of(cured->scheme).scattering() : nullptr;
           return fictitious_alarm(models.of(scheme).scattering(), reference, solve.solver,
                                   drive(run.methods[m].solution), run.methods[m].pressure, spent, run.solves, progress);
@@ -242,7 +242,7 @@ FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& 
   try {
     values = run_field(run, model.wave, grid.points(), gpu);
   } catch (const GpuMemoryFailure& failure) {
-    progress.warn(fmt::format("field {}: {}; the processor goes on", grid.name, failure.what()));
+    progress.warn(fmt::format("field {}: {}; the processor continues", grid.name, failure.what()));
     values = run_field(run, model.wave, grid.points());
   }
   FieldResult field{grid, std::move(values.inside), {}};
@@ -321,7 +321,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   if (run.target && !model.scene.target->pressure) {
     const auto find_scale = [&] { return models.of(first.scheme).best_scale(first, run.mesh, model.boxes, progress); };
     run.target->amplitudes *= timed(progress, run.seconds, kScaleStage,
-                                    fmt::format("find the target's best pressure for {}", first.name), find_scale);
+                                    fmt::format("find the best target pressure for {}", first.name), find_scale);
   }
   const SurfaceGradient gradient(run.mesh, model.wave.k());
   for (const MethodSpec& method : spec.methods) {

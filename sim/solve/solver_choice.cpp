@@ -39,19 +39,19 @@ DeviceDecision choose_device(const SolverSpec& spec, Scheme scheme, Eigen::Index
     return {std::nullopt, "only the processor solves by Fourier transforms"};
   }
   if (traits(scheme).interior_points || spec.precision == PrecisionChoice::kDouble || spec.tolerance < kFinestOnCard) {
-    return {std::nullopt, "only the processor knows this scheme, precision or tolerance"};
+    return {std::nullopt, "only the processor has this scheme, precision or tolerance"};
   }
   if (asked) {
     return {spec.device.card, "as the scene asks"};
   }
   const double entries = std::pow(static_cast<double>(unknowns), 2) * static_cast<double>(right_hand_sides);
   if (entries < kCardPays) {
-    return {std::nullopt, "less work than a graphics card's start"};
+    return {std::nullopt, "less work than starting the graphics card"};
   }
   if (const GpuLibrary& library = gpu_library(); library.cards == 0) {
     return {std::nullopt, library.why_none};
   }
-  return {0, "more work than a graphics card's start"};
+  return {0, "more work than starting the graphics card"};
 }
 
 double grid_tolerance(const SolverSpec& spec) {
@@ -122,7 +122,7 @@ SolverDecision choose_solver(const SolverSpec& spec, Scheme scheme, Eigen::Index
                                     : "this scheme takes few steps, and no matrix is stored";
       } else if (traits(scheme).interior_points) {
         options.kind = SolverKind::kLu;
-        decision.reason = "this scheme's equations suit no iteration";
+        decision.reason = "iterations do not suit this scheme's equations";
       } else {
         options.kind = fits ? SolverKind::kLu : iterative;
         decision.reason = fits ? "this scheme may take hundreds of steps, and its matrix fits half of the free memory"

@@ -42,7 +42,7 @@ double product_seconds(const TriangleMesh& mesh, const Wave& wave) {
 Speed speed_of(const std::function<void()>& work, double operations) {
   constexpr int kTrials = 2;       // the first one also wakes the threads
   constexpr double kGuess = 1e10;  // of a core of about 2015 in double precision
-  std::string fault = "it took no time at all";
+  std::string fault = "it took no time";
   try {
     double fastest = std::numeric_limits<double>::infinity();
     for (int trial = 0; trial < kTrials; ++trial) {

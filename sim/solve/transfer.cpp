@@ -181,7 +181,7 @@ Eigen::MatrixXcd transfer_matrix(const TriangleMesh& mesh, const Wave& wave, con
   require_finite("transfer matrix", h);
   for (const SolveRecord& record : records) {
     if (!record.converged) {
-      throw NumericalError(fmt::format("transfer matrix: a residual of {:.1e} is left, above the tolerance of {:.1e}",
+      throw NumericalError(fmt::format("transfer matrix: the residual of {:.1e} is above the tolerance of {:.1e}",
                                        record.residual, spec.tolerance));
     }
   }
@@ -193,7 +193,8 @@ std::string describe_transfer(const Transfer& transfer, Eigen::Index channels) {
     return fmt::format("  transfer: {} target rows of {} channels by reciprocity", transfer.solves, channels);
   }
   return fmt::format(
-      "  transfer: {} channels by {} drives, which leave out {:.1e}; quiet skin by {} rows, which leave out {:.1e}",
+      "  transfer: {} channels by a reduced basis of {}, error {:.1e}; skin outside the target by {} rows, error "
+      "{:.1e}",
       channels, transfer.solves, transfer.channels_left_out, transfer.reduction.problem.quiet.rows(),
       transfer.reduction.left_out);
 }

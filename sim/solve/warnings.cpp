@@ -56,8 +56,8 @@ void warn_of_near_source(const Model& model, Remarks& remarks) {
   }
   if (least < kNearestSource) {
     remarks.warnings.push_back(
-        fmt::format("near_source: transducer {} is {:.2f} edges from the skin; its field is sampled once a face, which "
-                    "needs at least {:.0f}",
+        fmt::format("near_source: transducer {} is {:.2f} edges from the skin; its field is sampled once per face, "
+                    "which needs at least {:.0f}",
                     nearest, least, kNearestSource));
   }
 }
@@ -80,10 +80,10 @@ void warn_of_body_behind(const Model& model, Remarks& remarks) {
   const Eigen::RowVectorXd ahead = array.axes.cwiseProduct((-array.positions).colwise() + middle).colwise().sum();
   const Eigen::Index behind = (ahead.array() <= 0).count();
   if (2 * behind > array.size()) {
-    remarks.warnings.push_back(fmt::format(
-        "behind_array: {} of {} transducers point away from the {}, {}; nobody measured what they radiate behind them: "
-        "turn the array by array.rotate_deg, or move it or the body",
-        behind, array.size(), model.boxes.empty() ? "body" : "target", at(middle)));
+    remarks.warnings.push_back(
+        fmt::format("behind_array: {} of {} transducers point away from the {}, {}; their radiation backwards was "
+                    "never measured: turn the array with array.rotate_deg, or move it or the body",
+                    behind, array.size(), model.boxes.empty() ? "body" : "target", at(middle)));
   }
 }
 
@@ -92,7 +92,7 @@ void warn_of_crossings(const TriangleMesh& mesh, Remarks& remarks) {
   const auto pairs = self_intersections(mesh, kMost);
   if (!pairs.empty()) {
     remarks.warnings.push_back(
-        fmt::format("cutting_faces: {}; no scheme knows there which side is air: `touchfield mesh --resurface` or "
+        fmt::format("cutting_faces: {}; no scheme can tell there which side is air: `touchfield mesh --resurface` or "
                     "body.mesh.resurface_mm makes one skin of them",
                     self_intersections_text(mesh, pairs, kMost)));
   }
@@ -101,11 +101,11 @@ void warn_of_crossings(const TriangleMesh& mesh, Remarks& remarks) {
 /// What a mesh of so many edges per wavelength is good for.
 std::string worth(double resolution) {
   if (resolution < kFewestSolved) {
-    return "no pressure there means anything";
+    return "pressures there are meaningless";
   }
   if (resolution < kFewestAnywhere) {
-    return "expect errors of 10 % and more, in the shadow of the body several times that: this is for trying out, not "
-           "for results (check --accuracy measures the error on this mesh)";
+    return "expect errors of 10 % and more, and several times that in the shadow of the body: such a mesh is for "
+           "trials, not for results (check --accuracy measures the error on this mesh)";
   }
   return "the pressure of any scheme is an estimate (check --accuracy measures the error on this mesh)";
 }
@@ -168,7 +168,7 @@ void note_landmarks(const BodyPlan& plan, Remarks& remarks) {
   for (const GivenLandmark& landmark : plan.landmarks) {
     if (landmark.off >= kNotedLandmarkOff) {
       remarks.notes.push_back(
-          fmt::format("landmark_off: {}; that point is taken: check the landmark and the file's unit", landmark.text));
+          fmt::format("landmark_off: {}; that point is used: check the landmark and the file's unit", landmark.text));
     }
   }
 }
@@ -176,10 +176,10 @@ void note_landmarks(const BodyPlan& plan, Remarks& remarks) {
 void warn_of_both_sides(const TriangleMesh& mesh, const Target& target, Remarks& remarks) {
   const OppositeSides sides = opposite_sides(mesh, target);
   if (sides.share > kLargestOpposed) {
-    remarks.warnings.push_back(fmt::format(
-        "both_sides: {:.0f} % of the target lies on two sides of {:.1f} mm of a body, e.g. {}; sound comes to one of "
-        "them: make the box thinner, or move it",
-        100.0 * sides.share, sides.thickness / kMillimetre, at(sides.at)));
+    remarks.warnings.push_back(
+        fmt::format("both_sides: {:.0f} % of the target is on two opposite sides of {:.1f} mm of a body, e.g. {}; "
+                    "sound reaches only one of them: make the box thinner, or move it",
+                    100.0 * sides.share, sides.thickness / kMillimetre, at(sides.at)));
   }
 }
 
@@ -189,10 +189,10 @@ void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks
   const bool found = std::ranges::any_of(
       scene.solve.methods, [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
   if (scene.target && found && scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model)) {
-    remarks.notes.push_back(
-        fmt::format("judged_by_itself: the pattern is judged by {} on the mesh it was found on, {:.2f} edges per "
-                    "wavelength, whose errors it fits too; judge: {{scheme, edge_mm}} takes another",
-                    to_string(scene.solve.scheme), mean_resolution));
+    remarks.notes.push_back(fmt::format(
+        "judged_by_itself: the pattern is evaluated by {} on the mesh on which it was found, with {:.2f} edges per "
+        "wavelength. It is fitted to the errors of this mesh too; judge: {{scheme, edge_mm}} uses another mesh",
+        to_string(scene.solve.scheme), mean_resolution));
   }
 }
 
@@ -204,16 +204,16 @@ void remark_on_part(const Model& model, Remarks& remarks) {
     radius = std::min(radius, *model.scene.bodies[static_cast<std::size_t>(body)].keep_within / kMillimetre);
   }
   if (!model.beyond.empty()) {
-    remarks.notes.push_back(fmt::format(
-        "beyond: scattering is solved within {:.4g} mm of the target. The phases know the rest of the skin by its "
-        "incident pressure at {} points{}. Version 0.2 left it out, as beyond: nothing does",
-        radius, model.beyond.size(), is_of_part(model) ? "" : ", and the judge has all of it"));
+    remarks.notes.push_back(
+        fmt::format("beyond: scattering is solved within {:.4g} mm of the target. The phases include the rest of the "
+                    "skin by its incident pressure at {} points{}. Version 0.2 left it out, as beyond: nothing does",
+                    radius, model.beyond.size(), is_of_part(model) ? "" : ", and the evaluation mesh has all of it"));
   }
   if (is_of_part(model)) {
     remarks.notes.push_back(fmt::format(
-        "part_only: every figure is of the skin within keep_within_mm = {:.4g} of the target. What sound does to the "
-        "rest of the body counts nowhere{}",
-        radius, model.scene.judge.kind == JudgeSpec::Kind::kNone ? ": the scene has no judge" : ""));
+        "part_only: every figure is of the skin within keep_within_mm = {:.4g} of the target. The sound on the rest of "
+        "the body is not counted{}",
+        radius, model.scene.judge.kind == JudgeSpec::Kind::kNone ? ": the scene has no evaluation mesh" : ""));
   }
   const auto ends_at_the_wrist = [](const BodySpec& body) {
     const auto* hand = std::get_if<HandShape>(&body.shape);
@@ -222,18 +222,18 @@ void remark_on_part(const Model& model, Remarks& remarks) {
   if (model.scene.target && !is_of_part(model) && std::ranges::any_of(model.scene.bodies, ends_at_the_wrist)) {
     remarks.notes.emplace_back(
         "no_arm: the hand ends behind the wrist. Sound that the phases keep off the hand goes where an arm would be: "
-        "body.hand.forearm_mm: 250 makes one");
+        "body.hand.forearm_mm: 250 adds one");
   }
   if (model.shadowed > kShadowed) {
-    remarks.warnings.push_back(fmt::format(
-        "shadowed_skin: another body stands between the array and {:.0f} % of the skin beyond keep_within_mm. Its "
-        "incident pressure there is not what arrives: leave keep_within_mm out",
-        100.0 * model.shadowed));
+    remarks.warnings.push_back(
+        fmt::format("shadowed_skin: another body is between the array and {:.0f} % of the skin beyond keep_within_mm. "
+                    "The incident pressure is wrong there: leave keep_within_mm out",
+                    100.0 * model.shadowed));
   }
   if (model.scene.judge.whole != JudgeSpec::Whole::kUnsaid) {
     remarks.warnings.push_back(
-        "judge_whole: judge.whole is a key of version 0.2 and will be unknown to the next one. A judge has the whole "
-        "bodies, but with body.beyond: nothing. Leave it out");
+        "judge_whole: judge.whole is a key of version 0.2 and will be removed in the next version. The evaluation mesh "
+        "has the whole bodies, except with body.beyond: nothing. Leave it out");
   }
 }
 
@@ -249,7 +249,7 @@ Remarks model_remarks(const Model& model) {
   if (model.scene.motion) {
     remarks.notes.insert(
         remarks.notes.begin(),
-        "still: `run` leaves the scene's motion out and takes its other keys as they stand; `play` plays it");
+        "still: `run` ignores the scene's motion and uses its other keys as they are; `play` plays the motion");
   }
   return remarks;
 }
@@ -273,10 +273,10 @@ Remarks played_remarks(const Model& model) {
         risks.size_jump, at(risks.jump_at), kLargestJump));
   }
   if (risks.gap < kNearestParts) {
-    remarks.warnings.push_back(fmt::format(
-        "narrow_gap: two parts of the skin are {:.2f} edges of air apart {}; what lies between them needs edges no "
-        "longer than the gap",
-        risks.gap, at(risks.gap_at)));
+    remarks.warnings.push_back(
+        fmt::format("narrow_gap: two parts of the skin are {:.2f} edges of air apart {}; the gap needs edges no longer "
+                    "than its width",
+                    risks.gap, at(risks.gap_at)));
   }
   if (risks.thickness < kThinnestBody) {
     remarks.warnings.push_back(

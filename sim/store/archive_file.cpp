@@ -24,7 +24,7 @@ void require_hdf5(const std::string& path) {
   constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
-    throw InputError(fmt::format("{}: {}", path, error ? error.message() : "is no file"));
+    throw InputError(fmt::format("{}: {}", path, error ? error.message() : "is not a file"));
   }
   std::ifstream file(path, std::ios::binary);
   if (!file) {
@@ -34,7 +34,7 @@ void require_hdf5(const std::string& path) {
   file.read(start.data(), start.size());
   const std::string_view begin(start.data(), static_cast<std::size_t>(file.gcount()));
   if (!begin.starts_with(kSignature)) {
-    throw InputError(fmt::format("{}: is no HDF5 file{}", path, and_what_it_is(begin)));
+    throw InputError(fmt::format("{}: is not an HDF5 file{}", path, and_what_it_is(begin)));
   }
 }
 
@@ -44,11 +44,11 @@ void require_checksum(const std::string& path) {
     case Checksum::kCorrect:
       return;
     case Checksum::kWrong:
-      throw InputError(fmt::format("{}: is damaged: its checksum does not fit", path));
+      throw InputError(fmt::format("{}: is damaged: its checksum is wrong", path));
     case Checksum::kAbsent:
       throw InputError(
-          fmt::format("{}: is no result of touchfield, or no longer: the checksum line at its end is missing "
-                      "(cut off, or rewritten by another program)",
+          fmt::format("{}: is not a complete result of touchfield: the checksum line at its end is missing (cut off, "
+                      "or rewritten by another program)",
                       path));
   }
 }
@@ -73,7 +73,7 @@ void write_archive(const std::string& path, const hdf5::MemoryFile& file) {
 hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format) {
   hdf5::Content root = read_whole(path);
   if (format_of(root) != format.name()) {
-    throw InputError(fmt::format("{}: is an HDF5 file but no touchfield {} (its attribute format must be {})", path,
+    throw InputError(fmt::format("{}: is an HDF5 file but not a touchfield {} (its attribute format must be {})", path,
                                  format.noun, format.name()));
   }
   const int version = root.integer_attribute("format_version");

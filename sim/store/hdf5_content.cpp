@@ -59,7 +59,7 @@ class Receiver {
 
   void require(bool sense) const {
     if (!sense) {
-      refuse_content(path_, "is damaged: reading it gives no sense");
+      refuse_content(path_, "is damaged: its content makes no sense");
     }
   }
 
@@ -196,7 +196,7 @@ const Part& Content::existing(const std::string& place) const {
 const Part& Content::dataset(const std::string& place) const {
   const Part& part = existing(place);
   if (part.kind == PartKind::kGroup) {
-    refuse_content(place, "is no dataset");
+    refuse_content(place, "is not a dataset");
   }
   return part;
 }
@@ -204,7 +204,7 @@ const Part& Content::dataset(const std::string& place) const {
 Content Content::open(const std::string& name) const {
   const std::string place = joined(place_, name);
   if (existing(place).kind != PartKind::kGroup) {
-    refuse_content(place, "is no group");
+    refuse_content(place, "is not a group");
   }
   return {parts_, place};
 }

@@ -75,7 +75,7 @@ void require_own_link(hid_t group, const std::string& name, const std::string& p
 void require_own_values(hid_t data, const std::string& place) {
   const Handle list = checked_handle(H5Dget_create_plist(data), H5Pclose, place, "cannot open");
   if (H5Pget_layout(list.id()) == H5D_VIRTUAL) {
-    fail(place, "is a virtual dataset, whose values are in other files; they are not read");
+    fail(place, "is a virtual dataset with values in other files; they are not read");
   }
   if (H5Pget_external_count(list.id()) != 0) {
     fail(place, "has its values in another file (external storage), which is not read");

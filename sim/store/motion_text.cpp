@@ -147,7 +147,7 @@ std::string describe_motion(const Motion& motion) {
     text += fmt::format("seconds   {}: {:.3f}\n", stage, seconds);
   }
   text += provenance_text(motion.provenance) + remarks_text(motion.warnings, motion.notes);
-  return text + (motion.methods.empty() ? "no method has begun\n" : '\n' + motion_table(motion));
+  return text + (motion.methods.empty() ? "no method has started\n" : '\n' + motion_table(motion));
 }
 
 }  // namespace touchfield

@@ -296,10 +296,11 @@ std::vector<std::string> likely_causes(const RunDifference& difference, const Ru
   add(recorded_cause(difference.provenance, "threads", {"threads"}));
   add(recorded_cause(difference.provenance, "the machine", {"machine", "blas_core", "instruction_level", "card"}));
   if (a.provenance.revision == b.provenance.revision && a.provenance.revision.ends_with("-dirty")) {
-    add(fmt::format("the program: {} may be two programs, its sources were not committed", a.provenance.revision));
+    add(fmt::format("the program: {} may be two programs, because its sources were not committed",
+                    a.provenance.revision));
   }
   if (causes.empty() && difference.verdict == Verdict::kDifferent) {
-    add("nothing that is recorded; two runs of one program and one scene should not differ so");
+    add("nothing that is recorded; two runs of one program and one scene should not differ this much");
   }
   return causes;
 }

@@ -88,7 +88,7 @@ std::string motion_text(const MeshMotion& motion) {
   const double rest = without_rounding(kMillimetresInAMetre * motion.residual);
   const std::string moved = fmt::format("shifted by ({:.4g}, {:.4g}, {:.4g}) mm{}", shift.x(), shift.y(), shift.z(),
                                         angle > 0.0 ? fmt::format(" and turned by {:.4g} deg", angle) : "");
-  return rest > 0.0 ? fmt::format("deformed, up to {:.4g} mm when {}", rest, moved) : moved + " as a whole";
+  return rest > 0.0 ? fmt::format("deformed by up to {:.4g} mm when {}", rest, moved) : moved + " as a whole";
 }
 
 std::string mesh_text(const MeshDifference& mesh) {
@@ -133,7 +133,7 @@ std::string array_text(const ArrayDifference& array) {
       parts.push_back(fmt::format("{} differ by {:.1e}", what, numbers->relative));
     }
   }
-  return parts.empty() ? "the same but for signs of zeros" : fmt::format("{}", fmt::join(parts, "; "));
+  return parts.empty() ? "the same except for signs of zeros" : fmt::format("{}", fmt::join(parts, "; "));
 }
 
 std::string target_text(const TargetDifference& target) {
@@ -171,7 +171,7 @@ std::string judge_lines(const JudgeDifference& judge) {
 std::string skin_line(const std::pair<SkinExtent, SkinExtent>& judged) {
   const auto [a, b] = judged;
   const auto told = [](SkinExtent extent) {
-    return extent == SkinExtent::kPart ? "what keep_within_mm leaves" : "the whole skin";
+    return extent == SkinExtent::kPart ? "the part within keep_within_mm" : "the whole skin";
   };
   return a == b ? ""
                 : line("skin", fmt::format("A evaluates {}, B {}: their metrics are not comparable", told(a), told(b)));
@@ -295,7 +295,7 @@ std::string verdict_lines(const RunDifference& difference) {
       return line("verdict", "identical: models and results are the same, bit for bit");
     case Verdict::kRounding:
       text = largest.what.empty()
-                 ? "the same but for texts and signs of zeros"
+                 ? "the same except for texts and signs of zeros"
                  : fmt::format("the same to rounding: at most {:.1e} relative, {}", largest.relative, largest.what);
       break;
     case Verdict::kDifferent:

@@ -40,7 +40,7 @@ std::string channels_text(const Run& run) {
   const int levels = run.array_truth->phase_levels;
   return fmt::format("channels  the solver's: {}\nchannels  the true ones: {}{}\n", response_text(run.array.response),
                      response_text(run.array_truth->response),
-                     levels == 0 ? "" : fmt::format(", phases in {} steps", levels));
+                     levels == 0 ? "" : fmt::format(", {} phase levels", levels));
 }
 
 std::string fields_text(const Run& run) {
@@ -183,15 +183,16 @@ std::string describe_run(const Run& run) {
   text += judge_line(run);
   text += fields_text(run);
   for (const RunTransfer& transfer : run.transfers) {
-    text += fmt::format(
-        "transfer  {}: {} and {} of {}\n", transfer.scheme, counted(transfer.problem.target_count(), "target row"),
-        counted(transfer.problem.quiet.rows(), "quiet row"), counted(transfer.problem.channel_count(), "channel"));
+    text += fmt::format("transfer  {}: {} and {} outside the target, {}\n", transfer.scheme,
+                        counted(transfer.problem.target_count(), "target row"),
+                        counted(transfer.problem.quiet.rows(), "row"),
+                        counted(transfer.problem.channel_count(), "channel"));
   }
   for (const SolveRecord& solve : run.solves) {
     text += solve_line(solve);
   }
   if (!std::isnan(run.alarm)) {
-    text += fmt::format("alarm     plain and Burton-Miller pressures differ by {}\n", percent_text(run.alarm));
+    text += fmt::format("alarm     conventional and Burton-Miller pressures differ by {}\n", percent_text(run.alarm));
   }
   for (const auto& [scheme, alarm] : run.alarms) {
     text += fmt::format("alarm     {} and Burton-Miller differ by {}\n", scheme, percent_text(alarm));

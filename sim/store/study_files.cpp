@@ -96,7 +96,7 @@ std::string study_table(const std::vector<StudyRung>& rungs) {
   constexpr std::size_t kPrecision = 3;
   constexpr std::size_t kSolver = 4;
   constexpr std::size_t kStatus = 10;
-  return aligned_table(rows, {kPrecision, kSolver, kStatus}) + "  * no other is both faster and more exact\n";
+  return aligned_table(rows, {kPrecision, kSolver, kStatus}) + "  * no other is both faster and more accurate\n";
 }
 
 }  // namespace touchfield

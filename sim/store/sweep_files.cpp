@@ -133,7 +133,7 @@ SweepRecord record_from_json(const std::string& text, const std::string& path) {
     const auto written = json.at(kRecordChecksum).get<std::string>();
     json.erase(kRecordChecksum);
     if (checksum(json_text(json)) != written) {
-      throw IoError(fmt::format("{}: its checksum is not what it was", path));
+      throw IoError(fmt::format("{}: its checksum has changed", path));
     }
     SweepRecord record;
     record.number = json.at("case").get<int>();

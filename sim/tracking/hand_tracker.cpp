@@ -88,7 +88,7 @@ std::string lost_text(const HandFit& fit) {
   }
   const int points = std::accumulate(fit.points.begin(), fit.points.end(), 0);
   if (points < kLeastFitPoints) {
-    return fmt::format("points where the hand is looked for {} ({} asked)", points, kLeastFitPoints);
+    return fmt::format("points in the search box {} ({} required)", points, kLeastFitPoints);
   }
   if (!fit.placed) {
     return "nothing as large as a hand";
@@ -99,16 +99,16 @@ std::string lost_text(const HandFit& fit) {
       reasons.push_back(reason);
     }
   };
-  require(fit.near >= kLeastFitPoints, fmt::format("points near the skin {} ({} asked)", fit.near, kLeastFitPoints));
-  require(fit.share >= fit.asked.share, fmt::format("share {:.3f} ({:g} asked)", fit.share, fit.asked.share));
+  require(fit.near >= kLeastFitPoints, fmt::format("points near the skin {} ({} required)", fit.near, kLeastFitPoints));
+  require(fit.share >= fit.asked.share, fmt::format("share {:.3f} ({:g} required)", fit.share, fit.asked.share));
   require(fit.evidence >= fit.asked.evidence,
-          fmt::format("evidence {:.3f} ({:g} asked)", fit.evidence, fit.asked.evidence));
+          fmt::format("evidence {:.3f} ({:g} required)", fit.evidence, fit.asked.evidence));
   require(fit.explained >= fit.asked.explained,
-          fmt::format("explained {:.3f} ({:g} asked)", fit.explained, fit.asked.explained));
-  require(
-      fit.residual <= fit.asked.residual,
-      fmt::format("residual {:.2f} mm ({:.2g} asked)", fit.residual / kMillimetre, fit.asked.residual / kMillimetre));
-  require(fit.digits, "a digit's end is not where it is fitted");
+          fmt::format("explained {:.3f} ({:g} required)", fit.explained, fit.asked.explained));
+  require(fit.residual <= fit.asked.residual,
+          fmt::format("residual {:.2f} mm ({:.2g} required)", fit.residual / kMillimetre,
+                      fit.asked.residual / kMillimetre));
+  require(fit.digits, "a fingertip is not at its fitted place");
   return fmt::format("{}", fmt::join(reasons, "; "));
 }
 

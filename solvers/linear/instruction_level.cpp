@@ -24,7 +24,7 @@ InstructionLevel wanted_level() {
     names += (names.empty() ? "" : ", ") + to_string(level);
   }
   throw std::invalid_argument("TOUCHFIELD_LEVEL = '" + std::string(wanted) +
-                              "' must be a level that this processor carries out: " + names);
+                              "' must be a level that this processor supports: " + names);
 }
 
 }  // namespace

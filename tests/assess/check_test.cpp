@@ -37,7 +37,7 @@ TEST(Check, SaysWhatTheJudgeHas) {
     return describe_check(model, check_model(model));
   };
   EXPECT_THAT(said("incident"), HasSubstr("faces, of the whole body\n"));
-  EXPECT_THAT(said("nothing"), HasSubstr("faces, of what keep_within_mm leaves\n"));
+  EXPECT_THAT(said("nothing"), HasSubstr("faces, of the part within keep_within_mm\n"));
 }
 
 // The near pairs and the Krylov space are the same.

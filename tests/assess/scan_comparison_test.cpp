@@ -132,7 +132,7 @@ TEST(ScanComparison, WhatCannotBeComparedIsRefused) {
   const auto said = [&](const MeasuredPoints& points, const std::string& method) {
     return message_of<InputError>([&] { compare_scan(solved().run, solved().model.wave, method, points); });
   };
-  EXPECT_EQ(said(measured, "gs"), "method gs: the run has none of that name");
+  EXPECT_EQ(said(measured, "gs"), "method gs: the run has no method of that name");
   MeasuredPoints silent = measured;
   silent.pressure.setZero();
   EXPECT_THAT(said(silent, "paper"), HasSubstr("the measured pressure is 0 at every point"));

@@ -259,7 +259,7 @@ solve: {{methods: [{{fixed: {{phases_rad: 0}}}}]}}
 TEST(SweepRunner, WithoutRoomItStopsAndKeepsNothingOfTheCase) {
   Sweep sweep({"works", "no room", "works"});
   EXPECT_THAT(message_of<IoError>([&] { sweep.run(options_for(1)); }),
-              AllOf(HasSubstr("case 2"), HasSubstr("1 of 3 cases are kept"), HasSubstr("--resume goes on")));
+              AllOf(HasSubstr("case 2"), HasSubstr("1 of 3 cases are kept"), HasSubstr("--resume continues")));
   EXPECT_THAT(sweep.outcomes(), UnorderedElementsAre(Pair(1, "ok")));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(sweep.file("cases")), {}), 1);
 }

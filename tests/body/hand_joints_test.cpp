@@ -158,7 +158,7 @@ TEST(HandJoints, AnyAnglesGiveASoundSkinOrAClearError) {
       EXPECT_GT(report.volume, 250e-6) << draw;  // of 340 cm3 spread out
       ++sound;
     } catch (const InputError& error) {
-      EXPECT_THAT(error.what(), HasSubstr("the skin cuts itself near")) << draw;
+      EXPECT_THAT(error.what(), HasSubstr("the skin intersects itself near")) << draw;
     }
   }
   EXPECT_GE(sound, kDraws - 2);  // the error is the exception

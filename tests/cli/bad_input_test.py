@@ -108,7 +108,7 @@ solve: {methods: [focus]}
         self.write("a.csv", "x_mm,y_mm,z_mm\n0,0,0\n\u00a010,0,0\n")
         self.refused("check", scene, says=["a.csv:3: ", "there is a no-break space (U+00A0) at column 1"])
         self.write("run.h5", "<!DOCTYPE html><html></html>")
-        self.refused("info", "run.h5", says="run.h5: is no HDF5 file: it is an HTML page")
+        self.refused("info", "run.h5", says="run.h5: is not an HDF5 file: it is an HTML page")
 
     def test_mesh_with_a_nan(self):
         self.write("skin.obj", TETRAHEDRON.replace("v 20 0 0", "v nan 0 0"))
@@ -191,7 +191,7 @@ solve: {methods: [focus]}
         whole = (self.folder / "small/run.h5").read_bytes()
         (self.folder / "cut.h5").write_bytes(whole[:5000])
         (self.folder / "flipped.h5").write_bytes(whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:])
-        for file, says in [("no.h5", "no.h5"), ("text.h5", "is no HDF5 file"), ("cut.h5", "checksum"),
+        for file, says in [("no.h5", "no.h5"), ("text.h5", "is not an HDF5 file"), ("cut.h5", "checksum"),
                            ("flipped.h5", "checksum"), ("small/run.h5", "has 16 channels, the array here has 64"),
                            ("small/run.h5, method: focus", "has no method focus")]:
             scene = self.scene(FINGER.replace("iterations: 8", f"iterations: 8\n  start: {{previous: {file}}}")

@@ -68,12 +68,12 @@ class Bodies(CommandTest):
         self.assertIn("finger and bead cut each other near", said)
         said = self.refused("check", scene, "--set", "bodies.1.place.at_mm=[0, 0, 66]", "--set",
                             "bodies.1.sphere.radius_mm=2")
-        self.assertIn("finger and bead lie one in the other", said)
+        self.assertIn("finger and bead contain one another", said)
 
     def test_whose_landmark(self):
         scene = self.write("scene.yaml", TWO)
         said = self.refused("check", scene, "--set", "target.box.at=bottom")
-        self.assertIn("landmark 'bottom' is on 2 bodies; say which: finger.bottom", said)
+        self.assertIn("2 bodies have a landmark 'bottom'; say which: finger.bottom", said)
         self.assertIn("target.box.at = nose must be one of", self.refused("check", scene, "--set", "target.box.at=nose"))
 
     def test_edges_by_place(self):
@@ -225,7 +225,7 @@ class Bodies(CommandTest):
             self.assertAlmostEqual(said["landmarks_off_mm"]["low"], abs(z + 20), delta=0.1)
             notes = [line for line in said["notes"] if line.startswith("landmark_off: ")]
             self.assertEqual(len(notes), 1 if noted else 0, z)
-        self.assertRegex(notes[0], r"body\.mesh\.landmarks\.low: \(0, 0, -6\) mm is 14 mm off the skin of .*, whose nearest point is \(")
+        self.assertRegex(notes[0], r"body\.mesh\.landmarks\.low: \(0, 0, -6\) mm is 14 mm off the skin of .*; its nearest point is \(")
         self.assertIn("landmark low: 14", self.run_ok("check", scene(-6)).stdout)
         done = self.run_ok("run", scene(-24), "-o", "out", "--set", "solve.methods=[focus]", "--set", "write=[h5]")
         self.assertRegex(done.stderr, "\n  landmark low is 3\\.9\\d mm off the skin\n")

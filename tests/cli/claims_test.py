@@ -201,7 +201,7 @@ class Claims(CommandTest):
             shutil.rmtree(self.out)
             self.out.mkdir()
             os.symlink("../elsewhere/precious", self.out / log)
-            self.refused(self.touchfield("run", "tiny.yaml", "-o", "out", "--quiet"), log, "of no run")
+            self.refused(self.touchfield("run", "tiny.yaml", "-o", "out", "--quiet"), log, "does not belong to a run")
             self.write("out/files.json", json.dumps({"format": "touchfield-files", "files": [log]}))
             self.run_ok("run", "tiny.yaml", "-o", "out", "--force", "--quiet")
         self.assertTrue(self.unharmed())

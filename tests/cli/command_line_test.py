@@ -39,7 +39,7 @@ class CommandLine(CommandTest):
         self.assertIn("touchfield mesh skin.stl", self.said("skin.stl"))
         self.assertIn("unknown command 'frobnicate'; there are run, play,", self.said("frobnicate"))
         self.assertNotIn("sweep-worker", self.said("sweep-work"))
-        self.assertIn("a command is missing; there are run,", self.said())
+        self.assertIn("a command is missing; the commands are run,", self.said())
         self.assertEqual(self.said("array"), "array needs one of list, test, walk, off")
         self.assertEqual(self.said("array", "tset"), "unknown command 'tset'; did you mean test?")
 
@@ -51,7 +51,7 @@ class CommandLine(CommandTest):
             said = self.said(command, "x", f"{option}=3")
             self.assertEqual(said, f"unknown option {option}; did you mean {meant}?")
         self.assertEqual(self.said("run", "s.yaml", "--out", "x"), "unknown option --out; did you mean -o?")
-        self.assertEqual(self.said("see", "--frames"), "unknown option --frames; `touchfield see --help` lists those there are")
+        self.assertEqual(self.said("see", "--frames"), "unknown option --frames; `touchfield see --help` lists all options")
         self.assertEqual(self.said("--quiet", "run", "s.yaml"), "--quiet must follow the command: touchfield run --quiet")
         self.assertIn("unknown option --quite", self.said("--quite", "run", "s.yaml"))
         self.assertIn("b.yaml is one word too many", self.said("check", "a.yaml", "b.yaml"))

@@ -71,7 +71,7 @@ class Device(CommandTest):
         errors, _, _ = self.solve("cuda")
         done = self.run_ok("run", "scene.yaml", "-o", "capped", "--quiet", "--json", "--device", "cuda",
                            env={"TOUCHFIELD_GPU_MEMORY_MB": "2"})
-        self.assertIn("the processor goes on", done.stderr)
+        self.assertIn("the processor continues", done.stderr)
         capped = [method["relative_error"] for method in json.loads(done.stdout)["methods"]]
         self.assertLess(numpy.abs(errors - capped).max(), 0.003)
 

@@ -63,7 +63,7 @@ class Files(CommandTest):
         (self.folder / "out").mkdir()
         for name in ["side.vti", "metrics.csv", "files.json"]:
             self.write(f"out/{name}", "mine")
-            self.refused(self.run_scene("--force"), "out", name, "of no run")
+            self.refused(self.run_scene("--force"), "out", name, "does not belong to a run")
             self.assertEqual((self.folder / "out" / name).read_text(), "mine")
             os.remove(self.folder / "out" / name)
 

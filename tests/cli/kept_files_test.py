@@ -160,7 +160,7 @@ class KeptFiles(CommandTest):
         for more in (["--resume"], ["--retry-failed"]):
             done = self.touchfield("sweep", "kept/sweep.yaml", "-o", "kept/sweep", *more)
             self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn("kept/sweep holds a sweep that an earlier version began", done.stderr)
+            self.assertIn("kept/sweep holds a sweep of an earlier version", done.stderr)
         self.assertFalse((self.folder / "kept/sweep/cases/00002").exists())
 
 
@@ -185,7 +185,7 @@ class KeptHands(CommandTest):
                     "body.hand.side=left", "--quiet")
         self.assertEqual(self.skin("whole"), ("part", "whole"))
         done = self.touchfield("compare", self.old, "whole")
-        self.assertIn("skin      A evaluates what keep_within_mm leaves, B the whole skin: their metrics are not comparable\n",
+        self.assertIn("skin      A evaluates the part within keep_within_mm, B the whole skin: their metrics are not comparable\n",
                       done.stdout)
         self.assertIn("verdict   different: the skin that is evaluated\n", done.stdout)
         known = json.loads(self.touchfield("compare", self.old, "whole", "--json").stdout)

@@ -193,14 +193,14 @@ class OnABoard(LiveTest):
         self.quiet_after(lambda: [os.kill(one, signal.SIGCONT) for one in everyone])
         printed, said = process.communicate(timeout=20)
         self.assertEqual(process.returncode, DEVICE_FAILED)
-        self.assertIn("did not look after the array for", said)
+        self.assertIn("did not supervise the array for", said)
         report = json.loads(printed)
         self.assertGreaterEqual(report["gaps"], 1)
         self.assertGreater(report["longest_gap_s"], 0.9)
         self.assertFalse(report["quiet"])
         self.assertGreater(report["sent"], 0)
         self.assertGreater(len((out / "live.csv").read_text().splitlines()), 3)
-        self.assertIn("did not look after", json.loads((out / "failed.json").read_text())["reason"])
+        self.assertIn("did not supervise", json.loads((out / "failed.json").read_text())["reason"])
 
     def test_killed(self):
         process = self.start()

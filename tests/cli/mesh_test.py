@@ -55,7 +55,7 @@ class Inspection(Mesh):
         # The wavelength at 40 kHz and 20 C against the diagonal of a side.
         self.assertAlmostEqual(surface["epw_min"], 343.21 / 40e3 / 0.1 / 2**0.5, places=6)
         said = self.run_ok("mesh", self.cube(), "--unit", "mm").stdout
-        for phrase in ["12 faces", "600.0 cm2", "1000.0 cm3", "edges a wavelength", "8.58 mm", "faults      none"]:
+        for phrase in ["12 faces", "600.0 cm2", "1000.0 cm3", "edges per wavelength", "8.58 mm", "faults      none"]:
             self.assertIn(phrase, said)
 
     def test_faults_are_said_with_place_and_count(self):
@@ -218,11 +218,11 @@ write: [h5]
 """)
         done = self.touchfield("run", scene, "-o", "out")
         self.assertEqual(done.returncode, 2, done.stdout)
-        self.assertIn("foreign.obj: no unit is stated", done.stderr)
+        self.assertIn("foreign.obj: the unit is missing", done.stderr)
         self.assertIn("looks like m ", done.stderr)
         self.assertFalse((self.folder / "out").exists())
         guessed = json.loads(self.run_ok("check", scene, "--json").stdout)
-        self.assertRegex(guessed["warnings"][0], "^mesh_unit: .*foreign.obj: no unit is stated.*taken as m here")
+        self.assertRegex(guessed["warnings"][0], "^mesh_unit: .*foreign.obj: the unit is missing.*taken as m here")
         stated = json.loads(self.run_ok("check", scene, "--json", "--set", "body.mesh.unit=m").stdout)
         self.assertEqual(guessed["faces"], stated["faces"])
         self.assertEqual([w for w in stated["warnings"] if "mesh_unit" in w], [])

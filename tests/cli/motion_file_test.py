@@ -31,7 +31,7 @@ class MotionFile(CommandTest):
         whole = (self.folder / "motion.h5").read_bytes()
         done = self.touchfield("compare", "motion.h5", "run.h5")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("no touchfield run", done.stderr)
+        self.assertIn("not a touchfield run", done.stderr)
         (self.folder / "motion.h5").write_bytes(whole[:len(whole) // 2])
         done = self.touchfield("info", "motion.h5")
         self.assertEqual(done.returncode, 2)

@@ -96,7 +96,7 @@ class Play(CommandTest):
         child.send_signal(signal.SIGINT)
         said = child.communicate(timeout=60)[1]
         self.assertEqual(child.returncode, 128 + signal.SIGINT)
-        self.assertIn("last whole second", said)
+        self.assertIn("last full second", said)
         self.assertTrue((self.folder / "again" / "failed.json").exists())
 
     def test_a_long_motion_says_how_far_it_is(self):
@@ -156,7 +156,7 @@ class Play(CommandTest):
 
     def test_check_says_what_it_takes(self):
         scene = self.write("scene.yaml", MOVING)
-        self.assertIn("10 frames a method and 31 scores", self.run_ok("check", scene).stdout)
+        self.assertIn("10 frames per method and 31 scores", self.run_ok("check", scene).stdout)
         said = json.loads(self.run_ok("check", scene, "--json").stdout)["motion"]
         self.assertEqual((said["frames"], said["scores"]), (10, 31))
         self.assertGreater(said["seconds"], 0)
@@ -168,7 +168,7 @@ class Play(CommandTest):
                 "motion.change=[{path: 'body.place.at_mm[2]', rate: -400}]": "motion: at 0.1",
                 "motion.change=[{path: 'solve.iterations', rate: 1}]": "solve.iterations",
                 "motion.frames_hz=0": "motion.frames_hz",
-                "sensing={noise_mm_rms: 0.5}": "said once, by motion.sensor",
+                "sensing={noise_mm_rms: 0.5}": "applies to a still only",
                 "motion.sensor={noise: {noise_mm_rms: 3, correlation_mm: 1}}": "motion.sensor: sample 0 at 0.000 s",
                 "motion.sensor={cameras: [{at_mm: [300, 0, 0], look_at_mm: [0, 0, 60]}]}": "a hand is fitted",
                 "motion.sensor={recorded: {folder: none}}": "none: no such folder",

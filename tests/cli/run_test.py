@@ -281,7 +281,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
         for command in ["run", "study", "sweep"]:
             done = self.touchfield(command, self.write("scene.yaml", FINGER), "--pictures", "tiff")
             self.assertNotEqual(done.returncode, 0)
-            self.assertIn("--pictures: tiff is none of pdf, png, svg", done.stderr)
+            self.assertIn("--pictures: tiff must be one of pdf, png, svg", done.stderr)
             self.assertEqual(self.entries(), ["scene.yaml"])
 
 

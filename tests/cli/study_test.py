@@ -131,7 +131,7 @@ class Study(CommandTest):
         self.assertNotIn("->", said)
         refused = self.touchfield("study", self.scene, "--solvers", "lu,best")
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("best is none of fft, gmres, lu, matrix_free", refused.stderr)
+        self.assertIn("best must be one of fft, gmres, lu, matrix_free", refused.stderr)
 
     def test_bad_input_leaves_nothing(self):
         before = self.entries()

@@ -133,7 +133,7 @@ class SweepTest(CommandTest):
             "set: {solve.iterations: 3}\n": "nothing varies",
             # Files that scenes name.
             "cases: [{'solve.start': {previous: no.h5}}]\n": "no.h5",
-            "cases: [{'solve.start': {previous: tiny.yaml}}]\n": "case 1: start of paper: .*tiny.yaml: is no HDF5 file",
+            "cases: [{'solve.start': {previous: tiny.yaml}}]\n": "case 1: start of paper: .*tiny.yaml: is not an HDF5 file",
             "set: {body.sphere: null, body.edge_mm: null}\n"
             "cases: [{body.mesh: {file: tiny.stl, unit: mm}}, {body.mesh: {file: no.stl, unit: mm}}]\n": "no.stl",
             "set: {body.sphere: null, body.edge_mm: null}\n"
@@ -227,9 +227,9 @@ class SweepTest(CommandTest):
             ("metrics.csv: No such file or directory", lambda: (case / "metrics.csv").unlink()),
             ("case.json: no such file", lambda: (case / "case.json").unlink()),
             ("run.h5: has ", lambda: changed("run.h5", lambda content: content[:1000])),
-            ("run.h5: its checksum is not what it was", lambda: changed("run.h5", flipped)),
+            ("run.h5: its checksum has changed", lambda: changed("run.h5", flipped)),
             ("case.json: not the record of a case", lambda: changed("case.json", lambda content: content[:50])),
-            ("case.json: its checksum is not what it was",
+            ("case.json: its checksum has changed",
              lambda: changed("case.json", lambda content: content.replace(b'"faces": ', b'"faces": 1'))),
             ("case.json: is the record of case 3",
              lambda: shutil.copytree(self.folder / "out/cases/00003", case, dirs_exist_ok=True)),
@@ -242,7 +242,7 @@ class SweepTest(CommandTest):
                 self.assertRegex(collected.stderr, f"warning: case 2 is damaged: .*{message}")
                 self.assertIn("2 of 3 cases done, 0 failed, 1 missing", collected.stdout)
                 again = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
-                self.assertRegex(again.stderr, f"warning: case 2 is damaged and computed anew: .*{message}")
+                self.assertRegex(again.stderr, f"warning: case 2 is damaged and computed again: .*{message}")
                 self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 1)
                 self.same_tables(good, table(self.folder / "out"))
                 self.run_ok("sweep", "--collect", "out")
@@ -265,11 +265,11 @@ class SweepTest(CommandTest):
             self.assertIn(message, done.stderr)
             self.assertEqual((self.folder / "out/sweep.json").read_text(), before)
 
-        refused("solve.iterations=9 asked for", "--set", "solve.iterations=9")
+        refused("solve.iterations=9 requested", "--set", "solve.iterations=9")
         self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 201]}\n")
-        refused("case 2: target.pressure_pa=200 there, target.pressure_pa=201 asked for")
+        refused("case 2: target.pressure_pa=200 there, target.pressure_pa=201 requested")
         self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200, 300]}\n")
-        refused("2 cases there, 3 asked for")
+        refused("2 cases there, 3 requested")
         self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
         self.write("tiny.yaml", TINY.replace("radius_mm: 6", "radius_mm: 5.5"))
         refused("the base scene has changed")
@@ -348,7 +348,7 @@ class SweepTest(CommandTest):
             going.send_signal(signum)
             _, err = going.communicate(timeout=60)
             self.assertEqual(going.returncode, 128 + signum, err)
-            self.assertIn("--resume goes on", err)
+            self.assertIn("--resume continues", err)
             self.assertEqual([pid for pid in worker if pathlib.Path(f"/proc/{pid}").exists()], [])
             done = [path.name for path in (self.folder / f"out{number}/cases").iterdir()]
             self.assertTrue(all(re.fullmatch(r"\d{5}", name) for name in done), done)
@@ -399,7 +399,7 @@ class SweepTest(CommandTest):
         done = subprocess.run(["bash", "-c", f"ulimit -f 12; exec {PROGRAM} sweep s.yaml -o out"], cwd=self.folder,
                               capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"case 1: .*\(ulimit -f\): File too large; 0 of 2 cases are kept in out, --resume goes on")
+        self.assertRegex(done.stderr, r"case 1: .*\(ulimit -f\): File too large; 0 of 2 cases are kept in out, --resume continues")
         self.assertEqual(list((self.folder / "out/cases").iterdir()), [])
         self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--quiet")
         self.assertEqual([row["status"] for row in table(self.folder / "out")], ["ok"] * 4)
@@ -418,7 +418,7 @@ class SweepTest(CommandTest):
         self.assertIn("No space left on device", done.stderr)
         whole = sorted((disk / "out/cases").iterdir())
         self.assertGreater(len(whole), 0)
-        self.assertIn(f"{len(whole)} of 60 cases are kept in {disk}/out, --resume goes on from there", done.stderr)
+        self.assertIn(f"{len(whole)} of 60 cases are kept in {disk}/out, --resume continues from there", done.stderr)
         for case in whole:
             self.assertEqual(json.loads((case / "case.json").read_text())["status"], "ok")
             with h5py.File(case / "run.h5") as run:
@@ -435,7 +435,7 @@ class SweepTest(CommandTest):
         os.kill(worker, signal.SIGSTOP)
         out, err = going.communicate(timeout=300)
         self.assertEqual(going.returncode, 1, err)
-        self.assertRegex(err, r"case \d+ \(array.level=.*\) failed: took longer than 4 s: its process was stopped or hung")
+        self.assertRegex(err, r"case \d+ \(array.level=.*\) failed: took longer than 4 s: its process was stopped or did not respond")
         self.assertIn("40 of 40 cases done, ", out)
         # On a busy machine more than the stopped one may be late.
         statuses = [row["status"] for row in table(self.folder / "out")]
@@ -477,7 +477,7 @@ class SweepTest(CommandTest):
         done = self.touchfield("sweep", "--collect", "parts")
         self.assertEqual(done.returncode, 1)
         self.assertIn("2 missing", done.stdout)
-        self.assertIn("warning: shard 2/3 is missing, there is no parts/shard-2-of-3: 2 cases: 2, 5\n", done.stderr)
+        self.assertIn("warning: shard 2/3 is missing, parts/shard-2-of-3 does not exist: 2 cases: 2, 5\n", done.stderr)
         shutil.rmtree(self.folder / "parts/shard-1-of-3/cases/00004")
         done = self.touchfield("sweep", "--collect", "parts", "--json")
         self.assertEqual(json.loads(done.stdout)["missing"], 3)

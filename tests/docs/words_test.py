@@ -1,4 +1,4 @@
-"""README and docs are in plain English, and each word of the list is found."""
+"""README, docs and the texts of the program are in plain English, and each word of the list is found."""
 
 import importlib.machinery
 import importlib.util
@@ -34,8 +34,8 @@ class Words(unittest.TestCase):
         return subprocess.run([sys.executable, str(SOURCE / "scripts/words"), "--root", str(root or self.root), *options],
                               capture_output=True, text=True, check=False)
 
-    def test_the_documentation_is_in_plain_english(self):
-        checked = self.words(root=SOURCE)
+    def test_the_documentation_and_the_texts_of_the_program_are_in_plain_english(self):
+        checked = self.words("--sources", root=SOURCE)
         self.assertEqual((checked.returncode, checked.stdout, checked.stderr), (0, "", ""))
 
     def test_every_word_of_the_list_is_found(self):
@@ -60,6 +60,12 @@ class Words(unittest.TestCase):
     def test_a_word_across_two_lines_is_found(self):
         (self.root / "docs/page.md").write_text("There are 6 edges a\nwavelength.\n")
         self.assertIn("docs/page.md:1: `edges a wavelength`", self.words().stdout)
+
+    def test_two_literals_are_no_word_together(self):
+        (self.root / "sim/text.cpp").write_text('say("must be a file");\nsay("a device");\n')
+        self.assertEqual(self.words("--sources").stdout, "")
+        (self.root / "sim/text.cpp").write_text('say("must be a file"\n    " a device");\n')
+        self.assertIn("sim/text.cpp:1: `a file a device`", self.words("--sources").stdout)
 
     def test_older_changes_stay_as_they_are(self):
         (self.root / "CHANGELOG.md").write_text("# Changes\n\n## [2]\n\nAll new.\n\n## [1]\n\nLook anew.\n")

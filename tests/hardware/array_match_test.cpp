@@ -100,7 +100,7 @@ TEST(ArrayMatch, Axes) {
   expect_refused(run, sonicsurface_layout(), "transducer 9");
   run = sonicsurface_layout();
   run.axes = -run.axes;  // it faces down: the places are those of the board seen in a mirror
-  expect_refused(run, sonicsurface_layout(), "face another way");
+  expect_refused(run, sonicsurface_layout(), "face another direction");
 }
 
 TEST(ArrayMatch, UnitsThatSitElsewhere) {

@@ -36,7 +36,7 @@ TEST(Attention, EndsAtTheFirstGapThatIsTooLong) {
   EXPECT_FALSE(attention.look(100.26, kTurn)) << "0.24 s";
   EXPECT_TRUE(attention.look(102.28, kTurn)) << "2 s";
   EXPECT_EQ(attention.gaps().count, 2U);
-  EXPECT_THAT(attention.fault(), testing::HasSubstr("did not look after the array for 2.00 s (at most 0.25 s)"));
+  EXPECT_THAT(attention.fault(), testing::HasSubstr("did not supervise the array for 2.00 s (at most 0.25 s)"));
 }
 
 TEST(Attention, TheTimeBeforeItBeginsIsNoGap) {

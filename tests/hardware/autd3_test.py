@@ -258,7 +258,7 @@ class Autd3Test(CommandTest):
                     said = next(line for line in walking.stdout if "quiet" in line)
                     seconds = time.monotonic() - start
                     if (signal_sent, to) != (signal.SIGTSTP, "program"):  # which ends as usual: its last line follows `close`
-                        self.assertIn("the array is quiet, as it says itself", said)
+                        self.assertIn("the array is quiet, as it reports itself", said)
                         self.assertLess(seconds, 0.2)
                     self.assertIn(walking.wait(5), (4, 128 + signal_sent))
 

@@ -151,7 +151,8 @@ TEST(ReadBack, RefusesAnotherModulation) {
   for (const std::vector<std::uint8_t>& held :
        {std::vector<std::uint8_t>{}, std::vector<std::uint8_t>{1, 2}, std::vector<std::uint8_t>{1, 2, 4}}) {
     link.samples = held;
-    EXPECT_THAT([&] { require_read_back(sent, link); }, ThrowsMessage<DeviceError>(HasSubstr("another modulation")));
+    EXPECT_THAT([&] { require_read_back(sent, link); },
+                ThrowsMessage<DeviceError>(HasSubstr("modulation that was read back differs")));
   }
 }
 
@@ -187,7 +188,7 @@ TEST(Emission, ChecksThePolicyBeforeAnythingIsSent) {
   EXPECT_THAT([&] { emit(plan); }, ThrowsMessage<InputError>(HasSubstr("--max-seconds raises the cap")));
   plan = dry_plan();
   plan.request.rate = 1e9;
-  EXPECT_THAT([&] { emit(plan); }, ThrowsMessage<InputError>(HasSubstr("frames a second")));
+  EXPECT_THAT([&] { emit(plan); }, ThrowsMessage<InputError>(HasSubstr("frames per second")));
   plan = dry_plan();
   plan.must_match.push_back(make_array(grid_layout(3, 1, 0.01), Directivity::omni(), 1, 1));
   EXPECT_THAT([&] { emit(plan); }, ThrowsMessage<InputError>(HasSubstr("transducers")));

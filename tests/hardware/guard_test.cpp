@@ -196,8 +196,8 @@ TEST_F(Guarded, AGuardThatWasAwayDoesNotGoOn) {
   std::this_thread::sleep_for(std::chrono::milliseconds(400));
   ::kill(guard_, SIGCONT);
   ::kill(watchdog_, SIGCONT);
-  EXPECT_THAT(loss(), MatchesRegex(
-                          ".*did not look after the array for [0-9.]+ s \\(at most 0\\.25 s\\).*the array is quiet.*"));
+  EXPECT_THAT(loss(),
+              MatchesRegex(".*did not supervise the array for [0-9.]+ s \\(at most 0\\.25 s\\).*the array is quiet.*"));
   EXPECT_TRUE(board_.becomes(false));
 }
 
@@ -240,7 +240,7 @@ TEST_F(Guarded, HoldsNoneOfTheProgramsOutput) {
 }
 
 TEST(Watchdog, IsNotStartedByHand) {
-  EXPECT_THAT([] { require_handed_over(1000); }, ThrowsMessage<InputError>(HasSubstr("not by hand")));
+  EXPECT_THAT([] { require_handed_over(1000); }, ThrowsMessage<InputError>(HasSubstr("not for use by hand")));
 }
 
 }  // namespace

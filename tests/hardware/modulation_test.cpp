@@ -88,7 +88,7 @@ TEST(Modulation, OneThatAlwaysModulatesRefusesNotTo) {
   EXPECT_EQ(own_frequency({130, 1}, kOwn, "board"), 2U);
   EXPECT_THAT(describe(SineModulation{200, 1}, kOwn), HasSubstr("208 Hz"));
   EXPECT_THAT([] { require_ability(StaticModulation{}, kOwn, "board"); },
-              ThrowsMessage<InputError>(HasSubstr("modulates by itself")));
+              ThrowsMessage<InputError>(HasSubstr("modulates on its own")));
   EXPECT_THROW(require_ability(SampledModulation{{1}, 4000}, kOwn, "board"), InputError);
   EXPECT_THROW(require_ability(SineModulation{200, 0.5}, kOwn, "board"), InputError);
   EXPECT_THAT([] { own_frequency({160, 1}, kOwn, "board"); }, ThrowsMessage<InputError>(HasSubstr("nearest 125 Hz")));

@@ -185,7 +185,7 @@ TEST_F(Player, RefusesWhatCannotBePlayed) {
       [&] {
         played(1, numbered, link_, {51, 1, false}, pace_);
       },
-      testing::ThrowsMessage<InputError>(testing::HasSubstr("<= 50 Hz, what noting link carries")));
+      testing::ThrowsMessage<InputError>(testing::HasSubstr("<= 50 Hz, the limit of noting link")));
   EXPECT_THAT(link_.numbers, testing::IsEmpty());
 }
 

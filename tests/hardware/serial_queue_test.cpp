@@ -141,7 +141,7 @@ TEST_F(QueueOfALink, NoFrameIsPutBehindOneThatStays) {
   const auto start = std::chrono::steady_clock::now();
   EXPECT_THAT(
       [&] { link_.send(all_on()); },
-      ThrowsMessage<DeviceError>(HasSubstr("it stands still: 258 bytes have not left this machine after 0.1 s")));
+      ThrowsMessage<DeviceError>(HasSubstr("it does not respond: 258 bytes have not left this machine after 0.1 s")));
   EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(80));
   EXPECT_EQ(out().size(), std::size_t{sonicsurface::kBytesPerFrame});
 }
@@ -187,7 +187,7 @@ TEST_F(QueueOfAGuard, ALineThatStandsStillEndsIt) {
   hold(std::chrono::milliseconds(60));
   queue().waiting = 258;
   EXPECT_THAT([&] { hold(std::chrono::seconds(5)); },
-              ThrowsMessage<DeviceError>(AllOf(HasSubstr("it stands still: 258 bytes have not left this machine"),
+              ThrowsMessage<DeviceError>(AllOf(HasSubstr("it does not respond: 258 bytes have not left this machine"),
                                                HasSubstr("the array could not be quieted"),
                                                HasSubstr("may still be on: switch off its supply"))));
 }

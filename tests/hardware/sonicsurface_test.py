@@ -196,7 +196,7 @@ class Bytes(BoardTest):
         run = self.with_drives(self.run_of(), "random", phases)
         board = self.board(tactile=True)
         where = f"sonicsurface:{board.port}?firmware=tactile"
-        self.refused(board, run, "--to", where, says=["modulates by itself", "none"])
+        self.refused(board, run, "--to", where, says=["modulates on its own", "none"])
         self.refused(board, run, "--to", where, "--modulation", 500, says=["500 Hz", "416.7"])
         self.refused(board, run, "--to", where, "--modulation", 200, "--depth", 0.5, says="depth 0.5")
         done = self.send_ok(board, run, *BRIEF, "--modulation", 200, options="?firmware=tactile")
@@ -335,7 +335,7 @@ class Faults(BoardTest):
         self.refused(None, self.run_of(), "--to", f"sonicsurface:{port}", *more, code=DEVICE_FAILED, says=says)
 
     def test_missing_port(self):
-        self.device_fails("/dev/ttyNONE", ["/dev/ttyNONE", "none of this name"])
+        self.device_fails("/dev/ttyNONE", ["/dev/ttyNONE", "no device has this name"])
 
     def test_not_a_port(self):
         self.device_fails("/dev/null", "not a serial port")
@@ -581,7 +581,7 @@ class Stops(BoardTest):
         self.quiet_after(board, go_on)
         out, said = process.communicate(timeout=10)
         self.assertEqual(process.returncode, DEVICE_FAILED)
-        self.assertRegex(said, r"error: link guard: it did not look after the array for [0-9.]+ s \(at most 0.25 s\)")
+        self.assertRegex(said, r"error: link guard: it did not supervise the array for [0-9.]+ s \(at most 0.25 s\)")
         self.assertIn("; the array is quiet", said)
         gap = re.search(r"1 gap of more than 50 ms .* the longest (\d+) ms", out)
         self.assertIsNotNone(gap, out)

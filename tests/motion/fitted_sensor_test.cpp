@@ -68,9 +68,10 @@ TEST(FittedScene, NamesWhatIsNoHand) {
   const auto fault = [](const std::string& text, const std::vector<std::string>& overrides) {
     return message_of<InputError>([&] { sensed_motion(scene_from(text, overrides)); });
   };
-  EXPECT_THAT(fault(kMovingCapsule, {"motion.sensor={cameras: [" + camera + "]}"}),
-              HasSubstr("motion.sensor.cameras: a hand is fitted, and the scene's body is none; must be body.hand, or "
-                        "motion.sensor.hand"));
+  EXPECT_THAT(
+      fault(kMovingCapsule, {"motion.sensor={cameras: [" + camera + "]}"}),
+      HasSubstr("motion.sensor.cameras: a hand is fitted, but the scene's body is not a hand; must be body.hand, or "
+                "motion.sensor.hand"));
   const std::string two =
       "name: two\narray: {grid: {count: [8, 8]}}\n"
       "bodies:\n"
@@ -227,10 +228,11 @@ TEST_F(Fitted, RecordedImagesArePlayedWithoutScores) {
   EXPECT_NO_THROW(sensed_motion(scene_from(kFingerBody + motion_text, {"motion.seconds=0.225"})));  // a period more
   EXPECT_THAT(fault({"motion.seconds=0.226"}), HasSubstr("motion.seconds = 0.226 must be <= 0.225"));
   EXPECT_THAT(fault({"motion.change=[{path: 'body.place.at_mm[0]', rate: 30}]"}),
-              HasSubstr("motion.change: the images of motion.sensor.recorded say how the hand moves"));
-  EXPECT_THAT(fault({"body={sphere: {radius_mm: 8}, edge_mm: 3, place: {at_mm: [0, 0, 80]}}",
-                     "target.box={centre_mm: [0, 0, 72], size_mm: [5, 5, 5]}"}),
-              HasSubstr("motion.sensor.recorded: a hand is fitted, and the scene's body is none; must be body.hand"));
+              HasSubstr("motion.change: the images of motion.sensor.recorded determine how the hand moves"));
+  EXPECT_THAT(
+      fault({"body={sphere: {radius_mm: 8}, edge_mm: 3, place: {at_mm: [0, 0, 80]}}",
+             "target.box={centre_mm: [0, 0, 72], size_mm: [5, 5, 5]}"}),
+      HasSubstr("motion.sensor.recorded: a hand is fitted, but the scene's body is not a hand; must be body.hand"));
 }
 
 }  // namespace

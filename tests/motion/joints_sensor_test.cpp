@@ -166,7 +166,7 @@ TEST_F(Tracked, TheOtherHandAndAnotherUnitAreRefused) {
                         "another unit ends the names of a file's columns, as index_tip_x_mm"));
   EXPECT_THAT(fault(frames(), {"motion.seconds=0.23"}), HasSubstr("motion.seconds = 0.23 must be <= 0.22"));
   EXPECT_THAT(fault(frames(), {"motion.change=[{path: 'body.place.at_mm[0]', rate: 30}]"}),
-              HasSubstr("motion.change: the joints of motion.sensor.joints say how the hand moves"));
+              HasSubstr("motion.change: the joints of motion.sensor.joints determine how the hand moves"));
 }
 
 /// A tracker's program: sends a row to a port of this machine, again and again, until it ends.
@@ -253,7 +253,7 @@ TEST_F(Tracked, FingersThatTheTemplateHoldsTogetherAreLostWhereTheyOpen) {
   }
   const auto folded = sensor(joints);
   EXPECT_TRUE(folded->sample(0, 0).lost);
-  EXPECT_THAT(folded->notes(), Contains(HasSubstr("7 have fingers elsewhere that touch in the pose index_up")));
+  EXPECT_THAT(folded->notes(), Contains(HasSubstr("7 move fingers that touch in the pose index_up")));
   EXPECT_FALSE(sensor(joints, {"motion.sensor.hand={pose: flat}"})->sample(0, 0).lost);
 }
 

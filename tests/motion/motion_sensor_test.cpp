@@ -317,7 +317,7 @@ TEST(SampleStore, TakesEverySampleOnceAndInOrder) {
 
 TEST(SensorText, SaysWhatTheSolverKnows) {
   EXPECT_EQ(sensor_text(noisy_scene().motion->sensor),
-            "the skin with noise of 0.3 mm rms over 4 mm, 30 samples a second, known 0 ms later");
+            "the skin with noise of 0.3 mm rms over 4 mm, 30 samples per second, known 0 ms later");
 }
 
 }  // namespace

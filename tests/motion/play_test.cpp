@@ -232,7 +232,7 @@ TEST(MovingModel, NamesWhenBodiesMeet) {
 
 TEST(MovingModel, NothingOfStillsIsTakenSilently) {
   EXPECT_THAT(message_of<InputError>([] { MovingModel(scene_from(kMovingCapsule, {"sensing={noise_mm_rms: 0.5}"})); }),
-              HasSubstr("sensing: is of a still; what the solver sees of a motion is said once, by motion.sensor"));
+              HasSubstr("sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise"));
 }
 
 }  // namespace

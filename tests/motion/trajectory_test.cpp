@@ -237,12 +237,12 @@ TEST(Trajectory, RefusesWhatCannotVary) {
   }
   EXPECT_THAT(refused({{"bodies[0].place.at_mm[0]", rate}}), HasSubstr("must begin with body"));
   EXPECT_THAT(refused({{"target.boxes[0].offset_mm[0]", rate}}), HasSubstr("must begin with target.box"));
-  EXPECT_THAT(refused({{"target.box.centre_mm[0]", rate}}), HasSubstr("whose box has a landmark"));
+  EXPECT_THAT(refused({{"target.box.centre_mm[0]", rate}}), HasSubstr("its box has a landmark"));
   EXPECT_THAT(refused({{"target.pressure_pa", rate}}, {"target.pressure_pa=best"}), HasSubstr("must be a number"));
   EXPECT_THAT(refused({{"body.place.at_mm[0]", rate}, {"body.place.at_mm.0", rate}}), HasSubstr("changed twice"));
   EXPECT_THAT(refused({{"body.hand.joints.index.mcp_deg", rate}},
                       {"body={sphere: {radius_mm: 8}, edge_mm: 2}", "target.box.at=top"}),
-              HasSubstr("no built-in hand"));
+              HasSubstr("not a built-in hand"));
 }
 
 TEST(Trajectory, RefusesToLeaveARange) {

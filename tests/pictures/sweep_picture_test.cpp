@@ -153,7 +153,7 @@ TEST(SweepPicture, WhatCannotBeToldApartIsNotDrawn) {
         .why_not;
   };
   EXPECT_EQ(why(12), "");
-  EXPECT_EQ(why(13), "13 combinations of name are more than the 12 that it can tell apart; sweep.csv has them");
+  EXPECT_EQ(why(13), "13 combinations of name are more than the 12 that a plot can show; sweep.csv has them");
   EXPECT_EQ(draw_sweep(directory.file("none.png"), summary_of({}, {record(1, {}, 0.1)}), "relative_error",
                        PictureFormat::kPng)
                 .why_not,

@@ -135,7 +135,7 @@ TEST(Calibration, WhatTheSceneListsItselfFitsTheChannels) {
   const auto said = [&](const std::string& keys) { return problems_of(folder.write("s.yaml", scene_with(keys))); };
   EXPECT_THAT(said("calibration: {gain: [1, 0, 1, 1], phase_rad: [0, 0, 0, 0]}"), ElementsAre());
   EXPECT_THAT(said("calibration: {gain: [1, 0, 1], phase_rad: [0, 0, 0, 0]}"),
-              ElementsAre(EndsWith("array.calibration.gain: 3 values, must be 4 as there are channels")));
+              ElementsAre(EndsWith("array.calibration.gain: 3 values, must be 4: one per channel")));
   EXPECT_THAT(said("calibration: {gain: [1, 0, 1, 1]}"), ElementsAre(HasSubstr("phase_rad")));
   EXPECT_THAT(said("calibration: {gain: [1, 0, -1, 1], phase_rad: [0, 0, 0, 0]}"),
               ElementsAre(EndsWith("array.calibration.gain[2] = -1 must be >= 0")));

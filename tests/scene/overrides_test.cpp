@@ -121,7 +121,7 @@ TEST(SceneOverrides, PathsThatLeadNowhereAreRefused) {
        {"", "name", "=5", ".name=5", "array..level=1", "array.=1", "array[=1", "a]b=1", "a[0]b=1"}) {
     EXPECT_EQ(only_problem(text), "--set " + text + ": must be key.path=value");
   }
-  EXPECT_EQ(only_problem("name="), "--set name=: no value; null takes a key away");
+  EXPECT_EQ(only_problem("name="), "--set name=: no value; null removes a key");
   EXPECT_EQ(only_problem("name=[1"), "--set name=[1: not YAML: end of sequence flow not found");
   EXPECT_EQ(only_problem("name.first=a"), "--set name.first=a: name is small, not a map or list");
   EXPECT_EQ(only_problem("solve.methods.1=paper"),
@@ -129,10 +129,10 @@ TEST(SceneOverrides, PathsThatLeadNowhereAreRefused) {
   EXPECT_EQ(only_problem("solve.methods.first=paper"),
             "--set solve.methods.first=paper: solve.methods.first names no item of solve.methods, which has 1");
   EXPECT_EQ(only_problem("solve.methods.0=null"),
-            "--set solve.methods.0=null: solve.methods.0: null takes keys away, not items of a list");
+            "--set solve.methods.0=null: solve.methods.0: null removes keys, not items of a list");
   EXPECT_EQ(only_problem("body.place.at_mm.2=250"),
-            "--set body.place.at_mm.2=250: body.place.at_mm is no list in the scene, give it as a whole");
-  EXPECT_EQ(only_problem("target.box=null"), "--set target.box=null: target is not in the scene, nothing to take away");
+            "--set body.place.at_mm.2=250: body.place.at_mm is not a list in the scene, give it as a whole");
+  EXPECT_EQ(only_problem("target.box=null"), "--set target.box=null: target is not in the scene, nothing to remove");
   EXPECT_THAT(only_problem("array.gird=null"),
               StartsWith("--set array.gird=null: array.gird: unknown key, did you mean grid?"));
 }

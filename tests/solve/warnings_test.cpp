@@ -88,8 +88,9 @@ TEST(ModelRemarks, CrossingFacesAreNamedWhateverTheyComeFrom) {
 TEST(ModelRemarks, ABoxOverBothSidesIsNamed) {
   const std::string plate =
       "body={box: {size_mm: [30, 30, 6]}, edge_mm: 2, place: {landmark: bottom, at_mm: [0, 0, 50]}}";
-  EXPECT_THAT(warnings_of({plate, "target.box.size_mm=[12, 12, 20]"}),
-              Contains(MatchesRegex("both_sides: 100 % of the target lies on two sides of 6.. mm of a body, .*")));
+  EXPECT_THAT(
+      warnings_of({plate, "target.box.size_mm=[12, 12, 20]"}),
+      Contains(MatchesRegex("both_sides: 100 % of the target is on two opposite sides of 6.. mm of a body, .*")));
   EXPECT_THAT(warnings_of({plate, "target.box.size_mm=[12, 12, 5]"}), IsEmpty());
 }
 
@@ -106,10 +107,10 @@ TEST(ModelRemarks, SkinBeyondIsNotedAndAPartIsNamed) {
   const auto beyond = [](const char* end) {
     return MatchesRegex(std::string("beyond: .* within 11 mm .* [0-9]+ points") + end + ". Version .*");
   };
-  EXPECT_THAT(notes_of({kept, kFinerJudge}), ElementsAre(beyond(", and the judge has all of it")));
-  EXPECT_THAT(notes_of({kept, "judge=same"}), ElementsAre(beyond(", and the judge has all of it")));
+  EXPECT_THAT(notes_of({kept, kFinerJudge}), ElementsAre(beyond(", and the evaluation mesh has all of it")));
+  EXPECT_THAT(notes_of({kept, "judge=same"}), ElementsAre(beyond(", and the evaluation mesh has all of it")));
   EXPECT_THAT(notes_of({kept, "judge=none"}),
-              ElementsAre(beyond(""), MatchesRegex("part_only: .*: the scene has no judge")));
+              ElementsAre(beyond(""), MatchesRegex("part_only: .*: the scene has no evaluation mesh")));
   EXPECT_THAT(notes_of({kept, "body.beyond=nothing", kFinerJudge}), ElementsAre(StartsWith("part_only: ")));
   EXPECT_THAT(notes_of({"body.keep_within_mm=60", kFinerJudge}), IsEmpty());  // nothing is left out
 }
@@ -213,13 +214,11 @@ TEST(ResultRemarks, SteepenedSoundIsNotedAndFromAShockOnWarnedOf) {
   EXPECT_THAT(with({0.29, 0.1, kNotComputed}).notes, IsEmpty());
   const Remarks noted = with({0.3, 0.29, 0.1});
   EXPECT_THAT(noted.warnings, IsEmpty());
-  EXPECT_THAT(noted.notes,
-              ElementsAre(AllOf(StartsWith("nonlinear: "), HasSubstr("sigma reaches paper 0.30:"),
-                                HasSubstr("1.1 % of its fundamental"), HasSubstr("15 % of what is left"))));
+  EXPECT_THAT(noted.notes, ElementsAre(AllOf(StartsWith("nonlinear: "), HasSubstr("sigma reaches paper 0.30:"),
+                                             HasSubstr("1.1 % of its fundamental"), HasSubstr("15 % of the rest"))));
   const Remarks both = with({1.0, 0.99, 2.7});
-  EXPECT_THAT(both.warnings,
-              ElementsAre(AllOf(StartsWith("nonlinear: "), HasSubstr("paper 1.00, focus 2.70:"),
-                                HasSubstr("12 % of its fundamental"), HasSubstr("40 % of what is left"))));
+  EXPECT_THAT(both.warnings, ElementsAre(AllOf(StartsWith("nonlinear: "), HasSubstr("paper 1.00, focus 2.70:"),
+                                               HasSubstr("12 % of its fundamental"), HasSubstr("40 % of the rest"))));
   EXPECT_THAT(both.notes, ElementsAre(HasSubstr("unscattered 0.99:")));
 }
 

@@ -91,7 +91,7 @@ TEST(RunText, SaysHowChannelsDifferFromTheirDesign) {
   const std::string text = describe_run(run);
   EXPECT_THAT(text, HasSubstr("channels  the solver's: as designed\n"));
   EXPECT_THAT(text, HasSubstr("channels  the true ones: gain 0.900 +- 0.000, phase 5.73 deg rms, 1 of "));
-  EXPECT_THAT(text, HasSubstr(" dead, phases in 16 steps\n"));
+  EXPECT_THAT(text, HasSubstr(" dead, 16 phase levels\n"));
 }
 
 }  // namespace

@@ -151,11 +151,11 @@ TEST(DamagedMotionFile, FilesThatAreNoMotionsAreInputErrors) {
   const auto read = [&] { read_motion_file(path); };
   EXPECT_THAT(message_of<InputError>(read), AllOf(HasSubstr(path), HasSubstr("No such file")));
   write_bytes(path, std::string(5000, 'x'));
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no HDF5 file"));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("not an HDF5 file"));
   write_run_file(path, support::full_run());
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no touchfield motion"));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("not a touchfield motion"));
   write_motion_file(path, full_motion());
-  EXPECT_THAT(message_of<InputError>([&] { read_run_file(path); }), HasSubstr("no touchfield run"));
+  EXPECT_THAT(message_of<InputError>([&] { read_run_file(path); }), HasSubstr("not a touchfield run"));
   const hdf5::MemoryFile file(path);
   {
     const hdf5::Group root = file.root();

@@ -159,7 +159,7 @@ TEST(DescribeMotion, SaysWhatThereIs) {
   motion.judge.reset();
   motion.complete = false;
   EXPECT_THAT(describe_motion(motion), AllOf(HasSubstr("NOT COMPLETE"), HasSubstr("judge     on the solving mesh"),
-                                             HasSubstr("no method has begun")));
+                                             HasSubstr("no method has started")));
 }
 
 }  // namespace

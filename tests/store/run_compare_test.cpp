@@ -457,8 +457,8 @@ TEST(CompareRuns, FiguresOfAPartAndOfTheWholeAreNotComparable) {
   const RunDifference difference = changed([](RunData& run) { run.judged_skin = SkinExtent::kPart; });
   EXPECT_EQ(difference.verdict, Verdict::kDifferent);
   EXPECT_EQ(difference.largest.what, "the skin that is evaluated");
-  EXPECT_THAT(describe_difference(difference), HasSubstr("skin      A evaluates the whole skin, B what keep_within_mm "
-                                                         "leaves: their metrics are not comparable\n"));
+  EXPECT_THAT(describe_difference(difference), HasSubstr("skin      A evaluates the whole skin, B the part within "
+                                                         "keep_within_mm: their metrics are not comparable\n"));
   EXPECT_THAT(describe_difference(changed([](RunData&) {})), Not(HasSubstr("evaluates")));
 }
 
@@ -508,7 +508,7 @@ TEST(DescribeDifference, SaysHowAMeshMoved) {
               HasSubstr("shifted by (0, 0, 0) mm and turned by 90 deg as a whole\n"));
   Points dented = mesh.vertices();
   dented(2, 17) += 0.002;
-  EXPECT_THAT(text_of({dented, mesh.triangles()}), HasSubstr("up to 2 mm apart: deformed, up to 1."));
+  EXPECT_THAT(text_of({dented, mesh.triangles()}), HasSubstr("up to 2 mm apart: deformed by up to 1."));
 }
 
 TEST(DescribeDifference, AThousandKeysDoNotFillTheScreen) {

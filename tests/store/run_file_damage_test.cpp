@@ -34,11 +34,11 @@ TEST(DamagedRunFile, FilesThatAreNoRunsAreInputErrors) {
   const std::string path = directory.file("x.h5");
   const auto read = [&] { read_run_file(path); };
   EXPECT_THAT(message_of<InputError>(read), AllOf(HasSubstr(path), HasSubstr("No such file")));
-  EXPECT_THAT(message_of<InputError>([&] { read_run_file(directory.path()); }), HasSubstr("is no file"));
+  EXPECT_THAT(message_of<InputError>([&] { read_run_file(directory.path()); }), HasSubstr("is not a file"));
   write_bytes(path, "");
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no HDF5 file"));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("not an HDF5 file"));
   write_bytes(path, std::string(5000, 'x'));
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no HDF5 file"));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("not an HDF5 file"));
   const auto write_other = [&](auto&& fill) {
     const hdf5::MemoryFile file(path);
     fill(file.root());
@@ -46,7 +46,7 @@ TEST(DamagedRunFile, FilesThatAreNoRunsAreInputErrors) {
     write_bytes(path, bytes + checksum_line(bytes));
   };
   write_other([](const hdf5::Group& root) { root.set_attribute("title", "something else"); });
-  EXPECT_THAT(message_of<InputError>(read), HasSubstr("no touchfield run"));
+  EXPECT_THAT(message_of<InputError>(read), HasSubstr("not a touchfield run"));
   write_other([](const hdf5::Group& root) {
     root.set_attribute("format", "touchfield-run");
     root.set_attribute("format_version", kRunFormatVersion + 1);

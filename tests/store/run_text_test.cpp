@@ -44,7 +44,7 @@ TEST(Describe, SaysWhatThereIs) {
         "solve     pressure: burton_miller_polished, GMRES, matrix-free, single refined, 10,842 unknowns, 3 right-hand "
         "sides: 14 steps, 2 refinements, residual 3.1e-06, 1.25 s\n",
         "solve     judge: chief, LU, double, 80 unknowns, 1 right-hand side: residual -, 0.333 s, NOT CONVERGED\n",
-        "alarm     plain and Burton-Miller pressures differ by 1.25 %"}) {
+        "alarm     conventional and Burton-Miller pressures differ by 1.25 %"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
   EXPECT_THAT(text, Not(HasSubstr("NOT COMPLETE")));

@@ -318,7 +318,7 @@ TEST(HandTracker, IsLostWhenTheHandLeavesAndFindsItAgain) {
   }
   const HandFit lost = sight.tracker.track(nothing);
   EXPECT_TRUE(lost.lost);
-  EXPECT_EQ(lost_text(lost), "points where the hand is looked for 0 (150 asked)");
+  EXPECT_EQ(lost_text(lost), "points in the search box 0 (150 required)");
   EXPECT_EQ(sight.tracker.confidence(lost).sum(), 0);
   EXPECT_TRUE(sight.tracker.track(nothing).lost);
   int frame = 60;
@@ -353,10 +353,10 @@ TEST(HandTracker, SaysWhatOfAFitIsNotBelieved) {
   fit.share = 0.61;
   fit.explained = 0.95;
   fit.residual = 1.312e-3;
-  EXPECT_EQ(lost_text(fit), "share 0.610 (0.9 asked); residual 1.31 mm (0.9 asked)");
+  EXPECT_EQ(lost_text(fit), "share 0.610 (0.9 required); residual 1.31 mm (0.9 required)");
   fit.digits = false;
   fit.residual = 0.5e-3;
-  EXPECT_EQ(lost_text(fit), "share 0.610 (0.9 asked); a digit's end is not where it is fitted");
+  EXPECT_EQ(lost_text(fit), "share 0.610 (0.9 required); a fingertip is not at its fitted place");
 }
 
 TEST(HandTracker, TakesNothingElseForAHand) {

@@ -105,7 +105,7 @@ FileSurface parse_off(const std::string& content, const std::string& name) {
     polygons.push_back(parse_face(cursor, required_statement(cursor, "faces", i, faces)));
   }
   if (!next_statement(cursor).empty()) {
-    cursor.fail(fmt::format("the file goes on after its {} vertices and {} faces", vertices, faces));
+    cursor.fail(fmt::format("the file continues after its {} vertices and {} faces", vertices, faces));
   }
   add_polygons(surface, polygons, name);
   return surface;

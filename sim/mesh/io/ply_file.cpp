@@ -60,7 +60,7 @@ std::optional<Scalar> scalar_type(std::string_view word) {
 Scalar required_type(const TextCursor& cursor, std::string_view word) {
   const std::optional<Scalar> type = scalar_type(word);
   if (!type) {
-    cursor.fail(fmt::format("'{}' is no type of a PLY property", word.substr(0, 40)));
+    cursor.fail(fmt::format("'{}' is not a type of a PLY property", word.substr(0, 40)));
   }
   return *type;
 }
@@ -127,7 +127,7 @@ Header parse_header(const std::string& content, const std::string& name) {
       const bool lone_returns = content.compare(content.find_first_of("\r\n"), 2, "\r\n") != 0;
       return {*encoding, std::move(elements), lone_returns && content.compare(end - 2, 2, "\r\n") == 0 ? end - 1 : end};
     } else if (keyword != "comment" && keyword != "obj_info") {
-      cursor.fail(fmt::format("'{}' is no line of a PLY header", keyword.substr(0, 40)));
+      cursor.fail(fmt::format("'{}' is not a line of a PLY header", keyword.substr(0, 40)));
     }
   }
   cursor.fail("the file ends within its header");

@@ -139,18 +139,18 @@ std::optional<UnitDoubt> unit_doubt(double size, const std::optional<std::string
       }
       return UnitDoubt{
           true,
-          fmt::format("no unit is stated, and the file is surely not in mm: it looks like {} ({}); state the unit",
+          fmt::format("the unit is missing, and the file is certainly not in mm: it looks like {} ({}); give the unit",
                       guess.unit.name, guess.reason)};
     case UnitCertainty::kLikely:
     case UnitCertainty::kUnclear:
-      return UnitDoubt{true,
-                       fmt::format("no unit is stated, and the size leaves it open: perhaps {} ({}); state the unit",
-                                   guess.unit.name, guess.reason)};
+      return UnitDoubt{
+          true, fmt::format("the unit is missing, and the size does not determine it: perhaps {} ({}); give the unit",
+                            guess.unit.name, guess.reason)};
     case UnitCertainty::kNone:
       break;
   }
-  return UnitDoubt{true, fmt::format("no unit is stated, and none makes the body a hand, a finger or an arm ({}); "
-                                     "scale the file or state the unit",
+  return UnitDoubt{true, fmt::format("the unit is missing, and with no unit the body is a hand, a finger or an arm "
+                                     "({}); scale the file or give the unit",
                                      guess.reason)};
 }
 

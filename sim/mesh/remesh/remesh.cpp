@@ -89,7 +89,7 @@ class Remesher {
       return {TriangleMesh(gathered(numbers), std::move(triangles)), std::move(held)};
     } catch (const InputError& error) {
       throw NumericalError(
-          fmt::format("remesh: the edges asked for are too long for parts of the body ({})", error.what()));
+          fmt::format("remesh: the requested edges are too long for parts of the body ({})", error.what()));
     }
   }
 
@@ -186,7 +186,7 @@ class Remesher {
       while (mesh_.alive(side) && length_over_wanted(side) > kLongest) {
         // Along a crease that folds back on itself, round a sheet without thickness, halves are as long as the whole.
         if (--left < 0) {
-          throw NumericalError("remesh: parts of the body are far thinner than the edges asked for");
+          throw NumericalError("remesh: parts of the body are far thinner than the requested edges");
         }
         split(longest_about(side));
       }

@@ -71,7 +71,7 @@ void require_same_volume(const TriangleMesh& original, const TriangleMesh& resul
   const double change = result.signed_volume() / original.signed_volume() - 1.0;
   if (!(std::abs(change) <= kMostChange)) {
     throw NumericalError(
-        fmt::format("remesh: the volume changed by {:.1f} %: the edges asked for are too long for parts of the body",
+        fmt::format("remesh: the volume changed by {:.1f} %: the requested edges are too long for parts of the body",
                     100.0 * change));
   }
 }

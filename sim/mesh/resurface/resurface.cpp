@@ -106,8 +106,8 @@ TriangleMesh inside_surface(const TriangleMesh& soup, const Asked& asked, StepLo
     const bool thin = grid.dropped() > 0 || bounds_a_volume(soup);
     throw InputError(
         thin ? fmt::format("{} is too long: all of the surface is thinner than it, nothing is left", asked.value())
-             : fmt::format("{}: the surface has no volume: nowhere does it wind round a point more than "
-                           "half, as a flat sheet or a shallow bowl",
+             : fmt::format("{}: the surface has no volume: it does not enclose any point more than half, like a flat "
+                           "sheet or a shallow bowl",
                            asked.value()));
   }
   return outer_pieces(surface, asked, steps);
@@ -129,7 +129,7 @@ TriangleMesh meshed(const TriangleMesh& surface, const Asked& asked, StepLog& st
   mesh = TriangleMesh(std::move(raw.points), std::move(raw.triangles));
   if (const auto pairs = self_intersections(mesh); !pairs.empty()) {
     throw NumericalError(
-        fmt::format("{}: the skin that comes of it cuts itself: {} of faces, the first near {}; try another length",
+        fmt::format("{}: the resulting skin intersects itself: {} of faces, the first near {}; try another length",
                     asked.value(), counted(static_cast<Index>(pairs.size()), "pair", "pairs"),
                     place_text(mesh.centroids().col(pairs[0].first), 2)));
   }

@@ -524,7 +524,7 @@ TEST_F(MeshIo, RefusesBrokenPly) {
   expect_refused("n.ply", with(good, "3 0 1 3", "-3 0 1 3"), "");
   expect_refused("n.ply", with(good, "element vertex 4", "element vertex 400000000000"), "");
   expect_refused("n.ply", with(good, "element vertex 4", "element vertex many"), "number of entries");
-  expect_refused("n.ply", with(good, "list uchar", "list text"), "'text' is no type");
+  expect_refused("n.ply", with(good, "list uchar", "list text"), "'text' is not a type");
   expect_refused("n.ply", with(good, "vertex_indices", "corners"), "no list 'vertex_indices'");
   expect_refused("n.ply", with(good, "float z", "float w"), "no property 'z'");
   expect_refused("n.ply", with(good, "format ascii 1.0\n", ""), "no 'format'");
@@ -547,7 +547,7 @@ TEST_F(MeshIo, RefusesBrokenOff) {
   expect_refused("n.off", with(good, "4 4 6", "4 -4 6"), "'-4', it must be a whole number from 0");
   expect_refused("n.off", with(good, "4 4 6", "400 4 6"), "ends after 8 of its 400 vertices");
   expect_refused("n.off", with(good, "4 4 6", "4 400 6"), "ends after 4 of its 400 faces");
-  expect_refused("n.off", with(good, "4 4 6", "4 3 6"), "goes on after its 4 vertices and 3 faces");
+  expect_refused("n.off", with(good, "4 4 6", "4 3 6"), "continues after its 4 vertices and 3 faces");
   expect_refused("n.off", with(good, "4 4 6", "3 4 6"), "");
   expect_refused("n.off", with(good, "1 0 0", "1 nan 0"), "n.off:4: a coordinate is nan");
   expect_refused("n.off", with(good, "1 0 0", "1 0"), "three coordinates");

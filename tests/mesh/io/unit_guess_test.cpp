@@ -101,13 +101,12 @@ TEST(UnitDoubt, ARunNeedsAUnitUnlessTheFileIsSurelyInMillimetres) {
   const auto metres = unit_doubt(0.193, std::nullopt);
   ASSERT_TRUE(metres);
   EXPECT_TRUE(metres->refuse);
-  EXPECT_THAT(metres->text,
-              AllOf(HasSubstr("looks like m "), HasSubstr("193 mm if in m"), HasSubstr("state the unit")));
+  EXPECT_THAT(metres->text, AllOf(HasSubstr("looks like m "), HasSubstr("193 mm if in m"), HasSubstr("give the unit")));
   for (const double size : {19.0, 70.0, 5.0, 193e3, 1e-4}) {
     const auto doubt = unit_doubt(size, std::nullopt);
     ASSERT_TRUE(doubt) << size;
     EXPECT_TRUE(doubt->refuse) << size;
-    EXPECT_THAT(doubt->text, HasSubstr("no unit is stated")) << size;
+    EXPECT_THAT(doubt->text, HasSubstr("the unit is missing")) << size;
   }
 }
 
