@@ -24,7 +24,7 @@ void require_positive(const char* name, double value) {
 
 void require_options(std::size_t count, const PlayOptions& options, const ArrayLink& link) {
   if (count == 0) {
-    throw InputError("there is no frame to play");
+    throw InputError("no frame to play");
   }
   require_positive("seconds", options.seconds);
   const double most = link.abilities().most_frames_per_second;

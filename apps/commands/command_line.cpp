@@ -200,12 +200,12 @@ void require_free_output(const std::string& path, bool force, const std::vector<
   std::error_code error;
   for (const std::string& input : read) {
     if (std::filesystem::equivalent(path, input, error)) {
-      throw InputError(fmt::format("{}: is read, as {}; give another file to write", path, input));
+      throw InputError(
+          fmt::format("{}: is the same file as {}, which is read; give another file to write", path, input));
     }
   }
   if (!force && std::filesystem::exists(std::filesystem::symlink_status(path, error))) {
-    throw InputError(
-        fmt::format("{}: there is a file of that name; give another with -o, or --force to replace it", path));
+    throw InputError(fmt::format("{}: the file exists; give another with -o, or --force to replace it", path));
   }
   remove_leftovers_of({path});
 }

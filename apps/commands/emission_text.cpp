@@ -23,7 +23,7 @@ std::string outcome(const EmissionReport& report) {
   return fmt::format("{} sent, {} dropped, {} late (at most {:.1f} ms) in {:.2f} s; {}{}", report.play.sent,
                      report.play.dropped, report.play.late, report.play.worst_delay * 1e3, report.play.seconds,
                      report.quiet     ? "the array is quiet"
-                     : report.failure ? "an error ended it"
+                     : report.failure ? "ended by an error"
                                       : "stopped by the guard, which says how it left the array",
                      report.quiet && report.read_back ? "; every byte was read back and is equal" : "");
 }

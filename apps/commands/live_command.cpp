@@ -161,7 +161,7 @@ class Live {
       apply_threads(flags_);
       SensedMotion sensed = sensed_motion(scene, nullptr, &progress_, MotionClock::kWall);
       std::vector<std::pair<std::string, double>> taken;
-      timed(progress_, taken, "", "what the sensor learns", [&] { sensed.sensor->start(progress_); });
+      timed(progress_, taken, "", "sensor learning", [&] { sensed.sensor->start(progress_); });
       return sensed;
     });
     while (built.wait_for(std::chrono::duration<double>(kLook)) != std::future_status::ready) {

@@ -69,7 +69,7 @@ FileScale find_scale(double size, const std::string& stated) {
   scale.unit = guess.unit;
   if (const auto doubt = unit_doubt(size, std::nullopt)) {
     scale.warnings.push_back(
-        fmt::format("unit: taken as {}, {}: {}", guess.unit.name, certainty_text(guess.certainty), guess.reason));
+        fmt::format("unit: assumed to be {}, {}: {}", guess.unit.name, certainty_text(guess.certainty), guess.reason));
   }
   return scale;
 }

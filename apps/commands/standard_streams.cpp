@@ -47,10 +47,10 @@ int finish_output(int code) {
   const bool out = flushed && std::ferror(stdout) == 0;
   const bool err = std::ferror(stderr) == 0;
   if (!out) {
-    say(fmt::format("touchfield: error: standard output did not take everything{}\n", reason));
+    say(fmt::format("touchfield: error: standard output could not be written completely{}\n", reason));
   }
   if (!err) {
-    put("touchfield: error: standard error did not take everything\n");
+    put("touchfield: error: standard error could not be written completely\n");
     std::fflush(stdout);
   }
   return code == 0 && !(out && err) ? 1 : code;

@@ -125,7 +125,7 @@ class Watchdog {
       return done.quiet ? 0 : kDeviceFailed;
     }
     if (!found_.empty()) {
-      tell(fmt::format("its guard {} and needed a signal", found_));
+      tell(fmt::format("its guard {} and was woken by a signal", found_));
     }
     return WIFEXITED(status) ? WEXITSTATUS(status) : 0;
   }

@@ -25,7 +25,7 @@ std::string main_file(const std::string& path) {
   const std::filesystem::path given(path);
   std::error_code failed;
   if (!std::filesystem::exists(given, failed)) {
-    throw InputError(fmt::format("autd3: library: there is no {}", path));
+    throw InputError(fmt::format("autd3: library: {} does not exist", path));
   }
   std::filesystem::path file = given;
   if (std::filesystem::is_directory(given, failed)) {

@@ -357,7 +357,8 @@ std::optional<std::vector<std::uint8_t>> Autd3Link::read_back_modulation() {
 Autd3UnitState Autd3Link::audit(std::size_t unit) const {
   autd3::Link* link = open_audit();
   if (unit >= options_.units.size()) {
-    throw InputError(fmt::format("autd3: there is no unit {}, there are {}", unit, options_.units.size()));
+    throw InputError(
+        fmt::format("autd3: unit {} does not exist, the number of units is {}", unit, options_.units.size()));
   }
   const auto device = static_cast<std::uint16_t>(unit);
   const autd3::Calls& call = library_.call();

@@ -19,7 +19,7 @@ constexpr double kReferenceDensity = 1.2041;  // [kg/m3] dry air at 20 C and 101
 
 Medium air(double temperature) {
   if (!(temperature >= 223.15 && temperature <= 333.15)) {
-    throw InputError(fmt::format("temperature = {} C must lie in -50..60", temperature - kZeroCelsius));
+    throw InputError(fmt::format("temperature = {} C must be -50 to 60", temperature - kZeroCelsius));
   }
   return {kReferenceSpeed * std::sqrt(temperature / kRoomTemperature),
           kReferenceDensity * kRoomTemperature / temperature, 0.0};

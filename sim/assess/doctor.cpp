@@ -145,7 +145,7 @@ std::vector<Finding> examine_machine(int threads) {
       fmt::format("touchfield {} ({}), {}, {} build", build.version, build.revision, build.compiler, build.build_type),
       build.build_type == "Release" || build.build_type == "RelWithDebInfo"
           ? ""
-          : "not an optimised build: everything takes many times as long"};
+          : "the build is not optimised: everything takes many times as long"};
   return {program,  processor(), blas(),          threads_of(threads), speed(),
           memory(), disk(),      graphics_card(), libraries(),         pictures()};
 }

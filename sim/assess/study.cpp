@@ -154,7 +154,7 @@ void require_rungs(const Scene& scene, const StudyOptions& options) {
   const auto& solvers = options.solvers;
   const bool chief_alone = schemes.size() == 1 && traits(schemes.front()).interior_points;
   if (chief_alone && !solvers.empty() && std::find(solvers.begin(), solvers.end(), SolverKind::kLu) == solvers.end()) {
-    throw InputError("study: chief is solved by lu alone, which --solvers leaves out");
+    throw InputError("study: chief needs lu, which --solvers leaves out");
   }
 }
 

@@ -195,7 +195,7 @@ void SweepRunner::receive(Worker& worker, const OnCase& on_case) {
     worker.process.reset();
     if (worker.place) {
       if (how.starts_with(fmt::format("signal {} ", SIGXCPU))) {  // of a process that computes one case after another
-        throw NoRoomError(fmt::format("case {}: its process met the limit on processor time (ulimit -t)",
+        throw NoRoomError(fmt::format("case {}: its process reached the limit on processor time (ulimit -t)",
                                       input_.plan.cases[*worker.place].number));
       }
       fail(worker, fmt::format("the process that computed it ended by {}; sweep.log may tell more", how), on_case);

@@ -302,7 +302,7 @@ void SweepDirectory::drop(const std::string& scratch) noexcept {
 SweepIdentity read_identity(const std::string& directory) {
   const std::string path = directory + "/sweep.json";
   if (!fs::exists(path)) {
-    throw InputError(fmt::format("{} holds no sweep: there is no sweep.json", directory));
+    throw InputError(fmt::format("{} does not hold a sweep: sweep.json is missing", directory));
   }
   try {
     const Json json = json_from_text<Json>(read_whole_file(path, kMostRecordBytes));

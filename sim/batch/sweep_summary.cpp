@@ -84,7 +84,7 @@ SweepCollection collect_sweep(const std::string& directory) {
     parts.insert(parts.begin(), directory);
   }
   if (parts.empty()) {
-    throw InputError(fmt::format("{} holds no sweep and no shard of one", directory));
+    throw InputError(fmt::format("{} does not hold a sweep or a shard of one", directory));
   }
   const SweepIdentity first = read_identity(parts.front());
   Found found;

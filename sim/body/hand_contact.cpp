@@ -44,7 +44,7 @@ std::string contact_text(const HandContact& contact) {
       what = "turn farther against each other than the skin of the pose that was meshed follows,";
       break;
     case ContactKind::kFolded:
-      what = "press the skin between them into a fold that cuts itself";
+      what = "press the skin between them into a fold that intersects itself";
       break;
   }
   return fmt::format("{} and {} {} at {} of the hand's own frame", contact.first, contact.second, what,

@@ -104,7 +104,7 @@ Vector3 landmark_on_skin(const HandSkeleton& skeleton, const SoftBody& flesh, co
     return from(Vector3::Zero(), -Vector3::UnitZ());
   }
   throw InputError(
-      fmt::format("hand: there is no landmark '{}'; there are {}", name, fmt::join(hand_landmark_names(), ", ")));
+      fmt::format("hand: unknown landmark '{}'; the landmarks are {}", name, fmt::join(hand_landmark_names(), ", ")));
 }
 
 }  // namespace touchfield

@@ -176,7 +176,7 @@ Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
   }
   if (const auto cuts = self_intersections(mesh, 1); !cuts.empty()) {
     throw InputError(
-        fmt::format("sensing: faces {} and {} of the body cut each other near {}; noise needs a sound skin",
+        fmt::format("sensing: faces {} and {} of the body intersect near {}; noise needs a skin without intersections",
                     cuts[0].first, cuts[0].second, place_text(mesh.centroids().col(cuts[0].first))));
   }
   const NoisySkin skin(mesh, noise);
@@ -186,10 +186,8 @@ Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
   }
   const double smaller = skin.rms_that_does(noise.rms);
   throw InputError(fmt::format(
-      "sensing: noise of {:.6g} mm rms over {:.6g} mm with seed {} makes the skin fold or cut itself, worst near {}, "
-      "unless "
-      "more "
-      "than {:.0f} % of it is damped; {}",
+      "sensing: noise of {:.6g} mm rms over {:.6g} mm with seed {} makes the skin fold or intersect itself, worst near "
+      "{}, unless more than {:.0f} % of it is damped; {}",
       noise.rms / kMillimetre, noise.correlation / kMillimetre, noise.seed, place_text(skin.worst_place(damped)),
       100 * (1 - kLeastKept),
       smaller > 0 ? fmt::format("{:.2f} mm rms would do", smaller / kMillimetre) : "no smaller rms was found to do"));

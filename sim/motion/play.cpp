@@ -230,7 +230,7 @@ class Player {
       motion_.notes.emplace_back("unscored: the true place of the hand is not known, so nothing is scored");
     }
     if (sensed.sensor->remembers()) {
-      timed(progress, motion_.timings, "sensor", "what the sensor learns before the clock starts",
+      timed(progress, motion_.timings, "sensor", "sensor learning before the clock starts",
             [&] { sensed.sensor->start(progress); });
     }
     for (const std::string& note : sensed.sensor->notes()) {
@@ -461,7 +461,7 @@ MotionCost expected_cost(const SensedMotion& sensed, Progress* progress) {
     Progress silent;
     const auto begin = Clock::now();
     std::vector<std::pair<std::string, double>> taken;
-    timed(progress != nullptr ? *progress : silent, taken, "", "what the sensor learns before the clock starts",
+    timed(progress != nullptr ? *progress : silent, taken, "", "sensor learning before the clock starts",
           [&] { sensor.start(progress != nullptr ? *progress : silent); });
     cost.seconds += seconds_since(begin);
   }

@@ -16,7 +16,7 @@ namespace {
 
 void require_covered(const Scene& scene, double seconds, const std::string& recording) {
   if (to_ticks(scene.motion->seconds) > to_ticks(seconds) + 1) {  // times of a recording are rounded to a tick
-    throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of what is recorded in {}",
+    throw InputError(fmt::format("motion.seconds = {:g} must be <= {:g}, the length of the recording in {}",
                                  scene.motion->seconds, seconds, recording));
   }
 }

@@ -93,7 +93,7 @@ std::span<const PhaseMethod> phase_methods() { return kMethods; }
 const PhaseMethod& phase_method(std::string_view name) {
   const auto* const found = std::ranges::find(kMethods, name, &PhaseMethod::name);
   if (found == std::end(kMethods)) {
-    throw std::invalid_argument("there is no phase method " + std::string(name));
+    throw std::invalid_argument("unknown phase method " + std::string(name));
   }
   return *found;
 }

@@ -163,7 +163,7 @@ void check_depth_png(const std::string& path, int width, int height) {
       return;
     }
   }
-  refuse_png(path, fmt::format("more than {} parts, must be a PNG image as programs write it", most_parts));
+  refuse_png(path, fmt::format("more than {} chunks, must be an ordinary PNG image", most_parts));
 }
 
 }  // namespace touchfield

@@ -255,8 +255,7 @@ void require_apart(const Scene& scene, const TriangleMesh& mesh, const std::vect
       const std::string at = place_text(clearance.on_first, 2);
       if (clearance.meeting != Meeting::kApart) {
         throw InputError(fmt::format("bodies: {} {} near {}; move one by its place.at_mm", pair,
-                                     clearance.meeting == Meeting::kCut ? "cut each other" : "contain one another",
-                                     at));
+                                     clearance.meeting == Meeting::kCut ? "intersect" : "contain one another", at));
       }
       if (clearance.distance < kLeast) {
         throw InputError(

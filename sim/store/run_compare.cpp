@@ -222,7 +222,7 @@ void add_method(Tally& tally, const MethodDifference& method) {
 void add_field(Tally& tally, const FieldDifference& field) {
   const double inside = field.inside == 0 ? 0.0 : static_cast<double>(field.inside) / static_cast<double>(field.points);
   tally.result(fmt::format("field {}: its grid", field.name), field.identical, field.fault.empty() ? 0.0 : kInfinite);
-  tally.result(fmt::format("field {}: what is inside", field.name), field.identical, inside);
+  tally.result(fmt::format("field {}: the points inside bodies", field.name), field.identical, inside);
   for (const auto& [method, pressure] : field.pressure) {
     tally.result(fmt::format("field {} of {}", field.name, method), field.identical, pressure.relative);
   }

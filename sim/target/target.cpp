@@ -46,8 +46,8 @@ void require_face_in(const TriangleMesh& mesh, const std::vector<TargetBox>& box
     }
   }
   throw InputError(fmt::format(
-      "{}: the box about {} (scene coordinates) holds the centroid of no face; the nearest is {:.2f} mm outside it, at "
-      "{}",
+      "{}: no face has its centroid in the box about {} (scene coordinates); the nearest is {:.2f} mm outside the box, "
+      "at {}",
       box_key(boxes, index), place_text(box.centre), nearest / kMillimetre, place_text(mesh.centroids().col(face))));
 }
 
@@ -120,7 +120,8 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
   if (profile == TargetProfile::kPenetration) {
     const Eigen::VectorXd depths = penetration_depths(mesh, boxes, target);
     if (!(depths.maxCoeff() > 0)) {
-      throw InputError("target: no face lies below the box face through which the skin enters, the penetration is 0");
+      throw InputError(
+          "target: no face is below the side of the box through which the skin enters, so the penetration is 0");
     }
     target.amplitudes = pressure / depths.maxCoeff() * depths;
   }

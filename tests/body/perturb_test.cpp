@@ -412,7 +412,7 @@ TEST(Perturbed, RefusesASkinThatCutsItself) {
   const TriangleMesh one = sphere(0.02, 5 * kMm).mesh;
   const TriangleMesh both = together(one, shifted(one, {0.03, 0.001, 0.002}));
   EXPECT_THAT(support::message_of<InputError>([&] { perturbed(both, noise(0.1 * kMm, 5 * kMm, 1)); }),
-              HasSubstr("cut each other near ("));
+              HasSubstr("intersect near ("));
 }
 
 }  // namespace perturb_test

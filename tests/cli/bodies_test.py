@@ -65,7 +65,7 @@ class Bodies(CommandTest):
     def test_bodies_that_touch(self):
         scene = self.write("scene.yaml", TWO)
         said = self.refused("check", scene, "--set", "bodies.1.place.at_mm=[9, 0, 66]")
-        self.assertIn("finger and bead cut each other near", said)
+        self.assertIn("finger and bead intersect near", said)
         said = self.refused("check", scene, "--set", "bodies.1.place.at_mm=[0, 0, 66]", "--set",
                             "bodies.1.sphere.radius_mm=2")
         self.assertIn("finger and bead contain one another", said)

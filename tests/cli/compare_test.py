@@ -219,7 +219,7 @@ class Points(CommandTest):
             self.assertTrue((self.folder / "plot.png").read_bytes().startswith(b"\x89PNG"))
         refused = self.touchfield("compare", "a", "--points", "scan.csv", "--out", "rows.csv")
         self.assertEqual(refused.returncode, 2)
-        self.assertIn("rows.csv: there is a file of that name", refused.stderr)
+        self.assertIn("rows.csv: the file exists", refused.stderr)
         other = self.touchfield("compare", "a", "--points", "scan.csv", "--method", "paper", "--tolerance", "0.001")
         self.assertEqual(other.returncode, 1)
         self.assertIn("EXCEEDED", other.stdout)

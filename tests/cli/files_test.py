@@ -114,7 +114,7 @@ class Files(CommandTest):
         before = {path: path.read_bytes() for path in self.folder.rglob("*") if path.is_file()}
         for command in commands:
             with self.subTest(command=command):
-                self.refused(self.touchfield(*command), "is read, as")
+                self.refused(self.touchfield(*command), "is the same file as")
         self.assertEqual({path: path.read_bytes() for path in self.folder.rglob("*") if path.is_file()}, before)
         self.run_ok(*compare, "--out", "rows.csv")
         self.run_ok(*compare, "--out", "rows.csv")

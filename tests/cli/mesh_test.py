@@ -142,7 +142,7 @@ class Work(Mesh):
         self.refused(self.cube(CUBE[2:]), "--repair", says=["hole of 4 edges, 400.00 mm round", "limit of 17.32 mm"])
         self.report(self.cube(CUBE[2:]), "--repair", "--unit", "mm", "--hole-mm", "401")
         crossing = together((CORNERS, CUBE), (CORNERS + [50, 40, 30], CUBE))
-        self.refused(self.obj(*crossing), "--repair", says="faces cut each other")
+        self.refused(self.obj(*crossing), "--repair", says="faces intersect")
 
     def test_remesh(self):
         vertices, triangles = icosphere(3, 80)
@@ -188,7 +188,7 @@ class Work(Mesh):
         path = self.obj(vertices * 1e-3, triangles, "foreign.obj")
         report = self.report(path)
         self.assertEqual((report["unit"], report["unit_guess"]["certainty"]), ("m", "sure"))
-        self.assertRegex(report["warnings"][0], "^unit: taken as m, surely: .* 0.19. mm if in mm")
+        self.assertRegex(report["warnings"][0], "^unit: assumed to be m, surely: .* 0.19. mm if in mm")
         report = self.report(path, "--repair", "--remesh", "1.4", "-o", "remeshed.ply")
         result = report["result"]
         self.assertEqual(result["faults"], [])
@@ -222,7 +222,7 @@ write: [h5]
         self.assertIn("looks like m ", done.stderr)
         self.assertFalse((self.folder / "out").exists())
         guessed = json.loads(self.run_ok("check", scene, "--json").stdout)
-        self.assertRegex(guessed["warnings"][0], "^mesh_unit: .*foreign.obj: the unit is missing.*taken as m here")
+        self.assertRegex(guessed["warnings"][0], "^mesh_unit: .*foreign.obj: the unit is missing.*assumed to be m here")
         stated = json.loads(self.run_ok("check", scene, "--json", "--set", "body.mesh.unit=m").stdout)
         self.assertEqual(guessed["faces"], stated["faces"])
         self.assertEqual([w for w in stated["warnings"] if "mesh_unit" in w], [])
@@ -400,7 +400,7 @@ write: [h5]
         return self.write("scene.yaml", text)
 
     def test_one_closed_skin(self):
-        self.refused("balls.stl", "--unit", "mm", "--repair", says="faces cut each other")
+        self.refused("balls.stl", "--unit", "mm", "--repair", says="faces intersect")
         report = self.report("balls.stl", "--unit", "mm", "--resurface", "1", "-o", "skin.ply")
         result = report["result"]
         self.assertEqual((result["closed"], result["components"], result["self_intersections"]), (True, 1, 0))

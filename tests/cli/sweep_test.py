@@ -487,7 +487,7 @@ class SweepTest(CommandTest):
         done = self.touchfield("sweep", "--collect", "parts")
         self.assertEqual(done.returncode, 2)
         self.assertIn("are of different sweeps", done.stderr)
-        self.assertIn("holds no sweep", self.touchfield("sweep", "--collect", self.folder / "whole/cases").stderr)
+        self.assertIn("does not hold a sweep", self.touchfield("sweep", "--collect", self.folder / "whole/cases").stderr)
 
     # Work is used again
 

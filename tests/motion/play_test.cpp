@@ -227,7 +227,7 @@ TEST(MovingModel, NamesWhenBodiesMeet) {
       "solve: {methods: [surface]}\n"
       "motion: {seconds: 0.2, change: [{path: 'bodies[1].place.at_mm[0]', rate: -100}]}\n";
   const std::string message = message_of<InputError>([&] { MovingModel(scene_from(two)); });
-  EXPECT_THAT(message, HasSubstr("motion: at 0.090 s: bodies: left and right cut each other"));
+  EXPECT_THAT(message, HasSubstr("motion: at 0.090 s: bodies: left and right intersect"));
 }
 
 TEST(MovingModel, NothingOfStillsIsTakenSilently) {

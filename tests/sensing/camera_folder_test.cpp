@@ -392,7 +392,7 @@ TEST_F(Recording, AFileOfManyRowsIsCheckedOnce) {
     bytes += support::png_chunk("IDAT", "");
   }
   write_bytes(file("parts.png"), bytes + support::png_chunk("IEND", ""));
-  EXPECT_THAT(refusal(), AllOf(HasSubstr("times.csv:2: left: "), HasSubstr("parts, must be a PNG image"),
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("times.csv:2: left: "), HasSubstr("chunks, must be an ordinary PNG image"),
                                EndsWith("10000 of 10000 images are faulty, these are the first 10")));
 }
 

@@ -82,7 +82,7 @@ TEST(ModelRemarks, CrossingFacesAreNamedWhateverTheyComeFrom) {
   model.skin.assign(static_cast<std::size_t>(model.body.mesh.face_count()), 1);
   model.owner.assign(model.skin.size(), 0);
   EXPECT_THAT(model_remarks(model).warnings,
-              Contains(MatchesRegex("cutting_faces: [0-9]+ pairs of faces cut each other, .*")));
+              Contains(MatchesRegex("cutting_faces: [0-9]+ pairs of faces intersect, .*")));
 }
 
 TEST(ModelRemarks, ABoxOverBothSidesIsNamed) {

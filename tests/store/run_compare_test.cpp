@@ -304,7 +304,7 @@ TEST(CompareRuns, EveryPartIsLookedAt) {
       {[](RunData& run) { run.methods[0].metrics.leakage = 0.5; }, "leakage of surface", true},
       {[](RunData& run) { run.methods[0].metrics.width_mm = 5.5; }, "width_mm of surface", true},
       {[](RunData& run) { run.fields[1].pressure[0].second(5) *= 3.0; }, "field cube of surface", true},
-      {[](RunData& run) { run.fields[0].inside[0] ^= 1U; }, "field side: what is inside", true},
+      {[](RunData& run) { run.fields[0].inside[0] ^= 1U; }, "field side: the points inside bodies", true},
       {[](RunData& run) { run.fields[0].grid.origin.x() += 1e-3; }, "field side: its grid", true},
       {[](RunData& run) { run.fields.pop_back(); }, "field cube is in A alone", true},
       {[](RunData& run) { run.methods.push_back(made_up_method("third", run, 1.0)); }, "method third is in B alone",

@@ -76,7 +76,7 @@ std::string message_of(const std::vector<TargetBox>& boxes) {
 }
 
 TEST(Target, ABoxThatMissesTheSkinSaysByHowMuch) {
-  EXPECT_THAT(message_of({{{0, 0, -20e-3}, {8e-3, 8e-3, 4e-3}}}), HasSubstr("holds the centroid of no face"));
+  EXPECT_THAT(message_of({{{0, 0, -20e-3}, {8e-3, 8e-3, 4e-3}}}), HasSubstr("no face has its centroid in"));
   // The lowest centroid of this sphere lies near z = -10 mm, 8 mm from the box's upper face at -18 mm.
   EXPECT_THAT(message_of({{{0, 0, -20e-3}, {8e-3, 8e-3, 4e-3}}}), HasSubstr("the nearest is 8."));
   const TargetBox good{{0, 0, -10e-3}, {8e-3, 8e-3, 4e-3}};

@@ -181,7 +181,7 @@ void add_caps(ClippedSurface& surface, const CapChart& chart) {
   vtkNew<vtkCellArray> faces;
   constexpr std::array<double, 3> kUp = {0, 0, 1};
   if (vtkContourTriangulator::TriangulateContours(rims, 0, edges->GetNumberOfCells(), faces, kUp.data()) == 0) {
-    throw InputError("mesh: the edges of a cut do not bound an inside: the surface cuts itself there");
+    throw InputError("mesh: the edges of a cut do not bound an inside: the surface intersects itself there");
   }
   vtkNew<vtkIdList> face;
   for (faces->InitTraversal(); faces->GetNextCell(face) != 0;) {

@@ -54,8 +54,8 @@ void require_no_intersection(const TriangleMesh& mesh, const CutPlace& place) {
   };
   for (const auto& [one, other] : self_intersections(mesh)) {
     if (is_near(one) || is_near(other)) {
-      throw InputError(fmt::format("mesh: {} leaves a surface that cuts itself near {}; change it a little", place.what,
-                                   place_text(mesh.centroids().col(one), 2)));
+      throw InputError(fmt::format("mesh: {} leaves a surface that intersects itself near {}; change it a little",
+                                   place.what, place_text(mesh.centroids().col(one), 2)));
     }
   }
 }

@@ -168,7 +168,7 @@ Vector3 outward_direction(const TriangleMesh& body, const ClippedSurface& skin, 
       return candidate.direction;
     }
   }
-  throw InputError(fmt::format("mesh: the ball of {:.1f} mm round {} lies in the body but for too small a part",
+  throw InputError(fmt::format("mesh: the ball of {:.1f} mm around {} is almost completely inside the body",
                                radius * 1e3, place_text(centre, 2)));
 }
 
@@ -208,7 +208,7 @@ CappedCut capped(ClippedSurface skin, const TriangleMesh& body, const Vector3& c
 
 TriangleMesh kept_within(const TriangleMesh& mesh, const Vector3& point, double radius, const EdgeSizing& sizing) {
   if (!(radius > 0) || !std::isfinite(radius) || !point.allFinite()) {
-    throw InputError(fmt::format("keep_within_mm = {} must be > 0 and finite, round a finite point", radius * 1e3));
+    throw InputError(fmt::format("keep_within_mm = {} must be > 0 and finite, around a finite point", radius * 1e3));
   }
   const double distance = FaceTree(mesh).nearest(point).distance;
   if (!(distance <= 0.5 * radius)) {
@@ -235,7 +235,7 @@ TriangleMesh kept_within(const TriangleMesh& mesh, const Vector3& point, double 
   const auto crossing = [&](const Vector3& kept, const Vector3& beyond) {
     return crossing_of_sphere(point, radius, kept, beyond);
   };
-  const CutPlace place{fmt::format("keep_within_mm = {:.1f} round {}", radius * 1e3, place_text(point, 2)),
+  const CutPlace place{fmt::format("keep_within_mm = {:.1f} around {}", radius * 1e3, place_text(point, 2)),
                        [&](const Vector3& x) { return std::abs((x - point).norm() - radius) <= 4 * sizing.at(x); },
                        may_change, [&](const Vector3& x) { return kTolerance * sizing.at(x); }};
   return first_sound_cut({{0.35, 0.15, true}, {0.35, 0.15, false}, {0.02, 0.02, false}}, place,

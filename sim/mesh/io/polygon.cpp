@@ -53,7 +53,7 @@ void add_as_triangles(FileSurface& surface, const std::vector<std::int64_t>& cor
   vtkNew<vtkIdList> ears;
   if (polygon->Triangulate(ears) == 0 || ears->GetNumberOfIds() != 3 * (count - 2)) {
     throw InputError(
-        fmt::format("{} with {} corners cannot be cut into triangles: it is flat or cuts itself", face, count));
+        fmt::format("{} with {} corners cannot be cut into triangles: it is flat or intersects itself", face, count));
   }
   const auto corner = [&](vtkIdType i) { return corners[static_cast<std::size_t>(ears->GetId(i))]; };
   for (vtkIdType i = 0; i < ears->GetNumberOfIds(); i += 3) {

@@ -62,7 +62,7 @@ std::string self_intersections_text(const TriangleMesh& mesh, const Pairs& pairs
     return {};
   }
   const auto [one, other] = pairs.front();
-  return fmt::format("{} of faces cut each other, the first near {}",
+  return fmt::format("{} of faces intersect, the first near {}",
                      counted(static_cast<Index>(pairs.size()), "pair", pairs.size() < most ? "pairs" : "pairs or more"),
                      place_text(0.5 * (mesh.centroids().col(one) + mesh.centroids().col(other)), 2));
 }

@@ -52,7 +52,7 @@ void require_options(const RepairOptions& options) {
     }
   }
   if (!(options.stray >= 0 && options.stray <= 1)) {
-    throw InputError(fmt::format("repair: stray = {} must lie in 0..1", options.stray));
+    throw InputError(fmt::format("repair: stray = {} must be 0 to 1", options.stray));
   }
 }
 

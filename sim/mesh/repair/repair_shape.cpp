@@ -248,10 +248,9 @@ void cut_out_crossings(RawSurface& surface, double share, StepLog& log) {
     const auto crossings = self_intersections(mesh);
     if (crossings.empty()) {
       if (round > 0) {
-        log.push_back(
-            fmt::format("cut out the surroundings of {} {} of faces that cut each other ({}) and filled the "
-                        "holes, the first at {}",
-                        pairs, pairs == 1 ? "pair" : "pairs", area_text(area), place_text(first, 2)));
+        log.push_back(fmt::format(
+            "cut out the surroundings of {} {} of intersecting faces ({}) and filled the holes, the first at {}", pairs,
+            pairs == 1 ? "pair" : "pairs", area_text(area), place_text(first, 2)));
         log.insert(log.end(), dropped.begin(), dropped.end());
         surface = std::move(trial);
       }

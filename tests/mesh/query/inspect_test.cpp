@@ -287,7 +287,7 @@ TEST(InspectSurface, FindsFacesThatCutEachOther) {
   const SurfaceReport report = inspect_surface(together(file_of(cube()), file_of(cube({0.005, 0.004, 0.003}))), 1.0);
   EXPECT_GT(report.skin.crossings, 6);
   ASSERT_EQ(report.skin.faults.size(), 1u);
-  EXPECT_THAT(report.skin.faults[0], AllOf(HasSubstr("pairs of faces cut each other"), HasSubstr("mm")));
+  EXPECT_THAT(report.skin.faults[0], AllOf(HasSubstr("pairs of faces intersect"), HasSubstr("mm")));
 }
 
 TEST(InspectSurface, AMoebiusStripRunsBothWays) {

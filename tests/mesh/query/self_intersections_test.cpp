@@ -337,7 +337,7 @@ TEST(SelfIntersections, AreToldInALine) {
   EXPECT_EQ(self_intersections_text(ball, self_intersections(ball), 1000), "");
   const TriangleMesh two = together(ball, shifted(ball, Vector3(12e-3, 0, 0)));
   EXPECT_THAT(self_intersections_text(two, self_intersections(two), 1000),
-              testing::MatchesRegex("[0-9]+ pairs of faces cut each other, the first near \\(.*\\) mm"));
+              testing::MatchesRegex("[0-9]+ pairs of faces intersect, the first near \\(.*\\) mm"));
   EXPECT_THAT(self_intersections_text(two, self_intersections(two, 2), 2),
               testing::StartsWith("2 pairs or more of faces"));
 }

@@ -300,7 +300,7 @@ TEST(Repair, DropsNoPartThatOverlapsAnother) {
         surface, file_of(transformed(box({0.012, 0.06, 0.012}, 4e-3).mesh, turn, turn * Vector3(0, 0.04, 0.001))));
   }
   surface = together(surface, file_of(icosphere(0.005, 2)));
-  EXPECT_THAT(refusal(surface), HasSubstr("faces cut each other"));
+  EXPECT_THAT(refusal(surface), HasSubstr("faces intersect"));
   const Repaired lone = repair(together(file_of(icosphere(0.03, 8)), file_of(icosphere(0.005, 2))));
   // 4 pi r^2 = 314 mm2, a little more for 80 flat faces round the same volume.
   EXPECT_THAT(lone.steps,
@@ -402,7 +402,7 @@ TEST(Repair, CutsOutAFewFacesThatCutEachOther) {
 
 TEST(Repair, BodiesThatGoThroughEachOtherAreAnError) {
   EXPECT_THAT(refusal(together(file_of(cube()), file_of(cube({0.005, 0.004, 0.003})))),
-              AllOf(HasSubstr("faces cut each other"), HasSubstr("the first near (")));
+              AllOf(HasSubstr("faces intersect"), HasSubstr("the first near (")));
 }
 
 // A finger in a ball: cutting round the seam would leave a stump and drop the rest unsaid.
@@ -410,7 +410,7 @@ TEST(Repair, ABodyThatWouldFallApartIsAnError) {
   const FileSurface ball = file_of(icosphere(0.05, 24));
   const FileSurface finger =
       file_of(transformed(capsule(0.004, 0.03, 1.5e-3).mesh, Eigen::Matrix3d::Identity(), {0, 0.05, 0}));
-  EXPECT_THAT(refusal(together(ball, finger)), HasSubstr("faces cut each other"));
+  EXPECT_THAT(refusal(together(ball, finger)), HasSubstr("faces intersect"));
 }
 
 // The torus of seven points, each joined to every other, without one of them: all diagonals of the hole are taken.
