@@ -62,7 +62,7 @@ Codec<SpreadSpec> spread_codec() {
            "Standard deviation of the phases, normal about 0 [deg].")
       .key("dead_percent", &SpreadSpec::dead, number(percent, between(0, 100)),
            "Probability that a channel is dead [%].")
-      .key("seed", &SpreadSpec::seed, seed(), "Of the draw.")
+      .key("seed", &SpreadSpec::seed, seed(), "Seed of the random responses.")
       .key("in", &SpreadSpec::in, response_of_codec(), kIn)
       .codec();
 }

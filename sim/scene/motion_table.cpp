@@ -134,7 +134,7 @@ Codec<MotionSpec> motion_codec() {
       .key("score_hz", &MotionSpec::score_hz, number(kPlain, kRate),
            "Scores per second: the emitted phases are evaluated on the true pose.")
       .key("stale_ms", &MotionSpec::stale, number(kMilliseconds, above_to(0, 60'000)),
-           "For `touchfield live`: the array is silent while its latest sample is older than this [ms].")
+           "For `touchfield live`: the array is silent while the sample of its phases is older than this [ms].")
       .check([](const Input& in, MotionSpec& motion, bool good) { return good && check_key_times(in, motion); })
       .codec();
 }

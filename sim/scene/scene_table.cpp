@@ -201,7 +201,7 @@ Codec<SensingNoise> sensing_codec() {
            "Correlation length of the displacement [mm].")
       .key("offset_mm", &SensingNoise::offset, vector3(kMillimetres, between(-100, 100)),
            "Displacement of the bodies as a whole [mm].")
-      .key("seed", &SensingNoise::seed, seed(), "Of the noise.")
+      .key("seed", &SensingNoise::seed, seed(), "Seed of the noise.")
       .codec();
 }
 

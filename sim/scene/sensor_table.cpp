@@ -107,8 +107,8 @@ Codec<MotionSpec::Sensor> sensor_codec() {
       .written_if([](const Sensor& sensor) { return std::holds_alternative<std::vector<CameraSpec>>(sensor.sight); })
       .allowed_with({"cameras"})
       .maybe("hand", &Sensor::hand, hand_codec(), "",
-             "The built-in hand that is fitted, before its shape is learnt. Default: that of the scene; for recorded "
-             "images a hand of mean size.")
+             "The built-in hand that is fitted, before its shape is learnt. Default: the hand of the scene; for depth "
+             "images with the mean length and breadth.")
       .allowed_with(fitted)
       .key("workspace_mm", &Sensor::workspace, tuple_of<Vector3, 2>(vector3(kMillimetres, {})),
            "Two corners of the box in which the hand is searched: the least x, y, z and the largest [mm].")

@@ -38,7 +38,8 @@ Codec<StartSpec> make_start_codec() {
           .written_if([=](const StartSpec& start) { return is_previous(start) && !start.method.empty(); })
           .allowed_with({"previous"})
           .maybe("among", &StartSpec::among, flag(), "true",
-                 "Whether these phases are only one of the starts that auto tries; for surface only.")
+                 "Whether auto tries these phases as one of several starts. Otherwise they are the only start. For "
+                 "surface only.")
           .written_if([=](const StartSpec& start) { return is_previous(start) && start.among; })
           .allowed_with({"previous"})
           .exactly_one({"random", "previous"})
