@@ -10,6 +10,7 @@
 #include <omp.h>
 
 #include "sim/core/atomic_file.h"
+#include "sim/core/counted.h"
 #include "sim/core/errors.h"
 #include "sim/core/utf8.h"
 #include "sim/core/version.h"
@@ -192,8 +193,8 @@ int apply_threads(const CommonFlags& flags) {
 
 std::string first_log_line(const std::string& scene, int threads) {
   const BuildInfo build = build_info();
-  return fmt::format("touchfield {} ({}): scene {}, {} threads, BLAS core {}, loops {}", build.version, build.revision,
-                     scene, threads, blas_core(), to_string(instruction_level()));
+  return fmt::format("touchfield {} ({}): scene {}, {}, BLAS core {}, loops {}", build.version, build.revision, scene,
+                     counted(threads, "thread", "threads"), blas_core(), to_string(instruction_level()));
 }
 
 void require_free_output(const std::string& path, bool force, const std::vector<std::string>& read) {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "apps/commands/run_json.h"
+#include "sim/core/counted.h"
 #include "sim/core/units.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/motion_summary.h"
@@ -73,10 +74,11 @@ std::string describe_live(const LiveResult& result) {
       "  loop: {} frames solved in {:.2f} s, {:.1f} per second; {} late, {} slots dropped, {} before a sample; {} "
       "quiet without a target, and {} lost\n"
       "  {} samples sensed, {} overtaken by newer ones\n"
-      "  quiet {} times, {:.2f} s in all, because data were older than {:g} ms; {} frames arrived that old\n",
+      "  quiet {}, {:.2f} s in all, because data were older than {:g} ms; {} frames arrived that old\n",
       loop.frames.size(), result.play.seconds, rate_of(result), loop.late, loop.dropped, loop.waiting,
       quiet_frames(loop) - lost_frames(loop), lost_frames(loop), loop.sensed.size(), loop.overtaken,
-      result.play.silences, result.play.silent, 1e3 * result.motion.stale, result.play.stale);
+      counted(static_cast<std::int64_t>(result.play.silences), "time", "times"), result.play.silent,
+      1e3 * result.motion.stale, result.play.stale);
   std::vector<std::vector<std::string>> rows = {{"ms", "median", "95 %", "worst"},
                                                 row_of("sample to link", latencies(loop)),
                                                 row_of("sense", loop.sensed),

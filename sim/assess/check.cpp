@@ -9,6 +9,7 @@
 #include "sim/acoustics/array_geometry.h"
 #include "sim/assess/cost.h"
 #include "sim/assess/expected_steps.h"
+#include "sim/core/counted.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/field/evaluate.h"
@@ -266,8 +267,8 @@ std::string describe_check(const Model& model, const CheckReport& report, const 
       model.wave.medium().sound_speed, model.wave.medium().density, model.wave.medium().absorption,
       model.wave.frequency() / 1e3, model.wave.wavelength() / kMillimetre);
   text += fmt::format("  array    {}\n", describe_array(model.array));
-  text += fmt::format("  body     {} faces, {} vertices, {} components, {:.1f} cm2, {:.1f} cm3\n", mesh.faces,
-                      mesh.vertices, mesh.components, mesh.area * 1e4, mesh.volume * 1e6);
+  text += fmt::format("  body     {} faces, {} vertices, {}, {:.1f} cm2, {:.1f} cm3\n", mesh.faces, mesh.vertices,
+                      counted(mesh.components, "component", "components"), mesh.area * 1e4, mesh.volume * 1e6);
   text += fmt::format(
       "           edges {:.2f} to {:.2f} mm, mean {:.2f} mm; smallest angle {:.1f} degrees, 1 % of the "
       "faces below {:.1f}\n",

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/core/counted.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/pictures/canvas.h"
@@ -64,7 +65,8 @@ Finding threads_of(int threads) {
   if (threads > cores) {
     finding.advice = "more threads than cores wait for each other: use --threads or OMP_NUM_THREADS";
   } else if (threads < cores) {
-    finding.advice = fmt::format("OMP_NUM_THREADS or --threads leaves {} cores idle", cores - threads);
+    finding.advice =
+        fmt::format("OMP_NUM_THREADS or --threads leaves {} idle", counted(cores - threads, "core", "cores"));
   } else if (threads_wait_long()) {
     finding.advice =
         fmt::format("with other programs running, a run may take ten times as long: set {}={} before it starts",

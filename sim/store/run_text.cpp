@@ -112,7 +112,7 @@ std::string provenance_text(const Provenance& provenance) {
       provenance.blas_core.empty()
           ? ""
           : fmt::format(", BLAS core {}, loops {}", provenance.blas_core, provenance.instruction_level);
-  text += fmt::format("on        {}, {} threads{}\n", provenance.machine, provenance.threads, kernels);
+  text += fmt::format("on        {}, {}{}\n", provenance.machine, counted(provenance.threads, "thread"), kernels);
   text += provenance.card.empty() ? "" : fmt::format("card      {}\n", provenance.card);
   text += fmt::format("when      {}\n", period);
   text += fmt::format("command   {}\n", one_line(provenance.command_line));
