@@ -16,8 +16,8 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& text) {
   throw InputError(
-      fmt::format("--cut '{}' must be x,y,z,nx,ny,nz (a point, and a normal other than 0 towards the part that is cut "
-                  "off) or an axis and a place, such as y=-20, y<=-20 or y>=-20, in the file's unit",
+      fmt::format("--cut '{}' must be x,y,z,nx,ny,nz or an axis and a place, such as y=-20, y<=-20 or y>=-20, in the "
+                  "file's unit. The normal nx,ny,nz must not be 0 and points to the part that is cut off",
                   text));
 }
 

@@ -61,10 +61,10 @@ std::string describe_pick(const StudyCommand& command, const std::vector<StudyRu
   const std::string rule =
       command.budget ? fmt::format("at most {} s", *command.budget) : fmt::format("at most {} %", *command.error);
   if (!picked) {
-    return fmt::format("no rung fits {}\n", rule);
+    return fmt::format("no way to solve the scene fits {}\n", rule);
   }
   const StudyRung& rung = rungs[*picked];
-  return fmt::format("{} within {}: {:.2f} % in {:.2f} s, {:.0f} MiB\n  {}\n",
+  return fmt::format("{} with {}: {:.2f} % in {:.2f} s, {:.0f} MiB\n  {}\n",
                      command.budget ? "most accurate" : "cheapest", rule, 100.0 * rung.error_reference, rung.seconds,
                      rung.peak_mib, settings_of(rung, has_edge));
 }

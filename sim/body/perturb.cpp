@@ -186,8 +186,8 @@ Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
   }
   const double smaller = skin.rms_that_does(noise.rms);
   throw InputError(fmt::format(
-      "sensing: noise of {:.6g} mm rms over {:.6g} mm with seed {} makes the skin fold or intersect itself, worst near "
-      "{}, unless more than {:.0f} % of it is damped; {}",
+      "sensing: noise of {:.6g} mm rms over {:.6g} mm with seed {} makes the skin fold or intersect itself. The worst "
+      "place is near {}; more than {:.0f} % of the skin would need damping; {}",
       noise.rms / kMillimetre, noise.correlation / kMillimetre, noise.seed, place_text(skin.worst_place(damped)),
       100 * (1 - kLeastKept),
       smaller > 0 ? fmt::format("{:.2f} mm rms would do", smaller / kMillimetre) : "no smaller rms was found to do"));

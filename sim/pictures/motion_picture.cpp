@@ -136,7 +136,7 @@ bool draw_motion(const std::string& path, const Motion& motion, PictureFormat fo
       canvas,
       with_label(fmt::format("{} scores per method{}", scores, motion.complete ? "" : "; the motion is not complete"),
                  motion.judged_skin),
-      "Displacement: distance that the target's patch has moved since the sample from which the phases were computed.");
+      "Displacement: movement of the target's patch since the sample of the phases.");
   write_atomically(path, {canvas.file()});
   return true;
 }

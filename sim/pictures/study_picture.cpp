@@ -171,7 +171,7 @@ std::string picked_text(const StudyRung& rung) {
 
 std::string count_text(std::size_t drawn, std::size_t all) {
   const std::string left_out = drawn == all ? "" : "; those without a time and an error > 0 are left out";
-  return fmt::format("{} of {} rungs{}.", drawn, all, left_out);
+  return fmt::format("{} of {} ways{}.", drawn, all, left_out);
 }
 
 /// The ends of the values with some room for the markers.

@@ -128,9 +128,9 @@ Codec<MotionSpec> motion_codec() {
       .key("predict", &MotionSpec::predict,
            choice<Prediction>(
                {{"none", Prediction::kNone}, {"linear", Prediction::kLinear}, {"kalman", Prediction::kKalman}}),
-           "Whether a frame is solved for the last known pose, or for the pose predicted for the middle of the time in "
-           "which the frame is emitted. The prediction is a straight line through the last two samples, or Kalman "
-           "filters, which suit sensors with noise.")
+           "Pose for which a frame is solved. none: the last known pose. linear, kalman: the pose predicted for the "
+           "middle of the time in which the frame is emitted. linear uses a straight line through the last two "
+           "samples, kalman uses Kalman filters, which suit sensors with noise.")
       .key("score_hz", &MotionSpec::score_hz, number(kPlain, kRate),
            "Scores per second: the emitted phases are evaluated on the true pose.")
       .key("stale_ms", &MotionSpec::stale, number(kMilliseconds, above_to(0, 60'000)),

@@ -228,8 +228,9 @@ Map<SolverSpec> solver_keys() {
                                  {"gmres", SolverChoice::kGmres},
                                  {"matrix_free", SolverChoice::kMatrixFree},
                                  {"fft", SolverChoice::kFft}}),
-           "Solver of the equations: dense LU, GMRES with a stored matrix, GMRES that computes the entries again in "
-           "every step, GMRES with products by a grid and Fourier transforms, or auto, which chooses by size.")
+           "Solver of the equations. lu: dense LU. gmres: GMRES with a stored matrix. matrix_free: GMRES that computes "
+           "the matrix again in every step. fft: GMRES with products by a grid and Fourier transforms. auto: chosen by "
+           "size.")
       .key("precision", &SolverSpec::precision,
            choice<PrecisionChoice>({{"auto", PrecisionChoice::kAuto},
                                     {"double", PrecisionChoice::kDouble},
@@ -249,8 +250,8 @@ Map<SolverSpec> solver_keys() {
       .key("coupling", &SolverSpec::coupling, number(kPlain, between(0.01, 10)),
            "Weight of the derivative equation of Burton-Miller, in units of i/k.")
       .key("split_ratio", &SolverSpec::split_ratio, number(kPlain, between(0.5, 4)),
-           "A face is split into four, and its pieces again, while a piece is nearer to the point than this many times "
-           "the square root of its area.");
+           "A face is split into four while it is nearer to the point than this many times the square root of its "
+           "area. Its pieces are split likewise.");
 }
 
 /// Starts that only methods on the skin can have, or only those that try several.

@@ -56,7 +56,7 @@ class Study(CommandTest):
         within = [row for row in rungs if float(row["error_reference"]) <= 0.05]
         best = min(within, key=lambda row: float(row["seconds"]))
         said = done.stdout.splitlines()
-        self.assertEqual(said[-2].split(":")[0], "cheapest within at most 5 %")
+        self.assertEqual(said[-2].split(":")[0], "cheapest with at most 5 %")
         self.assertIn(f"{100 * float(best['error_reference']):.2f} % in {float(best['seconds']):.2f} s", said[-2])
         self.assertIn(f"solve.scheme={best['scheme']}", said[-1])
         self.assertTrue(said[0].startswith("reference: burton_miller_polished, "))
@@ -79,7 +79,7 @@ class Study(CommandTest):
         for wish in [["--budget", "1e-9"], ["--error", "1e-9"]]:
             done = self.touchfield("study", self.scene, "-o", "out" + wish[0], *ONE_RUNG, *wish)
             self.assertEqual(done.returncode, 1, done.stderr)
-            self.assertIn("no rung fits at most 1e-09", done.stdout)
+            self.assertIn("no way to solve the scene fits at most 1e-09", done.stdout)
             self.assertEqual(len(self.rungs("out" + wish[0])), 1)
         done = self.touchfield("study", self.scene, "-o", "json", *ONE_RUNG, "--error", "1e-9", "--json")
         self.assertEqual(done.returncode, 1)
