@@ -372,7 +372,7 @@ TEST(Perturbed, SaysWhichNoiseWouldDo) {
     SensingNoise some = noise(3 * kMm, 3 * kMm, seed);
     const auto attempt = [&] { perturbed(mesh, some); };
     const std::string message = support::message_of<InputError>(attempt);
-    EXPECT_THAT(message, AllOf(HasSubstr("noise of 3 mm rms over 3 mm"), HasSubstr("worst near (")));
+    EXPECT_THAT(message, AllOf(HasSubstr("noise of 3 mm rms over 3 mm"), HasSubstr("worst place is near (")));
     EXPECT_THAT(message, HasSubstr("mm rms would do"));
     some.rms = suggested_rms(message);
     ASSERT_GT(some.rms, 0.1 * kMm);
