@@ -136,7 +136,7 @@ class Play(CommandTest):
             self.assertFalse(numpy.array_equal(surface["frames/phases"][:], exact["methods/surface/frames/phases"][:]))
             numpy.testing.assert_array_equal(surface["scores/displacement"][:], exact["methods/surface/scores/displacement"][:])
         self.assertIn("lost", rows_of(self.folder / "out" / "frames.csv")[0])
-        self.assertIn("the solver knows the skin with noise of 0.4 mm rms over 6 mm", (self.folder / "out/play.log").read_text())
+        self.assertIn("the solver sees the skin with noise of 0.4 mm rms over 6 mm", (self.folder / "out/play.log").read_text())
         self.assertIn("the skin with noise of 0.4 mm rms over 6 mm", self.run_ok("check", scene, "--set", noise).stdout)
 
     def test_sweep_over_motions(self):

@@ -122,7 +122,7 @@ TEST(StudyTable, IsSortedBySchemeThenEdgeAndMarksTheBest) {
       "of memory, 12 GiB\n"
       "  * burton_miller          2  1,234  double     LU            4           -   10 %         -        -  ok\n"
       "    other                  1  1,234  double     LU            5           -   10 %         -        -  ok\n"
-      "  * no other is both faster and more exact\n");
+      "  * no other is both faster and more accurate\n");
 }
 
 constexpr int kLegendBegins = 880;  // [pixels]
