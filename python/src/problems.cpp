@@ -260,7 +260,8 @@ void add_problems(nb::module_& module) {
       nb::sig("def transfer(mesh: Mesh, array: Array, wave: Wave | None = None, *, faces: numpy.typing.ArrayLike | "
               "None = None, scheme: str = ..., device: str | None = None, threads: int | None = None) -> "
               "numpy.typing.NDArray[numpy.complex128]"),
-      "H: the pressure of each channel at full drive on each face, or on the given faces [Pa]. The mesh must be closed.");
+      "H: the pressure of each channel at full drive on each face, or on the given faces [Pa]. The mesh must be "
+      "closed.");
   module.def(
       "solve_surface", &solve_by_surface, nb::arg("problem"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
       nb::arg("start") = nb::none(), nb::arg("free_amplitudes") = MethodSettings{}.free_amplitudes,
