@@ -70,13 +70,14 @@ double worth_of(const std::deque<Candidate>& candidates, HandSide side) {
 }
 
 bool sides_are_close(const std::deque<Candidate>& candidates) {
-  const auto [less, more] = std::minmax(worth_of(candidates, HandSide::kRight), worth_of(candidates, HandSide::kLeft));
-  return less > kClear * more;
+  const double right = worth_of(candidates, HandSide::kRight);
+  const double left = worth_of(candidates, HandSide::kLeft);
+  return std::min(right, left) > kClear * std::max(right, left);
 }
 
-/// Fits each to some frames, spread over the recording, until one shows a hand whose side is clear, or enough show one. To
-/// several cameras a hand of the other side is lost, which takes long to find out: one that they find has the right side.
-/// In a single image the side may be a guess.
+/// Fits each to some frames, spread over the recording, until one shows a hand whose side is clear, or enough show one.
+/// To several cameras a hand of the other side is lost, which takes long to find out: one that they find has the right
+/// side. In a single image the side may be a guess.
 void compare(const CameraFolder& folder, const Box& workspace, std::deque<Candidate>& candidates) {
   constexpr std::size_t kMostFrames = 8;
   constexpr int kEnough = 6;
