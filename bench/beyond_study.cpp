@@ -68,18 +68,18 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
     all.push_back(setting.kept > 0 ? fmt::format("body.keep_within_mm={}", setting.kept) : "body.keep_within_mm=null");
     Model model = build_model(read_scene(path, all), &kept);
     if (setting.points > 0) {
-      const PlacedBodies bodies = build_bodies(model.scene, model.plan, {}, Extent::kSolved, &kept);
-      model.beyond =
-          beyond_skin(model.scene, bodies, model.array, model.wave.wavelength(), kPatchesOfStills, setting.points)
-              .patches;
+      const PlacedBodies bodies = build_bodies(model.fixed->scene, model.plan, {}, Extent::kSolved, &kept);
+      model.beyond = beyond_skin(model.fixed->scene, bodies, model.fixed->array, model.fixed->wave.wavelength(),
+                                 kPatchesOfStills, setting.points)
+                         .patches;
     }
     const auto begin = Clock::now();
     std::vector<SolveRecord> records;
-    SkinScattering scattering(model.body.mesh, model.wave, model.scene.solve.scheme, model.scene.solve.solver,
-                              model.array, records, silent, 700);
+    SkinScattering scattering(model.body.mesh, model.fixed->wave, model.fixed->scene.solve.scheme,
+                              model.fixed->scene.solve.solver, model.fixed->array, records, silent, 700);
     const Target target = build_target(model);
-    MethodSolver methods(scattering, model.array.size(), target, model.scene.solve, quiet_skin(model));
-    for (const MethodSpec& method : model.scene.solve.methods) {
+    MethodSolver methods(scattering, model.fixed->array.size(), target, model.fixed->scene.solve, quiet_skin(model));
+    for (const MethodSpec& method : model.fixed->scene.solve.methods) {
       drives.push_back(drive(methods.solve(method, target.amplitudes, silent)));
     }
     const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
@@ -93,20 +93,20 @@ void study(const std::string& path, const std::vector<std::string>& changes, con
   const JudgeMesh judge = build_judge_mesh(model, &kept);
   const Target target = build_target(model, judge.mesh);
   std::vector<SolveRecord> records;
-  SkinScattering scattering(judge.mesh, model.wave, Scheme::kBurtonMillerPolished, {}, model.array, records, silent,
-                            static_cast<Eigen::Index>(drives.size()));
-  Eigen::MatrixXcd columns(model.array.size(), static_cast<Eigen::Index>(drives.size()));
+  SkinScattering scattering(judge.mesh, model.fixed->wave, Scheme::kBurtonMillerPolished, {}, model.fixed->array,
+                            records, silent, static_cast<Eigen::Index>(drives.size()));
+  Eigen::MatrixXcd columns(model.fixed->array.size(), static_cast<Eigen::Index>(drives.size()));
   for (std::size_t i = 0; i < drives.size(); ++i) {
     columns.col(static_cast<Eigen::Index>(i)) = drives[i];
   }
   const Eigen::MatrixXcd pressures = scattering.pressure(columns, "judge");
   Eigen::Index column = 0;
   for (const Line& line : lines) {
-    for (const MethodSpec& method : model.scene.solve.methods) {
+    for (const MethodSpec& method : model.fixed->scene.solve.methods) {
       const Metrics metrics = pattern_metrics(judge.mesh, model.boxes, target, pressures.col(column++));
       const Setting& s = line.setting;
-      fmt::print("{},{},{:g},{:g},{:g},{},{},{:.2f},{:.5f},{:.5f}\n", model.scene.name, method.name, s.near, s.far,
-                 s.kept, line.points, line.faces, line.seconds, metrics.relative_error, metrics.leakage);
+      fmt::print("{},{},{:g},{:g},{:g},{},{},{:.2f},{:.5f},{:.5f}\n", model.fixed->scene.name, method.name, s.near,
+                 s.far, s.kept, line.points, line.faces, line.seconds, metrics.relative_error, metrics.leakage);
     }
   }
 }

@@ -108,7 +108,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
           "motion: {} frames per method and {} scores, about {:.0f} s to play, {:.0f} MiB in addition to the still\n",
           motion->frames, motion->scores, motion->seconds, motion->memory_mib));
       put(fmt::format("sensor: the solver sees {}; a sample takes about {:.1f} ms on this machine\n",
-                      sensor_text(model.scene.motion->sensor), 1e3 * motion->sample));
+                      sensor_text(model.fixed->scene.motion->sensor), 1e3 * motion->sample));
     }
     if (accuracy) {
       put(describe_accuracy(*accuracy, model.body.mesh.mean_edge()));
@@ -116,7 +116,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
   }
   require_memory(report);
   if (motion) {
-    require_motion_memory(model.scene);
+    require_motion_memory(model.fixed->scene);
   }
   return 0;
 }

@@ -101,8 +101,8 @@ class Live {
     plan.request.seconds = motion_.seconds;
     plan.signals = &signals_;
     std::ranges::copy(read_by(command_.scene, scene_), std::back_inserter(plan.read));
-    plan.array = layout_of(sensed_->solved().first().array);
-    plan.must_match = {sensed_->solved().first().array};
+    plan.array = layout_of(sensed_->solved().first().fixed->array);
+    plan.must_match = {sensed_->solved().first().fixed->array};
     plan.drives = [this](const ArrayLayout&) { return std::vector<Drive>{prepared()}; };
     plan.stream = [this](const Rounding& rounded) { return stream_of(*loop_, motion_, rounded); };
     EmissionReport report;

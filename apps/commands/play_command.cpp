@@ -76,8 +76,8 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
                               solved.is_rigid() && is_exact(scene.motion->sensor)
                                   ? "keeps its shape"
                                   : "changes its shape or its place relative to others",
-                              solved.first().array.size()));
-    progress.note(fmt::format("  array: {}", describe_array(solved.first().array)));
+                              solved.first().fixed->array.size()));
+    progress.note(fmt::format("  array: {}", describe_array(solved.first().fixed->array)));
     progress.note("  the solver sees " + sensor_text(scene.motion->sensor));
     for (const std::string& note : options.notes) {
       progress.remark(note);

@@ -74,7 +74,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
   claimed.fill(progress, [&] {
     progress.log_to(directory.file("run.log"));
     progress.note(first_log_line(scene.name, threads));
-    progress.note(fmt::format("  array: {}", describe_array(model.array)));
+    progress.note(fmt::format("  array: {}", describe_array(model.fixed->array)));
     progress.note(fmt::format(
         "  {} faces, {:.2f} edges per wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
         report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,

@@ -47,7 +47,7 @@ nlohmann::ordered_json sights_json(const SeenScene& seen, const std::vector<Sigh
                        {"nearest_mm", sight.nearest / kMillimetre},
                        {"farthest_mm", sight.farthest / kMillimetre}});
   }
-  return {{"name", seen.moving.first().scene.name},
+  return {{"name", seen.moving.first().fixed->scene.name},
           {"directory", directory},
           {"frames", seen.frames},
           {"cameras", std::move(cameras)}};

@@ -27,7 +27,7 @@ SharedModel model_of(const std::string& path, const std::vector<std::string>& ov
 
 /// None of a scene without a target.
 std::optional<SharedTarget> target_of(const SharedModel& model) {
-  if (!model->scene.target) {
+  if (!model->posture.target) {
     return std::nullopt;
   }
   return shared(build_target(*model));
@@ -38,10 +38,10 @@ nb::dict score(const SharedModel& model, nb::handle pressure) {
   const Eigen::VectorXcd p = complex_list(pressure, what);
   const TriangleMesh& mesh = model->body.mesh;
   require_count(what, p.size(), mesh.face_count(), "per face");
-  if (!model->scene.target) {
-    return metrics_dict(metrics_of(mesh, SurfaceGradient(mesh, model->wave.k()), model->wave, p));
+  if (!model->posture.target) {
+    return metrics_dict(metrics_of(mesh, SurfaceGradient(mesh, model->fixed->wave.k()), model->fixed->wave, p));
   }
-  return metrics_dict(metrics_of(mesh, model->wave, model->boxes, build_target(*model), p));
+  return metrics_dict(metrics_of(mesh, model->fixed->wave, model->boxes, build_target(*model), p));
 }
 
 }  // namespace
@@ -102,9 +102,9 @@ std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::s
 }
 
 Model with_own(const Model& model, const OwnMethods& own) {
-  Model with = model;
+  FixedModel fixed = *model.fixed;
   std::set<std::string> taken;
-  for (const MethodSpec& method : model.scene.solve.methods) {
+  for (const MethodSpec& method : model.fixed->scene.solve.methods) {
     taken.insert(method.name);
   }
   for (const auto& [name, phases] : own) {
@@ -113,9 +113,11 @@ Model with_own(const Model& model, const OwnMethods& own) {
     method.kind = &phase_method("fixed");
     method.name = name;
     method.phases.assign(phases.begin(), phases.end());
-    require_fitting_phases(method, model.array.size());
-    with.scene.solve.methods.push_back(std::move(method));
+    require_fitting_phases(method, model.fixed->array.size());
+    fixed.scene.solve.methods.push_back(std::move(method));
   }
+  Model with = model;
+  with.fixed = std::make_shared<const FixedModel>(std::move(fixed));
   return with;
 }
 
@@ -135,9 +137,9 @@ void add_models(nb::module_& module) {
           nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
           nb::sig("def __init__(self, scene: str | os.PathLike, set: dict[str, typing.Any] | None = None, device: str "
                   "| None = None) -> None"))
-      .def_prop_ro("name", [](const SharedModel& self) { return self->scene.name; })
+      .def_prop_ro("name", [](const SharedModel& self) { return self->fixed->scene.name; })
       .def_prop_ro(
-          "scene", [](const SharedModel& self) { return resolved_yaml(self->scene); },
+          "scene", [](const SharedModel& self) { return resolved_yaml(self->fixed->scene); },
           "The scene as YAML with all defaults.")
       .def_prop_ro("mesh",
                    [](const SharedModel& self) {
@@ -145,8 +147,8 @@ void add_models(nb::module_& module) {
                      skin.landmarks = skin_mesh(self->body).landmarks;
                      return skin;
                    })
-      .def_prop_ro("array", [](const SharedModel& self) { return part_of(self, self->array); })
-      .def_prop_ro("wave", [](const SharedModel& self) { return self->wave; })
+      .def_prop_ro("array", [](const SharedModel& self) { return part_of(self, self->fixed->array); })
+      .def_prop_ro("wave", [](const SharedModel& self) { return self->fixed->wave; })
       .def_prop_ro("target", &target_of)
       .def_prop_ro(
           "judged_skin", [](const SharedModel& self) { return to_string(judged_extent(*self)); },
@@ -155,8 +157,8 @@ void add_models(nb::module_& module) {
            nb::sig("def score(self, pressure: numpy.typing.ArrayLike) -> dict[str, float]"),
            "The metrics of a pressure on every face of the mesh [Pa].")
       .def("__repr__", [](const SharedModel& self) {
-        return fmt::format("<touchfield.Model {}: {} faces, {} channels>", self->scene.name,
-                           self->body.mesh.face_count(), self->array.size());
+        return fmt::format("<touchfield.Model {}: {} faces, {} channels>", self->fixed->scene.name,
+                           self->body.mesh.face_count(), self->fixed->array.size());
       });
 }
 

@@ -86,25 +86,26 @@ nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::o
 /// Asks the solver of a model's methods by a scheme.
 template <typename Ask>
 auto asked(const Model& model, Scheme scheme, Progress& progress, Ask ask) {
-  if (!model.scene.target) {
-    throw InputError(fmt::format("scene {}: it has no target, which the phase methods need", model.scene.name));
+  if (!model.posture.target) {
+    throw InputError(fmt::format("scene {}: it has no target, which the phase methods need", model.fixed->scene.name));
   }
   std::vector<SolveRecord> records;
-  const auto scattering = make_scattering("python", model.body.mesh, scheme, model.scene.solve.solver,
-                                          largest_block(model.scene, scheme, model.array.size(), false), model,
-                                          model.array.response, nullptr, records, progress);
+  const auto scattering = make_scattering("python", model.body.mesh, scheme, model.fixed->scene.solve.solver,
+                                          largest_block(model.fixed->scene, scheme, model.fixed->array.size(), false),
+                                          model, model.fixed->array.response, nullptr, records, progress);
   const Target target = build_target(model);
-  MethodSolver solver(*scattering, model.array.size(), target, model.scene.solve, quiet_skin(model));
+  MethodSolver solver(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, quiet_skin(model));
   return ask(solver, target.amplitudes);
 }
 
 SharedProblem problem_of_model(const SharedModel& model, std::optional<int> threads) {
   return computed(thread_count(threads), [model](Progress& progress) {
-    return asked(*model, model->scene.solve.scheme, progress, [&](MethodSolver& solver, const Eigen::VectorXd& wanted) {
-      RunTransfer transfer = solver.run_transfer(wanted, progress);
-      transfer.problem.device.reset();  // of a card, which is let go of
-      return shared(std::move(transfer.problem));
-    });
+    return asked(*model, model->fixed->scene.solve.scheme, progress,
+                 [&](MethodSolver& solver, const Eigen::VectorXd& wanted) {
+                   RunTransfer transfer = solver.run_transfer(wanted, progress);
+                   transfer.problem.device.reset();  // of a card, which is let go of
+                   return shared(std::move(transfer.problem));
+                 });
   });
 }
 
@@ -153,7 +154,7 @@ SharedSolution solve_by_paper(const SharedModel& model, int iterations, const st
   MethodSpec method;
   method.kind = &phase_method(scattered ? "paper" : "unscattered");
   method.name = method.kind->name;
-  method.scheme = model->scene.solve.scheme;
+  method.scheme = model->fixed->scene.solve.scheme;
   method.iterations = iterations;
   method.faces = faces == "area" ? FaceWeights::kArea : FaceWeights::kEqual;
   return computed(thread_count(threads), [=](Progress& progress) {
@@ -176,11 +177,13 @@ nb::dict certified(const SharedProblem& problem, std::optional<int> threads) {
 nb::dict judge(const SharedModel& model, nb::handle phases, std::optional<int> threads) {
   const Eigen::VectorXd given = real_list(phases, "judge: phases");
   const Metrics metrics = computed(thread_count(threads), [model, given](Progress& progress) {
+    FixedModel fixed = *model->fixed;
+    fixed.scene.solve.methods.clear();
+    fixed.scene.solve.certificate = false;
+    fixed.scene.write.transfer = false;
+    fixed.fields.clear();
     Model alone = *model;
-    alone.scene.solve.methods.clear();
-    alone.scene.solve.certificate = false;
-    alone.scene.write.transfer = false;
-    alone.fields.clear();
+    alone.fixed = std::make_shared<const FixedModel>(std::move(fixed));
     return solve_model(
                with_own(alone, {{"given", given}}), {}, [](const Run&) {}, progress)
         .methods.front()

@@ -33,10 +33,13 @@ Vector3 centre_of_interest(const Model& model) {
   }
   const TriangleMesh& mesh = model.body.mesh;
   Eigen::Index face = 0;
-  if (model.array.kind == TransducerArray::Kind::kPlaneWave) {
-    (model.array.axes.col(0).transpose() * mesh.centroids()).minCoeff(&face);
+  if (model.fixed->array.kind == TransducerArray::Kind::kPlaneWave) {
+    (model.fixed->array.axes.col(0).transpose() * mesh.centroids()).minCoeff(&face);
   } else {
-    (mesh.centroids().colwise() - model.array.positions.rowwise().mean().eval()).colwise().norm().minCoeff(&face);
+    (mesh.centroids().colwise() - model.fixed->array.positions.rowwise().mean().eval())
+        .colwise()
+        .norm()
+        .minCoeff(&face);
   }
   return mesh.centroids().col(face);
 }
@@ -65,8 +68,8 @@ ErrorSummary summarise(const Eigen::VectorXd& areas, const Eigen::MatrixXcd& fou
 
 Eigen::VectorXcd focused_pressure(const Model& model, const TriangleMesh& mesh, Progress& progress) {
   std::vector<SolveRecord> records;
-  const SolveSpec& solve = model.scene.solve;
-  SkinScattering scattering(mesh, model.wave, solve.scheme, solve.solver, model.array, records, progress);
+  const SolveSpec& solve = model.fixed->scene.solve;
+  SkinScattering scattering(mesh, model.fixed->wave, solve.scheme, solve.solver, model.fixed->array, records, progress);
   return scattering.pressure(free_focus(model), "accuracy");
 }
 
@@ -76,13 +79,13 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
   report.split_target = kNothing;
   const TriangleMesh& mesh = model.body.mesh;
   const Eigen::Index faces = 4 * mesh.face_count();
-  const SolveSpec& solve = model.scene.solve;
+  const SolveSpec& solve = model.fixed->scene.solve;
   GridBody body = grid_body(mesh);
   body.faces *= 4.0;
-  const GridChoice grid = solver_grid(body, model.wave, solve.solver);
+  const GridChoice grid = solver_grid(body, model.fixed->wave, solve.solver);
   const SolverDecision decision = choose_solver(solve.solver, solve.scheme, faces, available_memory(), 1, grid.seconds);
   const double product =
-      product_share(decision.options.kind, faces, grid.seconds) * 16.0 * product_seconds(mesh, model.wave);
+      product_share(decision.options.kind, faces, grid.seconds) * 16.0 * product_seconds(mesh, model.fixed->wave);
   const double lu = 8.0 / 3.0 * std::pow(static_cast<double>(faces), 3) / 3e10;  // a slow machine's rate
   const double seconds = decision.options.kind == SolverKind::kLu ? lu : 60.0 * product;
   const double bytes = solver_memory(faces, decision.options, 1) + near_memory(static_cast<double>(faces)) +
@@ -113,7 +116,7 @@ std::string percent(double value) { return std::isnan(value) ? "-" : fmt::format
 double edge_for_error(double edge, double error, double wanted) { return edge * wanted / error; }
 
 Eigen::VectorXcd free_focus(const Model& model) {
-  const Eigen::MatrixXcd row = incident_matrix(model.array, model.wave, centre_of_interest(model));
+  const Eigen::MatrixXcd row = incident_matrix(model.fixed->array, model.fixed->wave, centre_of_interest(model));
   return (Complex(0, -1) * row.transpose().col(0).cwiseArg().cast<Complex>()).array().exp();
 }
 
@@ -131,9 +134,9 @@ AccuracyReport interior_indicator(const Model& model, Scheme scheme, const Solve
   // The product is chosen for the block of all sources, but of so few columns that no factorisation is.
   constexpr Eigen::Index kFacesASource = 600;
   const Eigen::Index columns = std::min<Eigen::Index>(kSources, mesh.face_count() / kFacesASource + 1);
-  SkinScattering scattering(mesh, model.wave, scheme, spec, model.array, unused, progress, columns);
+  SkinScattering scattering(mesh, model.fixed->wave, scheme, spec, model.fixed->array, unused, progress, columns);
   const ScatteringSystem& system = scattering.system();
-  const SourceField field = source_field(mesh, model.wave, sources);
+  const SourceField field = source_field(mesh, model.fixed->wave, sources);
   const IncidentField incident = interior_incident(system, field);
   const auto solver = make_solver(system, scattering.decision().options);
   const Solved solved = solver->solve(system.right_hand_side(incident));
@@ -148,7 +151,7 @@ AccuracyReport interior_indicator(const Model& model, Scheme scheme, const Solve
 }
 
 AccuracyReport measure_accuracy(const Model& model, Progress& progress) {
-  const SolveSpec& solve = model.scene.solve;
+  const SolveSpec& solve = model.fixed->scene.solve;
   const auto start = std::chrono::steady_clock::now();
   AccuracyReport report = interior_indicator(model, solve.scheme, solve.solver, progress);
   compare_split(model, report, progress);

@@ -67,12 +67,12 @@ int surface_iterations(const Scene& scene) {
 
 /// Faces of a mesh by the judge's edge lengths: the areas of the model's faces over those asked for in their places.
 double judge_edge_faces(const Model& model) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   double faces = 0.0;
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const EdgeSizing sizing = sizing_of(scene, model.plan, i, scene.judge.edge);
     for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
-      if (model.owner[static_cast<std::size_t>(f)] == static_cast<int>(i)) {
+      if (model.fixed->owner[static_cast<std::size_t>(f)] == static_cast<int>(i)) {
         const double edge = sizing.at(model.plan.to_own(scene, i, model.body.mesh.centroids().col(f)));
         faces += model.body.mesh.areas()(f) / (std::sqrt(3.0) / 4.0 * edge * edge);
       }
@@ -83,10 +83,10 @@ double judge_edge_faces(const Model& model) {
 
 /// Faces of the judge's mesh; 0 if it has none of its own.
 double judge_faces(const Model& model) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   const auto faces = static_cast<double>(model.body.mesh.face_count());
-  if (model.whole_faces > 0 && judged_whole(model)) {
-    return model.whole_faces;
+  if (model.fixed->whole_faces > 0 && judged_whole(model)) {
+    return model.fixed->whole_faces;
   }
   switch (scene.judge.kind) {
     case JudgeSpec::Kind::kEdge:
@@ -104,7 +104,7 @@ double judge_faces(const Model& model) {
 
 /// Whether a judge has what keep_within leaves out.
 std::string whole_text(const Model& model) {
-  if (model.cut.empty()) {
+  if (model.fixed->cut.empty()) {
     return "";
   }
   return judged_whole(model) ? ", of the whole body" : ", of the part within keep_within_mm";
@@ -134,14 +134,14 @@ struct FieldsCost {
 
 FieldsCost fields_cost(const Model& model) {
   FieldsCost cost;
-  const auto methods = static_cast<double>(model.scene.solve.methods.size());
+  const auto methods = static_cast<double>(model.fixed->scene.solve.methods.size());
   double largest_grid = 0;
-  for (const FieldGrid& grid : model.fields) {
+  for (const FieldGrid& grid : model.fixed->fields) {
     const auto points = static_cast<double>(grid.size());
     const Vector3 high =
         grid.origin + grid.spacing.cwiseProduct(Vector3(grid.count[0] - 1, grid.count[1] - 1, grid.count[2] - 1));
-    const FieldSums sums = choose_field_sums(model.body.mesh, model.wave, {grid.origin, high, points, methods});
-    cost.pairs += sums.pairs + points * static_cast<double>(model.array.size());
+    const FieldSums sums = choose_field_sums(model.body.mesh, model.fixed->wave, {grid.origin, high, points, methods});
+    cost.pairs += sums.pairs + points * static_cast<double>(model.fixed->array.size());
     cost.bytes += kComplex * points * methods;
     largest_grid = std::max(largest_grid, sums.grid ? sums.grid->memory : 0.0);
   }
@@ -151,17 +151,17 @@ FieldsCost fields_cost(const Model& model) {
 
 /// What is known without an estimate.
 CheckReport sizes_of(const Model& model) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   CheckReport report;
   report.faces = model.body.mesh.face_count();
-  report.channels = model.array.size();
+  report.channels = model.fixed->array.size();
   report.target_faces = scene.target ? build_target(model).size() : 0;
-  report.epw_mean = edges_per_wavelength(model.body.mesh, model.wave.wavelength());
-  report.epw_min = model.wave.wavelength() / model.report.longest_edge;
-  report.quality = mesh_quality(model.body.mesh, model.wave.wavelength(), world_sizing(scene, model.plan));
+  report.epw_mean = edges_per_wavelength(model.body.mesh, model.fixed->wave.wavelength());
+  report.epw_min = model.fixed->wave.wavelength() / model.fixed->report.longest_edge;
+  report.quality = mesh_quality(model.body.mesh, model.fixed->wave.wavelength(), world_sizing(scene, model.plan));
   if (!model.boxes.empty()) {
     report.near_target =
-        resolution_within(model.body.mesh, model.wave.wavelength(), model.boxes.front().centre, kTargetReach);
+        resolution_within(model.body.mesh, model.fixed->wave.wavelength(), model.boxes.front().centre, kTargetReach);
   }
   return report;
 }
@@ -169,7 +169,7 @@ CheckReport sizes_of(const Model& model) {
 }  // namespace
 
 CheckReport check_model(const Model& model, int sharing) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   CheckReport report = sizes_of(model);
   const auto m = static_cast<double>(report.faces);
   const auto n = static_cast<double>(report.channels);
@@ -189,16 +189,16 @@ CheckReport check_model(const Model& model, int sharing) {
   const double unknowns = m + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   report.available_mib = available_memory() / kMebibyte;
   GridBody body = grid_body(model.body.mesh);
-  const GridChoice own_grid = solver_grid(body, model.wave, scene.solve.solver);
+  const GridChoice own_grid = solver_grid(body, model.fixed->wave, scene.solve.solver);
   report.decision =
       choose_solver(scene.solve.solver, scheme, static_cast<Eigen::Index>(unknowns), available_memory(),
-                    sharing * largest_block(scene, scheme, model.array.size(), sharing > 1), own_grid.seconds);
-  const double product = product_seconds(model.body.mesh, model.wave);
+                    sharing * largest_block(scene, scheme, model.fixed->array.size(), sharing > 1), own_grid.seconds);
+  const double product = product_seconds(model.body.mesh, model.fixed->wave);
   const double kernel = kKernelCost * product / (m * m);
   // Of every channel's field: the pressure and, where the slope enters, that too; b of the optimisers beside them, or
   // while it is compressed twice over.
   const double drives =
-      spans_channels(scene) ? expected_drives(model.body.mesh, model.array, model.wave.wavelength()) : 0;
+      spans_channels(scene) ? expected_drives(model.body.mesh, model.fixed->array, model.fixed->wave.wavelength()) : 0;
   // GMRES solves the drives too, LU's solves are counted below.
   const double solves = single_solves(scene) + (report.decision.options.kind == SolverKind::kLu ? 0.0 : drives);
   const double judged = judge_faces(model);
@@ -234,7 +234,7 @@ CheckReport check_model(const Model& model, int sharing) {
   }
   if (judged > 0) {
     body.faces = judged;
-    const GridChoice judge_grid = solver_grid(body, model.wave, {});
+    const GridChoice judge_grid = solver_grid(body, model.fixed->wave, {});
     const SolverDecision judge = choose_solver({}, judge_scheme(scene), static_cast<Eigen::Index>(judged),
                                                available_memory(), 1, judge_grid.seconds);
     const double scale = std::pow(judged / m, 2);
@@ -259,14 +259,14 @@ void require_memory(const CheckReport& report) {
 }
 
 std::string describe_check(const Model& model, const CheckReport& report, const Remarks& more) {
-  const Scene& scene = model.scene;
-  const MeshReport& mesh = model.report;
+  const Scene& scene = model.fixed->scene;
+  const MeshReport& mesh = model.fixed->report;
   std::string text = fmt::format("scene {}\n", scene.name);
   text += fmt::format(
       "  medium   c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m; {:.3f} kHz, wavelength {:.3f} mm\n",
-      model.wave.medium().sound_speed, model.wave.medium().density, model.wave.medium().absorption,
-      model.wave.frequency() / 1e3, model.wave.wavelength() / kMillimetre);
-  text += fmt::format("  array    {}\n", describe_array(model.array));
+      model.fixed->wave.medium().sound_speed, model.fixed->wave.medium().density, model.fixed->wave.medium().absorption,
+      model.fixed->wave.frequency() / 1e3, model.fixed->wave.wavelength() / kMillimetre);
+  text += fmt::format("  array    {}\n", describe_array(model.fixed->array));
   text += fmt::format("  body     {} faces, {} vertices, {}, {:.1f} cm2, {:.1f} cm3\n", mesh.faces, mesh.vertices,
                       counted(mesh.components, "component", "components"), mesh.area * 1e4, mesh.volume * 1e6);
   text += fmt::format(
@@ -296,7 +296,7 @@ std::string describe_check(const Model& model, const CheckReport& report, const 
     text += fmt::format("  target   {} faces in {} box{}\n", report.target_faces, model.boxes.size(),
                         model.boxes.size() == 1 ? "" : "es");
   }
-  for (const FieldGrid& grid : model.fields) {
+  for (const FieldGrid& grid : model.fixed->fields) {
     text += fmt::format("  field    {}: {} x {} x {} points\n", grid.name, grid.count[0], grid.count[1], grid.count[2]);
   }
   text += fmt::format("  scheme   {}, {} in {} precision ({})\n", to_string(scene.solve.scheme),

@@ -53,8 +53,8 @@ ModelCost scattering_cost(const SolverDecision& decision, Scheme scheme, double 
 }
 
 double chief_points(const Model& model) {
-  const double spacing = SystemOptions{}.chief_spacing * model.wave.wavelength();
-  return std::max(0.0, model.report.volume) / std::pow(spacing, 3);
+  const double spacing = SystemOptions{}.chief_spacing * model.fixed->wave.wavelength();
+  return std::max(0.0, model.fixed->report.volume) / std::pow(spacing, 3);
 }
 
 }  // namespace touchfield

@@ -25,13 +25,13 @@ double expected_steps(const Model& model, Scheme scheme) {
     return kPlainSteps;
   }
   const TriangleMesh& mesh = model.body.mesh;
-  const double edge = kCoarseEdge * model.wave.wavelength();
+  const double edge = kCoarseEdge * model.fixed->wave.wavelength();
   if (mesh.face_count() <= kSmall || mesh.mean_edge() > 0.7 * edge) {
     return kMillerSteps;
   }
   try {
-    const ScatteringSystem system(remeshed_surface(mesh, EdgeSizing(edge)), model.wave, scheme);
-    const Eigen::MatrixXcd b = system.right_hand_side(system.incident(model.array, free_focus(model)));
+    const ScatteringSystem system(remeshed_surface(mesh, EdgeSizing(edge)), model.fixed->wave, scheme);
+    const Eigen::MatrixXcd b = system.right_hand_side(system.incident(model.fixed->array, free_focus(model)));
     const int steps = make_solver(system, {})->solve(b).report.steps;
     return steps < kCaught ? steps : steps * std::pow(edge / mesh.mean_edge(), kGrowth);
   } catch (const Error&) {  // thinner than the coarse edge somewhere

@@ -120,11 +120,11 @@ SolverSpec spec_of(const Scene& scene, SolverKind solver, Precision precision) {
 /// Whether `auto` would solve one drive with products by a grid.
 bool grid_pays(const Model& model, Scheme scheme) {
   const TriangleMesh& mesh = model.body.mesh;
-  SolverSpec spec = model.scene.solve.solver;
+  SolverSpec spec = model.fixed->scene.solve.solver;
   spec.solver = SolverChoice::kAuto;
   spec.precision = PrecisionChoice::kAuto;
   return choose_solver(spec, scheme, mesh.face_count(), available_memory(), 1,
-                       solver_grid(grid_body(mesh), model.wave, spec).seconds)
+                       solver_grid(grid_body(mesh), model.fixed->wave, spec).seconds)
              .options.kind == SolverKind::kFft;
 }
 
@@ -134,9 +134,10 @@ std::string reason_to_skip(const Model& model, Scheme scheme, const SolverSpec& 
   const double unknowns = faces + (traits(scheme).interior_points ? chief_points(model) : 0.0);
   const SolverDecision decision = choose_solver(spec, scheme, static_cast<Eigen::Index>(unknowns), available_memory());
   const double steps = decision.options.kind == SolverKind::kLu ? 0.0 : expected_steps(model, scheme);
-  const ModelCost cost = scattering_cost(
-      decision, scheme, faces, unknowns, static_cast<double>(model.scene.solve.methods.size()), steps,
-      product_seconds(model.body.mesh, model.wave), solver_grid(grid_body(model.body.mesh), model.wave, spec));
+  const ModelCost cost =
+      scattering_cost(decision, scheme, faces, unknowns, static_cast<double>(model.fixed->scene.solve.methods.size()),
+                      steps, product_seconds(model.body.mesh, model.fixed->wave),
+                      solver_grid(grid_body(model.body.mesh), model.fixed->wave, spec));
   if (available_memory() > 0 && cost.bytes > kMemoryShare * available_memory()) {
     return fmt::format("skipped: needs about {:.1f} GiB", cost.bytes / std::pow(2.0, 30));
   }
@@ -225,12 +226,12 @@ class Ladder {
     const Model& model = models_.front();
     std::optional<Target> target = build_target(model);
     std::vector<SolveRecord> records;
-    SkinScattering scattering(model.body.mesh, model.wave, Scheme::kBurtonMillerPolished, SolverSpec{}, model.array,
-                              records, progress_);
-    MethodSolver methods(scattering, model.array.size(), target, scene_.solve, quiet_skin(model));
+    SkinScattering scattering(model.body.mesh, model.fixed->wave, Scheme::kBurtonMillerPolished, SolverSpec{},
+                              model.fixed->array, records, progress_);
+    MethodSolver methods(scattering, model.fixed->array.size(), target, scene_.solve, quiet_skin(model));
     const double pressure = methods.best_scale(scene_.solve.methods.front(), model.body.mesh, model.boxes, progress_);
     for (Model& rung : models_) {
-      rung.scene.target->pressure = pressure;
+      rung.posture.target->pressure = pressure;
     }
   }
 
@@ -266,8 +267,8 @@ class Ladder {
     std::vector<SolveRecord> records;
     reset_peak_memory();
     const auto start = Clock::now();
-    SkinScattering scattering(model.body.mesh, model.wave, scheme, spec, model.array, records, progress_);
-    MethodSolver methods(scattering, model.array.size(), target, scene_.solve, quiet_skin(model));
+    SkinScattering scattering(model.body.mesh, model.fixed->wave, scheme, spec, model.fixed->array, records, progress_);
+    MethodSolver methods(scattering, model.fixed->array.size(), target, scene_.solve, quiet_skin(model));
     std::optional<PhaseSolution> first;
     for (const MethodSpec& method : scene_.solve.methods) {
       const PhaseSolution solution = methods.solve(method, amplitudes, progress_);

@@ -38,13 +38,13 @@ std::string to_json(const SceneCheck& checked) {
   for (const GivenLandmark& landmark : model.plan.landmarks) {
     landmarks[landmark.name] = landmark.off / kMillimetre;
   }
-  nlohmann::ordered_json json = {{"name", model.scene.name},
+  nlohmann::ordered_json json = {{"name", model.fixed->scene.name},
                                  {"faces", report.faces},
                                  {"channels", report.channels},
                                  {"target_faces", report.target_faces},
                                  {"epw_mean", report.epw_mean},
                                  {"epw_min", report.epw_min},
-                                 {"scheme", to_string(model.scene.solve.scheme)},
+                                 {"scheme", to_string(model.fixed->scene.solve.scheme)},
                                  {"solver", to_string(report.decision.options.kind)},
                                  {"precision", precision_name(report.decision.options)},
                                  {"judge_faces", report.judge_faces},
@@ -57,7 +57,7 @@ std::string to_json(const SceneCheck& checked) {
                                  {"landmarks_off_mm", landmarks},
                                  {"warnings", remarks.warnings},
                                  {"notes", remarks.notes},
-                                 {"faults", model.report.faults}};
+                                 {"faults", model.fixed->report.faults}};
   if (accuracy) {
     json["accuracy_l2"] = accuracy->body.rms;
     json["accuracy_max"] = accuracy->body.worst;
@@ -69,7 +69,7 @@ std::string to_json(const SceneCheck& checked) {
   }
   if (motion) {
     json["motion"] = {{"frames", motion->frames},         {"scores", motion->scores},
-                      {"seconds", motion->seconds},       {"sensor", sensor_text(model.scene.motion->sensor)},
+                      {"seconds", motion->seconds},       {"sensor", sensor_text(model.fixed->scene.motion->sensor)},
                       {"sample_seconds", motion->sample}, {"memory_mib", motion->memory_mib}};
   }
   return json_text(json, 2);  // what is no number as null

@@ -33,7 +33,7 @@ bool is_judged(const SensedMotion& sensed) { return sensed.truth && sensed.scene
 
 /// Of its pictures: none without scores.
 std::optional<PictureFormat> format_of(const SensedMotion& sensed, std::optional<PictureFormat> asked) {
-  return sensed.truth ? picture_format(sensed.truth->first().scene, asked) : std::nullopt;
+  return sensed.truth ? picture_format(sensed.truth->first().fixed->scene, asked) : std::nullopt;
 }
 
 /// The scores whose skin is drawn, evenly over the motion.

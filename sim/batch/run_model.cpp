@@ -76,9 +76,9 @@ std::vector<std::string> study_files(PictureFormat format) {
 
 Run run_model(const Model& model, const SolveOptions& options, RunDirectory& directory, Progress& progress,
               std::optional<PictureFormat> pictures) {
-  const WriteSpec& write = model.scene.write;
+  const WriteSpec& write = model.fixed->scene.write;
   std::vector<std::string> names;
-  for (const MethodSpec& method : model.scene.solve.methods) {
+  for (const MethodSpec& method : model.fixed->scene.solve.methods) {
     names.push_back(method.name);
   }
   directory.plan(names);
@@ -87,7 +87,7 @@ Run run_model(const Model& model, const SolveOptions& options, RunDirectory& dir
     directory.finished(so_far.methods.back().name);
   };
   Run run = solve_model(model, options, keep, progress);
-  write_results(run, write, directory, progress, picture_format(model.scene, pictures));
+  write_results(run, write, directory, progress, picture_format(model.fixed->scene, pictures));
   return run;
 }
 

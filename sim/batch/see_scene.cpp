@@ -43,7 +43,7 @@ std::vector<std::string> landmark_names(const SeenScene& seen) {
 }
 
 Instant instant_of(const SeenScene& seen, int number, const std::vector<std::string>& landmarks) {
-  const double seconds = to_seconds(instant(number, seen.moving.first().scene.motion->sensor.hz));
+  const double seconds = to_seconds(instant(number, seen.moving.first().fixed->scene.motion->sensor.hz));
   const MotionState state = seen.moving.state(seconds);
   const Model model = seen.moving.at(state);
   TriangleMesh mesh = seen.skin.at(model, state);
@@ -59,8 +59,8 @@ void draw_instant(const std::string& path, const SeenScene& seen, const Instant&
         {fmt::format("{}: {}, {} x {}", seen.cameras.told()[c].name, seen.models[c], camera.width, camera.height),
          camera, instant.frame.images[c].depth});
   }
-  draw_sights(path, seen.moving.first().scene.name, "view of each camera in the first frame", instant.mesh, sights,
-              format);
+  draw_sights(path, seen.moving.first().fixed->scene.name, "view of each camera in the first frame", instant.mesh,
+              sights, format);
 }
 
 /// The largest depth that 16 bits hold [m].

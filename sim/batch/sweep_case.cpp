@@ -126,7 +126,7 @@ void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::
   const CheckReport report = check_model(model, job.scenes);
   require_memory(report);
   const int threads = expect(cost_of(report, report.seconds));
-  in_directory(job.scratch, run_files(model.scene), [&](RunDirectory& directory) {
+  in_directory(job.scratch, run_files(model.fixed->scene), [&](RunDirectory& directory) {
     SolveOptions options{job.command_line, threads, &kept.bodies, &kept.models};
     take_results(run_model(model, options, directory, progress), record);
   });

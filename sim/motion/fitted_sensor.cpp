@@ -28,7 +28,7 @@ constexpr int kMostKept = 65;                    // that are kept of a rehearsal
 }  // namespace
 
 HandImages simulated_images(const MovingModel& truth, KeptBodies* kept) {
-  const MotionSpec& motion = *truth.first().scene.motion;
+  const MotionSpec& motion = *truth.first().fixed->scene.motion;
   const auto cameras =
       std::make_shared<SimulatedCameras>(std::get<std::vector<CameraSpec>>(motion.sensor.sight), motion.sensor.seed);
   const auto skin = std::make_shared<WholeSkin>(truth.first(), kept);

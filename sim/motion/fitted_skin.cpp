@@ -73,7 +73,8 @@ Scene fitted_scene(const Scene& scene) {
 
 FittedSkin::FittedSkin(const Scene& scene, KeptBodies* kept)
     : solved_(fitted_scene(scene), kept),
-      hand_(without_forearm(std::get<HandShape>(solved_.first().scene.bodies.front().shape)), HandTemplate::kUsualEdge),
+      hand_(without_forearm(std::get<HandShape>(solved_.first().posture.bodies.front().shape)),
+            HandTemplate::kUsualEdge),
       carrier_(hand_.carrier(solved_.first().own_frame(solved_.first().body.mesh.vertices()))) {
   if (const SkinPatches& beyond = solved_.first().beyond; !beyond.empty()) {
     beyond_ = hand_.carrier(solved_.first().own_frame(beyond.corners));

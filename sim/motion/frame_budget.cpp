@@ -29,7 +29,7 @@ constexpr double kSway = 0.1e-3;  // from frame to frame [m]
 /// rest.
 MotionState seen_state(const MovingModel& moving, double seconds, int frame) {
   MotionState state = moving.state(seconds);
-  if (!is_exact(moving.first().scene.motion->sensor)) {
+  if (!is_exact(moving.first().fixed->scene.motion->sensor)) {
     state.skin = moving.at(state).body.mesh.vertices().colwise() + Vector3(frame * kSway, 0, 0);
   }
   return state;
@@ -39,7 +39,7 @@ MotionState seen_state(const MovingModel& moving, double seconds, int frame) {
 double frame_seconds(Scene scene, Progress* progress) {
   scene.solve.allow_coarse_mesh = true;  // its time counts, not its result
   const MovingModel moving(scene, nullptr, progress);
-  const MethodSpec& method = moving.first().scene.solve.methods.front();
+  const MethodSpec& method = moving.first().fixed->scene.solve.methods.front();
   FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
   std::vector<double> took;
   for (int i = 0; i <= kTrials; ++i) {

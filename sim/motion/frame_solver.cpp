@@ -38,16 +38,17 @@ SolverSpec frame_solver_spec(const SolverSpec& scene) {
 
 /// Whether frames after the first one follow the phases through the factors of the equations (FactoredTransfer).
 bool follows(const Model& model, const MethodSpec& method) {
-  const SolverSpec spec = frame_solver_spec(model.scene.solve.solver);
+  const SolverSpec spec = frame_solver_spec(model.fixed->scene.solve.solver);
   const Eigen::Index faces = model.body.mesh.face_count();
   const SolverOptions options =
-      choose_solver(spec, method.scheme, faces, available_memory(), model.array.size()).options;
+      choose_solver(spec, method.scheme, faces, available_memory(), model.fixed->array.size()).options;
   // A small body is solved as fast with a transfer matrix, to the last bit each time.
   constexpr Eigen::Index kFewestFollowed = 1000;
   return (faces >= kFewestFollowed || !model.beyond.empty()) && method.kind->name == "surface" &&
-         !method.free_amplitudes && model.scene.solve.quiet_weight > 0 &&
-         model.scene.motion->start == MotionSpec::Start::kPrevious && options.kind == SolverKind::kLu &&
-         options.precision == Precision::kSingle && !choose_device(spec, method.scheme, faces, model.array.size()).card;
+         !method.free_amplitudes && model.fixed->scene.solve.quiet_weight > 0 &&
+         model.fixed->scene.motion->start == MotionSpec::Start::kPrevious && options.kind == SolverKind::kLu &&
+         options.precision == Precision::kSingle &&
+         !choose_device(spec, method.scheme, faces, model.fixed->array.size()).card;
 }
 
 /// Rows of b of every channel at one place, some of all its rows, evenly over them: as long as 1 together.
@@ -56,14 +57,14 @@ bool follows(const Model& model, const MethodSpec& method) {
 Eigen::MatrixXcd sampled_rows(const Model& model, Scheme scheme, const TriangleMesh& place, Eigen::Index count,
                               double shift) {
   SystemOptions options;
-  options.coupling = model.scene.solve.solver.coupling;
-  const ScatteringSystem system(place, model.wave, scheme, options);
+  options.coupling = model.fixed->scene.solve.solver.coupling;
+  const ScatteringSystem system(place, model.fixed->wave, scheme, options);
   std::vector<Eigen::Index> rows(static_cast<std::size_t>(std::min(count, system.unknowns())));
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const double share = (static_cast<double>(i) + shift) / static_cast<double>(rows.size());
     rows[i] = static_cast<Eigen::Index>(share * static_cast<double>(system.unknowns()));
   }
-  const Eigen::MatrixXcd b = system.right_hand_side_rows(model.array, rows);
+  const Eigen::MatrixXcd b = system.right_hand_side_rows(model.fixed->array, rows);
   return b / b.norm();
 }
 
@@ -131,9 +132,9 @@ Eigen::MatrixXcd principal_drives(const Eigen::MatrixXcd& rows, double tolerance
 
 Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Progress* progress) {
   const Model& model = sensor.solved().first();
-  const Eigen::Index rows = kRowsAChannel * model.array.size();
+  const Eigen::Index rows = kRowsAChannel * model.fixed->array.size();
   int count = kFewestPlaces;
-  while (count < kMostPlaces && farthest_step(sensor.places(count)) > kLargestStep * model.wave.wavelength()) {
+  while (count < kMostPlaces && farthest_step(sensor.places(count)) > kLargestStep * model.fixed->wave.wavelength()) {
     count = 2 * count - 1;
   }
   for (;; count = 2 * count - 1) {
@@ -155,7 +156,7 @@ Eigen::MatrixXcd drives_of_motion(const MotionSensor& sensor, Scheme scheme, Pro
 Eigen::MatrixXcd drives_for(const MotionSensor& sensor, const MethodSpec& method, Progress* progress) {
   const Model& model = sensor.solved().first();
   const bool whole_skin =
-      method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && model.scene.solve.quiet_weight > 0;
+      method.kind->model == MethodModel::kSkin && method.kind->minds_quiet && model.fixed->scene.solve.quiet_weight > 0;
   return whole_skin && !follows(model, method) ? drives_of_motion(sensor, method.scheme, progress) : Eigen::MatrixXcd();
 }
 
@@ -172,20 +173,20 @@ Eigen::VectorXd steered(const Eigen::VectorXd& phases, const TransducerArray& ar
 FrameSolver::FrameSolver(const MovingModel& moving, const MethodSpec& method, Eigen::MatrixXcd drives)
     : moving_(moving),
       method_(method),
-      solver_(frame_solver_spec(moving.first().scene.solve.solver)),
+      solver_(frame_solver_spec(moving.first().fixed->scene.solve.solver)),
       drives_(drives.size() > 0 ? std::make_shared<const Eigen::MatrixXcd>(std::move(drives)) : nullptr),
       follows_(follows(moving.first(), method)) {
-  method_.iterations = moving.first().scene.motion->iterations;
+  method_.iterations = moving.first().fixed->scene.motion->iterations;
   method_.start = StartSpec{};
   method_.start.kind = StartSpec::Kind::kZero;
-  if (moving.is_rigid() && is_exact(moving.first().scene.motion->sensor)) {
-    kept_.expect(
-        static_cast<int>(std::ceil(moving.first().scene.motion->seconds * moving.first().scene.motion->frames_hz)));
+  if (moving.is_rigid() && is_exact(moving.first().fixed->scene.motion->sensor)) {
+    kept_.expect(static_cast<int>(
+        std::ceil(moving.first().fixed->scene.motion->seconds * moving.first().fixed->scene.motion->frames_hz)));
   }
   if (follows_) {
     method_.iterations = kUsualIterations;
     solve(moving.at(moving.state(0)));
-    method_.iterations = moving.first().scene.motion->iterations;
+    method_.iterations = moving.first().fixed->scene.motion->iterations;
   }
 }
 
@@ -204,15 +205,15 @@ bool FrameSolver::set_up(const Model& model, const std::optional<Target>& target
   own_frame_ = model.own_frame;
   vertices_ = model.body.mesh.vertices();
   beyond_ = model.beyond.corners;
-  const Eigen::Index block = drives_ ? drives_->cols() : model.array.size();
+  const Eigen::Index block = drives_ ? drives_->cols() : model.fixed->array.size();
   scattering_ = timed(silent_, frame.seconds, "set_up", "", [&] {
-    return make_scattering("frame", model.body.mesh, method_.scheme, solver_, block, model, model.array.response,
+    return make_scattering("frame", model.body.mesh, method_.scheme, solver_, block, model, model.fixed->array.response,
                            &kept_, records_, silent_);
   });
-  SolveSpec spec = model.scene.solve;
+  SolveSpec spec = model.fixed->scene.solve;
   spec.methods = {method_};
-  methods_ =
-      std::make_unique<MethodSolver>(*scattering_, model.array.size(), target, std::move(spec), quiet_skin(model));
+  methods_ = std::make_unique<MethodSolver>(*scattering_, model.fixed->array.size(), target, std::move(spec),
+                                            quiet_skin(model));
   if (drives_) {
     methods_->span(drives_);
   }
@@ -238,10 +239,10 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
     timed(silent_, frame.seconds, "transfer", "", [&] {
       if (moved) {
         factored_->face(system, scattering_->array());
-        incident_beyond_ = quiet.beyond_pressure_single(model.wave);
+        incident_beyond_ = quiet.beyond_pressure_single(model.fixed->wave);
       }
     });
-    const double quiet_weight = model.scene.solve.quiet_weight;
+    const double quiet_weight = model.fixed->scene.solve.quiet_weight;
     MappedSkin skin{[&](const Eigen::VectorXcf& q) {
                       Eigen::VectorXcf all(faces + points);
                       all.head(faces) = factored_->pressure(q);
@@ -270,7 +271,7 @@ PhaseSolution FrameSolver::followed(const Model& model, const Target& target, co
 MotionFrame FrameSolver::quiet() const {
   MotionFrame frame;
   frame.quiet = true;
-  frame.solution.phases = Eigen::VectorXd::Zero(moving_.first().array.size());
+  frame.solution.phases = Eigen::VectorXd::Zero(moving_.first().fixed->array.size());
   frame.solution.amplitudes = frame.solution.phases;
   return frame;
 }
@@ -296,10 +297,10 @@ MotionFrame FrameSolver::solve(const Model& model) {
   if (target) {
     frame.target = patch;
   }
-  const MotionSpec& motion = *model.scene.motion;
+  const MotionSpec& motion = *model.fixed->scene.motion;
   std::optional<Eigen::VectorXd> before;
   if (motion.start == MotionSpec::Start::kPrevious && phases_.size() > 0) {
-    before = motion.steer ? steered(phases_, model.array, model.wave, patch_, patch) : phases_;
+    before = motion.steer ? steered(phases_, model.fixed->array, model.fixed->wave, patch_, patch) : phases_;
   }
   const bool follow = follows_ && before;
   const bool works_on_body = method_.kind->model == MethodModel::kSkin || method_.kind->model == MethodModel::kCentre;
@@ -307,7 +308,7 @@ MotionFrame FrameSolver::solve(const Model& model) {
     timed(silent_, frame.seconds, "factorise", "", [&] { scattering_->prepare(); });
   }
   Eigen::VectorXd amplitudes = target ? target->amplitudes : Eigen::VectorXd();
-  if (target && !model.scene.target->pressure) {
+  if (target && !model.posture.target->pressure) {
     if (!scale_) {
       MethodSpec usual = method_;
       usual.iterations = kUsualIterations;

@@ -230,7 +230,7 @@ void LiveLoop::keep(const LiveFrame& frame, const LoopClock& clock) {
 LiveSolver live_solver(const MotionSensor& sensor, const MethodSpec& method, MotionFrame& first, Progress* progress) {
   const MovingModel& moving = sensor.solved();
   const auto solver = std::make_shared<FrameSolver>(moving, method, drives_for(sensor, method, progress));
-  const double seconds = moving.first().scene.motion->seconds;
+  const double seconds = moving.first().fixed->scene.motion->seconds;
   for (int place = 0; place < kFirstPlaces; ++place) {
     first = solver->solve(moving.at(moving.state(seconds * place / (kFirstPlaces - 1))));
     if (!first.quiet) {

@@ -16,8 +16,8 @@
 #include "sim/motion/motion_prediction.h"
 #include "sim/motion/motion_sensor.h"
 #include "sim/motion/running_median.h"
-#include "sim/scene/phase_methods.h"
 #include "sim/store/motion_data.h"
+#include "solvers/phase/phase_methods.h"
 
 namespace touchfield {
 

@@ -19,7 +19,7 @@ constexpr std::uint64_t kNextDraw = 1'000'000;  // seeds on: beyond those of a m
 
 /// Number i of so many times evenly over a motion, its beginning and end among them.
 double evenly(const MovingModel& moving, int i, int count) {
-  return count > 1 ? moving.first().scene.motion->seconds * i / (count - 1) : 0.0;
+  return count > 1 ? moving.first().fixed->scene.motion->seconds * i / (count - 1) : 0.0;
 }
 
 }  // namespace
@@ -61,7 +61,7 @@ Seen NoisySensor::sample(std::int64_t number, double seconds) {
 }
 
 std::vector<TriangleMesh> NoisySensor::places(int count) const {
-  const double hz = truth_.first().scene.motion->sensor.hz;
+  const double hz = truth_.first().fixed->scene.motion->sensor.hz;
   std::vector<TriangleMesh> meshes;
   for (int i = 0; i < count; ++i) {
     const double seconds = evenly(truth_, i, count);

@@ -118,8 +118,8 @@ class WorstViews {
   Remarks remarks() const {
     Remarks remarks;
     const ArrayView begin = array_view(first_);
-    if (const std::string warning = facing_warning(facing_.view, first_.scene);
-        !warning.empty() && facing_warning(begin, first_.scene).empty()) {
+    if (const std::string warning = facing_warning(facing_.view, first_.fixed->scene);
+        !warning.empty() && facing_warning(begin, first_.fixed->scene).empty()) {
       remarks.warnings.push_back(at(facing_, warning));
     }
     if (const std::string note = near_field_note(nearest_.view, first_);
@@ -189,28 +189,28 @@ bool MovingSkin::deforms() const {
   return std::ranges::any_of(parts_, [](const Part& part) { return part.hand || part.series; });
 }
 
-std::optional<HandContact> MovingSkin::fold(const Scene& scene, std::size_t body) const {
+std::optional<HandContact> MovingSkin::fold(const Posture& posture, std::size_t body) const {
   const Part& part = parts_[body];
   if (!part.hand) {
     return std::nullopt;
   }
-  const HandSkeleton posed = skeleton_of(std::get<HandShape>(scene.bodies[body].shape));
+  const HandSkeleton posed = skeleton_of(std::get<HandShape>(posture.bodies[body].shape));
   Points own = part.own;
   part.hand->pose(posed, part.triangles, own);
   return fold_of(*part.hand, posed, own, part.triangles);
 }
 
-TriangleMesh MovingSkin::at(const Scene& scene, const BodyPlan& plan, const MotionState& state) const {
+TriangleMesh MovingSkin::at(const Posture& posture, const BodyPlan& plan, const MotionState& state) const {
   Points world(3, parts_.back().begin + parts_.back().own.cols());
   for (std::size_t b = 0; b < parts_.size(); ++b) {
     const Part& part = parts_[b];
     Points own = part.own;
     if (part.hand) {
-      part.hand->pose(skeleton_of(std::get<HandShape>(scene.bodies[b].shape)), part.triangles, own);
+      part.hand->pose(skeleton_of(std::get<HandShape>(posture.bodies[b].shape)), part.triangles, own);
     } else if (part.series) {
       own = *state.vertices;
     }
-    const Placement& place = scene.bodies[b].place;
+    const Placement& place = posture.bodies[b].place;
     const Eigen::Matrix3d turn = extrinsic_rotation(place.angles);
     world.middleCols(part.begin, own.cols()) =
         ((turn * (own.colwise() - plan.bodies[b].anchor)).colwise() + place.at).eval();
@@ -222,7 +222,7 @@ MovingModel::MovingModel(const Scene& scene, KeptBodies* kept, Progress* progres
     : first_(build_model(scene, kept, kPatchesOfFrames)),
       trajectory_(scene),
       sequence_(sequence_of(scene)),
-      solving_(scene, first_.plan, first_.body.mesh, first_.owner) {
+      solving_(scene, first_.plan, first_.body.mesh, first_.fixed->owner) {
   if (scene.sensing) {
     throw InputError(
         "sensing: applies to a still only. For a motion put the same keys into motion.sensor.noise, which gives every "
@@ -268,12 +268,12 @@ MotionState MovingModel::in_range(MotionState state) const {
   return state;
 }
 
-BodyPlan MovingModel::plan_at(const Scene& scene) const {
+BodyPlan MovingModel::plan_at(const Posture& posture) const {
   BodyPlan plan = first_.plan;
   for (std::size_t b = 0; b < anchors_.size(); ++b) {
     if (anchors_[b]) {
       Points anchor(plan.bodies[b].anchor);
-      anchors_[b]->pose(skeleton_of(std::get<HandShape>(scene.bodies[b].shape)), anchor);
+      anchors_[b]->pose(skeleton_of(std::get<HandShape>(posture.bodies[b].shape)), anchor);
       plan.bodies[b].anchor = anchor.col(0);
     }
   }
@@ -281,44 +281,51 @@ BodyPlan MovingModel::plan_at(const Scene& scene) const {
 }
 
 Model MovingModel::at(const MotionState& state) const {
-  Model model = first_;
-  trajectory_.apply(state.numbers, model.scene);
-  model.plan = plan_at(model.scene);
-  model.own_frame = model.plan.own_frame(model.scene, 0);
-  model.body.mesh = state.skin ? TriangleMesh(*state.skin, first_.body.mesh.triangles())
-                               : solving_.at(model.scene, model.plan, state);
+  Posture posture = first_.posture;
+  trajectory_.apply(state.numbers, posture);
+  BodyPlan plan = plan_at(posture);
+  const RigidMotion own_frame = plan.own_frame(posture, 0);
+  TriangleMesh mesh =
+      state.skin ? TriangleMesh(*state.skin, first_.body.mesh.triangles()) : solving_.at(posture, plan, state);
+  Model model{first_.fixed,
+              std::move(posture),
+              std::move(plan),
+              own_frame,
+              {std::move(mesh), first_.body.landmarks},
+              first_.beyond,
+              {}};
   if (beyond_) {
-    model.beyond.corners = state.patches ? *state.patches : beyond_->at(model.scene, model.plan, state).vertices();
+    model.beyond.corners = state.patches ? *state.patches : beyond_->at(model.posture, model.plan, state).vertices();
   }
-  if (model.scene.target) {
-    const bool on_skin = model.scene.motion->target == MotionSpec::Target::kOnSkin;
-    model.boxes = build_boxes(*model.scene.target, on_skin ? model.body : first_.body);
+  if (model.posture.target) {
+    const bool on_skin = model.fixed->scene.motion->target == MotionSpec::Target::kOnSkin;
+    model.boxes = build_boxes(*model.posture.target, on_skin ? model.body : first_.body);
   }
   return model;
 }
 
 std::optional<JudgeMesh> MovingModel::judge_mesh(const Model& model, const MotionState& state) const {
-  if (model.scene.judge.kind == JudgeSpec::Kind::kNone) {
+  if (model.fixed->scene.judge.kind == JudgeSpec::Kind::kNone) {
     return std::nullopt;
   }
   if (judging_) {
-    return JudgeMesh{judging_->at(model.scene, model.plan, state), std::nullopt, {}};
+    return JudgeMesh{judging_->at(model.posture, model.plan, state), std::nullopt, {}};
   }
   if (judged_elsewhere(model)) {
     return build_judge_mesh(model);
   }
-  return JudgeMesh{model.body.mesh, 0, model.owner};
+  return JudgeMesh{model.body.mesh, 0, model.fixed->owner};
 }
 
 Vector3 MovingModel::patch(const Model& model) const {
-  if (model.scene.motion->target == MotionSpec::Target::kInWorld) {
+  if (model.fixed->scene.motion->target == MotionSpec::Target::kInWorld) {
     return position(model.body.mesh, patch_);
   }
   return mean_centre(model.boxes);
 }
 
 void MovingModel::check_motion(Progress& progress) {
-  const Scene& scene = first_.scene;
+  const Scene& scene = first_.fixed->scene;
   WorstViews views(first_);
   std::vector<std::optional<HandContacts>> contacts(scene.bodies.size());
   for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
@@ -344,8 +351,8 @@ Model MovingModel::checked_at(double seconds, const std::vector<std::optional<Ha
     if (!contacts[b]) {
       continue;
     }
-    auto contact = contacts[b]->at(skeleton_of(std::get<HandShape>(model.scene.bodies[b].shape)));
-    contact = contact ? contact : solving_.fold(model.scene, b);
+    auto contact = contacts[b]->at(skeleton_of(std::get<HandShape>(model.posture.bodies[b].shape)));
+    contact = contact ? contact : solving_.fold(model.posture, b);
     if (contact) {
       fail_at(seconds, contact_text(*contact) + "; triangles that are the same for all poses cannot follow that");
     }

@@ -41,14 +41,14 @@ class MovingSkin {
 
   /// Where the skin of a hand whose joints turn cuts itself or is turned inside out.
   ///
-  /// scene   as of at()
-  std::optional<HandContact> fold(const Scene& scene, std::size_t body) const;
+  /// posture   as of at()
+  std::optional<HandContact> fold(const Posture& posture, std::size_t body) const;
 
   /// The surface in the world's frame.
   ///
-  /// scene   the first one with the numbers of this instant
-  /// plan    of it: where the bodies' anchors are now
-  TriangleMesh at(const Scene& scene, const BodyPlan& plan, const MotionState& state) const;
+  /// posture   the first one with the numbers of this instant
+  /// plan      of it: where the bodies' anchors are now
+  TriangleMesh at(const Posture& posture, const BodyPlan& plan, const MotionState& state) const;
 
  private:
   struct Part {
@@ -85,7 +85,7 @@ class MovingModel {
   const Remarks& on_the_way() const { return on_the_way_; }
 
   /// Whether it is one body that keeps its shape, so that in its own frame nothing but array and target moves.
-  bool is_rigid() const { return first_.scene.bodies.size() == 1 && !solving_.deforms(); }
+  bool is_rigid() const { return first_.posture.bodies.size() == 1 && !solving_.deforms(); }
 
   MotionState state(double seconds) const;
   /// A state, such as an expected one, with each of its numbers moved to the nearest one in its range.
@@ -103,7 +103,7 @@ class MovingModel {
   Vector3 patch(const Model& model) const;
 
  private:
-  BodyPlan plan_at(const Scene& scene) const;
+  BodyPlan plan_at(const Posture& posture) const;
   void check_motion(Progress& progress);
   /// The model at an instant at which it can be solved.
   Model checked_at(double seconds, const std::vector<std::optional<HandContacts>>& contacts) const;

@@ -144,7 +144,7 @@ class MethodLoop {
 class Scorer {
  public:
   explicit Scorer(const MovingModel& moving) : moving_(moving) {
-    const Scene& scene = moving.first().scene;
+    const Scene& scene = moving.first().fixed->scene;
     spec_ = scene.solve.solver;
     spec_.solver = SolverChoice::kAuto;
     spec_.precision = PrecisionChoice::kAuto;
@@ -177,7 +177,8 @@ class Scorer {
     }
     const TriangleMesh& mesh = judge->mesh;
     scored.mesh = mesh;
-    const ChannelResponse& response = model.array_truth ? model.array_truth->response : model.array.response;
+    const ChannelResponse& response =
+        model.fixed->array_truth ? model.fixed->array_truth->response : model.fixed->array.response;
     records_.clear();
     const auto scattering =
         make_scattering("judge", mesh, scheme_, spec_, drives.cols(), model, response, &kept_, records_, silent_);
@@ -187,7 +188,7 @@ class Scorer {
       worst_residual_ = std::max(worst_residual_, record.residual);
     }
     if (!gradient_ || !moving_.is_rigid()) {
-      gradient_.emplace(mesh, model.wave.k());
+      gradient_.emplace(mesh, model.fixed->wave.k());
     }
     if (presses(model, mesh)) {
       scored.target = build_target(model, mesh);
@@ -195,8 +196,8 @@ class Scorer {
     for (Eigen::Index m = 0; m < drives.cols(); ++m) {
       const Eigen::VectorXcd pressure = scored.pressure.col(m);
       scored.metrics[static_cast<std::size_t>(m)] =
-          scored.target ? metrics_of(mesh, *gradient_, model.wave, model.boxes, *scored.target, pressure)
-                        : metrics_of(mesh, *gradient_, model.wave, pressure);
+          scored.target ? metrics_of(mesh, *gradient_, model.fixed->wave, model.boxes, *scored.target, pressure)
+                        : metrics_of(mesh, *gradient_, model.fixed->wave, pressure);
     }
     return scored;
   }
@@ -280,7 +281,7 @@ class Player {
     Motion motion{.name = scene.name,
                   .scene = text,
                   .seconds = scene.motion->seconds,
-                  .array = solved.first().array,
+                  .array = solved.first().fixed->array,
                   .mesh = solved.at(solved.state(0)).body.mesh,
                   .solved_skin = solved_extent(solved.first()),
                   .judged_skin = judged_extent(sensed_.truth ? sensed_.truth->first() : solved.first())};
@@ -322,7 +323,7 @@ class Player {
       if (const auto& frame = pending_[m].front().frame) {
         const auto number = static_cast<std::size_t>(frame->start.number);
         drives.col(static_cast<Eigen::Index>(m)) =
-            sounding_drive(motion_.methods[m].frames[number].solution, sensed_.truth->first().array_truth);
+            sounding_drive(motion_.methods[m].frames[number].solution, sensed_.truth->first().fixed->array_truth);
       }
     }
     const Scorer::Scored scored = scorer_->at(at, drives);
@@ -480,12 +481,12 @@ MotionCost expected_cost(const SensedMotion& sensed, Progress* progress) {
   cost.seconds += samples * cost.sample + methods * (first_frame + static_cast<double>(cost.frames - 1) * frame);
   if (sensed.truth && scene.judge.kind != JudgeSpec::Kind::kNone) {
     Scorer scorer(*sensed.truth);
-    const Eigen::MatrixXcd drives =
-        Eigen::MatrixXcd::Ones(solved.first().array.size(), static_cast<Eigen::Index>(scene.solve.methods.size()));
+    const Eigen::MatrixXcd drives = Eigen::MatrixXcd::Ones(solved.first().fixed->array.size(),
+                                                           static_cast<Eigen::Index>(scene.solve.methods.size()));
     const auto [first_score, score] = timed_twice([&](double share) { scorer.at(share * motion.seconds, drives); });
     cost.seconds += first_score + static_cast<double>(cost.scores - 1) * score;
   }
-  cost.memory_mib = kept_bytes(scene, solved.first().array.size()) / kMebibyte;
+  cost.memory_mib = kept_bytes(scene, solved.first().fixed->array.size()) / kMebibyte;
   return cost;
 }
 

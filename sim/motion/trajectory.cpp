@@ -38,9 +38,9 @@ Eigen::VectorXd Trajectory::state(double seconds) const {
   return values;
 }
 
-void Trajectory::apply(const Eigen::VectorXd& state, Scene& scene) const {
+void Trajectory::apply(const Eigen::VectorXd& state, Posture& posture) const {
   for (Eigen::Index i = 0; i < size(); ++i) {
-    number(i).in(scene) = state(i);
+    number(i).in(posture) = state(i);
   }
 }
 

@@ -24,8 +24,8 @@ class Trajectory {
   /// Values at a time of the motion.
   Eigen::VectorXd state(double seconds) const;
 
-  /// Puts values into the scene that this was made of, or a copy; the rest of it stays.
-  void apply(const Eigen::VectorXd& state, Scene& scene) const;
+  /// Puts values into a posture of the scene that this was made of; the rest of it stays.
+  void apply(const Eigen::VectorXd& state, Posture& posture) const;
 
   /// A state, such as an extrapolated one, with each value moved to the nearest one in its range.
   Eigen::VectorXd in_range(const Eigen::VectorXd& state) const;

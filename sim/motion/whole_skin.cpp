@@ -7,7 +7,7 @@ namespace touchfield {
 namespace {
 
 MovingSkin whole_skin_of(const Model& first, KeptBodies* kept) {
-  const Scene& scene = first.scene;
+  const Scene& scene = first.fixed->scene;
   const bool series = std::ranges::any_of(scene.bodies, [](const BodySpec& body) {
     const auto* shape = std::get_if<MeshShape>(&body.shape);
     return shape != nullptr && shape->series;

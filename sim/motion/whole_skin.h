@@ -23,7 +23,7 @@ class WholeSkin {
   ///
   /// model, state   of one instant: MovingModel::at
   TriangleMesh at(const Model& model, const MotionState& state) const {
-    return skin_.at(model.scene, model.plan, state);
+    return skin_.at(model.posture, model.plan, state);
   }
 
  private:

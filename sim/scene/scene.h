@@ -17,9 +17,9 @@
 #include "sim/core/rigid_motion.h"
 #include "sim/gpu/compute_device.h"
 #include "sim/mesh/remesh/edge_sizing.h"
-#include "sim/scene/phase_methods.h"
 #include "sim/target/gram.h"
 #include "sim/target/target.h"
+#include "solvers/phase/phase_methods.h"
 
 namespace touchfield {
 
@@ -392,15 +392,19 @@ struct MotionSpec {
 inline constexpr double kLeastFrequency = 1e3;
 inline constexpr double kMostFrequency = 200e3;
 
+/// What a motion may change of a scene: where its bodies are, and what is wanted on them.
+struct Posture {
+  std::vector<BodySpec> bodies;  // 1 or more
+  std::optional<TargetSpec> target;
+};
+
 /// A scene as read and checked, in SI units, every default filled in.
-struct Scene {
+struct Scene : Posture {
   std::string name;
   MediumSpec medium;
   double frequency = 40e3;  // [Hz]
   ArraySpec array;
-  std::vector<BodySpec> bodies;         // 1 or more
   std::optional<SensingNoise> sensing;  // what the solver sees of the bodies; the judge sees them as they are
-  std::optional<TargetSpec> target;
   SolveSpec solve;
   JudgeSpec judge;
   std::vector<FieldSpec> fields;

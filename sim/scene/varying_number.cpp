@@ -96,19 +96,19 @@ T& item_of(std::vector<T>& items, bool single, const Item& item, const char* one
                                         several, items.size() - 1));
 }
 
-BodySpec& body_of(Scene& scene, const Item& item) {
+BodySpec& body_of(Posture& scene, const Item& item) {
   const bool single = scene.bodies.size() == 1 && scene.bodies.front().name.empty();
   return item_of(scene.bodies, single, item, "body", "bodies");
 }
 
-TargetBoxSpec& box_of(Scene& scene, const Item& item) {
+TargetBoxSpec& box_of(Posture& scene, const Item& item) {
   if (!scene.target) {
     throw InputError("is not in this scene, which has no target");
   }
   return item_of(scene.target->boxes, scene.target->boxes.size() == 1, item, "target.box", "target.boxes");
 }
 
-HandShape& hand_of(Scene& scene, const Item& item) {
+HandShape& hand_of(Posture& scene, const Item& item) {
   if (auto* hand = std::get_if<HandShape>(&body_of(scene, item).shape)) {
     return *hand;
   }
@@ -132,7 +132,7 @@ void take_joint(PathWalk& walk, const Item& item, VaryingNumber& number) {
   if (walk.take("thumb")) {
     if (const auto* joint = walk.take_one(kThumb, &Joint<ThumbJoints, ThumbAngles>::key)) {
       number.range = joint_range("thumb", joint->key);
-      number.in = [=](Scene& scene) -> double& {
+      number.in = [=](Posture& scene) -> double& {
         HandShape& hand = hand_of(scene, item);
         return leave_to_pose(hand.joints.thumb.*joint->given, hand_pose(hand.pose, hand.joints).thumb.*joint->posed);
       };
@@ -141,7 +141,7 @@ void take_joint(PathWalk& walk, const Item& item, VaryingNumber& number) {
     if (const auto* joint = walk.take_one(kFinger, &Joint<FingerJoints, FingerAngles>::key)) {
       number.range = joint_range(finger->first, joint->key);
       const auto which = static_cast<std::size_t>(finger - std::begin(kFingers));
-      number.in = [=](Scene& scene) -> double& {
+      number.in = [=](Posture& scene) -> double& {
         HandShape& hand = hand_of(scene, item);
         return leave_to_pose(hand.joints.*finger->second.*joint->given,
                              hand_pose(hand.pose, hand.joints).fingers[which].*joint->posed);
@@ -165,7 +165,7 @@ void take_body(PathWalk& walk, const Item& item, VaryingNumber& number) {
   }
   number.unit = at ? schema::kMillimetres : schema::kDegrees;
   if (const auto axis = walk.take_number(); axis && *axis < 3) {
-    number.in = [=, axis = static_cast<Eigen::Index>(*axis)](Scene& scene) -> double& {
+    number.in = [=, axis = static_cast<Eigen::Index>(*axis)](Posture& scene) -> double& {
       Placement& place = body_of(scene, item).place;
       return (at ? place.at : place.angles)[axis];
     };
@@ -180,7 +180,7 @@ void take_box(PathWalk& walk, const Item& item, VaryingNumber& number) {
   }
   number.unit = schema::kMillimetres;
   if (const auto axis = walk.take_number(); axis && *axis < 3) {
-    number.in = [=, axis = static_cast<Eigen::Index>(*axis)](Scene& scene) -> double& {
+    number.in = [=, axis = static_cast<Eigen::Index>(*axis)](Posture& scene) -> double& {
       TargetBoxSpec& box = box_of(scene, item);
       if (offset == box.at.empty()) {
         throw InputError(offset ? "is not in this scene: its box has centre_mm"
@@ -193,7 +193,7 @@ void take_box(PathWalk& walk, const Item& item, VaryingNumber& number) {
 
 void take_pressure(VaryingNumber& number) {
   number.range = schema::at_least(0);  // a motion may begin and end in silence
-  number.in = [](Scene& scene) -> double& {
+  number.in = [](Posture& scene) -> double& {
     if (!scene.target || !scene.target->pressure) {
       throw InputError("must be a number in this scene");
     }

@@ -78,27 +78,27 @@ double best_cosine(const TransducerArray& array, const std::vector<std::vector<I
 /// Box by box, those whose target has a side.
 std::vector<BoxView> box_views(const Model& model, const Target& target) {
   const TriangleMesh& mesh = model.body.mesh;
-  const std::vector<std::vector<Index>> parts = parts_of(model.array);
+  const std::vector<std::vector<Index>> parts = parts_of(model.fixed->array);
   std::vector<BoxView> views;
   for (std::size_t b = 0; b < model.boxes.size(); ++b) {
     double area = 0.0;
     Vector3 centre = Vector3::Zero();
     Vector3 normal = Vector3::Zero();
-    std::vector<double> on_body(model.scene.bodies.size(), 0.0);
+    std::vector<double> on_body(model.posture.bodies.size(), 0.0);
     for (std::size_t i = 0; i < target.faces.size(); ++i) {
       if (target.box[i] == static_cast<int>(b)) {
         const Index f = target.faces[i];
         area += mesh.areas()(f);
         centre += mesh.areas()(f) * mesh.centroids().col(f);
         normal += mesh.areas()(f) * mesh.normals().col(f);
-        on_body[static_cast<std::size_t>(model.owner[static_cast<std::size_t>(f)])] += mesh.areas()(f);
+        on_body[static_cast<std::size_t>(model.fixed->owner[static_cast<std::size_t>(f)])] += mesh.areas()(f);
       }
     }
     if (area > 0 && normal.norm() >= kLeastSide * area) {
       const auto body = static_cast<std::size_t>(std::ranges::max_element(on_body) - on_body.begin());
-      const double cosine = best_cosine(model.array, parts, centre / area, normal.normalized());
+      const double cosine = best_cosine(model.fixed->array, parts, centre / area, normal.normalized());
       views.push_back({b, normal.norm() / area * cosine, std::acos(std::clamp(cosine, -1.0, 1.0)),
-                       called(model.scene.bodies[body])});
+                       called(model.posture.bodies[body])});
     }
   }
   return views;
@@ -115,11 +115,12 @@ ArrayView array_view(const Model& model) {
       view.worst = *worst;
     }
   }
-  const double near = kNearField * model.wave.wavelength();
-  if (model.array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(model.array, model.body.mesh, near)) {
+  const double near = kNearField * model.fixed->wave.wavelength();
+  if (model.fixed->array.kind == TransducerArray::Kind::kPlaneWave ||
+      lies_apart(model.fixed->array, model.body.mesh, near)) {
     return view;
   }
-  const std::vector<PointClearance> clearances = point_clearances(model.body.mesh, model.array.positions);
+  const std::vector<PointClearance> clearances = point_clearances(model.body.mesh, model.fixed->array.positions);
   const auto nearest = std::ranges::min_element(clearances, {}, &PointClearance::distance);
   view.transducer = nearest - clearances.begin();
   view.distance = nearest->distance;
@@ -140,7 +141,7 @@ std::string facing_warning(const ArrayView& view, const Scene& scene) {
 }
 
 std::string near_field_note(const ArrayView& view, const Model& model) {
-  const double wavelengths = view.distance / model.wave.wavelength();
+  const double wavelengths = view.distance / model.fixed->wave.wavelength();
   if (!(wavelengths < kNearField)) {
     return "";
   }

@@ -235,13 +235,13 @@ std::map<int, TriangleMesh> parted(const TriangleMesh& mesh, const std::vector<i
 
 }  // namespace
 
-RigidMotion BodyPlan::own_frame(const Scene& scene, std::size_t body) const {
+RigidMotion BodyPlan::own_frame(const Posture& scene, std::size_t body) const {
   const Placement& place = scene.bodies[body].place;
   const Eigen::Matrix3d back = extrinsic_rotation(place.angles).transpose();
   return {back, bodies[body].anchor - back * place.at};
 }
 
-void require_apart(const Scene& scene, const TriangleMesh& mesh, const std::vector<int>& owner) {
+void require_apart(const Posture& posture, const TriangleMesh& mesh, const std::vector<int>& owner) {
   constexpr double kLeast = 0.05 * kMillimetre;
   if (owner.front() == owner.back()) {
     return;
@@ -250,7 +250,7 @@ void require_apart(const Scene& scene, const TriangleMesh& mesh, const std::vect
   for (auto one = bodies.begin(); one != bodies.end(); ++one) {
     for (auto other = std::next(one); other != bodies.end(); ++other) {
       const Clearance clearance = least_clearance(one->second, other->second);
-      const auto name = [&](const auto& body) { return scene.bodies[static_cast<std::size_t>(body->first)].name; };
+      const auto name = [&](const auto& body) { return posture.bodies[static_cast<std::size_t>(body->first)].name; };
       const std::string pair = fmt::format("{} and {}", name(one), name(other));
       const std::string at = place_text(clearance.on_first, 2);
       if (clearance.meeting != Meeting::kApart) {

@@ -30,9 +30,9 @@ struct BodyPlan {
   std::vector<GivenLandmark> landmarks;  // of mesh files
 
   /// From the world's frame into a body's own.
-  RigidMotion own_frame(const Scene& scene, std::size_t body) const;
+  RigidMotion own_frame(const Posture& scene, std::size_t body) const;
   /// A point of the world in a body's own frame.
-  Vector3 to_own(const Scene& scene, std::size_t body, const Vector3& world) const {
+  Vector3 to_own(const Posture& scene, std::size_t body, const Vector3& world) const {
     return own_frame(scene, body)(world);
   }
 };
@@ -86,7 +86,7 @@ PlacedBodies build_bodies(const Scene& scene, const BodyPlan& plan, const BodyEd
 ///          other or are nearer than 0.05 mm
 ///
 /// owner   M: number of the body a face is of
-void require_apart(const Scene& scene, const TriangleMesh& mesh, const std::vector<int>& owner);
+void require_apart(const Posture& posture, const TriangleMesh& mesh, const std::vector<int>& owner);
 
 /// The size field in the world's frame of a scene with one body; nothing if there are several, or no edge_mm.
 std::optional<EdgeSizing> world_sizing(const Scene& scene, const BodyPlan& plan);

@@ -114,13 +114,13 @@ bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double d
   return gap.maxCoeff() > distance;
 }
 
-void require_clear_transducers(const Scene& scene, const TransducerArray& array, const TriangleMesh& mesh,
+void require_clear_transducers(const Posture& posture, const TransducerArray& array, const TriangleMesh& mesh,
                                const std::vector<int>& owner) {
   const std::vector<PointClearance> clearances = point_clearances(mesh, array.positions);
   const auto nearest = std::ranges::min_element(clearances, {}, signed_distance);
   if (signed_distance(*nearest) < kLeastClearance) {
     const auto body = static_cast<std::size_t>(owner[static_cast<std::size_t>(nearest->face)]);
-    refuse_place(scene.bodies[body], array, nearest - clearances.begin(), signed_distance(*nearest));
+    refuse_place(posture.bodies[body], array, nearest - clearances.begin(), signed_distance(*nearest));
   }
 }
 

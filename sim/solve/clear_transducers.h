@@ -18,7 +18,7 @@ bool lies_apart(const TransducerArray& array, const TriangleMesh& mesh, double d
 /// array      not a plane wave
 /// owner      M: number of the body a face is of
 /// throws     InputError that names body.place.at_mm if a transducer is in the mesh or nearer than 1 mm to it
-void require_clear_transducers(const Scene& scene, const TransducerArray& array, const TriangleMesh& mesh,
+void require_clear_transducers(const Posture& posture, const TransducerArray& array, const TriangleMesh& mesh,
                                const std::vector<int>& owner);
 
 /// The same before any body is meshed as the scene asks for it, from where the plan puts its shape.

@@ -22,11 +22,12 @@ std::unique_ptr<SkinScattering> judge_scattering(const Model& model, const Solve
                                                  const TriangleMesh& mesh, Scheme scheme,
                                                  const std::function<SkinScattering&()>& own, Run& run,
                                                  Progress& progress) {
-  const ChannelResponse& response = model.array_truth ? model.array_truth->response : model.array.response;
-  if (model.scene.judge.kind == JudgeSpec::Kind::kSame && !model.truth && !judges_own_bodies(model)) {
+  const ChannelResponse& response =
+      model.fixed->array_truth ? model.fixed->array_truth->response : model.fixed->array.response;
+  if (model.fixed->scene.judge.kind == JudgeSpec::Kind::kSame && !model.truth && !judges_own_bodies(model)) {
     return std::make_unique<SkinScattering>(own(), response);
   }
-  SolverSpec spec = model.scene.solve.solver;
+  SolverSpec spec = model.fixed->scene.solve.solver;
   spec.solver = SolverChoice::kAuto;
   spec.precision = PrecisionChoice::kAuto;
   return make_scattering("judge", mesh, scheme, spec, static_cast<Eigen::Index>(run.methods.size()), model, response,
@@ -44,8 +45,8 @@ void note_solve(const Run& run, Progress& progress) {
 
 void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
                   const std::optional<Target>& target, const Eigen::VectorXcd& pressure) {
-  Metrics metrics = target ? metrics_of(mesh, gradient, model.wave, model.boxes, *target, pressure)
-                           : metrics_of(mesh, gradient, model.wave, pressure);
+  Metrics metrics = target ? metrics_of(mesh, gradient, model.fixed->wave, model.boxes, *target, pressure)
+                           : metrics_of(mesh, gradient, model.fixed->wave, pressure);
   if (!result.solution.cost_history.empty()) {
     metrics.cost = result.solution.cost_history.back();
   }
@@ -56,22 +57,22 @@ void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceG
     metrics.seconds_total += seconds;
   }
   result.metrics = metrics;
-  if (model.array.kind == TransducerArray::Kind::kTransducers) {
+  if (model.fixed->array.kind == TransducerArray::Kind::kTransducers) {
     Eigen::Index loudest = 0;
     pressure.cwiseAbs().maxCoeff(&loudest);
     const Vector3 at = mesh.centroids().col(loudest);
-    TransducerArray array = model.array;
-    if (model.array_truth) {
-      array.response = model.array_truth->response;
+    TransducerArray array = model.fixed->array;
+    if (model.fixed->array_truth) {
+      array.response = model.fixed->array_truth->response;
     }
-    result.shock_distance_share =
-        shock_distance_share(array, model.wave, drive(result.solution), wave_front_begin(array, model.wave, at), at);
+    result.shock_distance_share = shock_distance_share(array, model.fixed->wave, drive(result.solution),
+                                                       wave_front_begin(array, model.fixed->wave, at), at);
   }
 }
 
 void judge_elsewhere(const Model& model, const SolveOptions& options, const std::function<SkinScattering&()>& own,
                      Run& run, Progress& progress) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   const JudgeMesh judge_mesh = timed(progress, run.seconds, "judge_mesh", "evaluation mesh",
                                      [&] { return build_judge_mesh(model, options.bodies); });
   const TriangleMesh& mesh = judge_mesh.mesh;
@@ -95,16 +96,16 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
   require_finite("judge", pressures);
   const Eigen::MatrixXcd believed = pressures_of(run);
   const Eigen::VectorXd differences =
-      JudgeComparison(run.mesh, mesh, judge_mesh.splits, model.skin).differences(believed, pressures);
+      JudgeComparison(run.mesh, mesh, judge_mesh.splits, model.fixed->skin).differences(believed, pressures);
   Eigen::VectorXd target_differences = Eigen::VectorXd::Constant(differences.size(), kNotComputed);
   if (run.target) {
     std::vector<unsigned char> near = target_surroundings(run.mesh, run.target->faces);
     for (std::size_t f = 0; f < near.size(); ++f) {
-      near[f] = near[f] != 0 && model.skin[f] != 0 ? 1 : 0;
+      near[f] = near[f] != 0 && model.fixed->skin[f] != 0 ? 1 : 0;
     }
     target_differences = JudgeComparison(run.mesh, mesh, judge_mesh.splits, near).differences(believed, pressures);
   }
-  const SurfaceGradient gradient(mesh, model.wave.k());
+  const SurfaceGradient gradient(mesh, model.fixed->wave.k());
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
     const auto column = static_cast<Eigen::Index>(s);
     run.methods[s].judge_pressure = pressures.col(column);

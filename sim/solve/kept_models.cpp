@@ -48,14 +48,14 @@ std::unique_ptr<SkinScattering> make_scattering(const std::string& role, const T
                                                 const SolverSpec& spec, Eigen::Index right_hand_sides,
                                                 const Model& model, const ChannelResponse& response, KeptModels* kept,
                                                 std::vector<SolveRecord>& records, Progress& progress) {
-  TransducerArray array = model.array;
+  TransducerArray array = model.fixed->array;
   array.response = response;
-  if (kept == nullptr || model.array.kind != TransducerArray::Kind::kTransducers) {
-    return std::make_unique<SkinScattering>(mesh, model.wave, scheme, spec, std::move(array), records, progress,
+  if (kept == nullptr || model.fixed->array.kind != TransducerArray::Kind::kTransducers) {
+    return std::make_unique<SkinScattering>(mesh, model.fixed->wave, scheme, spec, std::move(array), records, progress,
                                             right_hand_sides);
   }
   const TriangleMesh own(model.own_frame(mesh.vertices()), mesh.triangles());
-  return std::make_unique<SkinScattering>(kept->get(role, own, model.wave, scheme, spec, right_hand_sides),
+  return std::make_unique<SkinScattering>(kept->get(role, own, model.fixed->wave, scheme, spec, right_hand_sides),
                                           moved(array, model.own_frame), records, progress);
 }
 

@@ -81,13 +81,13 @@ Directivity build_directivity(const ArraySpec& spec, const Wave& wave) {
 }
 
 /// Bodies cannot reach through the boards that carry transducers either. Listed positions have no board.
-void require_clear_array(const Scene& scene, const TransducerArray& array, const TriangleMesh& mesh,
-                         const std::vector<int>& owner) {
+void require_clear_array(const ArraySpec& spec, const TransducerArray& array, const Posture& posture,
+                         const TriangleMesh& mesh, const std::vector<int>& owner) {
   if (array.kind == TransducerArray::Kind::kPlaneWave || lies_apart(array, mesh, kLeastClearance)) {
     return;
   }
-  require_clear_transducers(scene, array, mesh, owner);
-  if (!std::holds_alternative<PositionsArray>(scene.array.layout)) {
+  require_clear_transducers(posture, array, mesh, owner);
+  if (!std::holds_alternative<PositionsArray>(spec.layout)) {
     if (const auto hit = plate_collision(mesh, array.positions, array.device, 0.0)) {
       throw InputError(
           fmt::format("array: the body crosses the board of unit {} at {}; move body.place.at_mm or array.at_mm",
@@ -117,7 +117,7 @@ Vector3 nearest_to_array(const TransducerArray& array, const TriangleMesh& mesh)
 /// A target reaches no cap: there is no skin to press on.
 void require_skin(const Target& target, const Model& model) {
   const auto caps = std::count_if(target.faces.begin(), target.faces.end(),
-                                  [&](Eigen::Index f) { return model.skin[static_cast<std::size_t>(f)] == 0; });
+                                  [&](Eigen::Index f) { return model.fixed->skin[static_cast<std::size_t>(f)] == 0; });
   if (caps > 0) {
     throw InputError(
         fmt::format("body.keep_within_mm: {} of the target's {} faces are beyond 0.9 of it from the target's centre, "
@@ -140,21 +140,21 @@ std::vector<unsigned char> faces_about(const TargetBox& box, const TriangleMesh&
 /// Edges per wavelength that a judge with edges of its own takes on the target, in the box where they are fewest.
 double judge_resolution(const Model& model, const Target& target) {
   std::vector<EdgeSizing> sizings;
-  for (std::size_t i = 0; i < model.scene.bodies.size(); ++i) {
-    sizings.push_back(sizing_of(model.scene, model.plan, i, model.scene.judge.edge));
+  for (std::size_t i = 0; i < model.posture.bodies.size(); ++i) {
+    sizings.push_back(sizing_of(model.fixed->scene, model.plan, i, model.fixed->scene.judge.edge));
   }
   std::vector<double> edges(model.boxes.size(), 0.0);
   std::vector<double> counts(model.boxes.size(), 0.0);
   for (std::size_t k = 0; k < target.faces.size(); ++k) {
-    const auto body = static_cast<std::size_t>(model.owner[static_cast<std::size_t>(target.faces[k])]);
+    const auto body = static_cast<std::size_t>(model.fixed->owner[static_cast<std::size_t>(target.faces[k])]);
     const auto box = static_cast<std::size_t>(target.box[k]);
     edges[box] +=
-        sizings[body].at(model.plan.to_own(model.scene, body, model.body.mesh.centroids().col(target.faces[k])));
+        sizings[body].at(model.plan.to_own(model.fixed->scene, body, model.body.mesh.centroids().col(target.faces[k])));
     counts[box] += 1;
   }
   double fewest = std::numeric_limits<double>::infinity();
   for (std::size_t b = 0; b < edges.size(); ++b) {
-    fewest = counts[b] > 0 ? std::min(fewest, model.wave.wavelength() * counts[b] / edges[b]) : fewest;
+    fewest = counts[b] > 0 ? std::min(fewest, model.fixed->wave.wavelength() * counts[b] / edges[b]) : fewest;
   }
   return fewest;
 }
@@ -203,11 +203,11 @@ JudgeSpec usual_judge(const Scene& scene, const Wave& wave) {
 /// About how many faces a judge has of the whole bodies; 0 if nothing is cut or it has no mesh.
 double faces_of_whole(const Model& model, const std::vector<PlacedBodies::Whole>& whole) {
   constexpr double kMostForetold = 1e7;
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   if (whole.empty() || scene.judge.kind == JudgeSpec::Kind::kNone) {
     return 0.0;
   }
-  const BodyEdges edges = judge_edges(scene, model.wave);
+  const BodyEdges edges = judge_edges(scene, model.fixed->wave);
   const auto faces_of = [&](const TriangleMesh& mesh, std::size_t body) {
     std::optional<EdgeSpec> edge = edges.edge != nullptr ? *edges.edge : scene.bodies[body].edge;
     if (!edge) {
@@ -225,7 +225,7 @@ double faces_of_whole(const Model& model, const std::vector<PlacedBodies::Whole>
       faces += faces_of(cut->mesh, i);
     } else {
       const Triangles own = faces_where(model.body.mesh.triangles(), [&](Eigen::Index f) {
-        return model.owner[static_cast<std::size_t>(f)] == body;
+        return model.fixed->owner[static_cast<std::size_t>(f)] == body;
       });
       faces += faces_of({model.body.mesh.vertices(), own}, i);
     }
@@ -235,21 +235,22 @@ double faces_of_whole(const Model& model, const std::vector<PlacedBodies::Whole>
 
 /// Too few edges per wavelength near the target make noise of the pressure there, by the solver's mesh or the judge's.
 void require_fine_mesh(const Model& model, const Target& target) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   if (scene.solve.allow_coarse_mesh) {
     return;
   }
-  const double wavelength = model.wave.wavelength();
+  const double wavelength = model.fixed->wave.wavelength();
   const TriangleMesh& mesh = model.body.mesh;
   double own = std::numeric_limits<double>::infinity();
   for (const TargetBox& box : model.boxes) {
     own = std::min(own, resolution_where(mesh, wavelength, faces_about(box, mesh))->mean);
   }
-  const double judged = model.scene.judge.kind == JudgeSpec::Kind::kEdge ? judge_resolution(model, target)
-                                                                         : std::numeric_limits<double>::infinity();
+  const double judged = model.fixed->scene.judge.kind == JudgeSpec::Kind::kEdge
+                            ? judge_resolution(model, target)
+                            : std::numeric_limits<double>::infinity();
   if (std::min(own, judged) < kFewestSolved) {
     const BodySpec& pressed =
-        scene.bodies[static_cast<std::size_t>(model.owner[static_cast<std::size_t>(target.faces[0])])];
+        scene.bodies[static_cast<std::size_t>(model.fixed->owner[static_cast<std::size_t>(target.faces[0])])];
     const auto* shape = std::get_if<MeshShape>(&pressed.shape);
     const std::string own_key = called(pressed) + (shape != nullptr && shape->series ? ".meshes" : ".edge_mm");
     throw InputError(fmt::format(
@@ -271,14 +272,14 @@ Run read_previous(const MethodSpec& method) {
 }  // namespace
 
 bool presses(const Model& model, const TriangleMesh& mesh) {
-  return model.scene.target && model.scene.target->pressure != 0.0 && hold_faces(mesh, model.boxes);
+  return model.posture.target && model.posture.target->pressure != 0.0 && hold_faces(mesh, model.boxes);
 }
 bool presses(const Model& model) { return presses(model, model.body.mesh); }
 
 void require_clear(const Model& model) {
-  require_clear_array(model.scene, model.array, model.body.mesh, model.owner);
-  if (model.scene.bodies.size() > 1) {
-    require_apart(model.scene, model.body.mesh, model.owner);
+  require_clear_array(model.fixed->scene.array, model.fixed->array, model.posture, model.body.mesh, model.fixed->owner);
+  if (model.posture.bodies.size() > 1) {
+    require_apart(model.posture, model.body.mesh, model.fixed->owner);
   }
   if (presses(model)) {
     require_skin(build_target(model), model);
@@ -343,14 +344,14 @@ Medium build_medium(const MediumSpec& spec, double frequency) {
 }
 
 Target build_target(const Model& model) {
-  if (!model.scene.target) {
+  if (!model.posture.target) {
     throw std::logic_error("the scene has no target");
   }
   return build_target(model, model.body.mesh);
 }
 
 Target build_target(const Model& model, const TriangleMesh& mesh) {
-  const TargetSpec& target = *model.scene.target;
+  const TargetSpec& target = *model.posture.target;
   return make_target(mesh, model.boxes, target.profile, target.pressure.value_or(1.0));
 }
 
@@ -362,40 +363,43 @@ QuietSkin quiet_skin(const Model& model) {
   quiet.faces.setOnes(model.body.mesh.face_count());
   for (Eigen::Index f = 0; f < quiet.faces.size(); ++f) {
     const auto face = static_cast<std::size_t>(f);
-    const BodySpec& body = model.scene.bodies[static_cast<std::size_t>(model.owner[face])];
-    quiet.faces(f) = model.skin[face] == 0 && body.beyond == Beyond::kIncident ? 0.0 : 1.0;
+    const BodySpec& body = model.posture.bodies[static_cast<std::size_t>(model.fixed->owner[face])];
+    quiet.faces(f) = model.fixed->skin[face] == 0 && body.beyond == Beyond::kIncident ? 0.0 : 1.0;
   }
   quiet.beyond = model.beyond;
-  quiet.array = model.array;
+  quiet.array = model.fixed->array;
   return quiet;
 }
 
 bool judged_elsewhere(const Model& model) {
-  const JudgeSpec::Kind kind = model.scene.judge.kind;
+  const JudgeSpec::Kind kind = model.fixed->scene.judge.kind;
   return kind == JudgeSpec::Kind::kSplit || judges_own_bodies(model) ||
-         (kind == JudgeSpec::Kind::kSame && (model.scene.sensing || solver_mistakes_channels(model.scene.array)));
+         (kind == JudgeSpec::Kind::kSame &&
+          (model.fixed->scene.sensing || solver_mistakes_channels(model.fixed->scene.array)));
 }
 
 bool judged_whole(const Model& model) {
-  const JudgeSpec& judge = model.scene.judge;
-  const bool part = std::ranges::any_of(model.cut, [&](int body) {
-    return model.scene.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kNothing;
+  const JudgeSpec& judge = model.fixed->scene.judge;
+  const bool part = std::ranges::any_of(model.fixed->cut, [&](int body) {
+    return model.posture.bodies[static_cast<std::size_t>(body)].beyond == Beyond::kNothing;
   });
   return !part || (judge.kind == JudgeSpec::Kind::kEdge &&
                    (judge.whole == JudgeSpec::Whole::kYes ||
-                    (judge.whole == JudgeSpec::Whole::kAuto && model.whole_faces <= kWholeFaces)));
+                    (judge.whole == JudgeSpec::Whole::kAuto && model.fixed->whole_faces <= kWholeFaces)));
 }
 
 bool judges_own_bodies(const Model& model) {
-  const JudgeSpec::Kind kind = model.scene.judge.kind;
+  const JudgeSpec::Kind kind = model.fixed->scene.judge.kind;
   return kind == JudgeSpec::Kind::kEdge || (kind != JudgeSpec::Kind::kNone && !model.beyond.empty());
 }
 
 bool is_of_part(const Model& model) {
-  return !model.cut.empty() && (model.scene.judge.kind == JudgeSpec::Kind::kNone || !judged_whole(model));
+  return !model.fixed->cut.empty() && (model.fixed->scene.judge.kind == JudgeSpec::Kind::kNone || !judged_whole(model));
 }
 
-SkinExtent solved_extent(const Model& model) { return model.cut.empty() ? SkinExtent::kWhole : SkinExtent::kPart; }
+SkinExtent solved_extent(const Model& model) {
+  return model.fixed->cut.empty() ? SkinExtent::kWhole : SkinExtent::kPart;
+}
 
 SkinExtent judged_extent(const Model& model) { return is_of_part(model) ? SkinExtent::kPart : SkinExtent::kWhole; }
 
@@ -404,7 +408,7 @@ Scheme judge_scheme(const Scene& scene) {
 }
 
 JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   const int splits = scene.judge.kind == JudgeSpec::Kind::kSplit ? scene.judge.splits : 0;
   const auto split = [splits](TriangleMesh mesh) {
     for (int i = 0; i < splits; ++i) {
@@ -414,7 +418,7 @@ JudgeMesh build_judge_mesh(const Model& model, KeptBodies* kept) {
   };
   if (judges_own_bodies(model)) {
     const Extent extent = judged_whole(model) ? Extent::kWhole : Extent::kJudged;
-    PlacedBodies bodies = build_bodies(scene, model.plan, judge_edges(scene, model.wave), extent, kept);
+    PlacedBodies bodies = build_bodies(scene, model.plan, judge_edges(scene, model.fixed->wave), extent, kept);
     require_closed_surface(bodies.body.mesh, "judge");
     if (splits == 0) {
       return {std::move(bodies.body.mesh), std::nullopt, std::move(bodies.owner)};
@@ -445,38 +449,33 @@ Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
   PlacedBodies bodies = build_bodies(scene, plan, {}, Extent::kSolved, kept);
   BeyondSkin beyond = beyond_skin(scene, bodies, array, wave.wavelength(), per_drive);
   require_closed_surface(bodies.body.mesh, "body");
-  require_clear_array(scene, array, bodies.body.mesh, bodies.owner);
+  require_clear_array(scene.array, array, scene, bodies.body.mesh, bodies.owner);
   for (const MethodSpec& method : scene.solve.methods) {
     require_fitting_phases(method, array.size());
   }
   bodies.body.landmarks.push_back(nearest_landmark(bodies.body.mesh, kNearestToArray, near_array(bodies.body.mesh)));
   const RigidMotion own_frame = plan.own_frame(scene, 0);
-  Model model{scene,
-              wave,
-              std::move(array),
-              std::nullopt,
-              std::move(plan),
-              own_frame,
-              std::move(bodies.body),
-              std::move(bodies.owner),
-              std::move(bodies.skin),
-              {},
-              std::move(beyond.patches),
-              beyond.shadowed,
-              0.0,
-              std::nullopt,
-              {},
-              {},
-              {}};
+  const auto fixed = std::make_shared<FixedModel>(FixedModel{scene,
+                                                             wave,
+                                                             std::move(array),
+                                                             std::nullopt,
+                                                             std::move(bodies.owner),
+                                                             std::move(bodies.skin),
+                                                             {},
+                                                             beyond.shadowed,
+                                                             0.0,
+                                                             {},
+                                                             {}});
+  Model model{fixed, scene, std::move(plan), own_frame, std::move(bodies.body), std::move(beyond.patches), {}};
   if (scene.judge.kind == JudgeSpec::Kind::kAuto) {
-    model.scene.judge = usual_judge(scene, wave);
+    fixed->scene.judge = usual_judge(scene, wave);
   }
   for (const PlacedBodies::Whole& whole : bodies.whole) {
-    model.cut.push_back(whole.owner);
+    fixed->cut.push_back(whole.owner);
   }
-  model.whole_faces = faces_of_whole(model, bodies.whole);
+  fixed->whole_faces = faces_of_whole(model, bodies.whole);
   if (solver_mistakes_channels(scene.array)) {
-    model.array_truth = {std::move(responses.truth), scene.array.phase_levels.value_or(0)};
+    fixed->array_truth = {std::move(responses.truth), scene.array.phase_levels.value_or(0)};
   }
   if (scene.target) {
     model.boxes = build_boxes(*scene.target, model.body);  // where the skin is, not where it is seen
@@ -487,16 +486,16 @@ Model build_model(const Scene& scene, KeptBodies* kept, double per_drive) {
     if (!model.beyond.empty()) {
       model.beyond = perturbed(std::move(model.beyond), *scene.sensing);
     }
-    require_clear_array(scene, model.array, model.body.mesh, model.owner);
+    require_clear_array(scene.array, fixed->array, scene, model.body.mesh, fixed->owner);
   }
-  model.report = inspect(model.body.mesh);
+  fixed->report = inspect(model.body.mesh);
   if (scene.target) {
     const Target target = build_target(model);
     require_skin(target, model);
     require_fine_mesh(model, target);
   }
   for (const FieldSpec& field : scene.fields) {
-    model.fields.push_back(centred_grid(field.name, field.centre, field.size, field.spacing));
+    fixed->fields.push_back(centred_grid(field.name, field.centre, field.size, field.spacing));
   }
   return model;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,25 +16,32 @@
 
 namespace touchfield {
 
-/// A scene made concrete: everything that a run computes with, in the world's frame.
-struct Model {
-  Scene scene;
+/// What stays of a model while its bodies move.
+struct FixedModel {
+  Scene scene;  // as its motion begins
   Wave wave;
   TransducerArray array;                  // as the solver reckons with it
   std::optional<ArrayTruth> array_truth;  // what it does instead
-  BodyPlan plan;
-  RigidMotion own_frame;            // from the world's frame into the first body's own
-  Body body;                        // what the solver sees: of several bodies one mesh, one behind the other
-  std::vector<int> owner;           // M: number of the body a face is of
-  std::vector<unsigned char> skin;  // M: 0 near the caps of keep_within, else 1
-  std::vector<int> cut;             // numbers of the bodies that keep_within cut
-  SkinPatches beyond;      // of them, where it is `incident`: the skin that is not solved, as the solver sees it
-  double shadowed = 0;     // BeyondSkin::shadowed
+  std::vector<int> owner;                 // M: number of the body a face is of
+  std::vector<unsigned char> skin;        // M: 0 near the caps of keep_within, else 1
+  std::vector<int> cut;                   // numbers of the bodies that keep_within cut
+  double shadowed = 0;                    // BeyondSkin::shadowed
   double whole_faces = 0;  // about, that a judge has of the whole bodies; 0 if nothing is cut or it has no mesh
-  std::optional<TriangleMesh> truth;  // with sensing: the same triangles where the skin really is
-  MeshReport report;                  // on `body`
-  std::vector<TargetBox> boxes;       // empty without a target
+  MeshReport report;       // on the solver's mesh
   std::vector<FieldGrid> fields;
+};
+
+/// A scene made concrete: everything that a run computes with, in the world's frame. A model of each instant of a motion
+/// shares what stays.
+struct Model {
+  std::shared_ptr<const FixedModel> fixed;
+  Posture posture;  // of the scene
+  BodyPlan plan;
+  RigidMotion own_frame;  // from the world's frame into the first body's own
+  Body body;              // what the solver sees: of several bodies one mesh, one behind the other
+  SkinPatches beyond;     // of those cut, where it is `incident`: the skin that is not solved, as the solver sees it
+  std::vector<TargetBox> boxes;         // empty without a target
+  std::optional<TriangleMesh> truth{};  // with sensing: the same triangles where the skin really is
 };
 
 /// Patches per drive. A frame's time goes with them: fewer cost half a point of error on a hand, and a third of the

@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 
 #include "sim/acoustics/nonlinearity.h"
-#include "sim/scene/phase_methods.h"
 #include "sim/solve/alarm.h"
 #include "sim/solve/warnings.h"
 #include "sim/store/text_table.h"
+#include "solvers/phase/phase_methods.h"
 
 namespace touchfield {
 

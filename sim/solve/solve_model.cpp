@@ -33,7 +33,7 @@ namespace {
 constexpr double kSmallestReciprocalCondition = 1e-8;
 
 Run begin_run(const Model& model, const SolveOptions& options) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   const std::string text = resolved_yaml(scene);
   Provenance provenance = provenance_now(options.threads, used_seeds(scene), options.command_line, text_hash(text));
   const bool judged_by_itself = scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model);
@@ -41,8 +41,8 @@ Run begin_run(const Model& model, const SolveOptions& options) {
   Run run{.name = scene.name,
           .scene = text,
           .mesh = model.body.mesh,
-          .array = model.array,
-          .array_truth = model.array_truth,
+          .array = model.fixed->array,
+          .array_truth = model.fixed->array_truth,
           .judge = judge,
           .solved_skin = solved_extent(model),
           .judged_skin = judged_extent(model),
@@ -51,7 +51,7 @@ Run begin_run(const Model& model, const SolveOptions& options) {
     for (const BodySpec& body : scene.bodies) {
       run.bodies.push_back(body.name);
     }
-    run.owner = model.owner;
+    run.owner = model.fixed->owner;
   }
   if (scene.target) {
     run.target = build_target(model);
@@ -88,22 +88,23 @@ class Models {
   struct Entry {
     Entry(std::unique_ptr<SkinScattering> made, const std::optional<Target>& target, const Model& model)
         : scattering(std::move(made)),
-          methods(*scattering, model.array.size(), target, model.scene.solve, quiet_skin(model)) {}
+          methods(*scattering, model.fixed->array.size(), target, model.fixed->scene.solve, quiet_skin(model)) {}
     std::unique_ptr<SkinScattering> scattering;
     MethodSolver methods;
   };
 
-  const SolveSpec& solve() const { return model_.scene.solve; }
+  const SolveSpec& solve() const { return model_.fixed->scene.solve; }
 
   std::unique_ptr<SkinScattering> make(Scheme scheme) {
     const std::string name = to_string(scheme);
-    auto made = timed(progress_, run_.seconds, "set_up_" + name,
-                      fmt::format("set up scheme {} on {} faces", name, run_.mesh.face_count()), [&] {
-                        return make_scattering("solve " + name, run_.mesh, scheme, solve().solver,
-                                               largest_block(model_.scene, scheme, model_.array.size(),
-                                                             options_.models != nullptr && options_.models->shared()),
-                                               model_, model_.array.response, options_.models, run_.solves, progress_);
-                      });
+    auto made =
+        timed(progress_, run_.seconds, "set_up_" + name,
+              fmt::format("set up scheme {} on {} faces", name, run_.mesh.face_count()), [&] {
+                return make_scattering("solve " + name, run_.mesh, scheme, solve().solver,
+                                       largest_block(model_.fixed->scene, scheme, model_.fixed->array.size(),
+                                                     options_.models != nullptr && options_.models->shared()),
+                                       model_, model_.fixed->array.response, options_.models, run_.solves, progress_);
+              });
     progress_.note(describe_decision(*made));
     return made;
   }
@@ -117,7 +118,7 @@ class Models {
 
 /// Scores every method on surface's cost and holds it against the least that any phases can reach.
 void certify_methods(const Model& model, Models& models, Run& run, Progress& progress) {
-  const Scheme scheme = model.scene.solve.scheme;
+  const Scheme scheme = model.fixed->scene.solve.scheme;
   const SkinProblem& problem = models.of(scheme).skin_problem(run.target->amplitudes, progress);
   const auto prove = [&] {
     try {
@@ -164,7 +165,7 @@ void keep_transfers(const SolveSpec& solve, Models& models, Run& run, Progress& 
 
 MethodResult solve_method(const MethodSpec& method, Models& models, const Model& model, const SurfaceGradient& gradient,
                           Run& run, Progress& progress) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   const Eigen::VectorXd amplitudes = run.target ? run.target->amplitudes : Eigen::VectorXd();
   MethodSolver& solver = models.of(method.scheme);
   MethodResult result;
@@ -240,10 +241,10 @@ void raise_alarms(const SolveSpec& solve, Models& models, Run& run, Progress& pr
 FieldResult evaluate_grid(const FieldGrid& grid, const Model& model, const Run& run, Gpu* gpu, Progress& progress) {
   FieldValues values;
   try {
-    values = run_field(run, model.wave, grid.points(), gpu);
+    values = run_field(run, model.fixed->wave, grid.points(), gpu);
   } catch (const GpuMemoryFailure& failure) {
     progress.warn(fmt::format("field {}: {}; the processor continues", grid.name, failure.what()));
-    values = run_field(run, model.wave, grid.points());
+    values = run_field(run, model.fixed->wave, grid.points());
   }
   FieldResult field{grid, std::move(values.inside), {}};
   for (std::size_t s = 0; s < run.methods.size(); ++s) {
@@ -310,7 +311,7 @@ Provenance provenance_now(int threads, const std::string& seeds, const std::stri
 
 Run solve_model(const Model& model, const SolveOptions& options, const std::function<void(const Run&)>& finished,
                 Progress& progress) {
-  const SolveSpec& spec = model.scene.solve;
+  const SolveSpec& spec = model.fixed->scene.solve;
   Run run = begin_run(model, options);
   if (const std::string slow = blas_warning(); !slow.empty()) {
     progress.warn(slow);  // of this process, not of the result
@@ -318,12 +319,12 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   say(model_remarks(model), run, progress);
   Models models(model, options, run, progress);
   const MethodSpec& first = spec.methods.front();
-  if (run.target && !model.scene.target->pressure) {
+  if (run.target && !model.posture.target->pressure) {
     const auto find_scale = [&] { return models.of(first.scheme).best_scale(first, run.mesh, model.boxes, progress); };
     run.target->amplitudes *= timed(progress, run.seconds, kScaleStage,
                                     fmt::format("find the best target pressure for {}", first.name), find_scale);
   }
-  const SurfaceGradient gradient(run.mesh, model.wave.k());
+  const SurfaceGradient gradient(run.mesh, model.fixed->wave.k());
   for (const MethodSpec& method : spec.methods) {
     run.methods.push_back(solve_method(method, models, model, gradient, run, progress));
     finished(run);
@@ -334,7 +335,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
     judge_elsewhere(
         model, options, [&]() -> SkinScattering& { return models.of(spec.scheme).scattering(); }, run, progress);
   }
-  if (model.scene.write.transfer) {
+  if (model.fixed->scene.write.transfer) {
     keep_transfers(spec, models, run, progress);
   }
   if (spec.certificate && run.target) {
@@ -343,7 +344,7 @@ Run solve_model(const Model& model, const SolveOptions& options, const std::func
   say(result_remarks(run, methods_below_wanted(run).empty() ? kNotComputed : models.of(first.scheme).most_pressure()),
       run, progress);
   Gpu* const gpu = models.of(first.scheme).scattering().gpu();
-  for (const FieldGrid& grid : model.fields) {
+  for (const FieldGrid& grid : model.fixed->fields) {
     run.fields.push_back(timed(progress, run.seconds, "field_" + grid.name,
                                fmt::format("field {}: {} points", grid.name, grid.size()),
                                [&] { return evaluate_grid(grid, model, run, gpu, progress); }));

@@ -39,16 +39,19 @@ std::string at(const Vector3& point) { return "at " + place_text(point); }
 void warn_of_near_source(const Model& model, Remarks& remarks) {
   const TriangleMesh& mesh = model.body.mesh;
   const Eigen::VectorXd edges = (4.0 / std::sqrt(3.0) * mesh.areas()).cwiseSqrt();
-  if (model.array.kind == TransducerArray::Kind::kPlaneWave ||
-      lies_apart(model.array, mesh, kNearestSource * edges.maxCoeff())) {
+  if (model.fixed->array.kind == TransducerArray::Kind::kPlaneWave ||
+      lies_apart(model.fixed->array, mesh, kNearestSource * edges.maxCoeff())) {
     return;
   }
   double least = std::numeric_limits<double>::infinity();
   Eigen::Index nearest = 0;
-  for (Eigen::Index n = 0; n < model.array.size(); ++n) {
-    const double distance =
-        ((mesh.centroids().colwise() - model.array.positions.col(n)).colwise().norm().transpose().cwiseQuotient(edges))
-            .minCoeff();
+  for (Eigen::Index n = 0; n < model.fixed->array.size(); ++n) {
+    const double distance = ((mesh.centroids().colwise() - model.fixed->array.positions.col(n))
+                                 .colwise()
+                                 .norm()
+                                 .transpose()
+                                 .cwiseQuotient(edges))
+                                .minCoeff();
     if (distance < least) {
       least = distance;
       nearest = n;
@@ -65,7 +68,7 @@ void warn_of_near_source(const Model& model, Remarks& remarks) {
 /// Transducers are made to radiate ahead of them; what their directivity says of the half space behind was not
 /// measured.
 void warn_of_body_behind(const Model& model, Remarks& remarks) {
-  const TransducerArray& array = model.array;
+  const TransducerArray& array = model.fixed->array;
   if (array.kind == TransducerArray::Kind::kPlaneWave || array.directivity.kind() == Directivity::Kind::kOmni) {
     return;
   }
@@ -128,7 +131,7 @@ void warn_of_coarse_surroundings(const Resolution& near, Remarks& remarks) {
 
 void warn_of_coarse_mesh(const Model& model, const std::optional<Target>& target, Remarks& remarks) {
   const TriangleMesh& mesh = model.body.mesh;
-  const double wavelength = model.wave.wavelength();
+  const double wavelength = model.fixed->wave.wavelength();
   const Resolution all = mesh_quality(mesh, wavelength).resolution;
   const std::optional<Resolution> near =
       target ? resolution_where(mesh, wavelength, target_surroundings(mesh, target->faces)) : std::nullopt;
@@ -185,7 +188,7 @@ void warn_of_both_sides(const TriangleMesh& mesh, const Target& target, Remarks&
 
 /// A pattern fits the mesh that it was found on, errors included.
 void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks) {
-  const Scene& scene = model.scene;
+  const Scene& scene = model.fixed->scene;
   const bool found = std::ranges::any_of(
       scene.solve.methods, [](const MethodSpec& method) { return method.kind->model != MethodModel::kGiven; });
   if (scene.target && found && scene.judge.kind == JudgeSpec::Kind::kSame && !judged_elsewhere(model)) {
@@ -200,8 +203,8 @@ void note_own_judge(const Model& model, double mean_resolution, Remarks& remarks
 void remark_on_part(const Model& model, Remarks& remarks) {
   constexpr double kShadowed = 0.05;
   double radius = std::numeric_limits<double>::infinity();
-  for (const int body : model.cut) {
-    radius = std::min(radius, *model.scene.bodies[static_cast<std::size_t>(body)].keep_within / kMillimetre);
+  for (const int body : model.fixed->cut) {
+    radius = std::min(radius, *model.posture.bodies[static_cast<std::size_t>(body)].keep_within / kMillimetre);
   }
   if (!model.beyond.empty()) {
     remarks.notes.push_back(
@@ -213,24 +216,24 @@ void remark_on_part(const Model& model, Remarks& remarks) {
     remarks.notes.push_back(fmt::format(
         "part_only: every figure is of the skin within keep_within_mm = {:.4g} of the target. The sound on the rest of "
         "the body is not counted{}",
-        radius, model.scene.judge.kind == JudgeSpec::Kind::kNone ? ": the scene has no evaluation mesh" : ""));
+        radius, model.fixed->scene.judge.kind == JudgeSpec::Kind::kNone ? ": the scene has no evaluation mesh" : ""));
   }
   const auto ends_at_the_wrist = [](const BodySpec& body) {
     const auto* hand = std::get_if<HandShape>(&body.shape);
     return hand != nullptr && hand->forearm == 0;
   };
-  if (model.scene.target && !is_of_part(model) && std::ranges::any_of(model.scene.bodies, ends_at_the_wrist)) {
+  if (model.posture.target && !is_of_part(model) && std::ranges::any_of(model.posture.bodies, ends_at_the_wrist)) {
     remarks.notes.emplace_back(
         "no_arm: the hand ends behind the wrist. Sound that the phases keep off the hand goes where an arm would be: "
         "body.hand.forearm_mm: 250 adds one");
   }
-  if (model.shadowed > kShadowed) {
+  if (model.fixed->shadowed > kShadowed) {
     remarks.warnings.push_back(
         fmt::format("shadowed_skin: another body is between the array and {:.0f} % of the skin beyond keep_within_mm. "
                     "The incident pressure is wrong there: leave keep_within_mm out",
-                    100.0 * model.shadowed));
+                    100.0 * model.fixed->shadowed));
   }
-  if (model.scene.judge.whole != JudgeSpec::Whole::kUnsaid) {
+  if (model.fixed->scene.judge.whole != JudgeSpec::Whole::kUnsaid) {
     remarks.warnings.push_back(
         "judge_whole: judge.whole is a key of version 0.2 and will be removed in the next version. The evaluation mesh "
         "has the whole bodies, except with body.beyond: nothing. Leave it out");
@@ -246,7 +249,7 @@ void add(const Remarks& more, Remarks& remarks) {
 
 Remarks model_remarks(const Model& model) {
   Remarks remarks = played_remarks(model);
-  if (model.scene.motion) {
+  if (model.fixed->scene.motion) {
     remarks.notes.insert(
         remarks.notes.begin(),
         "still: `run` ignores the scene's motion and uses its other keys as they are; `play` plays the motion");
@@ -257,7 +260,7 @@ Remarks model_remarks(const Model& model) {
 Remarks played_remarks(const Model& model) {
   const TriangleMesh& mesh = model.body.mesh;
   const auto target =
-      model.scene.target && hold_faces(mesh, model.boxes) ? std::optional(build_target(model)) : std::nullopt;
+      model.posture.target && hold_faces(mesh, model.boxes) ? std::optional(build_target(model)) : std::nullopt;
   Remarks remarks{model.plan.warnings, {}};
   warn_of_crossings(mesh, remarks);
   warn_of_coarse_mesh(model, target, remarks);
@@ -283,21 +286,22 @@ Remarks played_remarks(const Model& model) {
         fmt::format("thin_body: the body is {:.2f} edges thick {}; its two sides need edges no longer than that",
                     risks.thickness, at(risks.thickness_at)));
   }
-  std::ranges::copy(array_warnings(model.array, model.wave.wavelength()), std::back_inserter(remarks.warnings));
+  std::ranges::copy(array_warnings(model.fixed->array, model.fixed->wave.wavelength()),
+                    std::back_inserter(remarks.warnings));
   warn_of_body_behind(model, remarks);
   warn_of_near_source(model, remarks);
   if (target) {
     warn_of_both_sides(mesh, *target, remarks);
   }
   const ArrayView view = array_view(model);
-  if (std::string warning = facing_warning(view, model.scene); !warning.empty()) {
+  if (std::string warning = facing_warning(view, model.fixed->scene); !warning.empty()) {
     remarks.warnings.push_back(std::move(warning));
   }
   note_landmarks(model.plan, remarks);
   if (std::string note = near_field_note(view, model); !note.empty()) {
     remarks.notes.push_back(std::move(note));
   }
-  note_own_judge(model, edges_per_wavelength(mesh, model.wave.wavelength()), remarks);
+  note_own_judge(model, edges_per_wavelength(mesh, model.fixed->wave.wavelength()), remarks);
   remark_on_part(model, remarks);
   return remarks;
 }

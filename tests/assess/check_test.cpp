@@ -55,7 +55,8 @@ TEST(Check, CountsFieldsAndTheirGrid) {
   const Model without = small_model({fine[0]});
   const Model model = small_model(fine);
   constexpr double kPoints = 41.0 * 41.0 * 41.0;
-  const FieldSums sums = choose_field_sums(model.body.mesh, model.wave, field_points(model.fields.front().points(), 3));
+  const FieldSums sums =
+      choose_field_sums(model.body.mesh, model.fixed->wave, field_points(model.fixed->fields.front().points(), 3));
   ASSERT_TRUE(sums.grid.has_value());
   EXPECT_LT(sums.pairs, 0.5 * kPoints * static_cast<double>(model.body.mesh.face_count()));
   const double fields = 16.0 * kPoints * 3.0;

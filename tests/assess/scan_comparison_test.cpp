@@ -40,7 +40,7 @@ struct Solved {
       measured.lines.push_back(static_cast<int>(j) + 2);
     }
     measured.pressure =
-        factor * run_field(run, model.wave, measured.points).pressure.col(static_cast<Eigen::Index>(method));
+        factor * run_field(run, model.fixed->wave, measured.points).pressure.col(static_cast<Eigen::Index>(method));
     std::mt19937_64 bits(5);
     std::normal_distribution<double> normal;
     const double rms = measured.pressure.norm() / 10;
@@ -61,7 +61,7 @@ TEST(ScanComparison, FindsScaleAndPhaseOfACleanScan) {
   const Complex factor = std::polar(0.013, -2.1);
   for (const bool complex : {true, false}) {
     const MeasuredPoints measured = solved().scan(1, factor, 0.0, complex);
-    const ScanComparison found = compare_scan(solved().run, solved().model.wave, "unscattered", measured);
+    const ScanComparison found = compare_scan(solved().run, solved().model.fixed->wave, "unscattered", measured);
     EXPECT_EQ(found.used, 100U);
     EXPECT_NEAR(found.fit.scale, 0.013, 1e-12);
     EXPECT_LT(found.fit.relative, 1e-10);
@@ -79,27 +79,27 @@ TEST(ScanComparison, FindsScaleAndPhaseOfACleanScan) {
 TEST(ScanComparison, FindsThemThroughNoiseAndSaysHowMuchIsLeft) {
   const double noise = 0.05;
   const MeasuredPoints complex = solved().scan(0, std::polar(2.0, 0.7), noise, true);
-  const ScanComparison found = compare_scan(solved().run, solved().model.wave, "paper", complex);
+  const ScanComparison found = compare_scan(solved().run, solved().model.fixed->wave, "paper", complex);
   EXPECT_NEAR(found.fit.scale, 2.0, 2.0 * 0.02);
   EXPECT_NEAR(found.fit.turn, 0.7, 0.02);
   EXPECT_NEAR(found.fit.relative, noise, 0.01);
   EXPECT_NEAR(found.fit.relative, std::sqrt(1 - std::pow(found.fit.correlation, 2)), 1e-10);
   const MeasuredPoints magnitudes = solved().scan(0, std::polar(2.0, 0.7), noise, false);
-  const ScanComparison plain = compare_scan(solved().run, solved().model.wave, "paper", magnitudes);
+  const ScanComparison plain = compare_scan(solved().run, solved().model.fixed->wave, "paper", magnitudes);
   EXPECT_NEAR(plain.fit.scale, 2.0, 2.0 * 0.02);
   EXPECT_NEAR(plain.fit.relative, noise / std::numbers::sqrt2, 0.01);  // a magnitude has the half along the pressure
 }
 
 TEST(ScanComparison, AnotherMethodsFieldDoesNotFit) {
   const MeasuredPoints measured = solved().scan(2, 1.0, 0.0, true);
-  EXPECT_LT(compare_scan(solved().run, solved().model.wave, "focus", measured).fit.relative, 1e-10);
-  EXPECT_GT(compare_scan(solved().run, solved().model.wave, "unscattered", measured).fit.relative, 0.1);
+  EXPECT_LT(compare_scan(solved().run, solved().model.fixed->wave, "focus", measured).fit.relative, 1e-10);
+  EXPECT_GT(compare_scan(solved().run, solved().model.fixed->wave, "unscattered", measured).fit.relative, 0.1);
 }
 
 TEST(ScanComparison, TheOtherTimeFactorIsNoticed) {
   MeasuredPoints measured = solved().scan(0, 1.0, 0.01, true);
   measured.pressure = measured.pressure.conjugate().eval();
-  const ScanComparison found = compare_scan(solved().run, solved().model.wave, "paper", measured);
+  const ScanComparison found = compare_scan(solved().run, solved().model.fixed->wave, "paper", measured);
   EXPECT_GT(found.conjugate_correlation, 0.99);
   EXPECT_THAT(describe_scan(found, true), HasSubstr("the conjugate of what was measured fits better"));
 }
@@ -107,10 +107,10 @@ TEST(ScanComparison, TheOtherTimeFactorIsNoticed) {
 TEST(ScanComparison, IsOfWhatSoundsWhereTheSolverDoesNotKnow) {
   const Solved weak({"array.spread={phase_deg: 60}"});
   const MeasuredPoints measured = weak.scan(0, 3.0, 0.0, true);
-  EXPECT_NEAR(compare_scan(weak.run, weak.model.wave, "paper", measured).fit.scale, 3.0, 1e-10);
+  EXPECT_NEAR(compare_scan(weak.run, weak.model.fixed->wave, "paper", measured).fit.scale, 3.0, 1e-10);
   RunData believed = weak.run;
   believed.array_truth.reset();
-  EXPECT_GT(compare_scan(believed, weak.model.wave, "paper", measured).fit.relative, 0.2);
+  EXPECT_GT(compare_scan(believed, weak.model.fixed->wave, "paper", measured).fit.relative, 0.2);
 }
 
 TEST(ScanComparison, PointsInTheBodyAndOnItsSkinAreNamedAndLeftOut) {
@@ -118,7 +118,7 @@ TEST(ScanComparison, PointsInTheBodyAndOnItsSkinAreNamedAndLeftOut) {
   measured.points.col(3) = Vector3(0, 0, 56e-3);                 // the capsule's axis
   measured.points.col(4) = Vector3(0, 0, 49.5e-3);               // half a millimetre below its bottom
   measured.points.col(5) = solved().run.array.positions.col(9);  // on a transducer
-  const ScanComparison found = compare_scan(solved().run, solved().model.wave, "paper", measured);
+  const ScanComparison found = compare_scan(solved().run, solved().model.fixed->wave, "paper", measured);
   EXPECT_EQ(found.used, 97U);
   EXPECT_EQ(found.points[3].left_out, "inside the body");
   EXPECT_THAT(found.points[4].left_out, HasSubstr("mm from the skin, nearer than the edge of"));
@@ -130,7 +130,7 @@ TEST(ScanComparison, PointsInTheBodyAndOnItsSkinAreNamedAndLeftOut) {
 TEST(ScanComparison, WhatCannotBeComparedIsRefused) {
   MeasuredPoints measured = solved().scan(0, 1.0, 0.0, false);
   const auto said = [&](const MeasuredPoints& points, const std::string& method) {
-    return message_of<InputError>([&] { compare_scan(solved().run, solved().model.wave, method, points); });
+    return message_of<InputError>([&] { compare_scan(solved().run, solved().model.fixed->wave, method, points); });
   };
   EXPECT_EQ(said(measured, "gs"), "method gs: the run has no method of that name");
   MeasuredPoints silent = measured;

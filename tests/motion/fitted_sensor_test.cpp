@@ -113,7 +113,7 @@ TEST_F(Fitted, TheSkinThatIsSolvedLiesOnTheTrueOne) {
   sensor.start(silent_);
   EXPECT_THAT(sensor.notes(), ::testing::ElementsAre(HasSubstr("learnt from 6 images of the second from 0 s on")));
   const Model& first = sensor.solved().first();
-  const Eigen::MatrixXcd drives = drives_of_motion(sensor, first.scene.solve.scheme);
+  const Eigen::MatrixXcd drives = drives_of_motion(sensor, first.fixed->scene.solve.scheme);
   std::vector<SolveRecord> records;
   for (std::int64_t k = 0; k < 6; ++k) {
     const double seconds = static_cast<double>(k) / 30;
@@ -135,8 +135,8 @@ TEST_F(Fitted, TheSkinThatIsSolvedLiesOnTheTrueOne) {
       }
     }
     EXPECT_LT(std::sqrt(sum / count), 0.8 * kMillimetre) << k;
-    const SkinScattering place(model.body.mesh, model.wave, first.scene.solve.scheme, first.scene.solve.solver,
-                               model.array, records, silent_);
+    const SkinScattering place(model.body.mesh, model.fixed->wave, first.fixed->scene.solve.scheme,
+                               first.fixed->scene.solve.solver, model.fixed->array, records, silent_);
     const Eigen::MatrixXcd b = place.system().right_hand_side(place.system().incident(place.array()));
     EXPECT_LT((b - b * drives * drives.adjoint()).norm(), 6e-3 * b.norm()) << k;
   }

@@ -44,7 +44,7 @@ TEST(Steered, APlaneWaveHasNoPlaces) {
 
 TEST(DrivesOfMotion, LeaveLittleOutAnywhereOnTheWay) {
   const MovingModel moving(scene_from(kMovingCapsule, {"array.grid.count=[30, 24]"}));
-  const Scheme scheme = moving.first().scene.solve.scheme;
+  const Scheme scheme = moving.first().fixed->scene.solve.scheme;
   const Eigen::MatrixXcd drives = drives_of_motion(ExactSensor(moving), scheme);
   EXPECT_LT(drives.cols(), drives.rows());
   EXPECT_LT((drives.adjoint() * drives - Eigen::MatrixXcd::Identity(drives.cols(), drives.cols())).norm(), 1e-10);
@@ -52,8 +52,8 @@ TEST(DrivesOfMotion, LeaveLittleOutAnywhereOnTheWay) {
   Progress silent;
   for (const double seconds : {0.0, 0.031, 0.117, 0.203, 0.3}) {
     const Model model = moving.at(moving.state(seconds));
-    const SkinScattering place(model.body.mesh, model.wave, scheme, model.scene.solve.solver, model.array, records,
-                               silent);
+    const SkinScattering place(model.body.mesh, model.fixed->wave, scheme, model.fixed->scene.solve.solver,
+                               model.fixed->array, records, silent);
     const Eigen::MatrixXcd b = place.system().right_hand_side(place.system().incident(place.array()));
     EXPECT_LT((b - b * drives * drives.adjoint()).norm(), 6e-3 * b.norm()) << seconds;
   }
@@ -63,7 +63,7 @@ TEST(DrivesOfMotion, LeaveLittleOutAnywhereOnTheWay) {
 // from settled, and a step that is accepted here and not there by rounding alone moves the cost by 3e-3.
 TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
   const MovingModel moving(scene_from(kMovingCapsule, {"motion.start=zero"}));
-  const Scene& scene = moving.first().scene;
+  const Scene& scene = moving.first().fixed->scene;
   for (const MethodSpec& method : scene.solve.methods) {
     Eigen::MatrixXcd drives;
     if (method.kind->model == MethodModel::kSkin) {
@@ -72,9 +72,11 @@ TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
     FrameSolver solver(moving, method, drives);
     const MotionFrame frame = frame_at(solver, moving, 0.0);
     Model still = moving.at(moving.state(0.0));
-    still.scene.solve.methods = {method};
-    still.scene.solve.methods.front().iterations = scene.motion->iterations;
-    still.scene.solve.methods.front().start.kind = StartSpec::Kind::kZero;
+    const auto fixed = std::make_shared<FixedModel>(*still.fixed);
+    fixed->scene.solve.methods = {method};
+    fixed->scene.solve.methods.front().iterations = scene.motion->iterations;
+    fixed->scene.solve.methods.front().start.kind = StartSpec::Kind::kZero;
+    still.fixed = fixed;
     const auto run = solve_model(still);
     EXPECT_NEAR(last_cost(frame.solution), last_cost(run.methods.front().solution), 5e-3 * last_cost(frame.solution))
         << method.name;
@@ -105,10 +107,10 @@ TEST(FrameSolver, FollowsTheLeastOfTheSameCostAsFramesByDrives) {
       const Model model = reference.at(reference.state(seconds));
       std::vector<SolveRecord> records;
       Progress silent;
-      SkinScattering skin(model.body.mesh, model.wave, method.scheme, model.scene.solve.solver, model.array, records,
-                          silent);
+      SkinScattering skin(model.body.mesh, model.fixed->wave, method.scheme, model.fixed->scene.solve.solver,
+                          model.fixed->array, records, silent);
       const Transfer transfer =
-          make_transfer(skin, build_target(model), quiet_skin(model), model.scene.solve.quiet_weight);
+          make_transfer(skin, build_target(model), quiet_skin(model), model.fixed->scene.solve.quiet_weight);
       const double cost = skin_cost(transfer.reduction.problem, drive(frame.solution));
       EXPECT_LT(cost, 1.02 * wanted) << scheme << " " << kept << " " << seconds;
       EXPECT_NEAR(last_cost(frame.solution), cost, 1e-3 * wanted) << scheme << " " << kept << " " << seconds;
@@ -159,7 +161,7 @@ TEST(FrameSolver, IsQuietWhereTheTargetHoldsNoSkin) {
   FrameSolver solver(moving, method, {});
   const MotionFrame before = frame_at(solver, moving, 0.0);
   EXPECT_TRUE(before.quiet);
-  EXPECT_EQ(before.solution.amplitudes, Eigen::VectorXd::Zero(moving.first().array.size()));
+  EXPECT_EQ(before.solution.amplitudes, Eigen::VectorXd::Zero(moving.first().fixed->array.size()));
   const MotionFrame after = frame_at(solver, moving, 0.3);
   EXPECT_FALSE(after.quiet);
   EXPECT_GT(after.solution.amplitudes.maxCoeff(), 0.0);

@@ -42,8 +42,8 @@ Eigen::VectorXd displacements(const Seen& seen, const TriangleMesh& truth) {
 double left_out(const Eigen::MatrixXcd& drives, const Model& model, const TriangleMesh& mesh) {
   std::vector<SolveRecord> records;
   Progress silent;
-  const SkinScattering place(mesh, model.wave, model.scene.solve.scheme, model.scene.solve.solver, model.array, records,
-                             silent);
+  const SkinScattering place(mesh, model.fixed->wave, model.fixed->scene.solve.scheme, model.fixed->scene.solve.solver,
+                             model.fixed->array, records, silent);
   const Eigen::MatrixXcd b = place.system().right_hand_side(place.system().incident(place.array()));
   return (b - b * drives * drives.adjoint()).norm() / b.norm();
 }
@@ -120,7 +120,7 @@ TEST(NoisySensor, NamesTheSampleThatIsNoSkin) {
 TEST(NoisySensor, DrivesOfTheMotionSpanWhatIsSeen) {
   const SensedMotion sensed = sensed_motion(noisy_scene({"array.grid.count=[30, 24]"}));
   const Model& model = sensed.solved().first();
-  const Eigen::MatrixXcd drives = drives_of_motion(*sensed.sensor, model.scene.solve.scheme);
+  const Eigen::MatrixXcd drives = drives_of_motion(*sensed.sensor, model.fixed->scene.solve.scheme);
   EXPECT_LT(drives.cols(), drives.rows());
   for (const int k : {0, 3, 5, 8}) {
     const Seen seen = sensed.sensor->sample(100 + k, k / 30.0);  // that it has not been made of
@@ -211,7 +211,7 @@ TEST(PlayMotion, SolvesWhatIsSeenAndScoresWhatIs) {
   ASSERT_TRUE(motion.judge);
   EXPECT_EQ(motion.judge->face_count(), fake.sensed.truth->first().body.mesh.face_count());
   EXPECT_NE(motion.judge->face_count(), motion.mesh.face_count());
-  const MethodSpec& method = solved.first().scene.solve.methods.front();
+  const MethodSpec& method = solved.first().fixed->scene.solve.methods.front();
   FrameSolver solver(solved, method, drives_for(*fake.sensor, method));
   for (const MotionFrame& frame : motion.methods.front().frames) {
     MotionState state = solved.state(0);

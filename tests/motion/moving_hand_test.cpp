@@ -94,7 +94,7 @@ TEST(MovingHand, SkinBeyondMovesWithTheHand) {
 
 TEST(MovingHand, FramesFollowABendingFinger) {
   const MovingModel moving(scene_from(kBendingFinger));
-  const MethodSpec& method = moving.first().scene.solve.methods.front();
+  const MethodSpec& method = moving.first().fixed->scene.solve.methods.front();
   FrameSolver solver(moving, method, drives_for(ExactSensor(moving), method));
   double warm = 0;
   for (int i = 0; i <= 10; ++i) {

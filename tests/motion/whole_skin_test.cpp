@@ -43,7 +43,7 @@ TEST(WholeSkin, IsTheHandThatTheSolverSeesAPartOf) {
     EXPECT_GT(skin.signed_volume(), 5 * model.body.mesh.signed_volume());
     double farthest = 0;
     for (Eigen::Index f = 0; f < model.body.mesh.face_count(); f += 7) {
-      if (model.skin[static_cast<std::size_t>(f)] != 0) {
+      if (model.fixed->skin[static_cast<std::size_t>(f)] != 0) {
         const Vector3 corner = model.body.mesh.corner(f, 0);
         farthest = std::max(farthest, (position(skin, nearest_landmark(skin, "", corner)) - corner).norm());
       }

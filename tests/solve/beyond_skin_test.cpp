@@ -29,7 +29,7 @@ Model long_model(std::vector<std::string> changes) {
 double skin_area(const Model& model) {
   double area = 0;
   for (Eigen::Index f = 0; f < model.body.mesh.face_count(); ++f) {
-    area += model.skin[static_cast<std::size_t>(f)] != 0 ? model.body.mesh.areas()(f) : 0.0;
+    area += model.fixed->skin[static_cast<std::size_t>(f)] != 0 ? model.body.mesh.areas()(f) : 0.0;
   }
   return area;
 }
@@ -47,7 +47,7 @@ TEST(BeyondSkin, PartAndPatchesTogetherAreTheSkin) {
     EXPECT_GT((centres.colwise() - Vector3(0, 20e-3, 50e-3)).colwise().norm().minCoeff(), border - 2e-3);
     EXPECT_LT(FaceTree(whole.body.mesh).nearest(centres.col(0)).distance, 1e-5);
     // 0.9 wavelengths apart at most.
-    EXPECT_LT(model.beyond.areas.mean(), std::pow(0.9 * model.wave.wavelength(), 2));
+    EXPECT_LT(model.beyond.areas.mean(), std::pow(0.9 * model.fixed->wave.wavelength(), 2));
   }
   EXPECT_TRUE(long_model({"body.keep_within_mm=14", "body.beyond=nothing"}).beyond.empty());
   EXPECT_TRUE(long_model({"body.keep_within_mm=200"}).beyond.empty());
@@ -56,8 +56,8 @@ TEST(BeyondSkin, PartAndPatchesTogetherAreTheSkin) {
 TEST(BeyondSkin, PatchesAreTwiceAsManyAsWhatReachesThem) {
   const Model model = long_model({"body.keep_within_mm=14", "array={autd3: {layout: [1, 2]}}"});
   const SkinPatches& beyond = model.beyond;
-  const double drives =
-      expected_drives(beyond.centres(), beyond.normals(), beyond.areas, model.array, model.wave.wavelength());
+  const double drives = expected_drives(beyond.centres(), beyond.normals(), beyond.areas, model.fixed->array,
+                                        model.fixed->wave.wavelength());
   EXPECT_GT(static_cast<double>(beyond.size()), 1.8 * drives);
 }
 
@@ -69,8 +69,8 @@ TEST(BeyondSkin, OtherBodiesLieBeyondAsAWhole) {
       "{at_mm: [70, 0, 60]}}]";
   const std::string target = "target.box={at: one.bottom, size_mm: [6, 12, 5]}";
   const Model model = small_model({two, "body=null", target});
-  EXPECT_THAT(model.owner, Each(0));
-  EXPECT_THAT(model.cut, ElementsAre(1));
+  EXPECT_THAT(model.fixed->owner, Each(0));
+  EXPECT_THAT(model.fixed->cut, ElementsAre(1));
   EXPECT_THAT(model.beyond.owner, Each(1));
   const double sphere = 4 * std::acos(-1.0) * 64e-6;
   EXPECT_NEAR(model.beyond.areas.sum() / sphere, 1.0, 0.03);
@@ -94,7 +94,7 @@ TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
   for (const FaceWeights faces : {FaceWeights::kArea, FaceWeights::kEqual}) {
     // Every face farther than 15 mm is no face any more, but a patch.
     QuietSkin quiet;
-    quiet.array = whole.array;
+    quiet.array = whole.fixed->array;
     quiet.faces.setOnes(mesh.face_count());
     const SkinPatches all = pieces_of(mesh, 1.0, 0);
     ASSERT_EQ(all.size(), mesh.face_count());
@@ -107,16 +107,17 @@ TEST(BeyondSkin, UnscatteredIsTheSameOnFacesAndPoints) {
     quiet.beyond = picked(all, is_far);
     std::vector<SolveRecord> records;
     Progress silent;
-    SkinScattering scattering(mesh, whole.wave, Scheme::kBurtonMiller, {}, whole.array, records, silent);
+    SkinScattering scattering(mesh, whole.fixed->wave, Scheme::kBurtonMiller, {}, whole.fixed->array, records, silent);
     const Target target = build_target(whole);
     MethodSpec method;
     method.kind = &phase_method("unscattered");
     method.faces = faces;
     method.iterations = 8;
-    const PhaseSolution on_faces = MethodSolver(scattering, whole.array.size(), target, whole.scene.solve)
+    const PhaseSolution on_faces = MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve)
                                        .solve(method, target.amplitudes, silent);
-    const PhaseSolution on_points = MethodSolver(scattering, whole.array.size(), target, whole.scene.solve, quiet)
-                                        .solve(method, target.amplitudes, silent);
+    const PhaseSolution on_points =
+        MethodSolver(scattering, whole.fixed->array.size(), target, whole.fixed->scene.solve, quiet)
+            .solve(method, target.amplitudes, silent);
     ASSERT_EQ(on_points.cost_history.size(), on_faces.cost_history.size());
     EXPECT_NEAR(on_points.cost_history.back(), on_faces.cost_history.back(), 1e-9 * on_faces.cost_history.back());
     EXPECT_LT((on_points.phases - on_faces.phases).cwiseAbs().maxCoeff(), 1e-6);

@@ -21,7 +21,7 @@ TEST(Model, OwnsItsScene) {
     const Scene scene = support::small_scene({"name=gone"});
     return build_model(scene);
   }();
-  EXPECT_EQ(model.scene.name, "gone");
+  EXPECT_EQ(model.fixed->scene.name, "gone");
   EXPECT_EQ(build_target(model).size(), build_target(model, model.body.mesh).size());
 }
 
@@ -79,7 +79,7 @@ TEST(Model, TheJudgeHasTheWholeBodyWhateverItIs) {
     EXPECT_TRUE(judged_elsewhere(model));
     const JudgeMesh mesh = build_judge_mesh(model);
     EXPECT_NEAR(mesh.mesh.total_area() / skin, 1.0, 0.01);
-    EXPECT_LE(mesh.mesh.mean_edge(), 1.05 * kCoarsestJudge * model.wave.wavelength());
+    EXPECT_LE(mesh.mesh.mean_edge(), 1.05 * kCoarsestJudge * model.fixed->wave.wavelength());
   }
   EXPECT_TRUE(is_of_part(small_model({"body.keep_within_mm=11", "judge=none"})));
   const Model part = small_model({"body.keep_within_mm=11", "body.beyond=nothing", "judge=same"});
@@ -88,7 +88,7 @@ TEST(Model, TheJudgeHasTheWholeBodyWhateverItIs) {
 }
 
 TEST(Model, AJudgeByItselfIsFineWhereTheSolverIsCoarse) {
-  const auto judge_of = [](const std::vector<std::string>& changes) { return small_model(changes).scene.judge; };
+  const auto judge_of = [](const std::vector<std::string>& changes) { return small_model(changes).fixed->scene.judge; };
   EXPECT_EQ(judge_of({}).kind, JudgeSpec::Kind::kSame);
   EXPECT_EQ(judge_of({"body.edge_mm={near_target: 1.5, far: 3}"}).kind, JudgeSpec::Kind::kSame);
   const JudgeSpec coarse = judge_of({"body.edge_mm={near_target: 1.5, far: 5}"});

@@ -52,14 +52,14 @@ TEST(RunField, TakesTheFarPartFromTheCard) {
     const Eigen::Map<const Eigen::MatrixXcd> surface(field.surface, run.mesh.face_count(), field.columns);
     const Eigen::Map<const Eigen::MatrixXcd> drives(field.drives, run.array.size(), field.columns);
     const Eigen::Map<const Points> at(field.points, 3, field.count);
-    const FarField far = support::reference_far_field(run.mesh, run.array, model.wave, at, surface, drives);
+    const FarField far = support::reference_far_field(run.mesh, run.array, model.fixed->wave, at, surface, drives);
     std::ranges::copy(far.pressure.reshaped(), field.pressure);
     std::ranges::copy(far.winding, field.winding);
     std::ranges::copy(far.near, field.near);
-    by_pairs = with_near_faces(run.mesh, model.wave, at, surface, far.pressure, far.winding, far.near);
+    by_pairs = with_near_faces(run.mesh, model.fixed->wave, at, surface, far.pressure, far.winding, far.near);
   });
-  const FieldValues expected = run_field(run, model.wave, points);
-  const FieldValues found = run_field(run, model.wave, points, &card);
+  const FieldValues expected = run_field(run, model.fixed->wave, points);
+  const FieldValues found = run_field(run, model.fixed->wave, points, &card);
   EXPECT_EQ(asked, 1);
   EXPECT_EQ(found.inside, expected.inside);
   EXPECT_EQ(found.inside, by_pairs.inside);
@@ -73,15 +73,15 @@ TEST(RunField, LeavesSmallFieldsToTheProcessor) {
   const auto& [model, run, points] = solved();
   FieldCard card([](const GpuField&) { FAIL() << "the card was asked"; });
   const Points few = points.leftCols(10);
-  EXPECT_EQ(run_field(run, model.wave, few, &card).pressure, run_field(run, model.wave, few).pressure);
+  EXPECT_EQ(run_field(run, model.fixed->wave, few, &card).pressure, run_field(run, model.fixed->wave, few).pressure);
 }
 
 TEST(RunField, TellsWantOfMemoryFromFailure) {
   const auto& [model, run, points] = solved();
   FieldCard full([](const GpuField&) { throw GpuMemoryFailure("full"); });
   FieldCard broken([](const GpuField&) { throw GpuFailure("broken"); });
-  EXPECT_THROW(run_field(run, model.wave, points, &full), GpuMemoryFailure);
-  EXPECT_THROW(run_field(run, model.wave, points, &broken), DeviceError);
+  EXPECT_THROW(run_field(run, model.fixed->wave, points, &full), GpuMemoryFailure);
+  EXPECT_THROW(run_field(run, model.fixed->wave, points, &broken), DeviceError);
 }
 
 }  // namespace

@@ -504,7 +504,7 @@ class LiveScene : public LiveOnTheWallClock {
   }
 
   ExactSensor sensor_{moving_};
-  const MethodSpec& method_ = moving_.first().scene.solve.methods.front();
+  const MethodSpec& method_ = moving_.first().fixed->scene.solve.methods.front();
   MotionFrame first_;
 };
 
@@ -526,7 +526,7 @@ TEST_F(LiveScene, IsSolvedForThePoseThatIsExpected) {
 }
 
 TEST_F(LiveScene, GoesThroughItsMotion) {
-  const MotionSpec& motion = *moving_.first().scene.motion;
+  const MotionSpec& motion = *moving_.first().fixed->scene.motion;
   LiveLoop loop(
       motion, [&](std::int64_t number, double seconds) { return sensor_.sample(number, seconds); },
       [&] { return live_solver(sensor_, method_, first_); }, pace_.time);

@@ -1,4 +1,4 @@
-#include "sim/scene/phase_methods.h"
+#include "solvers/phase/phase_methods.h"
 
 #include <algorithm>
 #include <stdexcept>
