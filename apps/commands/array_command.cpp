@@ -15,6 +15,7 @@
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/store/run_file.h"
 
@@ -82,10 +83,9 @@ EmissionPlan plan_of(const ArrayCommand& command) {
 Drive focus(const ArrayLayout& layout, const Vector3& at, const Wave& wave) {
   for (Eigen::Index n = 0; n < layout.positions.cols(); ++n) {
     const double distance = (layout.positions.col(n) - at).norm();
-    if (!(distance >= kNearest && distance <= kFarthest)) {
-      throw InputError(fmt::format("--at-mm: {:.1f} mm from transducer {}, must be >= {:g} and <= {:g} mm",
-                                   distance / kMillimetre, n, kNearest / kMillimetre, kFarthest / kMillimetre));
-    }
+    require(distance >= kNearest && distance <= kFarthest,
+            "--at-mm: {:.1f} mm from transducer {}, must be >= {:g} and <= {:g} mm", distance / kMillimetre, n,
+            kNearest / kMillimetre, kFarthest / kMillimetre);
   }
   const TransducerArray array = make_array(layout, Directivity::omni(), 1, 1);
   const Eigen::RowVectorXcd arriving = incident_matrix(array, wave, at);

@@ -13,8 +13,8 @@
 #include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/scene_changes.h"
-#include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/core/utf8.h"
 #include "sim/store/run_compare.h"
 #include "sim/store/run_file.h"
@@ -214,9 +214,7 @@ int compare_command(const CompareCommand& command, const CommonFlags& flags) {
   if (!command.points.points.empty()) {
     return compare_points(command.a, command.points, command.tolerance, flags);
   }
-  if (command.b.empty()) {
-    throw InputError("compare: B is missing: give another run, or --points FILE");
-  }
+  require(!command.b.empty(), "compare: B is missing: give another run, or --points FILE");
   const std::string path_a = run_file_at(command.a);
   const std::string path_b = run_file_at(command.b);
   const Run a = read_run_file(path_a);

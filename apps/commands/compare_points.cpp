@@ -9,6 +9,7 @@
 #include "sim/assess/scan_comparison.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/pictures/scan_picture.h"
 #include "sim/scene/scene_reader.h"
@@ -93,9 +94,7 @@ int compare_points(const std::string& run_path, const PointsComparison& asked, c
     format_of(asked.picture);
   }
   const Run run = read_run_file(path);
-  if (run.methods.empty()) {
-    throw InputError(fmt::format("{}: no method has finished", path));
-  }
+  require(!run.methods.empty(), "{}: no method has finished", path);
   const std::string method = asked.method.empty() ? run.methods.front().name : asked.method;
   const MeasuredPoints measured = read_measured_points(asked.points);
   const Scene scene = read_scene_text(run.scene, path, "");

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "apps/commands/command_line.h"
-#include "sim/core/errors.h"
 #include "sim/core/file_kind.h"
+#include "sim/core/require.h"
 #include "sim/core/text_number.h"
 #include "sim/core/whole_file.h"
 #include "sim/scene/text_file.h"
@@ -25,10 +25,7 @@ std::vector<std::uint8_t> read_samples(const std::string& path) {
     const std::size_t end = std::min(text.find_first_of(kBlanks, at), text.size());
     const std::string word = text.substr(at, end - at);
     const auto sample = number_of<std::uint8_t>(word);
-    if (!sample) {
-      throw InputError(fmt::format("{}: sample {} is '{}', it must be a whole number from 0 to 255", path,
-                                   samples.size() + 1, word));
-    }
+    require(sample, "{}: sample {} is '{}', it must be a whole number from 0 to 255", path, samples.size() + 1, word);
     samples.push_back(*sample);
     at = end;
   }

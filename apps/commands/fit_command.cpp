@@ -10,8 +10,8 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/fit_folder.h"
-#include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/store/motion_summary.h"
 
@@ -47,9 +47,8 @@ FolderFit fit_of(const FitCommand& command) {
     for (std::size_t corner = 0; corner < 2; ++corner) {
       how.workspace[corner] = kMillimetre * Eigen::Map<const Vector3>(command.workspace_mm.data() + 3 * corner);
     }
-    if (!((how.workspace[1] - how.workspace[0]).minCoeff() > 0)) {
-      throw InputError("--workspace-mm: the second corner must be beyond the first in x, y and z");
-    }
+    require((how.workspace[1] - how.workspace[0]).minCoeff() > 0,
+            "--workspace-mm: the second corner must be beyond the first in x, y and z");
   }
   return how;
 }

@@ -22,6 +22,7 @@
 #include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/seen_error.h"
 #include "sim/motion/sensed_motion.h"
@@ -63,10 +64,8 @@ const MethodSpec& method_of(const Scene& scene, const std::string& name) {
 
 Scene moving_scene(const LiveCommand& command) {
   Scene scene = read_scene(command.scene, command.overrides);
-  if (!scene.motion) {
-    throw InputError(fmt::format(
-        "{}: the scene has no motion: section, which live needs; `touchfield run` computes a still", command.scene));
-  }
+  require(scene.motion, "{}: the scene has no motion: section, which live needs; `touchfield run` computes a still",
+          command.scene);
   return scene;
 }
 

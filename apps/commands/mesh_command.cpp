@@ -14,6 +14,7 @@
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/cut/cut.h"
 #include "sim/mesh/io/mesh_io.h"
@@ -148,9 +149,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   }
   const FileSurface surface = read_surface(command.file);
   const double size = surface_size(surface);
-  if (!(size > 0)) {
-    throw InputError(fmt::format("{}: all faces are at one point, the mesh has no size", command.file));
-  }
+  require(size > 0, "{}: all faces are at one point, the mesh has no size", command.file);
   FileScale scale = find_scale(size, command.unit);
   for (const std::string& note : surface.notes) {
     scale.warnings.push_back(fmt::format("{}: {}", command.file, note));

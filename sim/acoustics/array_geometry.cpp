@@ -11,6 +11,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
@@ -162,10 +163,8 @@ void require_real_array(const TransducerArray& array, double wavelength, const s
     throw InputError(fmt::format("{}: {}; they must be at least {:.2g} mm apart: {}", field,
                                  apart_text(array, geometry), least / kMillimetre, advice));
   }
-  if (!(geometry.size.norm() <= kLargestArray)) {
-    throw InputError(fmt::format("{}: the array is {:.4g} m across, must be at most {:g} m: {}", field,
-                                 geometry.size.norm(), kLargestArray, advice));
-  }
+  require(geometry.size.norm() <= kLargestArray, "{}: the array is {:.4g} m across, must be at most {:g} m: {}", field,
+          geometry.size.norm(), kLargestArray, advice);
 }
 
 std::vector<std::string> array_warnings(const TransducerArray& array, double wavelength) {

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
@@ -18,9 +18,8 @@ constexpr double kReferenceDensity = 1.2041;  // [kg/m3] dry air at 20 C and 101
 }  // namespace
 
 Medium air(double temperature) {
-  if (!(temperature >= 223.15 && temperature <= 333.15)) {
-    throw InputError(fmt::format("temperature = {} C must be -50 to 60", temperature - kZeroCelsius));
-  }
+  require(temperature >= 223.15 && temperature <= 333.15, "temperature = {} C must be -50 to 60",
+          temperature - kZeroCelsius);
   return {kReferenceSpeed * std::sqrt(temperature / kRoomTemperature),
           kReferenceDensity * kRoomTemperature / temperature, 0.0};
 }
@@ -44,9 +43,7 @@ double air_absorption(double temperature, double relative_humidity, double frequ
 Wave::Wave(const Medium& medium, double frequency)
     : medium_(medium), frequency_(frequency), k_(2.0 * std::numbers::pi * frequency / medium.sound_speed) {
   const auto require = [](bool ok, const char* name, double value, const char* rule) {
-    if (!ok) {
-      throw InputError(fmt::format("{} = {} must be {}", name, value, rule));
-    }
+    require(ok, "{} = {} must be {}", name, value, rule);
   };
   require(frequency > 0 && std::isfinite(frequency), "frequency", frequency, "> 0");
   require(medium.sound_speed > 0 && std::isfinite(medium.sound_speed), "sound_speed", medium.sound_speed, "> 0");

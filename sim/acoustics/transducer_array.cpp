@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -110,12 +111,8 @@ ArrayLayout joined(const std::vector<ArrayLayout>& layouts) {
 
 TransducerArray make_array(const ArrayLayout& layout, const Directivity& directivity, double level,
                            double source_strength) {
-  if (layout.positions.cols() == 0) {
-    throw InputError("array: it has no transducer");
-  }
-  if (!(level > 0 && level <= 1)) {
-    throw InputError(fmt::format("array.level = {} must be > 0 and <= 1", level));
-  }
+  require(layout.positions.cols() != 0, "array: it has no transducer");
+  require(level > 0 && level <= 1, "array.level = {} must be > 0 and <= 1", level);
   if (!(source_strength > 0) || !std::isfinite(source_strength)) {
     throw InputError(fmt::format("array.source_pa_m = {} must be > 0", source_strength));
   }
@@ -145,9 +142,8 @@ TransducerArray moved(const TransducerArray& array, const RigidMotion& motion) {
 }
 
 TransducerArray plane_wave(const Vector3& direction, double amplitude) {
-  if (!(std::abs(direction.norm() - 1.0) < 1e-9)) {
-    throw InputError(fmt::format("plane_wave: its direction has length {}, it must be 1", direction.norm()));
-  }
+  require(std::abs(direction.norm() - 1.0) < 1e-9, "plane_wave: its direction has length {}, it must be 1",
+          direction.norm());
   if (!(amplitude > 0) || !std::isfinite(amplitude)) {
     throw InputError(fmt::format("plane_wave.amplitude_pa = {} must be > 0", amplitude));
   }

@@ -8,6 +8,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/solve/run_field.h"
@@ -94,9 +95,7 @@ ScanFit fit_scan(const Eigen::VectorXcd& computed, const Eigen::VectorXcd& measu
 
 ScanComparison compare_scan(Run run, const Wave& wave, const std::string& method, const MeasuredPoints& measured) {
   const auto found = std::ranges::find(run.methods, method, &MethodResult::name);
-  if (found == run.methods.end()) {
-    throw InputError(fmt::format("method {}: the run has no method of that name", method));
-  }
+  require(found != run.methods.end(), "method {}: the run has no method of that name", method);
   run.methods = {MethodResult(*found)};
   const FieldValues field = run_field(run, wave, measured.points);
   const TriangleMesh& mesh = field_mesh(run);

@@ -13,6 +13,7 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/core/version.h"
 #include "sim/core/whole_file.h"
 #include "sim/store/run_file.h"
@@ -116,9 +117,7 @@ void make_directory(const std::string& path) {
     throw InputError(fmt::format("output directory {}: a file of that name is in the way", path));
   }
   fs::create_directories(path, error);
-  if (error) {
-    throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
-  }
+  require(!error, "output directory {} cannot be made: {}", path, error.message());
 }
 
 bool there(const fs::path& file) {
@@ -169,9 +168,7 @@ RunDirectory RunDirectory::next_free(const std::string& root, const std::string&
       directory.begin(files);
       return directory;
     }
-    if (error) {
-      throw InputError(fmt::format("output directory {} cannot be made: {}", path, error.message()));
-    }
+    require(!error, "output directory {} cannot be made: {}", path, error.message());
   }
 }
 

@@ -8,7 +8,7 @@
 
 #include "sim/body/hand_landmarks.h"
 #include "sim/core/atomic_file.h"
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/motion/loop_clock.h"
 #include "sim/pictures/sight_picture.h"
@@ -119,15 +119,11 @@ std::string sight_warning(const StereoCamera& camera, const SightSummary& own) {
 
 SeenScene seen_scene(const Scene& scene, Progress* progress) {
   const auto* specs = scene.motion ? std::get_if<std::vector<CameraSpec>>(&scene.motion->sensor.sight) : nullptr;
-  if (specs == nullptr) {
-    throw InputError("motion.sensor.cameras is missing: see makes the images of simulated cameras");
-  }
+  require(specs != nullptr, "motion.sensor.cameras is missing: see makes the images of simulated cameras");
   const MotionSpec& motion = *scene.motion;
   const auto frames = last_instant(to_ticks(motion.seconds) - 1, motion.sensor.hz) + 1;
-  if (frames > static_cast<std::int64_t>(schema::kMostListed)) {
-    throw InputError(fmt::format("motion.sensor.hz: {} images per camera in {} s, must be <= {}", frames,
-                                 motion.seconds, schema::kMostListed));
-  }
+  require(frames <= static_cast<std::int64_t>(schema::kMostListed),
+          "motion.sensor.hz: {} images per camera in {} s, must be <= {}", frames, motion.seconds, schema::kMostListed);
   MovingModel moving(scene, nullptr, progress);
   WholeSkin skin(moving.first());
   std::vector<std::string> models;

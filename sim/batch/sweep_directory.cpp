@@ -14,6 +14,7 @@
 #include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/core/text_number.h"
 #include "sim/core/version.h"
 #include "sim/core/whole_file.h"
@@ -201,19 +202,15 @@ SweepDirectory::SweepDirectory(const std::string& path) : own_(own_sweep_directo
   own_.require_own_folder("cases");
   std::error_code error;
   fs::create_directory(path + "/cases", error);
-  if (error) {
-    throw InputError(fmt::format("output directory {} cannot be written to: cases: {}", path, error.message()));
-  }
+  require(!error, "output directory {} cannot be written to: cases: {}", path, error.message());
 }
 
 SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity, bool resume) {
   make_directory(path);
   SweepDirectory directory(path);
   if (fs::exists(path + "/sweep.json")) {
-    if (!resume) {
-      throw InputError(fmt::format(
-          "output directory {} already holds a sweep; continue it with --resume, or give another with -o", path));
-    }
+    require(resume, "output directory {} already holds a sweep; continue it with --resume, or give another with -o",
+            path);
     const SweepIdentity kept = read_identity(path);
     if (kept.version < kPlanVersion) {
       throw InputError(
@@ -301,21 +298,16 @@ void SweepDirectory::drop(const std::string& scratch) noexcept {
 
 SweepIdentity read_identity(const std::string& directory) {
   const std::string path = directory + "/sweep.json";
-  if (!fs::exists(path)) {
-    throw InputError(fmt::format("{} does not hold a sweep: sweep.json is missing", directory));
-  }
+  require(fs::exists(path), "{} does not hold a sweep: sweep.json is missing", directory);
   try {
     const Json json = json_from_text<Json>(read_whole_file(path, kMostRecordBytes));
-    if (json.at("format") != kPlanFormat) {
-      throw InputError(fmt::format("{}: is not the plan of a sweep (its format must be {})", path, kPlanFormat));
-    }
+    require(json.at("format") == kPlanFormat, "{}: is not the plan of a sweep (its format must be {})", path,
+            kPlanFormat);
     const int version = json.at("format_version").get<int>();
     if (version > kPlanVersion) {
       throw InputError(newer_format(path, version, kPlanVersion));
     }
-    if (version < 1) {
-      throw InputError(fmt::format("{}: format_version = {} must be >= 1", path, version));
-    }
+    require(version >= 1, "{}: format_version = {} must be >= 1", path, version);
     SweepIdentity identity;
     identity.version = version;
     identity.name = json.at("name").get<std::string>();

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -83,9 +84,7 @@ SweepCollection collect_sweep(const std::string& directory) {
   if (std::filesystem::exists(directory + "/sweep.json")) {
     parts.insert(parts.begin(), directory);
   }
-  if (parts.empty()) {
-    throw InputError(fmt::format("{} does not hold a sweep or a shard of one", directory));
-  }
+  require(!parts.empty(), "{} does not hold a sweep or a shard of one", directory);
   const SweepIdentity first = read_identity(parts.front());
   Found found;
   for (const std::string& part : parts) {

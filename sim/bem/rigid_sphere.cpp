@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -32,12 +33,8 @@ Complex surface_factor(const std::vector<Complex>& h, int n, double x) {
 }
 
 void require_sphere(const Wave& wave, double radius) {
-  if (!(radius > 0)) {
-    throw InputError(fmt::format("rigid sphere: radius = {} m must be > 0", radius));
-  }
-  if (wave.medium().absorption != 0) {
-    throw InputError("rigid sphere: the series holds for a medium without absorption");
-  }
+  require(radius > 0, "rigid sphere: radius = {} m must be > 0", radius);
+  require(wave.medium().absorption == 0, "rigid sphere: the series holds for a medium without absorption");
 }
 
 /// sum_n (2n+1) c_n P_n(cos theta).

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/rotation.h"
 #include "sim/mesh/face_shape.h"
 
@@ -32,9 +33,7 @@ const Landmark& find_landmark(const Body& body, const std::string& name) {
 }
 
 Landmark nearest_landmark(const TriangleMesh& mesh, const std::string& name, const Vector3& point) {
-  if (!point.allFinite()) {
-    throw InputError(fmt::format("landmark '{}': its position must be finite numbers", name));
-  }
+  require(point.allFinite(), "landmark '{}': its position must be finite numbers", name);
   Eigen::Index face = 0;
   Vector3 at = Vector3::Zero();
   double nearest = std::numeric_limits<double>::infinity();

@@ -14,6 +14,7 @@
 #include "sim/body/skin_mesh.h"
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/self_intersections.h"
 
@@ -22,9 +23,7 @@ namespace touchfield {
 namespace {
 
 void require_within(const char* field, double value, double least, double most) {
-  if (!(value >= least && value <= most)) {
-    throw InputError(fmt::format("hand.{} = {} m must be {} to {} m", field, value, least, most));
-  }
+  require(value >= least && value <= most, "hand.{} = {} m must be {} to {} m", field, value, least, most);
 }
 
 /// A left hand: bones and flesh.

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 
 namespace touchfield {
@@ -36,10 +37,9 @@ void turn_to(double& angle, const std::optional<double>& wanted, const char* fin
   }
   constexpr double kRounding = 1e-9;  // of degrees turned into radians and back
   const double degrees = *wanted / kDegree;
-  if (!(degrees >= range.least - kRounding && degrees <= range.most + kRounding)) {
-    throw InputError(fmt::format("hand.joints.{}.{} = {:.6g} degrees must be {} to {} degrees", finger, joint, degrees,
-                                 range.least, range.most));
-  }
+  require(degrees >= range.least - kRounding && degrees <= range.most + kRounding,
+          "hand.joints.{}.{} = {:.6g} degrees must be {} to {} degrees", finger, joint, degrees, range.least,
+          range.most);
   angle = *wanted;
 }
 

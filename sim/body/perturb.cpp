@@ -13,6 +13,7 @@
 #include "sim/body/random_field.h"
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/self_intersections.h"
@@ -29,10 +30,8 @@ constexpr double kLeastKept = 0.8;  // of the noise's rms
 constexpr double kSoundMargin = 1.2;
 
 void require_noise_within(const char* field, double value, double least, double most) {
-  if (!(value >= least && value <= most)) {
-    throw InputError(fmt::format("sensing: {} = {:.6g} mm must be {:.6g} to {:.6g} mm", field, value / kMillimetre,
-                                 least / kMillimetre, most / kMillimetre));
-  }
+  require(value >= least && value <= most, "sensing: {} = {:.6g} mm must be {:.6g} to {:.6g} mm", field,
+          value / kMillimetre, least / kMillimetre, most / kMillimetre);
 }
 
 /// Whether a face is turned over or drawn thin on moved vertices.
@@ -168,9 +167,7 @@ class NoisySkin {
 Perturbed perturbed(const TriangleMesh& mesh, const SensingNoise& noise) {
   require_noise_within("noise rms", noise.rms, 0, 3e-3);
   require_noise_within("correlation", noise.correlation, 1e-3, 0.1);
-  if (!noise.offset.allFinite()) {
-    throw InputError(fmt::format("sensing: offset = {} must be finite", place_text(noise.offset)));
-  }
+  require(noise.offset.allFinite(), "sensing: offset = {} must be finite", place_text(noise.offset));
   if (noise.rms == 0) {
     return {TriangleMesh(mesh.vertices().colwise() + noise.offset, mesh.triangles()), 0, 0, 0};
   }

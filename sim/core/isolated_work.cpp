@@ -22,6 +22,7 @@
 
 #include "sim/core/child_process.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -219,9 +220,7 @@ WorkOutput isolated(const std::string& subject, const WorkLimits& limits,
   if (end == End::kTooLong || (code == EXIT_SUCCESS && bytes.size() > limits.output)) {
     throw InputError(fmt::format("{} gives more than {} MiB", subject, limits.output >> 20));
   }
-  if (code != EXIT_SUCCESS) {
-    throw InputError(fmt::format("{} {}", subject, how_it_ended(status, end == End::kTooLate, limits.seconds)));
-  }
+  require(code == EXIT_SUCCESS, "{} {}", subject, how_it_ended(status, end == End::kTooLate, limits.seconds));
   return {received, bytes};
 }
 

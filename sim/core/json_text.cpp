@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/utf8.h"
 
 namespace touchfield {
@@ -83,9 +83,7 @@ std::string with_stand_ins(std::string_view text) {
     const char c = text[i];
     quoted = quoted != (c == '"');
     depth += quoted ? 0 : c == '[' || c == '{' ? 1 : c == ']' || c == '}' ? -1 : 0;
-    if (depth > kDeepest) {
-      throw InputError(fmt::format("JSON of more than {} levels", kDeepest));
-    }
+    require(depth <= kDeepest, "JSON of more than {} levels", kDeepest);
     const int code = escaped_at(text, i);
     const bool pair = code >= 0xD800 && code < 0xDC00 && escaped_at(text, i + 6) >= 0;
     const std::size_t length = pair ? 12 : code >= 0 ? 6 : c == '\\' ? 2 : 1;

@@ -11,6 +11,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/mixed_bits.h"
+#include "sim/core/require.h"
 #include "sim/core/rotation.h"
 #include "sim/solve/array_view.h"
 #include "sim/solve/stages.h"
@@ -46,9 +47,7 @@ std::optional<MeshSequence> sequence_of(const Scene& scene) {
     if (!is_series(body)) {
       continue;
     }
-    if (sequence) {
-      throw InputError("bodies: one of them at most can be given as meshes over time");
-    }
+    require(!sequence, "bodies: one of them at most can be given as meshes over time");
     sequence.emplace(std::get<MeshShape>(body.shape));
   }
   if (sequence && scene.judge.kind == JudgeSpec::Kind::kEdge) {

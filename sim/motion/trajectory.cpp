@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -22,9 +23,8 @@ Trajectory::Trajectory(const Scene& scene) {
         throw InputError(fmt::format("{} {}", change.path, error.what()));
       }
     }();
-    if (std::ranges::find(numbers_, number.path, &VaryingNumber::path) != numbers_.end()) {
-      throw InputError(fmt::format("{} is changed twice, must be changed once", number.path));
-    }
+    require(std::ranges::find(numbers_, number.path, &VaryingNumber::path) == numbers_.end(),
+            "{} is changed twice, must be changed once", number.path);
     curves_.push_back(motion_curve(number, change.law, scene.motion->seconds, still));
     numbers_.push_back(std::move(number));
   }

@@ -13,7 +13,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/atomic_file.h"
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/pictures/canvas.h"
 #include "sim/pictures/linear_axis.h"
 #include "sim/pictures/picture_parts.h"
@@ -34,9 +34,7 @@ constexpr std::size_t kLongestLabel = 44;  // letters
 const MetricField& field_of(const std::string& metric) {
   const auto& fields = metric_fields();
   const auto found = std::ranges::find_if(fields, [&](const MetricField& field) { return metric == field.name; });
-  if (found == fields.end()) {
-    throw InputError(fmt::format("metric {}: unknown; metrics.csv names them", metric));
-  }
+  require(found != fields.end(), "metric {}: unknown; metrics.csv names them", metric);
   return *found;
 }
 

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/text_hash.h"
 #include "sim/core/whole_file.h"
 #include "sim/scene/input.h"
@@ -216,9 +217,8 @@ std::vector<SweepCase> combined(const std::vector<Part>& parts) {
   std::vector<SweepCase> cases(1);
   for (const Part& part : parts) {
     std::vector<SweepCase> longer;
-    if (cases.size() * part.size() > static_cast<std::size_t>(kMostCases)) {
-      throw InputError(fmt::format("a sweep must have at most {} cases", kMostCases));
-    }
+    require(cases.size() * part.size() <= static_cast<std::size_t>(kMostCases), "a sweep must have at most {} cases",
+            kMostCases);
     longer.reserve(cases.size() * part.size());
     for (const SweepCase& before : cases) {
       for (const auto& changes : part) {
@@ -308,15 +308,11 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   }
   for (const std::string& text : overrides) {
     const auto equals = text.find('=');
-    if (equals == std::string::npos) {
-      throw InputError(fmt::format("--set {}: must be key.path=value", text));
-    }
+    require(equals != std::string::npos, "--set {}: must be key.path=value", text);
     plan.common.push_back({text.substr(0, equals), text.substr(equals + 1)});
   }
   plan.cases = combined(parts);
-  if (plan.cases.empty()) {
-    throw InputError(fmt::format("{}: no case at all", path));
-  }
+  require(!plan.cases.empty(), "{}: no case at all", path);
   plan.parameters = parameters_of(plan.cases);
   plan.base_text = read_whole_file(plan.base, schema::kMostTextBytes);
   return plan;

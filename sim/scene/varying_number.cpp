@@ -9,6 +9,7 @@
 
 #include "sim/body/hand_pose.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/text_number.h"
 #include "sim/scene/overrides.h"
 #include "sim/scene/scene_table.h"
@@ -102,9 +103,7 @@ BodySpec& body_of(Posture& scene, const Item& item) {
 }
 
 TargetBoxSpec& box_of(Posture& scene, const Item& item) {
-  if (!scene.target) {
-    throw InputError("is not in this scene, which has no target");
-  }
+  require(scene.target, "is not in this scene, which has no target");
   return item_of(scene.target->boxes, scene.target->boxes.size() == 1, item, "target.box", "target.boxes");
 }
 

@@ -16,6 +16,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/whole_file.h"
 #include "sim/scene/number_table.h"
 #include "sim/scene/quantity.h"
@@ -193,9 +194,7 @@ void CameraFolder::check_images(const std::string& table, Progress& progress) co
     faults.push_back(
         fmt::format("{}: {} of {} images are faulty, these are the first {}", table, faulty, images, kMostNamed));
   }
-  if (faulty > 0) {
-    throw InputError(fmt::format("{}", fmt::join(faults, "\n")));
-  }
+  require(faulty <= 0, "{}", fmt::join(faults, "\n"));
 }
 
 DepthFrame CameraFolder::frame(std::size_t frame) const {

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/scene/camera_models.h"
 #include "sim/scene/rigid_pose.h"
 #include "sim/scene/scene_table.h"
@@ -211,10 +212,8 @@ std::vector<DepthCamera> read_cameras_text(const std::string& text, const std::s
   for (const DepthCamera& camera : file.cameras) {
     pixels += std::int64_t{camera.view.width} * camera.view.height;
   }
-  if (pixels > kMostCameraPixels) {
-    throw InputError(fmt::format("{}: the images of all cameras have {} pixels together, must be at most {}", path,
-                                 pixels, kMostCameraPixels));
-  }
+  require(pixels <= kMostCameraPixels, "{}: the images of all cameras have {} pixels together, must be at most {}",
+          path, pixels, kMostCameraPixels);
   return file.cameras;
 }
 

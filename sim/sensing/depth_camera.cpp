@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -69,9 +69,7 @@ Eigen::Matrix2Xd pixel_rays(const DepthCamera& camera) {
     for (int i = 0; i < view.width; ++i) {
       const Eigen::Vector2d seen = (Eigen::Vector2d(i + 0.5, j + 0.5) - view.centre).cwiseQuotient(view.focal);
       const auto ray = straight ? std::optional(seen) : undistorted(camera, seen);
-      if (!ray) {
-        throw InputError(fmt::format("camera {}: distortion cannot be undone at pixel ({}, {})", camera.name, i, j));
-      }
+      require(ray, "camera {}: distortion cannot be undone at pixel ({}, {})", camera.name, i, j);
       rays.col(pixel++) = *ray;
     }
   }

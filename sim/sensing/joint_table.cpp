@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/text_number.h"
 #include "sim/scene/number_table.h"
 
@@ -100,9 +101,7 @@ std::optional<JointPoints> joints_of_row(std::string_view row, const RigidMotion
   std::vector<double> values;
   for (const std::string_view field : fields) {
     const std::optional<double> value = field.empty() ? std::nan("") : number_of<double>(field);
-    if (!value) {
-      throw InputError(fmt::format("value {} is '{}', must be a number", values.size() + 1, field));
-    }
+    require(value, "value {} is '{}', must be a number", values.size() + 1, field);
     values.push_back(*value);
   }
   JointPoints joints;

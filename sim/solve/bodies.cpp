@@ -10,6 +10,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/core/require.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/mesh/cut/cut.h"
@@ -253,10 +254,8 @@ void require_apart(const Posture& posture, const TriangleMesh& mesh, const std::
       const auto name = [&](const auto& body) { return posture.bodies[static_cast<std::size_t>(body->first)].name; };
       const std::string pair = fmt::format("{} and {}", name(one), name(other));
       const std::string at = place_text(clearance.on_first, 2);
-      if (clearance.meeting != Meeting::kApart) {
-        throw InputError(fmt::format("bodies: {} {} near {}; move one by its place.at_mm", pair,
-                                     clearance.meeting == Meeting::kCut ? "intersect" : "contain one another", at));
-      }
+      require(clearance.meeting == Meeting::kApart, "bodies: {} {} near {}; move one by its place.at_mm", pair,
+              clearance.meeting == Meeting::kCut ? "intersect" : "contain one another", at);
       if (clearance.distance < kLeast) {
         throw InputError(
             fmt::format("bodies: {} are {:.3f} mm apart near {}, they must be >= {} mm apart; "

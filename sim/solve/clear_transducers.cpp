@@ -9,6 +9,7 @@
 
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/solve/meshed_body.h"
@@ -39,10 +40,8 @@ std::string metres_hint(const Vector3& at) {
   const std::string place = called(body) + ".place.at_mm";
   const std::string at = place_text(array.positions.col(transducer), 2);
   const std::string hint = metres_hint(body.place.at);
-  if (distance < 0) {
-    throw InputError(fmt::format("{} puts transducer {} at {} inside the body; change it or array.at_mm{}", place,
-                                 transducer, at, hint));
-  }
+  require(!(distance < 0), "{} puts transducer {} at {} inside the body; change it or array.at_mm{}", place, transducer,
+          at, hint);
   throw InputError(
       fmt::format("{} puts the body {:.1f} mm from the array, from transducer {} at {}; it must be >= {} mm "
                   "away{}",

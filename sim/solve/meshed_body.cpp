@@ -9,6 +9,7 @@
 #include "sim/body/shapes.h"
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
@@ -151,10 +152,8 @@ std::vector<GivenLandmark> given_landmarks(const BodySpec& body, const TriangleM
     std::string text = fmt::format("{}.landmarks.{}: {} is {:.3g} {} off the skin of {}; its nearest point is {}",
                                    shape_key(body), name, file_place(point, shape), off / shape.unit, shape.unit_name,
                                    shape.file, file_place(nearest, shape));
-    if (off >= kMostLandmarkOff) {
-      throw InputError(fmt::format("{}; it must be within {:.4g} {}{}", text, kMostLandmarkOff / shape.unit,
-                                   shape.unit_name, other_unit(skin, point, shape)));
-    }
+    require(!(off >= kMostLandmarkOff), "{}; it must be within {:.4g} {}{}", text, kMostLandmarkOff / shape.unit,
+            shape.unit_name, other_unit(skin, point, shape));
     landmarks.push_back({name, off, std::move(text)});
   }
   return landmarks;

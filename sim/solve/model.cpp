@@ -11,6 +11,7 @@
 #include "sim/acoustics/array_geometry.h"
 #include "sim/core/errors.h"
 #include "sim/core/place_text.h"
+#include "sim/core/require.h"
 #include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/gpu/gpu_library.h"
@@ -302,10 +303,8 @@ Eigen::VectorXd previous_phases(const MethodSpec& method, Eigen::Index channels)
   if (found == run.methods.end() && start.method.empty()) {
     found = run.methods.begin();
   }
-  if (found == run.methods.end()) {
-    throw InputError(fmt::format("start of {}: {} has no method {}", method.name, start.file,
-                                 start.method.empty() ? "at all" : start.method));
-  }
+  require(found != run.methods.end(), "start of {}: {} has no method {}", method.name, start.file,
+          start.method.empty() ? "at all" : start.method);
   if (found->solution.phases.size() != channels) {
     throw InputError(fmt::format("start of {}: {} has {} channels, the array here has {}", method.name, start.file,
                                  found->solution.phases.size(), channels));

@@ -7,6 +7,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/meshed_body.h"
 #include "sim/solve/model.h"
@@ -41,9 +42,7 @@ void require_named_files(const std::vector<Scene>& scenes) {
            [&] { require_fitting_phases(method, channels); });
     }
   }
-  if (!problems.empty()) {
-    throw InputError(fmt::format("{}", fmt::join(problems, "\n")));
-  }
+  require(problems.empty(), "{}", fmt::join(problems, "\n"));
 }
 
 }  // namespace touchfield

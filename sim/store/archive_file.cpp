@@ -12,6 +12,7 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/file_kind.h"
+#include "sim/core/require.h"
 #include "sim/core/version.h"
 #include "sim/store/checksum.h"
 
@@ -23,19 +24,14 @@ namespace {
 void require_hdf5(const std::string& path) {
   constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    throw InputError(fmt::format("{}: {}", path, error ? error.message() : "is not a file"));
-  }
+  const bool is_file = std::filesystem::is_regular_file(path, error);
+  require(is_file, "{}: {}", path, error ? error.message() : "is not a file");
   std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    throw InputError(fmt::format("{}: cannot read: {}", path, std::strerror(errno)));
-  }
+  require(file, "{}: cannot read: {}", path, std::strerror(errno));
   std::array<char, 64> start{};
   file.read(start.data(), start.size());
   const std::string_view begin(start.data(), static_cast<std::size_t>(file.gcount()));
-  if (!begin.starts_with(kSignature)) {
-    throw InputError(fmt::format("{}: is not an HDF5 file{}", path, and_what_it_is(begin)));
-  }
+  require(begin.starts_with(kSignature), "{}: is not an HDF5 file{}", path, and_what_it_is(begin));
 }
 
 /// Most damage is met here, before HDF5 is asked to make sense of it.
@@ -72,17 +68,14 @@ void write_archive(const std::string& path, const hdf5::MemoryFile& file) {
 
 hdf5::Content read_archive(const std::string& path, const ArchiveFormat& format) {
   hdf5::Content root = read_whole(path);
-  if (format_of(root) != format.name()) {
-    throw InputError(fmt::format("{}: is an HDF5 file but not a touchfield {} (its attribute format must be {})", path,
-                                 format.noun, format.name()));
-  }
+  require(format_of(root) == format.name(),
+          "{}: is an HDF5 file but not a touchfield {} (its attribute format must be {})", path, format.noun,
+          format.name());
   const int version = root.integer_attribute("format_version");
   if (version > format.version) {
     throw InputError(newer_format(path, version, format.version));
   }
-  if (version < 1) {
-    throw InputError(fmt::format("{}: format_version = {} must be >= 1", root.place(), version));
-  }
+  require(version >= 1, "{}: format_version = {} must be >= 1", root.place(), version);
   return root;
 }
 

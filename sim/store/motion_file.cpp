@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/store/archive_parts.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/run_archive.h"
@@ -183,9 +184,7 @@ void check_frame(const std::string& what, const MotionFrame& frame, Eigen::Index
   std::set<std::string> stages;
   for (const auto& [stage, seconds] : frame.seconds) {
     require_name(what + ": stage", stage, stages);
-    if (!(seconds >= 0)) {
-      throw InputError(fmt::format("{}: stage '{}' = {} s must be >= 0", what, stage, seconds));
-    }
+    require(seconds >= 0, "{}: stage '{}' = {} s must be >= 0", what, stage, seconds);
   }
 }
 
@@ -207,9 +206,7 @@ void check_motion(const Motion& motion) {
                                      static_cast<int>(method.frames.size()) - 1));
       }
     }
-    if (method.dropped < 0) {
-      throw InputError(fmt::format("{}: dropped = {} must be >= 0", what, method.dropped));
-    }
+    require(method.dropped >= 0, "{}: dropped = {} must be >= 0", what, method.dropped);
   }
 }
 

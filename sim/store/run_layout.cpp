@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -76,21 +77,15 @@ void check_judge(const Run& run) {
 }  // namespace
 
 void require_size(const std::string& what, Eigen::Index size, Eigen::Index wanted) {
-  if (size != wanted) {
-    throw InputError(fmt::format("{} has {} values, must have {}", what, size, wanted));
-  }
+  require(size == wanted, "{} has {} values, must have {}", what, size, wanted);
 }
 
 void require_name(const std::string& what, const std::string& name, std::set<std::string>& taken) {
   const bool plain = !name.empty() && std::ranges::all_of(name, [](unsigned char c) {
     return c < 0x80 && (std::isalnum(c) != 0 || c == '_' || c == '-');
   });
-  if (!plain) {
-    throw InputError(fmt::format("{} name '{}' must be made of letters, digits, _ and -", what, name));
-  }
-  if (!taken.insert(name).second) {
-    throw InputError(fmt::format("{} name '{}' is used twice", what, name));
-  }
+  require(plain, "{} name '{}' must be made of letters, digits, _ and -", what, name);
+  require(taken.insert(name).second, "{} name '{}' is used twice", what, name);
 }
 
 void require_stages(const std::string& what, const std::vector<std::pair<std::string, double>>& seconds) {
@@ -211,9 +206,7 @@ void check_run(const Run& run) {
     require_name("field", field.grid.name, fields);
     check_field(field);
     for (const auto& [name, pressure] : field.pressure) {
-      if (!methods.contains(name)) {
-        throw InputError(fmt::format("field {}: '{}' must be a method of the run", field.grid.name, name));
-      }
+      require(methods.contains(name), "field {}: '{}' must be a method of the run", field.grid.name, name);
     }
   }
 }

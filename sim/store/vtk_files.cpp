@@ -22,6 +22,7 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/store/motion_file.h"
 #include "sim/store/run_layout.h"
 
@@ -186,9 +187,7 @@ void write_surface_vtp(const std::string& path, const Run& run) {
 
 void write_judge_vtp(const std::string& path, const Run& run) {
   check_run(run);
-  if (!run.judge_model) {
-    throw InputError(fmt::format("{}: the judge '{}' has no model of its own", path, run.judge));
-  }
+  require(run.judge_model, "{}: the judge '{}' has no model of its own", path, run.judge);
   write_skin_vtp(path, run, run.judge_model->mesh, {}, run.judge_model->target,
                  pressures_of(run, &MethodResult::judge_pressure));
 }
@@ -231,9 +230,8 @@ void write_faces_vtp(const std::string& path, const TriangleMesh& mesh,
   vtkNew<vtkPolyData> surface;
   set_faces(surface, mesh);
   for (const auto& [name, values] : numbers) {
-    if (values.size() != mesh.face_count()) {
-      throw InputError(fmt::format("{}: {} has {} numbers for {} faces", path, name, values.size(), mesh.face_count()));
-    }
+    require(values.size() == mesh.face_count(), "{}: {} has {} numbers for {} faces", path, name, values.size(),
+            mesh.face_count());
     add_array<vtkDoubleArray>(surface->GetCellData(), name, values.size(),
                               [&own = values](Eigen::Index f) { return own(f); });
   }

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/topology.h"
@@ -56,9 +57,7 @@ struct DeformationGraph::Roads {
 
 DeformationGraph::DeformationGraph(const TriangleMesh& mesh, double spacing)
     : mesh_(mesh), round_(mesh.triangles(), mesh.vertex_count()) {
-  if (!(spacing > 0)) {
-    throw InputError(fmt::format("deformation graph: spacing {} m must be positive", spacing));
-  }
+  require(spacing > 0, "deformation graph: spacing {} m must be positive", spacing);
   const Roads roads(mesh_);
   choose_nodes(roads, spacing);
   hang_vertices(roads);

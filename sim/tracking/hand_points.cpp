@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 
 namespace touchfield {
 
@@ -65,9 +66,7 @@ struct WindowSums {
 }  // namespace
 
 void require_frame(const std::vector<DepthCamera>& cameras, const DepthFrame& frame) {
-  if (frame.images.size() != cameras.size()) {
-    throw InputError(fmt::format("{} depth images of {} cameras", frame.images.size(), cameras.size()));
-  }
+  require(frame.images.size() == cameras.size(), "{} depth images of {} cameras", frame.images.size(), cameras.size());
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& view = cameras[c].view;
     const DepthImage& image = frame.images[c];
@@ -86,9 +85,8 @@ PointReader::PointReader(std::vector<DepthCamera> cameras, const PointOptions& o
   steepest_slope_ = std::tan(options.steepest);
   for (const DepthCamera& camera : cameras_) {
     require_camera(camera.view);
-    if (camera.view.projection != Camera::Projection::kPinhole) {
-      throw InputError(fmt::format("camera {}: a depth camera must be a pinhole", camera.name));
-    }
+    require(camera.view.projection == Camera::Projection::kPinhole, "camera {}: a depth camera must be a pinhole",
+            camera.name);
     rays_.push_back(pixel_rays(camera));
   }
 }

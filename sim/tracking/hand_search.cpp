@@ -9,7 +9,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
-#include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/tracking/seen_parts.h"
 
@@ -83,9 +83,7 @@ struct HandSearch::Sight {
 };
 
 HandSearch::HandSearch(const std::vector<TriangleMesh>& skins) {
-  if (skins.empty()) {
-    throw InputError("search of a hand: no skin to look for");
-  }
+  require(!skins.empty(), "search of a hand: no skin to look for");
   for (const TriangleMesh& mesh : skins) {
     skins_.push_back(skin_of(mesh));
   }

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/mesh/query/face_tree.h"
 
 namespace touchfield {
@@ -62,9 +63,8 @@ SkinDistance skin_distance(const TriangleMesh& mesh, const Eigen::VectorXd& dist
 }
 
 std::vector<bool> faces_seen(const std::vector<DepthCamera>& cameras, const TriangleMesh& mesh, double steepest) {
-  if (!(steepest > 0 && steepest < 0.5 * std::numbers::pi)) {
-    throw InputError(fmt::format("faces seen: steepest angle {} rad must be between 0 and pi / 2", steepest));
-  }
+  require(steepest > 0 && steepest < 0.5 * std::numbers::pi,
+          "faces seen: steepest angle {} rad must be between 0 and pi / 2", steepest);
   std::vector<bool> seen(static_cast<std::size_t>(mesh.face_count()), false);
   for (const DepthCamera& camera : cameras) {
     const Camera& view = camera.view;
