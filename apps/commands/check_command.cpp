@@ -96,7 +96,7 @@ int check_command(const CheckCommand& command, const CommonFlags& flags) {
     put(resolved_yaml(scene));
     return 0;
   }
-  ConsoleProgress progress(flags.quiet || flags.json);
+  ConsoleProgress progress(flags);
   const SceneCheck checked = check_scene(std::move(scene), command.accuracy, progress);
   const auto& [model, report, accuracy, motion, on_the_way] = checked;
   if (flags.json) {

@@ -91,6 +91,7 @@ void finish_command(CLI::App* command, Invocation& invocation, std::function<int
   add_whole(command, "--threads", flags.threads, schema::between(1, kMostThreads),
             "Number of threads; default: all cores, or OMP_NUM_THREADS");
   command->add_flag("--quiet", flags.quiet, "Show results, warnings and errors only");
+  command->add_flag("-v,--verbose", flags.verbose, "Show each stage and how it is solved, as run.log has it");
   command->add_flag("--json", flags.json, "Print results as JSON");
   command->callback([&invocation, action = std::move(action)] {
     invocation.action = [&invocation, action] { return action(invocation); };

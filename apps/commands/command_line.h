@@ -17,9 +17,10 @@ namespace touchfield {
 
 /// Flags that every command takes.
 struct CommonFlags {
-  int threads = 0;     // 0: as many as the machine offers (or OMP_NUM_THREADS)
-  bool quiet = false;  // errors and results only
-  bool json = false;   // results as JSON on standard output
+  int threads = 0;       // 0: as many as the machine offers (or OMP_NUM_THREADS)
+  bool quiet = false;    // errors and results only
+  bool verbose = false;  // how each stage is solved too
+  bool json = false;     // results as JSON on standard output
 };
 
 /// What a command line asks for.

@@ -15,6 +15,7 @@ namespace {
 
 constexpr std::chrono::seconds kFirstLine{2};
 constexpr std::chrono::seconds kLongestWait{60};
+constexpr double kBrief = 0.5;              // seconds of a stage that the log alone has
 constexpr std::chrono::seconds kRedraw{1};  // of a bar that stands still: the time that is left does not
 
 }  // namespace
@@ -26,7 +27,8 @@ std::string span_text(double seconds) {
   return seconds < 6000 ? fmt::format("{:.0f} min", seconds / 60) : fmt::format("{:.1f} h", seconds / 3600);
 }
 
-ConsoleProgress::ConsoleProgress(bool quiet) : quiet_(quiet), terminal_(isatty(fileno(stderr)) == 1) {}
+ConsoleProgress::ConsoleProgress(const CommonFlags& flags)
+    : quiet_(flags.quiet || flags.json), verbose_(flags.verbose && !quiet_), terminal_(isatty(fileno(stderr)) == 1) {}
 
 ConsoleProgress::~ConsoleProgress() { clear_bar(); }
 
@@ -87,8 +89,13 @@ void ConsoleProgress::draw_bar(int percent, const std::string& left) {
 }
 
 void ConsoleProgress::end(double seconds) {
-  note(fmt::format("  {}: {:.2f} s", stages_.back().what, seconds));
+  const std::string line = fmt::format("  {}: {:.{}f} s", stages_.back().what, seconds, seconds < 10 ? 2 : 0);
   stages_.pop_back();
+  if (seconds < kBrief) {
+    detail(line);
+  } else {
+    note(line);
+  }
 }
 
 void ConsoleProgress::remark(std::string_view message) {
@@ -114,6 +121,17 @@ void ConsoleProgress::note(std::string_view line) {
   if (!quiet_) {
     say(fmt::format("{}\n", line));
   }
+  if (log_) {
+    log_->line(line);
+  }
+}
+
+void ConsoleProgress::detail(std::string_view line) {
+  if (verbose_) {
+    note(line);
+    return;
+  }
+  clear_bar();
   if (log_) {
     log_->line(line);
   }

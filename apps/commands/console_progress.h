@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/commands/command_line.h"
 #include "sim/core/log_file.h"
 #include "sim/core/progress.h"
 
@@ -14,12 +15,12 @@ namespace touchfield {
 std::string span_text(double seconds);
 
 /// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in
-/// a log file if there is one. A stage that lasts says in the log, and where there is no terminal, how far it is and
+/// a log file if there is one. Details and stages of less than half a second are for the log alone, unless the user asks for
+/// all. A stage that lasts says in the log, and where there is no terminal, how far it is and
 /// how long it goes on: after 2 s, then each time twice as late, at most a minute apart.
 class ConsoleProgress : public Progress {
  public:
-  /// quiet   show warnings only
-  explicit ConsoleProgress(bool quiet);
+  explicit ConsoleProgress(const CommonFlags& flags);
   ~ConsoleProgress() override;
 
   /// From now on every line also goes to this file.
@@ -30,6 +31,7 @@ class ConsoleProgress : public Progress {
   void advance(double fraction) override;
   void end(double seconds) override;
   void note(std::string_view line) override;
+  void detail(std::string_view line) override;
   void remark(std::string_view message) override;
   void warn(std::string_view message) override;
 
@@ -46,7 +48,8 @@ class ConsoleProgress : public Progress {
   void draw_bar(int percent, const std::string& left);
   void write_line(const std::string& line);
 
-  bool quiet_;
+  bool quiet_;  // warnings only
+  bool verbose_;
   bool terminal_;
   bool bar_shown_ = false;
   int shown_percent_ = -1;

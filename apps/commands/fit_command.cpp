@@ -108,7 +108,7 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
   ClaimedDirectory claimed("every mesh that was written is whole; {} says that others are missing");
   const int threads = apply_threads(flags);
-  ConsoleProgress progress(flags.quiet || flags.json);
+  ConsoleProgress progress(flags);
   const FolderFit how = fit_of(command);
   require_apart(command.output, {command.folder});
   const CameraFolder folder(command.folder, &progress);

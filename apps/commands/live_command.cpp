@@ -86,7 +86,7 @@ class Live {
   Live(const LiveCommand& command, const CommonFlags& flags)
       : command_(command),
         flags_(flags),
-        progress_(flags.quiet || flags.json),
+        progress_(flags),
         scene_(moving_scene(command)),
         method_(method_of(scene_, command.method)),
         motion_(motion_of(scene_, command.options.request.seconds)) {

@@ -140,7 +140,7 @@ TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, cons
 
 int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
-  ConsoleProgress progress(flags.quiet || flags.json);
+  ConsoleProgress progress(flags);
   if (command.cut) {
     parse_cut_plane(*command.cut);  // a slip in it is said before the work begins
   }

@@ -54,7 +54,7 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
       "motion.h5 holds the motion up to the last full second that was written; {} says that the rest is missing");
   const int threads = apply_threads(flags);
   keep_freed_memory();
-  ConsoleProgress progress(flags.quiet || flags.json);
+  ConsoleProgress progress(flags);
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = read_scene(command.scene, command.overrides);
   if (!scene.motion) {

@@ -61,7 +61,7 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
   ClaimedDirectory claimed("{} says which methods are finished and which are missing");
   const int threads = apply_threads(flags);
-  ConsoleProgress progress(flags.quiet || flags.json);
+  ConsoleProgress progress(flags);
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = scene_of(command);
   require_apart(command.output, command.scene, scene);
@@ -73,14 +73,15 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
       claimed.claim(command.output, command.force, scene.name, run_files(scene, command.pictures));
   claimed.fill(progress, [&] {
     progress.log_to(directory.file("run.log"));
-    progress.note(first_log_line(scene.name, threads));
-    progress.note(fmt::format("  array: {}", describe_array(model.fixed->array)));
-    progress.note(fmt::format(
-        "  {} faces, {:.2f} edges per wavelength, {} channels, {} target faces; about {:.0f} s and {:.1f} GiB",
-        report.faces, report.epw_mean, report.channels, report.target_faces, report.seconds,
-        report.memory_mib / 1024.0));
+    progress.detail(first_log_line(scene.name, threads));
+    progress.detail(fmt::format("  array: {}", describe_array(model.fixed->array)));
+    progress.note(fmt::format("{}: {} faces, {} channels, {} methods; about {} and {:.1f} GiB", scene.name,
+                              report.faces, report.channels, scene.solve.methods.size(), span_text(report.seconds),
+                              report.memory_mib / 1024.0));
+    progress.detail(
+        fmt::format("  {:.2f} edges per wavelength, {} target faces", report.epw_mean, report.target_faces));
     if (!report.note.empty()) {
-      progress.note(fmt::format("  {}", report.note));
+      progress.detail(fmt::format("  {}", report.note));
     }
     for (const GivenLandmark& landmark : model.plan.landmarks) {
       progress.note(fmt::format("  landmark {} is {:.2f} mm off the skin", landmark.name, 1e3 * landmark.off));

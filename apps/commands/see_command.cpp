@@ -57,7 +57,7 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
   ClaimedDirectory claimed("times.csv lists the frames that are whole; {} says that others are missing");
   const int threads = apply_threads(flags);
-  ConsoleProgress progress(flags.quiet || flags.json);
+  ConsoleProgress progress(flags);
   // All that can be wrong with the input is found before the output directory exists.
   const Scene scene = read_scene(command.scene, command.overrides);
   require_apart(command.output, command.scene, scene);

@@ -87,7 +87,7 @@ nlohmann::ordered_json rung_json(const StudyRung& rung) {
 int study_command(const StudyCommand& command, const CommonFlags& flags) {
   ClaimedDirectory claimed("study.csv holds the ways that are finished; {} says that others are missing");
   apply_threads(flags);
-  ConsoleProgress progress(flags.quiet || flags.json);
+  ConsoleProgress progress(flags);
   const Scene scene = read_scene(command.scene, command.overrides);
   require_apart(command.output, command.scene, scene);
   // What is wrong with the scene or the options is found before the directory exists.

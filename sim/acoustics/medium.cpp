@@ -42,13 +42,12 @@ double air_absorption(double temperature, double relative_humidity, double frequ
 
 Wave::Wave(const Medium& medium, double frequency)
     : medium_(medium), frequency_(frequency), k_(2.0 * std::numbers::pi * frequency / medium.sound_speed) {
-  const auto require = [](bool ok, const char* name, double value, const char* rule) {
-    require(ok, "{} = {} must be {}", name, value, rule);
-  };
-  require(frequency > 0 && std::isfinite(frequency), "frequency", frequency, "> 0");
-  require(medium.sound_speed > 0 && std::isfinite(medium.sound_speed), "sound_speed", medium.sound_speed, "> 0");
-  require(medium.density > 0 && std::isfinite(medium.density), "density", medium.density, "> 0");
-  require(medium.absorption >= 0 && std::isfinite(medium.absorption), "absorption", medium.absorption, ">= 0");
+  require(frequency > 0 && std::isfinite(frequency), "frequency = {} must be > 0", frequency);
+  require(medium.sound_speed > 0 && std::isfinite(medium.sound_speed), "sound_speed = {} must be > 0",
+          medium.sound_speed);
+  require(medium.density > 0 && std::isfinite(medium.density), "density = {} must be > 0", medium.density);
+  require(medium.absorption >= 0 && std::isfinite(medium.absorption), "absorption = {} must be >= 0",
+          medium.absorption);
 }
 
 double Wave::omega() const { return 2.0 * std::numbers::pi * frequency_; }

@@ -20,6 +20,8 @@ class Progress {
   virtual void end(double /*seconds*/) {}
   /// A figure worth a line that is no stage.
   virtual void note(std::string_view /*line*/) {}
+  /// A figure of how a stage was solved: for a log, and for those who ask.
+  virtual void detail(std::string_view /*line*/) {}
   /// Something worth knowing about the result, which it leaves as trustworthy as it is.
   virtual void remark(std::string_view /*message*/) {}
   /// Something the user should know that is no error.

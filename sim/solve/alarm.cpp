@@ -53,7 +53,7 @@ double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured,
   const double share = product_share(kind, mesh.face_count(), solver_grid(grid_body(mesh), wave, quick).seconds);
   const double expected = alarm_seconds(plain, share * product_seconds(mesh, wave));
   if (!wants_alarm(spec.alarm, expected, spent)) {
-    progress.note(
+    progress.detail(
         fmt::format("  resonance check: skipped, {} would take about {:.1f} s more (solve.alarm: always requests it)",
                     to_string(other), expected));
     return nothing;
@@ -63,7 +63,7 @@ double fictitious_alarm(const SkinScattering& scattering, SkinScattering* cured,
   const Eigen::VectorXcd& reference = plain ? p : own;
   const double alarm = relative_difference(mesh.areas(), plain ? own : p, reference);
   const bool settled = records.back().residual <= 2.0 * kTolerance;
-  progress.note(fmt::format(
+  progress.detail(fmt::format(
       "  resonance check: pressures of {} and {} differ by {:.2f} %{}", to_string(scattering.system().scheme()),
       to_string(other), 100.0 * alarm,
       settled ? "" : fmt::format(" ({} stopped at a residual of {:.1e})", to_string(other), records.back().residual)));

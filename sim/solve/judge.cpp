@@ -38,9 +38,9 @@ std::unique_ptr<SkinScattering> judge_scattering(const Model& model, const Solve
 
 void note_solve(const Run& run, Progress& progress) {
   const SolveRecord& solve = run.solves.back();
-  progress.note(fmt::format("    {}: {} step{}, {} refinement{}, residual {:.1e}{}", solve.stage, solve.steps,
-                            solve.steps == 1 ? "" : "s", solve.refinements, solve.refinements == 1 ? "" : "s",
-                            solve.residual, solve.converged ? "" : ", NOT CONVERGED"));
+  progress.detail(fmt::format("    {}: {} step{}, {} refinement{}, residual {:.1e}{}", solve.stage, solve.steps,
+                              solve.steps == 1 ? "" : "s", solve.refinements, solve.refinements == 1 ? "" : "s",
+                              solve.residual, solve.converged ? "" : ", NOT CONVERGED"));
 }
 
 void judge_method(MethodResult& result, const TriangleMesh& mesh, const SurfaceGradient& gradient, const Model& model,
@@ -88,9 +88,9 @@ void judge_elsewhere(const Model& model, const SolveOptions& options, const std:
       timed(progress, run.seconds, "judge_set_up",
             fmt::format("set up the evaluation mesh: {} on {} faces", judge_model.scheme, mesh.face_count()),
             [&] { return judge_scattering(model, options, mesh, scheme, own, run, progress); });
-  progress.note(describe_decision(*scattering));
+  progress.detail(describe_decision(*scattering));
   const Eigen::MatrixXcd pressures =
-      timed(progress, run.seconds, "judge", fmt::format("judge {} methods", run.methods.size()),
+      timed(progress, run.seconds, "judge", fmt::format("evaluate {} methods", run.methods.size()),
             [&] { return scattering->pressure(sounding_drives(run), "judge"); });
   note_solve(run, progress);
   require_finite("judge", pressures);

@@ -268,7 +268,7 @@ const Transfer& MethodSolver::transfer(const Eigen::VectorXd& amplitudes, double
       transfer_ = spanned_ ? make_transfer(*spanned_, scattering_, *target_, quiet_, quiet_weight)
                            : make_transfer(scattering_, *target_, quiet_, quiet_weight);
     }
-    progress.note(describe_transfer(*transfer_, channels_));
+    progress.detail(describe_transfer(*transfer_, channels_));
     if (Gpu* const gpu = scattering_.gpu(); gpu != nullptr && !leave_card_) {
       move_to(*gpu, transfer_->reduction.problem);
     }

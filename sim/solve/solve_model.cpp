@@ -105,7 +105,7 @@ class Models {
                                                      options_.models != nullptr && options_.models->shared()),
                                        model_, model_.fixed->array.response, options_.models, run_.solves, progress_);
               });
-    progress_.note(describe_decision(*made));
+    progress_.detail(describe_decision(*made));
     return made;
   }
 
@@ -130,8 +130,8 @@ void certify_methods(const Model& model, Models& models, Run& run, Progress& pro
   };
   const Certificate certificate =
       timed(progress, run.seconds, "certificate", "lower bound of the cost on the skin", prove);
-  progress.note(fmt::format("    bound {:.6g} Pa2 m2 after {} iterations{}", certificate.bound, certificate.iterations,
-                            certificate.converged ? "" : ", not as tight as it could be"));
+  progress.detail(fmt::format("    bound {:.6g} Pa2 m2 after {} iterations{}", certificate.bound,
+                              certificate.iterations, certificate.converged ? "" : ", not as tight as it could be"));
   if (!model.beyond.empty()) {
     say({{},
          {"certificate: its bound holds for a cost that includes the skin beyond keep_within_mm only by its incident "
@@ -174,6 +174,7 @@ MethodResult solve_method(const MethodSpec& method, Models& models, const Model&
   result.scheme = scheme_of(method);
   result.solution = timed(progress, result.seconds, "solve", fmt::format("solve {}", method.name),
                           [&] { return solver.solve(method, amplitudes, progress); });
+  progress.detail(fmt::format("    {} steps, {}", result.solution.iterations, to_string(result.solution.status)));
   const Eigen::MatrixXcd drives = drive(result.solution);
   result.pressure = timed(progress, result.seconds, "pressure", fmt::format("scattered pressure of {}", method.name),
                           [&] { return solver.scattering().pressure(drives, "pressure of " + method.name); });

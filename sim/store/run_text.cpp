@@ -137,32 +137,23 @@ std::string remarks_text(const std::vector<std::string>& warnings, const std::ve
 std::string methods_table(const Run& run) {
   const auto certified = [](const MethodResult& result) { return !std::isnan(result.metrics.optimality_gap); };
   const bool with_gap = std::ranges::any_of(run.methods, certified);
-  std::vector<std::string> header = {"method",  "error",     "width [mm]", "wanted [mm]",    "leakage", "inside [Pa]",
-                                     "reached", "peak [Pa]", "force [mN]", "elsewhere [mN]", "steps",   "seconds"};
+  std::vector<std::vector<std::string>> rows = {
+      {"method", "error", "mean [Pa]", "reached", "width [mm]", "leakage", "force [mN]", "seconds"}};
   if (with_gap) {
-    header.emplace_back("gap");
+    rows.front().emplace_back("gap");
   }
-  header.emplace_back("status");
-  std::vector<std::vector<std::string>> rows = {header};
   for (const MethodResult& result : run.methods) {
     const Metrics& metrics = result.metrics;
-    std::vector<std::string> row = {result.name,
-                                    percent_text(metrics.relative_error),
-                                    table_number(metrics.width_mm, "{:.2f}"),
-                                    table_number(metrics.width_wanted_mm, "{:.2f}"),
-                                    percent_text(metrics.leakage),
-                                    table_number(metrics.mean_inside_pa, "{:.0f}"),
-                                    percent_text(metrics.reached_share),
-                                    table_number(metrics.peak_pa, "{:.0f}"),
-                                    table_number(1e3 * metrics.force_target_n, "{:.3g}"),
-                                    table_number(1e3 * metrics.force_elsewhere_n, "{:.3g}"),
-                                    fmt::format("{}", result.solution.iterations),
-                                    table_number(metrics.seconds_total, "{:.2f}")};
+    rows.push_back({result.name, percent_text(metrics.relative_error), table_number(metrics.mean_inside_pa, "{:.0f}"),
+                    percent_text(metrics.reached_share),
+                    std::isnan(metrics.width_mm)
+                        ? "-"
+                        : fmt::format("{:.2f} of {:.2f}", metrics.width_mm, metrics.width_wanted_mm),
+                    percent_text(metrics.leakage), table_number(1e3 * metrics.force_target_n, "{:.3g}"),
+                    table_number(metrics.seconds_total, "{:.1f}")});
     if (with_gap) {
-      row.push_back(percent_text(metrics.optimality_gap));
+      rows.back().push_back(percent_text(metrics.optimality_gap));
     }
-    row.push_back(to_string(result.solution.status));
-    rows.push_back(row);
   }
   const bool best = std::ranges::any_of(run.seconds, [](const auto& stage) { return stage.first == kScaleStage; });
   const std::string pressure = best && run.target

@@ -70,6 +70,20 @@ TEST(Describe, ARunOfAPartSaysSoAboveItsTable) {
   EXPECT_THAT(describe_run(run), HasSubstr('\n' + label));
 }
 
+TEST(Describe, ATableOfMethodsFitsAScreenOf100Columns) {
+  RunData run = full_run();
+  run.methods.front().name = "unscattered";
+  run.methods.front().metrics.mean_inside_pa = 12345;
+  run.methods.front().metrics.width_mm = 12.34;
+  run.methods.front().metrics.width_wanted_mm = 12.34;
+  run.methods.front().metrics.seconds_total = 12345.6;
+  run.methods.front().metrics.optimality_gap = 0.5;
+  std::istringstream table(methods_table(run));
+  for (std::string line; std::getline(table, line);) {
+    EXPECT_LE(line.size(), 100U) << line;
+  }
+}
+
 TEST(MetricsCsv, OneLineAMethodAndQuotesWhereTheyAreNeeded) {
   const TemporaryDirectory directory;
   const std::string path = directory.file("metrics.csv");
