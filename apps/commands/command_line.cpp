@@ -53,9 +53,12 @@ struct NumberRule {
   schema::Range range;
   bool whole = false;
 
-  std::string kind() const {
+  std::string kind() const { return whole ? "N" : "X"; }
+
+  /// What help says of it.
+  std::string described(const std::string& what) const {
     const std::string bounds = range.text();
-    return fmt::format("{}{}{}", whole ? "INT" : "FLOAT", bounds.empty() ? "" : ":", bounds);
+    return bounds.empty() ? what : fmt::format("{}; {}", what, bounds);
   }
 
   double operator()(const std::string& text) const {
@@ -80,7 +83,7 @@ template <class Keep>
 CLI::Option* add_checked(CLI::App* command, const NumberRule& rule, const std::string& what, const Keep& keep) {
   return command
       ->add_option_function<std::string>(
-          rule.name, [rule, keep](const std::string& text) { keep(rule(text)); }, what)
+          rule.name, [rule, keep](const std::string& text) { keep(rule(text)); }, rule.described(what))
       ->type_name(rule.kind());
 }
 
@@ -157,7 +160,7 @@ CLI::Option* add_numbers(CLI::App* command, const std::string& name, std::vector
               values.push_back(rule(text) * unit);
             }
           },
-          what)
+          rule.described(what))
       ->type_name(rule.kind())
       ->default_str(fmt::format("{}", fmt::join(defaults, " ")));
 }

@@ -54,15 +54,15 @@ std::string as_word(std::string_view name) {
   return word;
 }
 
-/// The option that a misspelt one was probably meant to be, by its shortest name; empty if none is near.
+/// The name of the option that a misspelt one was probably meant to be; empty if none is near.
 std::string meant_option(const CLI::App& command, const std::string& typed) {
   const std::string wanted = as_word(typed);
   std::vector<std::string> words;
-  std::vector<const CLI::Option*> options;
+  std::vector<std::string> names;
   for (const CLI::Option* option : command.get_options()) {
     for (const std::string& name : option->get_lnames()) {
       words.push_back(as_word(name));
-      options.push_back(option);
+      names.push_back("--" + name);
     }
   }
   const auto begun = [&](const std::string& word) {
@@ -73,11 +73,7 @@ std::string meant_option(const CLI::App& command, const std::string& typed) {
   if (found == words.end()) {
     found = std::ranges::find(words, schema::nearest_word(words, wanted));
   }
-  if (found == words.end()) {
-    return "";
-  }
-  const CLI::Option& option = *options[static_cast<std::size_t>(found - words.begin())];
-  return option.get_snames().empty() ? "--" + option.get_lnames().front() : "-" + option.get_snames().front();
+  return found == words.end() ? "" : names[static_cast<std::size_t>(found - words.begin())];
 }
 
 std::string unknown_option(const CLI::App& app, const CLI::App& command, const std::string& word) {

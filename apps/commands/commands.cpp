@@ -1,17 +1,66 @@
 #include "apps/commands/commands.h"
 
+#include <string>
+
+#include <CLI/CLI.hpp>
+
 namespace touchfield {
 
+namespace {
+
+struct Command {
+  void (*add)(CLI::App&, Invocation&);
+  const char* group;
+  const char* examples;  // a line each
+};
+
+constexpr const char* kStills = "Scenes";
+constexpr const char* kMotions = "Moving hands";
+constexpr const char* kResults = "Results";
+constexpr const char* kMeshes = "Meshes";
+constexpr const char* kArrays = "Arrays";
+constexpr const char* kHelp = "Help";
+
+constexpr Command kCommands[] = {
+    {add_init_command, kStills, "touchfield init mine"},
+    {add_check_command, kStills, "touchfield check mine.yaml\ntouchfield check mine.yaml --accuracy"},
+    {add_run_command, kStills,
+     "touchfield run mine.yaml -o mine\n"
+     "touchfield run mine.yaml -o wide --set target.box.size_mm=[11,20,6]\n"
+     "touchfield run --from mine -o again"},
+    {add_sweep_command, kStills,
+     "touchfield sweep heights.yaml -o heights --workers 4\ntouchfield sweep heights.yaml "
+     "-o heights --resume"},
+    {add_study_command, kStills, "touchfield study mine.yaml -o study"},
+    {add_play_command, kMotions, "touchfield play moving.yaml -o played"},
+    {add_live_command, kMotions, "touchfield live moving.yaml -o live\ntouchfield live moving.yaml --to dry-run"},
+    {add_see_command, kMotions, "touchfield see cameras.yaml -o images"},
+    {add_fit_command, kMotions, "touchfield fit images -o hand"},
+    {add_info_command, kResults, "touchfield info mine"},
+    {add_compare_command, kResults, "touchfield compare mine wide\ntouchfield compare mine --points measured.csv"},
+    {add_hand_command, kMeshes, "touchfield hand -o hand.stl --pose flat --edge-mm 3"},
+    {add_mesh_command, kMeshes, "touchfield mesh scan.ply --unit mm\ntouchfield mesh scan.ply --repair -o hand.obj"},
+    {add_send_command, kArrays,
+     "touchfield send mine --method surface\n"
+     "touchfield send mine --method surface --to sonicsurface:/dev/ttyUSB0 --emit"},
+    {add_array_command, kArrays, "touchfield array list\ntouchfield array walk --to sonicsurface:/dev/ttyUSB0 --emit"},
+    {add_doctor_command, kHelp, "touchfield doctor"},
+    {add_schema_command, kHelp, "touchfield schema --format markdown"},
+};
+
+}  // namespace
+
 void add_commands(CLI::App& app, Invocation& invocation) {
-  using Add = void (*)(CLI::App&, Invocation&);
-  constexpr Add kCommands[] = {add_run_command,     add_play_command,  add_see_command,    add_fit_command,
-                               add_check_command,   add_study_command, add_sweep_command,  add_info_command,
-                               add_compare_command, add_hand_command,  add_mesh_command,   add_send_command,
-                               add_live_command,    add_array_command, add_doctor_command, add_schema_command,
-                               add_link_processes};
-  for (const Add add : kCommands) {
-    add(app, invocation);
+  for (const Command& command : kCommands) {
+    command.add(app, invocation);
+    CLI::App* added = app.get_subcommands([](const CLI::App*) { return true; }).back();
+    std::string footer = "Examples:\n  ";
+    for (const char letter : std::string(command.examples)) {
+      footer += letter == '\n' ? std::string("\n  ") : std::string(1, letter);
+    }
+    added->group(command.group)->footer(footer);
   }
+  add_link_processes(app, invocation);
 }
 
 }  // namespace touchfield

@@ -11,7 +11,7 @@ struct Invocation;
 /// Adds every command to the program, in the order that --help lists them; they must not outlive `invocation`.
 ///
 /// A command is one file, X_command.cpp: a function that adds its options and its action (finish_command), and a row in
-/// commands.cpp.
+/// commands.cpp with its group and examples for help.
 void add_commands(CLI::App& app, Invocation& invocation);
 
 void add_array_command(CLI::App& app, Invocation& invocation);
@@ -20,6 +20,7 @@ void add_compare_command(CLI::App& app, Invocation& invocation);
 void add_doctor_command(CLI::App& app, Invocation& invocation);
 void add_hand_command(CLI::App& app, Invocation& invocation);
 void add_info_command(CLI::App& app, Invocation& invocation);
+void add_init_command(CLI::App& app, Invocation& invocation);
 void add_link_processes(CLI::App& app, Invocation& invocation);  // hidden: a link's guard and its watchdog
 void add_live_command(CLI::App& app, Invocation& invocation);
 void add_mesh_command(CLI::App& app, Invocation& invocation);

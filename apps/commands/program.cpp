@@ -1,6 +1,7 @@
 #include "apps/commands/program.h"
 
 #include <exception>
+#include <memory>
 #include <new>
 #include <sstream>
 #include <stdexcept>
@@ -14,6 +15,7 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/command_line_problem.h"
 #include "apps/commands/commands.h"
+#include "apps/commands/help_formatter.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/version.h"
@@ -44,10 +46,18 @@ int dispatch(int argc, char** argv) {
       "touchfield");
   app.set_version_flag("--version", version_line());
   app.require_subcommand(1);
+  app.formatter(std::make_shared<HelpFormatter>());
+  app.footer(
+      "Examples:\n  touchfield init mine\n  touchfield run mine.yaml -o mine\n"
+      "`touchfield COMMAND --help` explains a command.");
   Invocation invocation;
   invocation.command_line = joined_command_line(argc, argv);
   add_commands(app, invocation);
 
+  if (argc == 1) {
+    put(app.help());
+    return 0;
+  }
   if (argc > 1 && argv[1][0] != '-' && !is_command(app, argv[1])) {
     throw InputError(unknown_command(app, argv[1]));
   }
