@@ -29,20 +29,21 @@ constexpr Command kCommands[] = {
      "touchfield run mine.yaml -o wide --set target.box.size_mm=[11,20,6]\n"
      "touchfield run --from mine -o again"},
     {add_sweep_command, kStills,
-     "touchfield sweep heights.yaml -o heights --workers 4\ntouchfield sweep heights.yaml "
+     "touchfield sweep heights.yaml -o heights --jobs 2\ntouchfield sweep heights.yaml "
      "-o heights --resume"},
     {add_study_command, kStills, "touchfield study mine.yaml -o study"},
     {add_play_command, kMotions, "touchfield play moving.yaml -o played"},
-    {add_live_command, kMotions, "touchfield live moving.yaml -o live\ntouchfield live moving.yaml --to dry-run"},
+    {add_live_command, kMotions,
+     "touchfield live moving.yaml -o live\ntouchfield live moving.yaml --to sonicsurface:/dev/ttyUSB0 --emit"},
     {add_see_command, kMotions, "touchfield see cameras.yaml -o images"},
     {add_fit_command, kMotions, "touchfield fit images -o hand"},
-    {add_info_command, kResults, "touchfield info mine"},
+    {add_info_command, kResults, "touchfield info mine/run.h5"},
     {add_compare_command, kResults, "touchfield compare mine wide\ntouchfield compare mine --points measured.csv"},
     {add_hand_command, kMeshes, "touchfield hand -o hand.stl --pose flat --edge-mm 3"},
     {add_mesh_command, kMeshes, "touchfield mesh scan.ply --unit mm\ntouchfield mesh scan.ply --repair -o hand.obj"},
     {add_send_command, kArrays,
-     "touchfield send mine --method surface\n"
-     "touchfield send mine --method surface --to sonicsurface:/dev/ttyUSB0 --emit"},
+     "touchfield send mine/run.h5 --method surface\n"
+     "touchfield send mine/run.h5 --method surface --to sonicsurface:/dev/ttyUSB0 --emit"},
     {add_array_command, kArrays, "touchfield array list\ntouchfield array walk --to sonicsurface:/dev/ttyUSB0 --emit"},
     {add_doctor_command, kHelp, "touchfield doctor"},
     {add_schema_command, kHelp, "touchfield schema --format markdown"},

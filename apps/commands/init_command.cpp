@@ -55,7 +55,7 @@ int init_command(const InitCommand& command, const CommonFlags& flags) {
   require_free_output(path.string(), command.force);
   write_atomically(path.string(), {fmt::format(kScene, name)});
   if (flags.json) {
-    put(json_text({{"file", path.string()}}, 2) + '\n');
+    put(json_text(nlohmann::ordered_json{{"file", path.string()}}, 2) + '\n');
   } else if (!flags.quiet) {
     put(fmt::format("{}: next, touchfield run {}\n", path.string(), path.string()));
   }

@@ -44,6 +44,29 @@ class CommandLine(CommandTest):
         self.assertEqual(self.said("array"), "array needs one of list, test, walk, off")
         self.assertEqual(self.said("array", "tset"), "unknown command 'tset'; did you mean test?")
 
+    def test_the_program_alone_lists_its_commands(self):
+        said = self.run_ok().stdout
+        for part in ("\nScenes:\n  init ", "\nMoving hands:\n  play ", "\nResults:\n  info ", "touchfield run mine.yaml -o mine"):
+            self.assertIn(part, said)
+
+    def test_examples_have_options_that_there_are(self):
+        for command, options in self.commands():
+            said = self.run_ok(*command[:1], "--help").stdout
+            examples = said.partition("Examples:\n")[2].split("\n")
+            self.assertTrue(examples[0].startswith(f"  touchfield {command[0]}"), said)
+            if command[1:]:
+                continue
+            known = {name for names, _ in options for name in names.split(",")}
+            used = {word.split("=")[0] for example in examples for word in example.split() if word.startswith("-")}
+            self.assertLessEqual(used, known, f"{command}")
+
+    def test_a_scene_to_start_from(self):
+        self.assertEqual(self.run_ok("init", "mine").stdout, "mine.yaml: next, touchfield run mine.yaml\n")
+        self.assertIn("closed, manifold, outward: no faults", self.run_ok("check", "mine.yaml").stdout)
+        self.assertIn("mine.yaml", self.said("init", "mine"))
+        self.run_ok("init", "mine.yaml", "--force")
+        self.assertEqual(self.said("init", "my scene"), 'init: the name my scene must be letters, digits, _ and -')
+
     def test_options(self):
         for command, option, meant in [("run", "--out", "--output"), ("run", "--outptu", "--output"), ("check", "--st", "--set"),
                                        ("hand", "--edge", "--edge-mm"), ("hand", "--length-cm", "--length-mm"),
