@@ -188,7 +188,7 @@ class Live {
     }
     const Model& solved = sensed_->solved().first();
     progress_.note(fmt::format("live: preparing {}: {} faces, {} channels; the solver sees {}", method_.name,
-                               solved.body.mesh.face_count(), solved.array.size(), sensor_text(motion_.sensor)));
+                               solved.body.mesh.face_count(), solved.fixed->array.size(), sensor_text(motion_.sensor)));
     MotionFrame first;
     const auto prepare = [&] {
       const int threads = apply_threads(flags_);

@@ -63,8 +63,8 @@ class Reference {
  public:
   Reference(const Scene& scene, const Model& finest, double finest_edge, Progress& progress)
       : model_(finest),
-        scattering_(mesh_of(scene, finest, finest_edge), finest.wave, Scheme::kBurtonMillerPolished, SolverSpec{},
-                    finest.array, records_, progress) {
+        scattering_(mesh_of(scene, finest, finest_edge), finest.fixed->wave, Scheme::kBurtonMillerPolished,
+                    SolverSpec{}, finest.fixed->array, records_, progress) {
     focus_ = scattering_.pressure(free_focus(finest), "reference");
     if (scene.target) {
       target_ = build_target(finest, mesh());
