@@ -10,6 +10,7 @@
 #include "solvers/phase/skin_field.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/solve_support.h"
 
 namespace touchfield {
 namespace {
@@ -72,11 +73,10 @@ TEST(FrameSolver, CostsWhatAStillOfTheSameStepsCosts) {
     FrameSolver solver(moving, method, drives);
     const MotionFrame frame = frame_at(solver, moving, 0.0);
     Model still = moving.at(moving.state(0.0));
-    const auto fixed = std::make_shared<FixedModel>(*still.fixed);
-    fixed->scene.solve.methods = {method};
-    fixed->scene.solve.methods.front().iterations = scene.motion->iterations;
-    fixed->scene.solve.methods.front().start.kind = StartSpec::Kind::kZero;
-    still.fixed = fixed;
+    SolveSpec& solve = support::own_part(still).scene.solve;
+    solve.methods = {method};
+    solve.methods.front().iterations = scene.motion->iterations;
+    solve.methods.front().start.kind = StartSpec::Kind::kZero;
     const auto run = solve_model(still);
     EXPECT_NEAR(last_cost(frame.solution), last_cost(run.methods.front().solution), 5e-3 * last_cost(frame.solution))
         << method.name;

@@ -14,6 +14,7 @@
 #include "tests/support/error_support.h"
 #include "tests/support/moving_support.h"
 #include "tests/support/scene_support.h"
+#include "tests/support/solve_support.h"
 
 namespace touchfield {
 namespace {
@@ -106,9 +107,7 @@ TEST(PlayMotion, EveryScoreHasTheErrorOfItsOwnDisplacement) {
     fixed.name = "held";
     fixed.kind = &phase_method("fixed");
     fixed.phases.assign(held.phases.begin(), held.phases.end());
-    const auto given = std::make_shared<FixedModel>(*moved.fixed);
-    given->scene.solve.methods = {fixed};
-    moved.fixed = given;
+    support::own_part(moved).scene.solve.methods = {fixed};
     EXPECT_NEAR(score.metrics.relative_error, solve_model(moved).methods.front().metrics.relative_error, 0.02)
         << score.time << " s, " << 1e3 * score.displacement.x() << " mm";
     EXPECT_NEAR(score.displacement.x(), 0.05 * score.age, 1e-9);

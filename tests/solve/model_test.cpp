@@ -45,7 +45,7 @@ TEST(Model, WhatDoesNotGoTogetherIsRefused) {
 }
 
 TEST(Model, ChannelsAreCountedBeforeTheyAreMade) {
-  EXPECT_EQ(channel_count(support::small_scene().array), small_model().array.size());
+  EXPECT_EQ(channel_count(support::small_scene().array), small_model().fixed->array.size());
   EXPECT_EQ(channel_count(support::small_scene({"array={sonicsurface: {}}"}).array), 256);
 }
 
@@ -60,11 +60,11 @@ TEST(Model, TheJudgeKeepsTheWholeBodyUpToANumberOfFaces) {
   EXPECT_EQ(whole.mesh.vertices(), build_judge_mesh(judged("1.5", "true")).mesh.vertices());
   const JudgeMesh part = build_judge_mesh(judged("1.5", "false"));
   EXPECT_LT(part.mesh.face_count(), 0.9 * static_cast<double>(whole.mesh.face_count()));
-  EXPECT_NEAR(small.whole_faces / static_cast<double>(whole.mesh.face_count()), 1.0, 0.15);
+  EXPECT_NEAR(small.fixed->whole_faces / static_cast<double>(whole.mesh.face_count()), 1.0, 0.15);
   EXPECT_FALSE(judged_whole(judged("0.3", "auto")));
   EXPECT_TRUE(judged_whole(judged("0.3", "true")));
   EXPECT_FALSE(judged_whole(judged("1.5", "false")));
-  EXPECT_EQ(judged("1.5", "auto", "60").whole_faces, 0);  // nothing is left out
+  EXPECT_EQ(judged("1.5", "auto", "60").fixed->whole_faces, 0);  // nothing is left out
   EXPECT_FALSE(judged_whole(small_model({"body.keep_within_mm=11", "body.beyond=nothing"})));
 }
 

@@ -68,7 +68,7 @@ TEST(RunTransfer, GivesBackTheRunsOwnCostsAndPressures) {
 TEST(RunTransfer, HoldsTheIncidentPressures) {
   const RunData run = reread({"array.directivity=omni", "write=[transfer]"});
   const RunTransfer& transfer = run.transfers.front();
-  const Wave wave = support::small_model().wave;
+  const Wave wave = support::small_model().fixed->wave;
   for (const Eigen::Index n : {0, 27, 63}) {
     for (Eigen::Index j = 0; j < run.target->size(); ++j) {
       const Eigen::Index face = run.target->faces[static_cast<std::size_t>(j)];

@@ -59,7 +59,7 @@ TEST(SolveModel, ScatteringIsWhatTheMethodsDifferIn) {
 // As a program does that brings phases of its own.
 TEST(SolveModel, PhasesThatAreGivenToTheModelMustFitTheChannels) {
   Model model = small_model({"target=null", "solve.methods=[{fixed: {phases_rad: 0}}]"});
-  MethodSpec& given = model.fixed->scene.solve.methods.front();
+  MethodSpec& given = support::own_part(model).scene.solve.methods.front();
   given.phases.assign(static_cast<std::size_t>(model.fixed->array.size()), 0.0);
   EXPECT_EQ(solved(model).methods.front().solution.phases.size(), model.fixed->array.size());
   given.phases.pop_back();

@@ -79,8 +79,9 @@ TEST(ModelRemarks, CoarseFacesInOnePlaceAreNamed) {
 TEST(ModelRemarks, CrossingFacesAreNamedWhateverTheyComeFrom) {
   Model model = small_model();
   model.body.mesh = together(model.body.mesh, shifted(model.body.mesh, Vector3(8e-3, 0, 0)));
-  model.fixed->skin.assign(static_cast<std::size_t>(model.body.mesh.face_count()), 1);
-  model.fixed->owner.assign(model.fixed->skin.size(), 0);
+  FixedModel& fixed = support::own_part(model);
+  fixed.skin.assign(static_cast<std::size_t>(model.body.mesh.face_count()), 1);
+  fixed.owner.assign(fixed.skin.size(), 0);
   EXPECT_THAT(model_remarks(model).warnings,
               Contains(MatchesRegex("cutting_faces: [0-9]+ pairs of faces intersect, .*")));
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,6 +26,13 @@ inline Scene small_scene(const std::vector<std::string>& changes = {}) {
       "  methods: [paper, unscattered, focus]\n"
       "  iterations: 5\n",
       "small.yaml", "", changes);
+}
+
+/// Gives a model a const part of its own, to be changed.
+inline FixedModel& own_part(Model& model) {
+  const auto own = std::make_shared<FixedModel>(*model.fixed);
+  model.fixed = own;
+  return *own;
 }
 
 inline Model small_model(const std::vector<std::string>& changes = {}) { return build_model(small_scene(changes)); }
