@@ -52,9 +52,11 @@ constexpr Command kCommands[] = {
 }  // namespace
 
 void add_commands(CLI::App& app, Invocation& invocation) {
+  const auto all = [&app] { return app.get_subcommands([](const CLI::App*) { return true; }); };
   for (const Command& command : kCommands) {
+    const std::size_t before = all().size();
     command.add(app, invocation);
-    CLI::App* added = app.get_subcommands([](const CLI::App*) { return true; }).back();
+    CLI::App* added = all()[before];
     std::string footer = "Examples:\n  ";
     for (const char letter : std::string(command.examples)) {
       footer += letter == '\n' ? std::string("\n  ") : std::string(1, letter);

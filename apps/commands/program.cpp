@@ -47,6 +47,7 @@ int dispatch(int argc, char** argv) {
   app.set_version_flag("--version", version_line());
   app.require_subcommand(1);
   app.formatter(std::make_shared<HelpFormatter>());
+  app.get_formatter()->label("SUBCOMMAND", "COMMAND");
   app.footer(
       "Examples:\n  touchfield init mine\n  touchfield run mine.yaml -o mine\n"
       "`touchfield COMMAND --help` explains a command.");

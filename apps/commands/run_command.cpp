@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <memory>
 
 #include <fmt/format.h>
@@ -69,8 +70,8 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
   const CheckReport report = check_model(model);
   require_memory(report);
 
-  RunDirectory& directory =
-      claimed.claim(command.output, command.force, scene.name, run_files(scene, command.pictures));
+  const std::vector<std::string> files = run_files(scene, command.pictures);
+  RunDirectory& directory = claimed.claim(command.output, command.force, scene.name, files);
   claimed.fill(progress, [&] {
     progress.log_to(directory.file("run.log"));
     progress.detail(first_log_line(scene.name, threads));
@@ -89,6 +90,11 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     const Run run = run_model(model, {invoked.command_line, threads}, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
+    const auto picture =
+        std::ranges::find_if(files, [](const std::string& name) { return name.starts_with("pressure_"); });
+    if (picture != files.end()) {
+      progress.note(fmt::format("picture: {}", directory.file(*picture)));
+    }
     if (flags.json) {
       put(fmt::format("{}\n", json_text(run_json(run, directory.path()), 2)));
     } else {
