@@ -9,22 +9,20 @@
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/cut_plane.h"
 #include "apps/commands/mesh_text.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
-#include "sim/mesh/cut/cut.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
+#include "sim/mesh/io/weld.h"
 #include "sim/mesh/remesh/edge_sizing.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/repair/repair.h"
+#include "sim/mesh/repair/resurface.h"
 #include "sim/mesh/repair/surface_report.h"
-#include "sim/mesh/repair/weld.h"
-#include "sim/mesh/resurface/resurface.h"
 #include "sim/solve/stages.h"
 
 namespace touchfield {
@@ -37,12 +35,9 @@ struct MeshCommand {
   bool force = false;               // replace an existing file
   std::string unit;                 // of the file: mm, cm or m; empty: guessed
   std::string output_unit;          // empty: the file's
-  std::optional<double> resurface;  // edge of a new skin made of all faces [m]; not together with repair
-  bool repair = false;
-  RepairOptions repair_options;
-  double stray_percent = 100.0 * repair_options.stray;
-  std::optional<std::string> cut;  // see parse_cut_plane; in the file's unit
-  std::optional<double> edge;      // to remesh to [m]
+  bool repair = false;              // faces stay if they can
+  std::optional<double> resurface;  // edge of new faces [m]
+  std::optional<double> edge;       // to remesh to [m]
 };
 
 /// The file's unit: stated or guessed, and what there is to warn of.
@@ -77,7 +72,7 @@ FileScale find_scale(double size, const std::string& stated) {
 
 /// Lengths in millimetres mean nothing to a body that may be ten times larger.
 void require_known_scale(const MeshCommand& command, const FileScale& scale) {
-  const bool counts = command.edge || command.resurface || command.repair_options.weld || command.repair_options.hole;
+  const bool counts = command.edge || command.resurface;
   if (counts && !scale.stated && scale.guess.certainty != UnitCertainty::kSure) {
     throw InputError(fmt::format("{}: lengths in mm need --unit: perhaps {}, {}: {}", command.file,
                                  scale.guess.unit.name, certainty_text(scale.guess.certainty), scale.guess.reason));
@@ -98,38 +93,19 @@ TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, cons
     throw InputError(fmt::format("{}: the mesh has faults, --repair or --resurface MM may mend them: {}", command.file,
                                  fmt::join(faults, "; ")));
   }
-  const std::optional<CutPlane> plane = command.cut ? std::optional(parse_cut_plane(*command.cut)) : std::nullopt;
   TriangleMesh mesh = [&] {
-    if (command.resurface) {
-      Resurfaced result = as_stage(progress, "resurface", [&] {
-        return resurfaced(surface, scale.unit.metres, *command.resurface, command.file, "--resurface");
-      });
-      steps = std::move(result.steps);
-      text.to_resurfaced = result.to_skin;
-      text.from_resurfaced = result.from_skin;
-      return std::move(result.mesh);
-    }
-    if (!command.repair) {
-      WeldedSurface merged = welded(surface, scale.unit.metres, 0.0);
+    if (!command.repair && !command.resurface) {
+      WeldedSurface merged = welded(surface, scale.unit.metres);
       return TriangleMesh(std::move(merged.points), std::move(merged.triangles));
     }
-    RepairOptions options = command.repair_options;
-    if (plane) {
-      options.unwanted = [&](const Vector3& x) {
-        return (x - plane->point * scale.unit.metres).dot(plane->normal) > 0;
-      };
-    }
+    const RepairOptions options{command.repair, command.resurface};
     Repaired result =
         as_stage(progress, "repair", [&] { return repaired(surface, scale.unit.metres, options, command.file); });
     steps = std::move(result.steps);
+    text.to_resurfaced = result.to_skin;
+    text.from_resurfaced = result.from_skin;
     return std::move(result.mesh);
   }();
-  if (plane) {
-    const double before = mesh.signed_volume();
-    mesh =
-        as_stage(progress, "cut", [&] { return cut_by_plane(mesh, plane->point * scale.unit.metres, plane->normal); });
-    steps.push_back(fmt::format("cut off {:.1f} % of the volume", 100.0 * (1.0 - mesh.signed_volume() / before)));
-  }
   if (command.edge) {
     mesh = as_stage(progress, "remesh", [&] { return remeshed_surface(mesh, EdgeSizing(*command.edge)); });
     steps.push_back(
@@ -141,9 +117,6 @@ TriangleMesh worked(const MeshCommand& command, const FileSurface& surface, cons
 int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   apply_threads(flags);
   ConsoleProgress progress(flags);
-  if (command.cut) {
-    parse_cut_plane(*command.cut);  // a slip in it is said before the work begins
-  }
   if (!command.output.empty()) {
     require_free_output(command.output, command.force, {command.file});
   }
@@ -158,7 +131,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
     progress.warn(warning);
   }
   require_known_scale(command, scale);
-  const bool works = command.repair || command.resurface || command.cut || command.edge || !command.output.empty();
+  const bool works = command.repair || command.resurface || command.edge || !command.output.empty();
   if (works) {
     require_body_size(size * scale.unit.metres, command.file);
   }
@@ -195,7 +168,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
 void add_mesh_command(CLI::App& app, Invocation& invocation) {
   const auto mesh = std::make_shared<MeshCommand>();
   CLI::App* command =
-      app.add_subcommand("mesh", "Inspect, repair, resurface, cut or remesh a mesh file (STL, OBJ, PLY, OFF, VTP)");
+      app.add_subcommand("mesh", "Inspect, repair, resurface or remesh a mesh file (STL, OBJ, PLY, OFF, VTP)");
   command->add_option("FILE", mesh->file, "Mesh file; its ending names the format")->required()->type_name(kMeshFile);
   command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only")->type_name(kMeshFile);
   command->add_flag("--force", mesh->force, "Replace the mesh file to write if it exists");
@@ -203,33 +176,16 @@ void add_mesh_command(CLI::App& app, Invocation& invocation) {
       ->check(one_of({"mm", "cm", "m"}));
   command->add_option("--output-unit", mesh->output_unit, "Unit of the file written: mm, cm or m; default: FILE's")
       ->check(one_of({"mm", "cm", "m"}));
-  auto* repair =
-      command->add_flag("--repair", mesh->repair,
-                        "Weld, drop stray pieces, orient, fill small holes; an error lists the faults that remain");
-  add_number(
-      command, "--weld-mm", mesh->repair_options.weld, schema::at_least(0),
-      "Weld points within this distance; default: 1e-5 of the body's diagonal, at most a hundredth of the median edge",
-      kMillimetre)
-      ->needs(repair);
-  add_number(command, "--hole-mm", mesh->repair_options.hole, schema::at_least(0),
-             "Largest perimeter of a hole to fill; default: 0.1 of the body's diagonal", kMillimetre)
-      ->needs(repair);
-  add_number(command, "--stray-percent", mesh->stray_percent, schema::between(0, 100),
-             "Drop pieces with less than this share of the largest piece's area")
-      ->needs(repair);
-  command->add_option("--cut", mesh->cut,
-                      "Cut by a plane and cap: x,y,z,nx,ny,nz (a point, and a normal towards the part that is cut "
-                      "off), or y=-20, y<=-20 (keeps that side), y>=-20; in FILE's unit");
+  command->add_flag("--repair", mesh->repair,
+                    "Make a closed skin: weld, orient, drop duplicates and stray pieces. Where faults remain, "
+                    "replace all faces");
   add_number(
       command, "--resurface", mesh->resurface, schema::above(0),
-      "Make one closed skin with edges of this length [mm]; the faces may have holes, flaps, crossings and overlaps",
-      kMillimetre)
-      ->excludes(repair);
+      "Edge length of new faces [mm]; without --repair they replace all. The faces of FILE may have holes, flaps, "
+      "crossings and overlaps",
+      kMillimetre);
   add_number(command, "--remesh", mesh->edge, schema::above(0), "Remesh with edges of this length [mm]", kMillimetre);
-  finish_command(command, invocation, [mesh](const Invocation& invoked) {
-    mesh->repair_options.stray = mesh->stray_percent / 100.0;
-    return mesh_command(*mesh, invoked.flags);
-  });
+  finish_command(command, invocation, [mesh](const Invocation& invoked) { return mesh_command(*mesh, invoked.flags); });
 }
 
 }  // namespace touchfield

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/mesh/io/unit_guess.h"
+#include "sim/mesh/repair/surface_distance.h"
 #include "sim/mesh/repair/surface_report.h"
-#include "sim/mesh/resurface/surface_distance.h"
 
 namespace touchfield {
 

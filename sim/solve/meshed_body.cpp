@@ -15,7 +15,7 @@
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/remesh/surface_remesh.h"
 #include "sim/mesh/repair/repair.h"
-#include "sim/mesh/resurface/resurface.h"
+#include "sim/mesh/repair/resurface.h"
 #include "sim/scene/scene_reader.h"
 
 namespace touchfield {

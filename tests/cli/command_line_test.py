@@ -87,7 +87,6 @@ class CommandLine(CommandTest):
             self.assertRegex(self.said(command, "x", option), rf"^{option} needs a value: \S")
         self.assertRegex(self.said("fit", "x", "--workspace-mm", "1", "2"), r"^--workspace-mm needs 6 values")
         self.assertEqual(self.said("run", "x", "--threads", "1", "--threads", "2"), "--threads takes a value, not 2")
-        self.assertEqual(self.said("mesh", "x", "--hole-mm", "3"), "--hole-mm needs --repair")
         self.assertEqual(self.said("study", "x", "--error", "3", "--budget", "4"), "--budget does not go with --error")
         self.assertIn("did you mean grasp?", self.said("hand", "-o", "x.obj", "--pose", "graps"))
 

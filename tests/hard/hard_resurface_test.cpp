@@ -19,8 +19,8 @@
 #include "sim/body/shapes.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
+#include "sim/mesh/repair/resurface.h"
 #include "sim/mesh/repair/surface_report.h"
-#include "sim/mesh/resurface/resurface.h"
 #include "tests/hard/hard_support.h"
 #include "tests/support/surface_support.h"
 

@@ -8,9 +8,9 @@
 
 #include <Eigen/Geometry>
 
+#include "sim/mesh/cut/boundary_loops.h"
 #include "sim/mesh/face_shape.h"
 #include "sim/mesh/remesh/edit_mesh.h"
-#include "sim/mesh/repair/fill_holes.h"
 #include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
@@ -33,9 +33,7 @@ class Clipper {
 
   ClippedSurface clip() {
     pushed_.assign(points_.size(), false);
-    if (surface_.parts_necks) {
-      part_necks();
-    }
+    part_necks();
     snap();
     cut_faces();
     separate_fans();

@@ -20,9 +20,6 @@ struct CuttingSurface {
   double snap_off_crease;
   /// Vertices that may do so.
   std::vector<bool> movable;
-  /// Whether parts of the kept side that hang together by less than about an edge at such a vertex are taken apart, by
-  /// a cut that leaves the surface there for the kept side.
-  bool parts_necks;
 };
 
 /// The part of a surface on the kept side, open at the cut.
@@ -33,7 +30,8 @@ struct ClippedSurface {
 
 /// Cuts the faces of a closed mesh along a surface. Vertices close to it move onto it along an edge, unless that would
 /// bend or flatten a face much or let the cut touch itself: so the new faces are no thinner than the snap makes
-/// necessary. Faces that lie in the surface are left out.
+/// necessary. Parts of the kept side that hang together by less than about an edge at a movable vertex are taken apart,
+/// by a cut that leaves the surface there for the kept side. Faces that lie in the surface are left out.
 ///
 /// returns   a surface in which every vertex has one fan of faces and none is unused
 /// throws    InputError if the mesh is not closed and oriented

@@ -5,21 +5,6 @@
 
 namespace touchfield {
 
-/// The part of a closed mesh on the negative side of a plane, (x - point) . normal <= 0, closed by flat caps. A cap may
-/// have any number of rims, one within the other. Its faces have edges as long as those that the plane cuts.
-///
-/// So that the cut leaves few slivers, a vertex at it slides onto the plane along an edge if that is at most a quarter
-/// of the edge, or 2 % where it would leave a crease above 50 degrees or a corner, and short edges of the rim are left
-/// out. Where that would make the surface cut itself, it is cut as it is.
-///
-/// mesh      closed, oriented outwards, without self-intersections (those away from the cut do no harm)
-/// normal    any length but 0
-/// returns   a closed mesh oriented outwards; faces that share no vertex with one that the plane meets stay as they are
-/// accuracy  vertices within 1e-9 m of the plane count as on it; the caps are flat to rounding. What slides changes the
-///           volume to second order in the edge over the radius of curvature
-/// throws    InputError if nothing or everything is left, or the surface cuts itself at the plane
-TriangleMesh cut_by_plane(const TriangleMesh& mesh, const Vector3& point, const Vector3& normal);
-
 /// The piece of a closed mesh within `radius` of a point that holds the skin next to the point. Its open ends are
 /// closed by the parts of the sphere of that radius that lie in the body: exact in shape, smooth, inside the body, and
 /// between the rims of a finger as well as between those of several parts or of one within another. Their faces have

@@ -244,8 +244,7 @@ TriangleMesh kept_within(const TriangleMesh& mesh, const Vector3& point, double 
                                                         .crossing = crossing,
                                                         .snap = care.snap,
                                                         .snap_off_crease = care.snap_off_crease,
-                                                        .movable = movable,
-                                                        .parts_necks = true}),
+                                                        .movable = movable}),
                                          mesh, point, radius, sizing);
                          });
 }

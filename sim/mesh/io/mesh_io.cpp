@@ -5,10 +5,8 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <numeric>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -16,6 +14,7 @@
 #include "sim/core/errors.h"
 #include "sim/core/file_kind.h"
 #include "sim/core/whole_file.h"
+#include "sim/mesh/io/weld.h"
 
 namespace touchfield {
 
@@ -69,34 +68,6 @@ std::string content_of(const std::string& path) {
     throw InputError(fmt::format("{}: the file is empty", path));
   }
   return content;
-}
-
-/// For each point the number of the first one with its coordinates, counting only first ones; and these.
-std::pair<std::vector<int>, Points> merged(const std::vector<Vector3>& points) {
-  const auto before = [&](std::size_t i, std::size_t j) {
-    return std::lexicographical_compare(points[i].begin(), points[i].end(), points[j].begin(), points[j].end());
-  };
-  std::vector<std::size_t> order(points.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), before);
-  std::vector<std::size_t> first(points.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool repeated = i > 0 && !before(order[i - 1], order[i]);
-    first[order[i]] = repeated ? first[order[i - 1]] : order[i];
-  }
-  std::vector<int> number(points.size());
-  Points unique(3, static_cast<Eigen::Index>(points.size()));
-  int count = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    if (first[i] == i) {
-      number[i] = count;
-      unique.col(count++) = points[i];
-    } else {
-      number[i] = number[first[i]];
-    }
-  }
-  unique.conservativeResize(3, count);
-  return {std::move(number), std::move(unique)};
 }
 
 }  // namespace

@@ -60,10 +60,6 @@ double surface_size(const FileSurface& surface) {
   std::vector<bool> named(surface.points.size(), false);
   for (const auto& triangle : surface.triangles) {
     for (const std::int64_t v : triangle) {
-      if (v < 0 || v >= static_cast<std::int64_t>(named.size())) {
-        throw InputError(
-            fmt::format("mesh: a face names point {} outside 0..{}", v, static_cast<std::int64_t>(named.size()) - 1));
-      }
       named[static_cast<std::size_t>(v)] = true;
     }
   }

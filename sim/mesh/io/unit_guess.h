@@ -28,8 +28,6 @@ const LengthUnit& file_unit(const std::string& name);
 
 /// About the diameter of the points that triangles name [file units]: the largest distance from the point that is
 /// farthest from their mean. At least half the diameter, whatever the pose; 0 without a triangle.
-///
-/// throws   InputError if a triangle names no point
 double surface_size(const FileSurface& surface);
 
 /// A body's least and largest size [m]: a tenth of a hair, a room.

@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
+#include "sim/core/mixed_bits.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/subset.h"
 
@@ -21,21 +22,9 @@ namespace {
 
 using Index = Eigen::Index;
 
-/// Scrambles 64 bits.
-///
-/// source   the finaliser of SplitMix64: Steele, Lea, Flood, OOPSLA 2014
-std::uint64_t scrambled(std::uint64_t bits) {
-  bits += 0x9e3779b97f4a7c15u;
-  bits = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
-  bits = (bits ^ (bits >> 27)) * 0x94d049bb133111ebu;
-  return bits ^ (bits >> 31);
-}
-
 /// The draw of this number and purpose: uniform in 0 <= u < 1, the same on every machine.
 double uniform(std::uint64_t number, std::uint64_t purpose) {
-  constexpr int kUnusedBits = 64 - std::numeric_limits<double>::digits;
-  return std::ldexp(static_cast<double>(scrambled(scrambled(number) + purpose) >> kUnusedBits),
-                    -std::numeric_limits<double>::digits);
+  return unit_number(mixed_bits(mixed_bits(number) + purpose));
 }
 
 using Cell = Eigen::Array<Index, 3, 1>;
@@ -200,7 +189,7 @@ class PlaceFinder {
     std::vector<Place> places(faces.empty() ? 0 : draws);
 #pragma omp parallel for schedule(dynamic, 16)
     for (std::size_t i = 0; i < places.size(); ++i) {
-      const std::uint64_t number = scrambled(seed) + i;
+      const std::uint64_t number = mixed_bits(seed) + i;
       const Index f = faces[static_cast<std::size_t>(uniform(number, 0) * static_cast<double>(faces.size()))];
       const double most = largest_depth(f);
       const double least = std::min(kLeastDepth * mesh_.local_edge(f), most);

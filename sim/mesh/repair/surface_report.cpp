@@ -7,8 +7,8 @@
 #include "sim/core/counted.h"
 #include "sim/core/place_text.h"
 #include "sim/mesh/face_shape.h"
+#include "sim/mesh/io/weld.h"
 #include "sim/mesh/query/self_intersections.h"
-#include "sim/mesh/repair/weld.h"
 #include "sim/mesh/subset.h"
 
 namespace touchfield {
@@ -52,9 +52,8 @@ SkinReport inspect_skin(const Points& points, const Triangles& triangles) {
 }
 
 SurfaceReport inspect_surface(const FileSurface& surface, double unit) {
-  const WeldedSurface merged = welded(surface, unit, 0.0);
-  std::vector<bool> copied;
-  const Triangles triangles = without_duplicates(merged.triangles, copied);
+  const WeldedSurface merged = welded(surface, unit);
+  const Triangles triangles = without_duplicates(merged.triangles);
 
   SurfaceReport report;
   report.points = static_cast<Index>(surface.points.size());

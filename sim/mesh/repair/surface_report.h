@@ -38,7 +38,6 @@ struct SurfaceReport {
 /// surface   as read
 /// unit      metres per file unit, > 0
 /// returns   the report; skin.faults names the faults of the file's faces too
-/// throws    InputError on a coordinate that is not finite or a triangle that names no point
 SurfaceReport inspect_surface(const FileSurface& surface, double unit);
 
 }  // namespace touchfield

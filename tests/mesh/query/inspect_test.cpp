@@ -13,7 +13,6 @@
 #include "sim/body/shapes.h"
 #include "sim/core/errors.h"
 #include "sim/mesh/repair/surface_report.h"
-#include "tests/support/error_support.h"
 #include "tests/support/mesh_support.h"
 #include "tests/support/surface_support.h"
 
@@ -307,15 +306,6 @@ TEST(InspectSurface, NothingThereIsAFault) {
               ElementsAre("1 face has two corners in one point", "no face has an area"));
   surface.points = {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(3, 0, 0)};
   EXPECT_THAT(inspect_surface(surface, 1.0).skin.faults, ElementsAre("no face has an area"));
-}
-
-TEST(InspectSurface, RefusesWhatIsNoSurface) {
-  FileSurface surface = file_of(cube());
-  surface.points[3].z() = std::nan("");
-  EXPECT_THAT(support::message_of<InputError>([&] { inspect_surface(surface, 1.0); }), HasSubstr("point 3"));
-  surface = file_of(cube());
-  surface.triangles[2][0] = -1;
-  EXPECT_THAT(support::message_of<InputError>([&] { inspect_surface(surface, 1.0); }), HasSubstr("face 2"));
 }
 
 }  // namespace

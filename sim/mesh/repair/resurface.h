@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "sim/mesh/io/mesh_files.h"
-#include "sim/mesh/resurface/surface_distance.h"
+#include "sim/mesh/repair/surface_distance.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
 
-/// A surface made anew.
+/// A surface with new faces.
 struct Resurfaced {
   TriangleMesh mesh;      // the new skin
   TriangleMesh original;  // the faces that it was made of, see oriented_soup.h

@@ -1,4 +1,4 @@
-#include "sim/mesh/resurface/resurface.h"
+#include "sim/mesh/repair/resurface.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,9 +17,9 @@
 #include "sim/mesh/query/pieces.h"
 #include "sim/mesh/query/self_intersections.h"
 #include "sim/mesh/remesh/surface_remesh.h"
+#include "sim/mesh/repair/inside_grid.h"
+#include "sim/mesh/repair/oriented_soup.h"
 #include "sim/mesh/repair/repair_steps.h"
-#include "sim/mesh/resurface/inside_grid.h"
-#include "sim/mesh/resurface/oriented_soup.h"
 #include "sim/mesh/subset.h"
 
 namespace touchfield {
@@ -113,27 +113,27 @@ TriangleMesh inside_surface(const TriangleMesh& soup, const Asked& asked, StepLo
   return outer_pieces(surface, asked, steps);
 }
 
-TriangleMesh meshed(const TriangleMesh& surface, const Asked& asked, StepLog& steps) {
-  TriangleMesh mesh = [&] {
-    try {
-      return remeshed_surface(surface, EdgeSizing(asked.edge), std::numbers::pi);
-    } catch (const NumericalError& error) {
-      throw InputError(fmt::format("{} is too long for parts of the body: {}", asked.value(), error.what()));
+/// The surface with faces of the edge asked for, or of one a little shorter where these would cut each other.
+TriangleMesh meshed(const TriangleMesh& surface, const Asked& asked) {
+  std::vector<std::pair<Index, Index>> crossings;
+  std::string first;
+  for (const double share : {1.0, 0.96, 0.92, 0.88}) {
+    const TriangleMesh mesh = [&] {
+      try {
+        return remeshed_surface(surface, EdgeSizing(share * asked.edge), std::numbers::pi);
+      } catch (const NumericalError& error) {
+        throw InputError(fmt::format("{} is too long for parts of the body: {}", asked.value(), error.what()));
+      }
+    }();
+    crossings = self_intersections(mesh);
+    if (crossings.empty()) {
+      return mesh;
     }
-  }();
-  if (self_intersections(mesh, 1).empty()) {
-    return mesh;
+    first = place_text(mesh.centroids().col(crossings[0].first), 2);
   }
-  RawSurface raw{mesh.vertices(), mesh.triangles()};
-  cut_out_crossings(raw, kStray, steps);
-  mesh = TriangleMesh(std::move(raw.points), std::move(raw.triangles));
-  if (const auto pairs = self_intersections(mesh); !pairs.empty()) {
-    throw NumericalError(
-        fmt::format("{}: the resulting skin intersects itself: {} of faces, the first near {}; try another length",
-                    asked.value(), counted(static_cast<Index>(pairs.size()), "pair", "pairs"),
-                    place_text(mesh.centroids().col(pairs[0].first), 2)));
-  }
-  return mesh;
+  throw NumericalError(
+      fmt::format("{}: the resulting skin intersects itself: {} of faces, the first near {}; try another length",
+                  asked.value(), counted(std::ssize(crossings), "pair", "pairs"), first));
 }
 
 /// Closed pieces of the soup that left nothing of themselves in the skin.
@@ -230,11 +230,7 @@ void require_resurfaceable(const FileSurface& surface, double unit, double edge,
   }
   Eigen::AlignedBox3d box;
   double area = 0;
-  const auto count = static_cast<std::int64_t>(surface.points.size());
   for (const auto& face : surface.triangles) {
-    if (std::ranges::any_of(face, [&](std::int64_t v) { return v < 0 || v >= count; })) {
-      continue;  // refused when it is welded
-    }
     const auto corner = [&](std::size_t c) {
       return Vector3(unit * surface.points[static_cast<std::size_t>(face[c])]);
     };
@@ -274,7 +270,7 @@ Resurfaced resurfaced(const FileSurface& surface, double unit, double edge, cons
   require_resurfaceable(surface, unit, edge, name, field);
   OrientedSoup soup = oriented_soup(surface, unit, name);
   StepLog steps = std::move(soup.steps);
-  TriangleMesh mesh = meshed(inside_surface(soup.mesh, asked, steps), asked, steps);
+  TriangleMesh mesh = meshed(inside_surface(soup.mesh, asked, steps), asked);
   const FaceTree skin(mesh);
   require_pieces(soup.mesh, skin, asked, steps);
   const bool closed = inspect(soup.mesh.vertices(), soup.mesh.triangles()).closed();

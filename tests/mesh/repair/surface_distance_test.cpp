@@ -1,4 +1,4 @@
-#include "sim/mesh/resurface/surface_distance.h"
+#include "sim/mesh/repair/surface_distance.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "sim/mesh/resurface/oriented_soup.h"
+#include "sim/mesh/repair/oriented_soup.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,11 +11,11 @@
 #include "sim/core/counted.h"
 #include "sim/core/errors.h"
 #include "sim/mesh/face_shape.h"
+#include "sim/mesh/io/weld.h"
 #include "sim/mesh/query/face_tree.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/mesh/query/pieces.h"
 #include "sim/mesh/repair/repair_steps.h"
-#include "sim/mesh/repair/weld.h"
 #include "sim/mesh/subset.h"
 #include "sim/mesh/topology.h"
 
@@ -134,9 +134,8 @@ Triangles turned_outwards(const TriangleMesh& mesh, Index& turned) {
 
 OrientedSoup oriented_soup(const FileSurface& surface, double unit, const std::string& name) {
   StepLog steps;
-  WeldedSurface merged = welded(surface, unit, 0.0);
-  std::vector<bool> copied;
-  RawSurface raw{std::move(merged.points), without_duplicates(merged.triangles, copied)};
+  WeldedSurface merged = welded(surface, unit);
+  RawSurface raw{std::move(merged.points), without_duplicates(merged.triangles)};
   raw.triangles = faces_where(raw.triangles, [&](Index f) { return !is_flat(raw.points, raw.triangles.col(f)); });
   const Index count = raw.triangles.cols();
   if (count == 0) {

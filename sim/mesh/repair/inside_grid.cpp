@@ -1,4 +1,4 @@
-#include "sim/mesh/resurface/inside_grid.h"
+#include "sim/mesh/repair/inside_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -20,7 +20,7 @@ struct SurfaceDistance {
 ///
 /// from      any triangles
 /// to        of the other surface
-/// spacing   [m], > 0; larger where that would make more than two million points
+/// spacing   [m], > 0; larger where that would make more than a million points
 /// counts    whether a point, of a face with this unit normal, counts; asked from several threads at once
 SurfaceDistance surface_distance(const TriangleMesh& from, const FaceTree& to, double spacing,
                                  const std::function<bool(const Vector3& x, const Vector3& normal)>& counts);

@@ -26,7 +26,7 @@ struct OrientedSoup {
 /// surface   as read
 /// unit      metres per file unit, > 0
 /// name      how messages call the surface
-/// throws    InputError if no face has an area, or as welded()
+/// throws    InputError if no face has an area
 OrientedSoup oriented_soup(const FileSurface& surface, double unit, const std::string& name);
 
 }  // namespace touchfield

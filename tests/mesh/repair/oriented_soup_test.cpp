@@ -1,4 +1,4 @@
-#include "sim/mesh/resurface/oriented_soup.h"
+#include "sim/mesh/repair/oriented_soup.h"
 
 #include <array>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "sim/mesh/resurface/resurface.h"
+#include "sim/mesh/repair/resurface.h"
 
 #include <cmath>
 #include <limits>
