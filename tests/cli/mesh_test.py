@@ -1,6 +1,7 @@
 """touchfield mesh: any file gives a report, a repair that says what it did, or a clear error."""
 
 import json
+import pathlib
 import resource
 import subprocess
 import unittest
@@ -103,6 +104,15 @@ class Work(Mesh):
             self.assertAlmostEqual(self.volume(copy), 1000, places=6)
             path = copy
         self.refused(path, "-o", "copy.dae", says="copy.dae")
+
+    def test_binary_gltf_is_read_as_its_bones_place_it(self):
+        # A tetrahedron on a node at (9, 9, 9), which does not count, and its bone at (0, 0, 5).
+        file = pathlib.Path(__file__).resolve().parents[1] / "fuzz/seeds/glb/skinned.glb"
+        report = self.report(file, "--unit", "m", "-o", "rest.obj")
+        self.assertEqual((report["faces"], report["usable"]), (4, True))
+        vertices, _ = read_obj(self.folder / "rest.obj")
+        numpy.testing.assert_allclose(vertices, [[0, 0, 5], [1, 0, 5], [0, 1, 5], [0, 0, 6]], atol=1e-6)
+        self.refused(file, "--unit", "m", "-o", "out.glb", says=".glb is only read")
 
     def test_the_file_keeps_its_unit_unless_told(self):
         path = self.cube(vertices=CORNERS * 1e-3)

@@ -31,8 +31,8 @@ inline constexpr std::int64_t kMostFileBytes = std::int64_t{1} << 30;  // four m
 void require_few(std::int64_t points, std::int64_t faces, const std::string& name);
 
 /// Each takes a file's whole content; `name` is how messages call the file. Coordinates are read in double precision.
-/// VTK's readers crash on damaged files, and its OBJ reader takes text that is not a number for another number. So VTP
-/// alone is read by VTK, in a process of its own.
+/// VTP is read by VTK and binary glTF by assimp, in a process of its own (isolated_surface.h). For the other formats
+/// neither will do: both keep coordinates as floats and take damaged text for other numbers or faces.
 ///
 /// throws   InputError with line or byte if the content is cut short, is of another kind, or has a coordinate that is
 ///          not a finite number or a corner that is no point
@@ -41,6 +41,8 @@ FileSurface parse_obj(const std::string& content, const std::string& name);
 FileSurface parse_ply(const std::string& content, const std::string& name);
 FileSurface parse_off(const std::string& content, const std::string& name);
 FileSurface parse_vtp(const std::string& content, const std::string& name);
+/// Of binary glTF: the triangles of all nodes, each where its node or its bones put it at rest; in metres.
+FileSurface parse_glb(const std::string& content, const std::string& name);
 
 /// Adds polygons as triangles, once all points are known; a polygon of four corners or more need not be convex, and
 /// one without area becomes triangles without area.

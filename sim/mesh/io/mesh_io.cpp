@@ -25,14 +25,15 @@ namespace fs = std::filesystem;
 struct Format {
   const char* ending;
   FileSurface (*parse)(const std::string& content, const std::string& name);
-  std::string (*as_file)(const TriangleMesh& mesh, double unit);
+  std::string (*as_file)(const TriangleMesh& mesh, double unit);  // null: is only read
 };
 
-constexpr std::array<Format, 5> kFormats = {{{".stl", parse_stl, as_stl},
+constexpr std::array<Format, 6> kFormats = {{{".stl", parse_stl, as_stl},
                                              {".obj", parse_obj, as_obj},
                                              {".ply", parse_ply, as_ply},
                                              {".off", parse_off, as_off},
-                                             {".vtp", parse_vtp, as_vtp}}};
+                                             {".vtp", parse_vtp, as_vtp},
+                                             {".glb", parse_glb, nullptr}}};
 
 const Format& format_of(const std::string& path) {
   std::string ending = fs::path(path).extension().string();
@@ -40,7 +41,7 @@ const Format& format_of(const std::string& path) {
   const auto* found =
       std::find_if(kFormats.begin(), kFormats.end(), [&](const Format& format) { return format.ending == ending; });
   if (found == kFormats.end()) {
-    throw InputError(fmt::format("{}: a mesh file must end in .stl, .obj, .ply, .off or .vtp", path));
+    throw InputError(fmt::format("{}: a mesh file must end in .stl, .obj, .ply, .off, .vtp or .glb", path));
   }
   return *found;
 }
@@ -117,7 +118,11 @@ TriangleMesh read_mesh(const std::string& path, double unit) {
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh, double unit) {
   require_unit(unit);
-  write_atomically(path, {format_of(path).as_file(mesh, unit)});
+  const Format& format = format_of(path);
+  if (format.as_file == nullptr) {
+    throw InputError(fmt::format("{}: {} is only read; write .stl, .obj, .ply, .off or .vtp", path, format.ending));
+  }
+  write_atomically(path, {format.as_file(mesh, unit)});
 }
 
 }  // namespace touchfield

@@ -7,7 +7,7 @@
 
 namespace touchfield {
 
-/// Reads what an STL (ASCII or binary), OBJ, PLY, OFF or VTP file says, by the ending of the path: its points and
+/// Reads what an STL (ASCII or binary), OBJ, PLY, OFF, VTP or GLB file says, by the ending of the path: its points and
 /// triangles in its own units, nothing merged or left out; polygons are cut into triangles.
 ///
 /// throws    InputError if the file is missing, unreadable, damaged, of another kind, larger than mesh_files.h allows,

@@ -28,6 +28,7 @@
 
 #include "sim/body/shapes.h"
 #include "sim/core/errors.h"
+#include "sim/mesh/io/byte_string.h"
 #include "sim/mesh/query/inspect.h"
 
 namespace touchfield {
@@ -219,6 +220,63 @@ TEST_F(MeshIo, ReadsVtpMadeByHandAndByVtk) {
     SCOPED_TRACE(way);
     expect_tetrahedron(read_mesh(write("b.vtp", bytes), kMm), kMm);
   }
+}
+
+/// A binary glTF of the tetrahedron's points and faces; `nodes` places mesh 0 and may follow with more of the JSON.
+std::string glb(const std::string& nodes, const std::string& points_count = "4") {
+  std::string bytes;
+  for (const float x : {0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F, 0.F, 0.F, 0.F, 1.F}) {
+    append_bytes(bytes, x);
+  }
+  for (const int v : {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3}) {
+    append_bytes(bytes, static_cast<std::uint16_t>(v));
+  }
+  std::string json =
+      R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[)" + nodes +
+      R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],"accessors":[{"bufferView":0,)"
+      R"("componentType":5126,"count":)" +
+      points_count +
+      R"(,"type":"VEC3"},{"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}],"bufferViews":)"
+      R"([{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],"buffers":[{"byteLength":72}]})";
+  json.resize((json.size() + 3) / 4 * 4, ' ');
+  std::string file = "glTF";
+  for (const std::size_t number : {std::size_t{2}, 28 + json.size() + bytes.size(), json.size()}) {
+    append_bytes(file, static_cast<std::uint32_t>(number));
+  }
+  file += "JSON" + json;
+  append_bytes(file, static_cast<std::uint32_t>(bytes.size()));
+  return file + std::string("BIN\0", 4) + bytes;
+}
+
+TEST_F(MeshIo, ReadsBinaryGltfAsItsNodesPlaceIt) {
+  const auto volume_and_middle = [&](const std::string& nodes) {
+    const TriangleMesh mesh = read_mesh(write("t.glb", glb(nodes)), 1.0);
+    EXPECT_EQ(mesh.face_count(), 4);
+    return std::pair(mesh.signed_volume(), Vector3(mesh.vertices().rowwise().mean()));
+  };
+  const auto [volume, middle] = volume_and_middle(R"({"mesh":0}])");
+  EXPECT_NEAR(volume, 1.0 / 6.0, 1e-7);
+  EXPECT_LT((middle - Vector3::Constant(0.25)).norm(), 1e-7);
+  // A parent that moves, a child that makes it twice as large and mirrors it: the faces still look outwards.
+  const auto [mirrored, there] =
+      volume_and_middle(R"({"children":[1],"translation":[1,2,3]},{"mesh":0,"scale":[-2,2,2]}])");
+  EXPECT_NEAR(mirrored, 8.0 / 6.0, 1e-6);
+  EXPECT_LT((there - Vector3(0.5, 2.5, 3.5)).norm(), 1e-6);
+}
+
+TEST_F(MeshIo, RefusesBrokenGltf) {
+  const std::string good = glb(R"({"mesh":0}])");
+  const std::string assimp = "n.glb: assimp cannot read it as binary glTF: ";
+  expect_refused("n.glb", "glTF", assimp);
+  expect_refused("n.glb", kObj, assimp);
+  expect_refused("n.glb", with(good, R"({"asset")", R"(["asset")"), assimp);
+  expect_refused("n.glb", glb(R"({"name":"empty"}])"), "has no face");
+  expect_refused("n.glb", glb(R"({"mesh":0}])", "400000000"), "n.glb: ");
+  for (std::size_t cut = 1; cut < good.size(); cut += 7) {
+    EXPECT_THROW(read_mesh(write("t.glb", good.substr(0, cut)), 1.0), InputError) << cut;
+  }
+  EXPECT_THAT([&] { write_mesh(path("w.glb"), icosphere(0.01, 1), kMm); },
+              ThrowsMessage<InputError>(HasSubstr("w.glb: .glb is only read; write .stl, ")));
 }
 
 TEST_F(MeshIo, JoinsThePiecesOfVtp) {
@@ -470,9 +528,9 @@ TEST_F(MeshIo, RefusesPathsThatAreNoMeshFile) {
   EXPECT_THAT([&] { read_mesh(path("folder.stl"), kMm); }, ThrowsMessage<InputError>(HasSubstr("is a directory")));
   ASSERT_EQ(mkfifo(path("pipe.stl").c_str(), 0600), 0);
   EXPECT_THROW(read_mesh(path("pipe.stl"), kMm), InputError);
-  expect_refused("a.step", kObj, "must end in .stl, .obj, .ply, .off or .vtp");
-  expect_refused("noending", kObj, "must end in .stl, .obj, .ply, .off or .vtp");
-  for (const char* name : {"e.stl", "e.obj", "e.ply", "e.off", "e.vtp"}) {
+  expect_refused("a.step", kObj, "must end in .stl, .obj, .ply, .off, .vtp or .glb");
+  expect_refused("noending", kObj, "must end in .stl, .obj, .ply, .off, .vtp or .glb");
+  for (const char* name : {"e.stl", "e.obj", "e.ply", "e.off", "e.vtp", "e.glb"}) {
     expect_refused(name, "", "the file is empty");
     expect_refused(name, "\n\n", "");
   }
@@ -660,7 +718,8 @@ TEST_F(MeshIo, SurvivesDamage) {
                                                             {"d.stl", ascii_stl()},
                                                             {"d.ply", std::string(kPlyHeader) + kPlyBody},
                                                             {"d.off", kOff},
-                                                            {"d.vtp", kVtp}};
+                                                            {"d.vtp", kVtp},
+                                                            {"d.glb", glb(R"({"mesh":0}])")}};
   for (const auto& [way, bytes] : vtk_tetrahedra()) {
     files.emplace_back("d.vtp", bytes);
   }
