@@ -111,6 +111,13 @@ Eigen::Matrix3Xi triangle_rows(nb::handle value, const std::string& what) {
   return rows.transpose().cast<int>();
 }
 
+Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen::Index channels) {
+  const bool one = nb::cast<int>(nb::module_::import_("numpy").attr("ndim")(value)) < 2;
+  Eigen::MatrixXcd drives = one ? Eigen::MatrixXcd(complex_list(value, what)) : complex_table(value, what);
+  require_count(what, drives.rows(), channels, "per channel");
+  return drives;
+}
+
 std::vector<Eigen::Index> index_list(nb::handle value, const std::string& what, Eigen::Index count) {
   const auto list = matrix_of<std::int64_t>(value, what, 0, "(n,)");
   for (Eigen::Index i = 0; i < list.size(); ++i) {

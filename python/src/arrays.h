@@ -94,6 +94,10 @@ Eigen::VectorXd real_list(nb::handle value, const std::string& what);
 Points point_rows(nb::handle value, const std::string& what);
 Eigen::Matrix3Xi triangle_rows(nb::handle value, const std::string& what);
 
+/// Drives of one solution, N, or of several, N x S, a column each.
+/// throws   also InputError unless there is one per channel
+Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen::Index channels);
+
 /// Numbers of things of which there are `count`.
 /// throws   also InputError on a number that is not 0 to count - 1
 std::vector<Eigen::Index> index_list(nb::handle value, const std::string& what, Eigen::Index count);

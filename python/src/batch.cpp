@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <nanobind/stl/pair.h>
 #include <variant>
 
 #include <fmt/format.h>
@@ -17,10 +18,11 @@ namespace touchfield::python {
 namespace {
 
 nb::object check(nb::handle scene, nb::handle set, bool accuracy, std::optional<int> threads) {
-  const std::string text = computed(
-      thread_count(threads), [path = path_of(scene), overrides = overrides_of(set, {}), accuracy](Progress& progress) {
-        return to_json(check_scene(read_scene(path, overrides), accuracy, progress));
-      });
+  const std::string text =
+      computed(thread_count(threads),
+               [input = scene_input(scene), overrides = overrides_of(set, {}), accuracy](Progress& progress) {
+                 return to_json(check_scene(input.read(overrides), accuracy, progress));
+               });
   return nb::module_::import_("json").attr("loads")(text);
 }
 
@@ -62,8 +64,16 @@ std::vector<std::string> worker() {
                   folder)};
 }
 
+Shard shard_of(std::pair<int, int> shard) {
+  const Shard part{shard.first, shard.second};
+  if (part.index < 1 || part.index > part.count) {
+    throw InputError(fmt::format("sweep: shard = ({}, {}) must be (i, n) with 1 <= i <= n", part.index, part.count));
+  }
+  return part;
+}
+
 nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optional<std::string>& device, int jobs,
-               bool resume, std::optional<int> threads) {
+               bool resume, std::optional<int> threads, std::pair<int, int> shard) {
   SweepOptions asked;
   asked.worker = worker();
   asked.jobs = jobs;
@@ -71,23 +81,33 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
   if (jobs < 0) {
     throw InputError(fmt::format("sweep: jobs = {} must be >= 0", jobs));
   }
-  return columns_of(
-      computed(thread_count(threads), [path = path_of(file), place = path_of(out),
-                                       overrides = overrides_of(set, device), resume, asked](Progress& progress) {
-        SweepOptions options = asked;
-        options.threads = omp_get_max_threads();
-        options.tick = [&progress] { progress.advance(0); };
-        const SweepInput input = read_sweep_input(path, overrides);
-        SweepDirectory directory = SweepDirectory::open(place, input.plan, resume);
-        share_cards(input.scenes, options);
-        SweepRunner runner(input, directory, options);
-        try {
-          return runner.run({}).summary;
-        } catch (const Stopped&) {
-          runner.result();
-          throw;
-        }
-      }));
+  return columns_of(computed(thread_count(threads), [path = path_of(file), place = path_of(out),
+                                                     overrides = overrides_of(set, device), resume, asked,
+                                                     part = shard_of(shard)](Progress& progress) {
+    SweepOptions options = asked;
+    double done = 0;
+    options.threads = omp_get_max_threads();
+    options.tick = [&] { progress.advance(done); };
+    const SweepInput input = read_sweep_input(path, overrides, part);
+    SweepDirectory directory = SweepDirectory::open(shard_directory(place, part), input.plan, resume);
+    share_cards(input.scenes, options);
+    SweepRunner runner(input, directory, options);
+    try {
+      progress.begin("sweep");
+      return runner
+          .run([&](const SweepRecord&, const SweepProgress& now) { done = static_cast<double>(now.done) / now.cases; })
+          .summary;
+    } catch (const Stopped&) {
+      runner.result();
+      throw;
+    }
+  }));
+}
+
+int sweep_cases(nb::handle file, nb::handle set) {
+  return computed(0, [path = path_of(file), overrides = overrides_of(set, {})](Progress&) {
+    return static_cast<int>(read_sweep(path, overrides).cases.size());
+  });
 }
 
 nb::dict read_sweep_columns(nb::handle folder) {
@@ -105,12 +125,15 @@ void add_batch(nb::module_& module) {
              "discretisation error.");
   module.def("sweep", &sweep, nb::arg("file"), nb::arg("out"), nb::arg("set") = nb::none(),
              nb::arg("device") = nb::none(), nb::arg("jobs") = 0, nb::arg("resume") = false,
-             nb::arg("threads") = nb::none(),
+             nb::arg("threads") = nb::none(), nb::arg("shard") = std::pair(1, 1),
              nb::sig("def sweep(file: str | os.PathLike, out: str | os.PathLike, set: dict[str, typing.Any] | None = "
                      "None, device: str | None = None, jobs: int = 0, resume: bool = False, threads: int | None = "
-                     "None) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
-             "Computes the cases of a sweep into a folder, as `touchfield sweep`, in separate processes. Returns the "
-             "columns of its table.");
+                     "None, shard: tuple[int, int] = (1, 1)) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
+             "Computes the cases of a sweep, or of part i of n, into a folder, as `touchfield sweep`, in separate "
+             "processes. Returns the columns of its table.");
+  module.def("sweep_cases", &sweep_cases, nb::arg("file"), nb::arg("set") = nb::none(),
+             nb::sig("def sweep_cases(file: str | os.PathLike, set: dict[str, typing.Any] | None = None) -> int"),
+             "The number of cases of a sweep.");
   module.def("read_sweep", &read_sweep_columns, nb::arg("folder"),
              nb::sig("def read_sweep(folder: str | os.PathLike) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
              "The columns of a sweep's table, for the finished cases.");

@@ -71,9 +71,10 @@ void translate(const std::exception_ptr& error, void* /*payload*/) {
 void say(const Remark& remark) {
   PyObject* type = remark.kind == Remark::Kind::kNote ? names.note : names.warning;
   const nb::object text = nb::steal(PyUnicode_DecodeFSDefault(remark.text.c_str()));
-  if (!text.is_valid() || PyErr_WarnFormat(type, 1, "%U", text.ptr()) != 0) {
+  if (!text.is_valid()) {
     throw nb::python_error();
   }
+  nb::module_::import_("touchfield._plain").attr("warn")(text, nb::borrow(type));
 }
 
 void add_errors(nb::module_& module) {

@@ -55,13 +55,33 @@ struct Job {
   std::exception_ptr error;
   std::atomic<bool> stopped{false};
   std::vector<Remark> remarks;  // of the working thread alone until it is done
+  std::string stage;            // with `mutex`, as the next two
+  double fraction = 0;          // of the stage
+  bool news = false;            // since the reporter heard of them
 };
+
+/// Borrowed: an object of Python must not end with its thread, without the interpreter.
+PyObject*& reporter() {
+  thread_local PyObject* function = nullptr;
+  return function;
+}
 
 class StoppingProgress : public Progress {
  public:
   explicit StoppingProgress(Job& job) : job_(job) {}
-  void begin(std::string_view /*what*/) override { look(); }
-  void advance(double /*fraction*/) override { look(); }
+  void begin(std::string_view what) override {
+    look();
+    const std::lock_guard lock(job_.mutex);
+    job_.stage = what;
+    job_.fraction = 0;
+    job_.news = true;
+  }
+  void advance(double fraction) override {
+    look();
+    const std::lock_guard lock(job_.mutex);
+    job_.news = job_.news || fraction != job_.fraction;
+    job_.fraction = fraction;
+  }
   void end(double /*seconds*/) override { look(); }
   void remark(std::string_view message) override {
     job_.remarks.push_back({Remark::Kind::kNote, std::string(message)});
@@ -111,6 +131,30 @@ bool ended_within(Job& job, Milliseconds time) {
   return job.changed.wait_for(lock, time, [&] { return job.done; });
 }
 
+/// Tells the reporter of this thread what is new.
+/// throws   nanobind's python_error, of the reporter
+void report(Job& job) {
+  if (reporter() == nullptr) {
+    return;
+  }
+  std::string stage;
+  double fraction = 0;
+  {
+    const std::lock_guard lock(job.mutex);
+    if (!job.news) {
+      return;
+    }
+    job.news = false;
+    stage = job.stage;
+    fraction = job.fraction;
+  }
+  const nb::object text = nb::steal(PyUnicode_DecodeFSDefault(stage.c_str()));
+  if (!text.is_valid()) {
+    throw nb::python_error();
+  }
+  nb::borrow(reporter())(text, fraction);
+}
+
 }  // namespace
 
 void do_work(int threads, Work work) {
@@ -128,19 +172,24 @@ void do_work(int threads, Work work) {
     --working();
     throw;
   }
-  while (!ended_within(*job, kLook)) {
-    if (PyErr_CheckSignals() != 0) {
-      nb::python_error interrupt;
-      job->stopped = true;
-      if (ended_within(*job, kPatience)) {
-        thread.join();
-      } else {
-        thread.detach();
+  try {
+    while (!ended_within(*job, kLook)) {
+      if (PyErr_CheckSignals() != 0) {
+        throw nb::python_error();
       }
-      throw interrupt;  // NOLINT(misc-throw-by-value-catch-by-reference): taken from Python before it was let go of
+      report(*job);
     }
+  } catch (...) {
+    job->stopped = true;
+    if (ended_within(*job, kPatience)) {
+      thread.join();
+    } else {
+      thread.detach();
+    }
+    throw;
   }
   thread.join();
+  report(*job);
   for (const Remark& remark : job->remarks) {
     say(remark);
   }
@@ -154,6 +203,12 @@ int thread_count(std::optional<int> threads) {
     throw InputError(fmt::format("threads = {} must be 1 to {}", *threads, kMostThreads));
   }
   return threads.value_or(0);
+}
+
+nb::object report_to(nb::object report) {
+  PyObject* const before = reporter();
+  reporter() = report.is_none() ? nullptr : report.ptr();
+  return before == nullptr ? nb::none() : nb::borrow(before);
 }
 
 void watch_process() {

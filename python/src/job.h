@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <nanobind/nanobind.h>
 #include <optional>
 #include <string>
 #include <utility>
@@ -31,7 +32,8 @@ using Work = std::function<void(Progress&)>;
 /// is told so by its Progress, which throws Stopped; work that does not hear of it within a moment is left to end by
 /// itself. One piece of work is done at a time: the next one waits.
 ///
-/// Warnings and notes of the Progress are said when the work has ended.
+/// Warnings and notes of the Progress are said when the work has ended. Stages and fractions go to the reporter of this
+/// thread, at most 20 per second; an exception that it raises stops the work.
 ///
 /// threads   of OpenMP and OpenBLAS; 0: as many as OMP_NUM_THREADS or the processor says
 /// work      must own what it reads, and touch nothing of Python's
@@ -50,6 +52,12 @@ auto computed(int threads, Make make) {
 /// The argument `threads` of a function of Python's: none is 0.
 /// throws   InputError unless it is 1 to 4096
 int thread_count(std::optional<int> threads);
+
+/// Sets the function that hears of the progress of this thread's computations, by stage and fraction; none: nobody.
+///
+/// report    stays alive as long as it is set
+/// returns   the one before
+nanobind::object report_to(nanobind::object report);
 
 /// Has the process end without waiting for work that was left, once it ends, and a child that is forked amid work know
 /// of it.

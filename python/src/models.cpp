@@ -1,11 +1,18 @@
 #include "python/src/models.h"
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <nanobind/stl/pair.h>
+
 #include <fmt/format.h>
 
 #include "python/src/arrays.h"
 #include "python/src/job.h"
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
+#include "sim/core/rotation.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/warnings.h"
@@ -15,9 +22,9 @@ namespace touchfield::python {
 
 namespace {
 
-SharedModel model_of(const std::string& path, const std::vector<std::string>& overrides) {
-  return computed(0, [path, overrides](Progress& progress) {
-    Model model = build_model(read_scene(path, overrides));
+SharedModel model_of(const SceneInput& scene, const std::vector<std::string>& overrides) {
+  return computed(0, [scene, overrides](Progress& progress) {
+    Model model = build_model(scene.read(overrides));
     for (const std::string& warning : model_remarks(model).warnings) {
       progress.warn(warning);
     }
@@ -31,6 +38,59 @@ std::optional<SharedTarget> target_of(const SharedModel& model) {
     return std::nullopt;
   }
   return shared(build_target(*model));
+}
+
+Vector3 three_numbers(nb::handle value, const std::string& what) {
+  const Eigen::VectorXd numbers = real_list(value, what);
+  require_count(what, numbers.size(), 3, "per axis");
+  return numbers;
+}
+
+SharedTarget target_of_faces(const SkinMesh& skin, nb::handle faces, nb::handle amplitudes) {
+  Target target;
+  target.faces = index_list(faces, "Target: faces", skin.mesh->face_count());
+  target.amplitudes = real_list(amplitudes, "Target: amplitudes");
+  require_count("Target: amplitudes", target.amplitudes.size(), target.size(), "per face");
+  target.box.assign(target.faces.size(), 0);
+  if (std::ranges::adjacent_find(target.faces, std::greater_equal<>()) != target.faces.end()) {
+    throw InputError("Target: faces must ascend, each of them once");
+  }
+  if (target.faces.empty() || (target.amplitudes.array() < 0).any() || target.amplitudes.maxCoeff() == 0) {
+    throw InputError("Target: amplitudes must be >= 0, and one of them > 0");
+  }
+  return shared(std::move(target));
+}
+
+Target target_of_state(const nb::tuple& state) {
+  constexpr Eigen::Index kAny = std::numeric_limits<int>::max();
+  Target target;
+  target.faces = index_list(state[0], "Target: state", kAny);
+  target.amplitudes = real_list(state[1], "Target: state");
+  const std::vector<Eigen::Index> box = index_list(state[2], "Target: state", kAny);
+  target.box.assign(box.begin(), box.end());
+  return target;
+}
+
+SharedTarget target_of_box(const SkinMesh& skin, nb::handle centre, nb::handle size, nb::handle angles,
+                           const std::string& profile, double pressure) {
+  const TargetBox box{three_numbers(centre, "Target.box: at"), three_numbers(size, "Target.box: size"),
+                      extrinsic_rotation(three_numbers(angles, "Target.box: rotate"))};
+  if (!(box.size.minCoeff() > 0)) {
+    throw InputError(
+        fmt::format("Target.box: size = ({:g}, {:g}, {:g}) m must be > 0", box.size.x(), box.size.y(), box.size.z()));
+  }
+  if (!(pressure > 0 && std::isfinite(pressure))) {
+    throw InputError(fmt::format("Target.box: pressure = {:g} Pa must be > 0", pressure));
+  }
+  if (profile != "uniform" && profile != "penetration") {
+    throw InputError(fmt::format("Target.box: profile = '{}' must be uniform or penetration", profile));
+  }
+  return shared(make_target(*skin.mesh, {box},
+                            profile == "uniform" ? TargetProfile::kUniform : TargetProfile::kPenetration, pressure));
+}
+
+Eigen::Index central_face_of(const SharedTarget& target, const SkinMesh& skin) {
+  return central_face(*skin.mesh, *target);
 }
 
 nb::dict score(const SharedModel& model, nb::handle pressure) {
@@ -61,6 +121,18 @@ std::string path_of(nb::handle path) {
     throw InputError(fmt::format("path {} must hold no null character", nb::cast<std::string>(nb::repr(path))));
   }
   return text;
+}
+
+Scene SceneInput::read(const std::vector<std::string>& overrides) const {
+  return text ? read_scene_text(*text, name, "", overrides, "set") : read_scene(name, overrides);
+}
+
+SceneInput scene_input(nb::handle scene) {
+  if (!nb::isinstance<nb::tuple>(scene)) {
+    return {path_of(scene), std::nullopt};
+  }
+  const auto [text, name] = nb::cast<std::pair<std::string, std::string>>(scene);
+  return {name, text};
 }
 
 std::string text_of(nb::handle value, const char* what) {
@@ -101,6 +173,23 @@ std::vector<std::string> overrides_of(nb::handle set, const std::optional<std::s
   return overrides;
 }
 
+OwnMethod own_method(const std::string& name, nb::handle drives, const std::string& what) {
+  if (!nb::cast<bool>(nb::module_::import_("numpy").attr("iscomplexobj")(drives))) {
+    return {name, real_list(drives, what)};
+  }
+  constexpr double kRounding = 1e-9;
+  const Eigen::VectorXcd q = complex_list(drives, what);
+  for (Eigen::Index n = 0; n < q.size(); ++n) {
+    if (std::abs(std::abs(q(n)) - 1) > kRounding) {
+      throw InputError(
+          fmt::format("{}[{}] has the amplitude {:g}; here channels are at full drive, with amplitude 1. Model.score() "
+                      "of scatter() evaluates excitation vectors of any amplitudes",
+                      what, n, std::abs(q(n))));
+    }
+  }
+  return {name, q.cwiseArg()};
+}
+
 Model with_own(const Model& model, const OwnMethods& own) {
   FixedModel fixed = *model.fixed;
   std::set<std::string> taken;
@@ -123,8 +212,32 @@ Model with_own(const Model& model, const OwnMethods& own) {
 
 void add_models(nb::module_& module) {
   nb::class_<SharedTarget>(module, "Target", "The faces of the target.")
+      .def(
+          "__init__",
+          [](SharedTarget* self, const SkinMesh& skin, nb::handle faces, nb::handle amplitudes) {
+            new (self) SharedTarget(target_of_faces(skin, faces, amplitudes));
+          },
+          nb::arg("mesh"), nb::arg("faces"), nb::arg("amplitudes"),
+          nb::sig("def __init__(self, mesh: Mesh, faces: numpy.typing.ArrayLike, amplitudes: numpy.typing.ArrayLike) "
+                  "-> None"))
+      .def_static("box", &target_of_box, nb::arg("mesh"), nb::arg("centre"), nb::arg("size"), nb::arg("angles"),
+                  nb::arg("profile"), nb::arg("pressure"),
+                  nb::sig("def box(mesh: Mesh, centre: numpy.typing.ArrayLike, size: numpy.typing.ArrayLike, angles: "
+                          "numpy.typing.ArrayLike, profile: str, pressure: float) -> Target"),
+                  "The faces with their centroids in a box; lengths in m, angles in rad.")
+      .def("central_face", &central_face_of, nb::arg("mesh"), "The number of the face nearest to the centre.")
       .def_prop_ro("faces", part_of<SharedTarget>(&Target::faces))
       .def_prop_ro("amplitudes", part_of<SharedTarget>(&Target::amplitudes), "The wanted pressure on each [Pa].")
+      .def(
+          "__getstate__",
+          [](const SharedTarget& self) {
+            return nb::make_tuple(owned(self->faces), owned(self->amplitudes), owned(self->box));
+          },
+          nb::sig("def __getstate__(self) -> tuple[typing.Any, ...]"))
+      .def(
+          "__setstate__",
+          [](SharedTarget& self, const nb::tuple& state) { new (&self) SharedTarget(shared(target_of_state(state))); },
+          nb::sig("def __setstate__(self, state: tuple[typing.Any, ...]) -> None"))
       .def("__len__", [](const SharedTarget& self) { return self->size(); })
       .def("__repr__",
            [](const SharedTarget& self) { return fmt::format("<touchfield.Target: {} faces>", self->size()); });
@@ -132,11 +245,11 @@ void add_models(nb::module_& module) {
       .def(
           "__init__",
           [](SharedModel* self, nb::handle scene, nb::handle set, const std::optional<std::string>& device) {
-            new (self) SharedModel(model_of(path_of(scene), overrides_of(set, device)));
+            new (self) SharedModel(model_of(scene_input(scene), overrides_of(set, device)));
           },
           nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
-          nb::sig("def __init__(self, scene: str | os.PathLike, set: dict[str, typing.Any] | None = None, device: str "
-                  "| None = None) -> None"))
+          nb::sig("def __init__(self, scene: str | os.PathLike | tuple[str, str], set: dict[str, typing.Any] | None = "
+                  "None, device: str | None = None) -> None"))
       .def_prop_ro("name", [](const SharedModel& self) { return self->fixed->scene.name; })
       .def_prop_ro(
           "scene", [](const SharedModel& self) { return resolved_yaml(self->fixed->scene); },

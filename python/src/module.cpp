@@ -9,6 +9,7 @@
 NB_MODULE(_core, module) {
   using namespace touchfield;
   using namespace touchfield::python;
+  namespace nb = nanobind;
   take_better_blas_core();
   watch_process();
   module.doc() = "The C++ library of touchfield.";
@@ -21,6 +22,13 @@ NB_MODULE(_core, module) {
   add_problems(module);
   add_runs(module);
   add_batch(module);
+  add_motions(module);
+  add_reports(module);
+  add_emission(module);
+  module.def("report_to", &report_to, nb::arg("report").none(),
+             nb::sig("def report_to(report: typing.Callable[[str, float], object] | None) -> typing.Callable[[str, "
+                     "float], object] | None"),
+             "Sets the function that hears of the progress of this thread's computations; returns the one before.");
   module.def("_serve_cases", &serve_cases, nb::call_guard<nb::gil_scoped_release>(),
              nb::sig("def _serve_cases() -> int"));
 }

@@ -8,6 +8,7 @@
 
 #include "python/src/arrays.h"
 #include "sim/body/body.h"
+#include "sim/scene/scene.h"
 #include "sim/solve/model.h"
 #include "sim/store/run_data.h"
 #include "solvers/phase/phase_solution.h"
@@ -58,12 +59,31 @@ void add_models(nb::module_& module);
 void add_problems(nb::module_& module);
 void add_runs(nb::module_& module);
 void add_batch(nb::module_& module);
+void add_motions(nb::module_& module);
+void add_reports(nb::module_& module);
+void add_emission(nb::module_& module);
+
+/// Numbers by name.
+nb::dict numbers_dict(const std::vector<std::pair<std::string, double>>& values);
 
 /// Metrics by name; NaN where not computed.
 nb::dict metrics_dict(const Metrics& metrics);
 
 /// A path, of whatever Python takes for one.
 std::string path_of(nb::handle path);
+
+/// A scene as Python hands it over: a file, or a text of touchfield/_scenes.py whose paths count from the working
+/// directory.
+struct SceneInput {
+  std::string name;  // the path, or what messages call the text
+  std::optional<std::string> text;
+
+  /// throws   InputError as read_scene
+  Scene read(const std::vector<std::string>& overrides) const;
+};
+
+/// Of a path, or of a tuple of a text and its name.
+SceneInput scene_input(nb::handle scene);
 
 /// throws   nanobind's type_error that names what it is, Python's UnicodeEncodeError on half of a surrogate pair
 std::string text_of(nb::handle value, const char* what);

@@ -1,3 +1,5 @@
+#include <cmath>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -7,6 +9,7 @@
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
 #include "sim/field/evaluate.h"
+#include "sim/field/pressure_metrics.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/mesh/query/inspect.h"
 #include "sim/solve/array_view.h"
@@ -14,8 +17,10 @@
 #include "sim/solve/kept_models.h"
 #include "sim/solve/methods.h"
 #include "sim/solve/solve_model.h"
+#include "sim/target/skin_reduction.h"
 #include "solvers/phase/certificate.h"
 #include "solvers/phase/skin_field.h"
+#include "solvers/phase/surface.h"
 
 namespace touchfield::python {
 
@@ -25,7 +30,7 @@ Wave wave_or_default(const std::optional<Wave>& wave) {
   return wave ? *wave : Wave(build_medium({}, Scene{}.frequency), Scene{}.frequency);
 }
 
-Scheme scheme_of_name(const std::string& name) {
+Scheme scheme_of_name(const char* who, const std::string& name) {
   std::string names;
   for (const Scheme scheme : all_schemes()) {
     if (to_string(scheme) == name) {
@@ -33,7 +38,19 @@ Scheme scheme_of_name(const std::string& name) {
     }
     names += (names.empty() ? "" : ", ") + to_string(scheme);
   }
-  throw InputError(fmt::format("transfer: scheme = '{}' must be one of {}", name, names));
+  throw InputError(fmt::format("{}: scheme = '{}' must be one of {}", who, name, names));
+}
+
+SolverSpec solver_spec(const char* who, const std::optional<std::string>& device) {
+  SolverSpec spec;
+  if (device) {
+    const std::optional<ComputeDevice> chosen = compute_device(*device);
+    if (!chosen) {
+      throw InputError(fmt::format("{}: device = '{}' must be auto, cpu, cuda or cuda:N", who, *device));
+    }
+    spec.device = *chosen;
+  }
+  return spec;
 }
 
 /// What a scene's body and array have to be, too.
@@ -55,18 +72,11 @@ void require_scatterer(const TriangleMesh& mesh, const TransducerArray& array, c
 
 nb::object transfer(const SkinMesh& skin, const SharedArray& array, const std::optional<Wave>& wave, nb::handle faces,
                     const std::string& scheme, const std::optional<std::string>& device, std::optional<int> threads) {
-  SolverSpec spec;
-  if (device) {
-    const std::optional<ComputeDevice> chosen = compute_device(*device);
-    if (!chosen) {
-      throw InputError(fmt::format("transfer: device = '{}' must be auto, cpu, cuda or cuda:N", *device));
-    }
-    spec.device = *chosen;
-  }
+  const SolverSpec spec = solver_spec("transfer", device);
   const int count = thread_count(threads);
   const auto mesh = skin.mesh;
   const Wave sound = wave_or_default(wave);
-  const Scheme chosen = scheme_of_name(scheme);
+  const Scheme chosen = scheme_of_name("transfer", scheme);
   if (faces.is_none()) {
     return owned(computed(count, [=](Progress& progress) {
       require_scatterer(*mesh, *array, "transfer");
@@ -119,31 +129,75 @@ SharedProblem problem_of(nb::handle target, nb::handle amplitudes, nb::handle we
   return shared(std::move(problem));
 }
 
-void require_steps(const char* who, int iterations) {
+SharedProblem problem_of_transfer(nb::handle h, const SkinMesh& skin, const SharedTarget& target, double quiet_weight,
+                                  std::optional<int> threads) {
+  constexpr double kTolerance = 1e-4;  // as make_transfer
+  const Eigen::MatrixXcd rows = complex_table(h, "Problem.of_transfer: h");
+  require_count("Problem.of_transfer: h", rows.rows(), skin.mesh->face_count(), "per face");
+  if (!(quiet_weight >= 0 && std::isfinite(quiet_weight))) {
+    throw InputError(fmt::format("Problem.of_transfer: quiet_weight = {:g} must be >= 0", quiet_weight));
+  }
+  Eigen::VectorXd quiet;
+  if (quiet_weight > 0) {
+    quiet = quiet_weight * skin.mesh->areas();
+    quiet(target->faces).setZero();
+  }
+  return computed(thread_count(threads), [=, mesh = skin.mesh](Progress&) {
+    const Eigen::MatrixXcd each = Eigen::MatrixXcd::Identity(rows.cols(), rows.cols());
+    return shared(reduced_skin_problem(rows, each, mesh->areas(), *target, quiet, kTolerance).problem);
+  });
+}
+
+void require_steps(std::string_view who, int iterations) {
   if (iterations < 1) {
     throw InputError(fmt::format("{}: iterations = {} must be >= 1", who, iterations));
   }
 }
 
-SharedSolution solve_by_surface(const SharedProblem& problem, int iterations, nb::handle start, bool free_amplitudes,
-                                bool free_level, std::optional<int> threads) {
-  require_steps("solve_surface", iterations);
-  MethodSettings settings;
-  settings.iterations = iterations;
-  settings.free_amplitudes = free_amplitudes;
-  settings.free_level = free_level;
-  settings.search = start.is_none();
-  Eigen::MatrixXcd starts(problem->channel_count(), 0);
-  if (!start.is_none()) {
-    starts = complex_list(start, "solve_surface: start");
-    require_count("solve_surface: start", starts.rows(), problem->channel_count(), "per channel");
+/// Drives to start from by name, or as they are: one column; none where the method finds its own.
+Eigen::MatrixXcd start_of(nb::handle start, const SharedProblem& problem, const PhaseMethod& method) {
+  const Eigen::Index channels = problem->channel_count();
+  const std::string what = fmt::format("{}: start", method.name);
+  if (start.is_none()) {
+    return method.searches ? Eigen::MatrixXcd(channels, 0) : Eigen::MatrixXcd::Ones(channels, 1);
   }
-  return computed(thread_count(threads), [=](Progress& progress) {
-    return shared(phase_method("surface").solve(*problem, starts, settings, [&](int done, double) {
-      progress.advance(static_cast<double>(done) / iterations);
-    }));
+  if (!nb::isinstance<nb::str>(start)) {
+    const Eigen::VectorXcd given = complex_list(start, what);
+    require_count(what, given.size(), channels, "per channel");
+    return given;
+  }
+  const auto name = nb::cast<std::string>(start);
+  if (name == "adjoint") {
+    return adjoint_start(*problem);
+  }
+  if (name == "spectral") {
+    return spectral_start(*problem);
+  }
+  if (name == "zero") {
+    return Eigen::MatrixXcd::Ones(channels, 1);
+  }
+  throw InputError(fmt::format("{} = '{}' must be adjoint, spectral, zero or an excitation vector", what, name));
+}
+
+SharedSolution solve_on_skin(const std::string& name, const SharedProblem& problem, int iterations, nb::handle start,
+                             bool free_amplitudes, bool free_level, std::optional<int> threads) {
+  const PhaseMethod& method = phase_method(name);
+  if (method.solve == nullptr) {
+    throw InputError(fmt::format("{}: it does not work on a Problem", name));
+  }
+  require_steps(method.name, iterations);
+  MethodSettings settings{iterations, free_amplitudes, free_level};
+  settings.search = method.searches && start.is_none();
+  const Eigen::MatrixXcd starts = start_of(start, problem, method);
+  return computed(thread_count(threads), [=, &method](Progress& progress) {
+    progress.begin(method.name);
+    return shared(method.solve(*problem, starts, settings,
+                               [&](int done, double) { progress.advance(static_cast<double>(done) / iterations); }));
   });
 }
+
+/// Phase conjugation: every channel arrives in phase where a row of H is from.
+SharedSolution focus_of_row(nb::handle row) { return shared(full_drive(-complex_list(row, "focus: row").cwiseArg())); }
 
 SharedSolution solve_by_paper(const SharedModel& model, int iterations, const std::string& faces, bool scattered,
                               std::optional<int> threads) {
@@ -164,6 +218,31 @@ SharedSolution solve_by_paper(const SharedModel& model, int iterations, const st
   });
 }
 
+/// Pressures on the faces of a body for one drive or several, without H.
+nb::object scatter(const SkinMesh& skin, const SharedArray& array, nb::handle drives, const std::optional<Wave>& wave,
+                   const std::string& scheme, const std::optional<std::string>& device, std::optional<int> threads) {
+  const SolverSpec spec = solver_spec("scatter", device);
+  const Scheme chosen = scheme_of_name("scatter", scheme);
+  const Eigen::MatrixXcd q = drive_columns(drives, "scatter: drives", array->size());
+  const auto mesh = skin.mesh;
+  return owned(computed(thread_count(threads), [=, sound = wave_or_default(wave)](Progress& progress) {
+    require_scatterer(*mesh, *array, "scatter");
+    std::vector<SolveRecord> records;
+    SkinScattering scattering(*mesh, sound, chosen, spec, *array, records, progress, q.cols());
+    Eigen::MatrixXcd pressure = scattering.pressure(q, "scatter");
+    require_finite("scatter", pressure);
+    return pressure;
+  }));
+}
+
+nb::object radiation(const SkinMesh& skin, nb::handle pressure, const std::optional<Wave>& wave) {
+  const Eigen::VectorXcd p = complex_list(pressure, "force: pressure");
+  require_count("force: pressure", p.size(), skin.mesh->face_count(), "per face");
+  return owned(computed(0, [=, mesh = skin.mesh, sound = wave_or_default(wave)](Progress&) {
+    return radiation_pressure(SurfaceGradient(*mesh, sound.k()), sound, p);
+  }));
+}
+
 nb::dict certified(const SharedProblem& problem, std::optional<int> threads) {
   const Certificate certificate = computed(thread_count(threads), [problem](Progress&) { return certify(*problem); });
   nb::dict values;
@@ -175,7 +254,7 @@ nb::dict certified(const SharedProblem& problem, std::optional<int> threads) {
 }
 
 nb::dict judge(const SharedModel& model, nb::handle phases, std::optional<int> threads) {
-  const Eigen::VectorXd given = real_list(phases, "judge: phases");
+  const OwnMethod given = own_method("given", phases, "judge: phases");
   const Metrics metrics = computed(thread_count(threads), [model, given](Progress& progress) {
     FixedModel fixed = *model->fixed;
     fixed.scene.solve.methods.clear();
@@ -185,7 +264,7 @@ nb::dict judge(const SharedModel& model, nb::handle phases, std::optional<int> t
     Model alone = *model;
     alone.fixed = std::make_shared<const FixedModel>(std::move(fixed));
     return solve_model(
-               with_own(alone, {{"given", given}}), {}, [](const Run&) {}, progress)
+               with_own(alone, {given}), {}, [](const Run&) {}, progress)
         .methods.front()
         .metrics;
   });
@@ -228,10 +307,28 @@ void add_classes(nb::module_& module) {
           "target: the K x N rows of H; amplitudes: p', K [Pa]; weights: w, K, areas [m2]; quiet: R, r x N.")
       .def_static("of_model", &problem_of_model, nb::arg("model"), nb::arg("threads") = nb::none(),
                   "The problem of a scene's methods, with the skin outside the target reduced to a few rows.")
+      .def_static("of_transfer", &problem_of_transfer, nb::arg("h"), nb::arg("mesh"), nb::arg("target"),
+                  nb::arg("quiet_weight"), nb::arg("threads") = nb::none(),
+                  nb::sig("def of_transfer(h: numpy.typing.ArrayLike, mesh: Mesh, target: Target, quiet_weight: float, "
+                          "threads: int | None = None) -> Problem"),
+                  "The problem of H of every face, with the skin outside the target reduced to a few rows.")
       .def_prop_ro("target", part_of<SharedProblem>(&SkinProblem::target))
       .def_prop_ro("amplitudes", part_of<SharedProblem>(&SkinProblem::amplitudes))
       .def_prop_ro("weights", part_of<SharedProblem>(&SkinProblem::weights))
       .def_prop_ro("quiet", part_of<SharedProblem>(&SkinProblem::quiet))
+      .def(
+          "__getstate__",
+          [](const SharedProblem& self) {
+            return nb::make_tuple(owned(self->target), owned(self->amplitudes), owned(self->weights),
+                                  owned(self->quiet));
+          },
+          nb::sig("def __getstate__(self) -> tuple[typing.Any, ...]"))
+      .def(
+          "__setstate__",
+          [](SharedProblem& self, const nb::tuple& state) {
+            new (&self) SharedProblem(problem_of(state[0], state[1], state[2], state[3]));
+          },
+          nb::sig("def __setstate__(self, state: tuple[typing.Any, ...]) -> None"))
       .def("cost", &cost, nb::arg("drives"), nb::sig("def cost(self, drives: numpy.typing.ArrayLike) -> float"))
       .def("__repr__", [](const SharedProblem& self) {
         return fmt::format("<touchfield.Problem: {} faces, {} channels, {} quiet rows>", self->target_count(),
@@ -266,12 +363,30 @@ void add_problems(nb::module_& module) {
       "H: the pressure of each channel at full drive on each face, or on the given faces [Pa]. The mesh must be "
       "closed.");
   module.def(
-      "solve_surface", &solve_by_surface, nb::arg("problem"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
-      nb::arg("start") = nb::none(), nb::arg("free_amplitudes") = MethodSettings{}.free_amplitudes,
+      "solve", &solve_on_skin, nb::arg("method"), nb::arg("problem"), nb::kw_only(),
+      nb::arg("iterations") = kUsualIterations, nb::arg("start") = nb::none(),
+      nb::arg("free_amplitudes") = MethodSettings{}.free_amplitudes,
       nb::arg("free_level") = MethodSettings{}.free_level, nb::arg("threads") = nb::none(),
-      nb::sig("def solve_surface(problem: Problem, *, iterations: int = ..., start: numpy.typing.ArrayLike | None = "
-              "None, free_amplitudes: bool = ..., free_level: bool = ..., threads: int | None = None) -> Solution"),
-      "Method `surface`. Without `start` it tries several starts of its own, as `start: auto` in a scene.");
+      nb::sig(
+          "def solve(method: str, problem: Problem, *, iterations: int = ..., start: str | numpy.typing.ArrayLike | "
+          "None = None, free_amplitudes: bool = ..., free_level: bool = ..., threads: int | None = None) -> "
+          "Solution"),
+      "A phase method that works on rows of H, by its name in scenes.");
+  module.def("focus", &focus_of_row, nb::arg("row"), nb::sig("def focus(row: numpy.typing.ArrayLike) -> Solution"),
+             "Phases with which the sound of all channels arrives in phase, by the row of H of that place.");
+  module.def(
+      "scatter", &scatter, nb::arg("mesh"), nb::arg("array"), nb::arg("drives"), nb::arg("wave") = nb::none(),
+      nb::kw_only(), nb::arg("scheme") = to_string(kDefaultScheme), nb::arg("device") = nb::none(),
+      nb::arg("threads") = nb::none(),
+      nb::sig("def scatter(mesh: Mesh, array: Array, drives: numpy.typing.ArrayLike, wave: Wave | None = None, *, "
+              "scheme: str = ..., device: str | None = None, threads: int | None = None) -> "
+              "numpy.typing.NDArray[numpy.complex128]"),
+      "The pressure of drives on every face [Pa], N or N x S.");
+  module.def(
+      "radiation_pressure", &radiation, nb::arg("mesh"), nb::arg("pressure"), nb::arg("wave") = nb::none(),
+      nb::sig("def radiation_pressure(mesh: Mesh, pressure: numpy.typing.ArrayLike, wave: Wave | None = None) -> "
+              "numpy.typing.NDArray[numpy.float64]"),
+      "The time-averaged radiation pressure on every face, inwards [Pa].");
   module.def("solve_paper", &solve_by_paper, nb::arg("model"), nb::kw_only(), nb::arg("iterations") = kUsualIterations,
              nb::arg("faces") = "equal", nb::arg("scattered") = true, nb::arg("threads") = nb::none(),
              "Method `paper` or `unscattered` on the model of a scene.");

@@ -41,7 +41,7 @@ SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>
   if (!own.is_none()) {
     for (const auto& [name, phases] : dict_of(own, "own")) {
       const std::string text = text_of(name, "own: a name");
-      methods.emplace_back(text, real_list(phases, fmt::format("run: own['{}']", text)));
+      methods.push_back(own_method(text, phases, fmt::format("run: own['{}']", text)));
     }
   }
   const int count = thread_count(threads);
@@ -53,9 +53,10 @@ SharedRun run(nb::handle scene, nb::handle set, const std::optional<std::string>
       return solved(with_own(*model, methods), progress);
     });
   }
-  return computed(count, [path = path_of(scene), overrides = overrides_of(set, device), methods](Progress& progress) {
-    return solved(with_own(build_model(read_scene(path, overrides)), methods), progress);
-  });
+  return computed(count,
+                  [input = scene_input(scene), overrides = overrides_of(set, device), methods](Progress& progress) {
+                    return solved(with_own(build_model(input.read(overrides)), methods), progress);
+                  });
 }
 
 Scene scene_of(const Run& run) { return read_resolved_scene(run.scene, "run " + run.name, {}); }
@@ -130,14 +131,6 @@ nb::dict field_at(const SharedRun& run, nb::handle points, std::optional<int> th
     values[run->methods[s].name.c_str()] = owned(Eigen::VectorXcd(pressure.col(static_cast<Eigen::Index>(s))));
   }
   return values;
-}
-
-nb::dict texts(const std::vector<std::pair<std::string, double>>& values) {
-  nb::dict dict;
-  for (const auto& [name, value] : values) {
-    dict[name.c_str()] = value;
-  }
-  return dict;
 }
 
 nb::dict provenance(const SharedRun& run) {
@@ -248,7 +241,7 @@ void add_run(nb::module_& module) {
           nb::sig("def fields(self) -> dict[str, dict[str, numpy.typing.NDArray[typing.Any]]]"),
           "By name of the grid and method [Pa], axes z, y, x; `points`: the positions, with a last axis x, y, z [m].")
       .def_prop_ro(
-          "seconds", [](const SharedRun& self) { return texts(self->seconds); },
+          "seconds", [](const SharedRun& self) { return numbers_dict(self->seconds); },
           nb::sig("def seconds(self) -> dict[str, float]"))
       .def_prop_ro("warnings", [](const SharedRun& self) { return self->warnings; })
       .def_prop_ro("notes", [](const SharedRun& self) { return self->notes; })
@@ -273,16 +266,25 @@ void add_run(nb::module_& module) {
 
 }  // namespace
 
+nb::dict numbers_dict(const std::vector<std::pair<std::string, double>>& values) {
+  nb::dict dict;
+  for (const auto& [name, value] : values) {
+    dict[name.c_str()] = value;
+  }
+  return dict;
+}
+
 void add_runs(nb::module_& module) {
   add_picture(module);
   add_run(module);
-  module.def(
-      "run", &run, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
-      nb::arg("threads") = nb::none(), nb::arg("own") = nb::none(),
-      nb::sig(
-          "def run(scene: str | os.PathLike | Model, set: dict[str, typing.Any] | None = None, device: str | None = "
-          "None, threads: int | None = None, own: dict[str, numpy.typing.ArrayLike] | None = None) -> Run"),
-      "Computes a scene, as `touchfield run`. `own` adds methods of your own: their names and phases. Writes nothing.");
+  module.def("run", &run, nb::arg("scene"), nb::arg("set") = nb::none(), nb::arg("device") = nb::none(),
+             nb::arg("threads") = nb::none(), nb::arg("own") = nb::none(),
+             nb::sig("def run(scene: str | os.PathLike | tuple[str, str] | Model, set: dict[str, typing.Any] | None = "
+                     "None, device: str | None = "
+                     "None, threads: int | None = None, own: dict[str, numpy.typing.ArrayLike] | None = None) -> Run"),
+             "Computes a scene, as `touchfield run`. `own` adds methods of your own: their names, and phases or "
+             "complex drives. "
+             "Writes nothing.");
   module.def(
       "read_run",
       [](nb::handle path) {

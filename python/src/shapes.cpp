@@ -10,11 +10,12 @@
 #include "python/src/arrays.h"
 #include "python/src/job.h"
 #include "python/src/parts.h"
-#include "sim/body/hand.h"
 #include "sim/core/errors.h"
+#include "sim/core/rotation.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
+#include "sim/solve/bodies.h"
 
 namespace touchfield::python {
 
@@ -67,19 +68,30 @@ SkinMesh mesh_of_file(const std::string& file, const std::optional<double>& unit
   return {shared(std::move(mesh))};
 }
 
-SkinMesh hand_mesh(const std::string& pose, double edge, double breadth, double length, const std::string& side,
-                   double forearm) {
-  if (side != "right" && side != "left") {
-    throw InputError(fmt::format("hand: side = '{}' must be right or left", side));
+/// The bodies of a scene in their places, without what a model asks of them.
+SkinMesh bodies_of_scene(nb::handle scene) {
+  return computed(0, [input = scene_input(scene)](Progress&) {
+    const Scene read = input.read({});
+    const BodyPlan plan = plan_bodies(read, [](const TriangleMesh& mesh) { return Vector3(mesh.vertices().col(0)); });
+    return skin_mesh(build_bodies(read, plan, {}, Extent::kWhole).body);
+  });
+}
+
+std::map<std::string, Vector3> landmarks_of(nb::handle landmarks) {
+  std::map<std::string, Vector3> points;
+  if (!landmarks.is_none()) {
+    for (const auto& [name, point] : dict_of(landmarks, "landmarks")) {
+      const std::string text = text_of(name, "landmarks: a name");
+      const Eigen::VectorXd values = real_list(point, fmt::format("Mesh: landmarks['{}']", text));
+      require_count(fmt::format("Mesh: landmarks['{}']", text), values.size(), 3, "per axis");
+      points[text] = values;
+    }
   }
-  HandOptions options;
-  options.pose = pose;
-  options.edge = edge;
-  options.breadth = breadth;
-  options.length = length;
-  options.forearm = forearm;
-  options.side = side == "right" ? HandSide::kRight : HandSide::kLeft;
-  return computed(0, [options](Progress&) { return skin_mesh(hand(options)); });
+  return points;
+}
+
+TriangleMesh mesh_of(nb::handle vertices, nb::handle triangles) {
+  return {point_rows(vertices, "Mesh: vertices"), triangle_rows(triangles, "Mesh: triangles")};
 }
 
 void add_mesh_class(nb::module_& module) {
@@ -91,13 +103,29 @@ void add_mesh_class(nb::module_& module) {
   nb::class_<SkinMesh>(module, "Mesh", "A triangulated surface with outward normals, lengths in m. Immutable.")
       .def(
           "__init__",
-          [](SkinMesh* self, nb::handle vertices, nb::handle triangles) {
-            TriangleMesh mesh(point_rows(vertices, "Mesh: vertices"), triangle_rows(triangles, "Mesh: triangles"));
+          [](SkinMesh* self, nb::handle vertices, nb::handle triangles, nb::handle landmarks) {
+            TriangleMesh mesh = mesh_of(vertices, triangles);
             check_size(mesh, "Mesh: vertices in m");
-            new (self) SkinMesh{shared(std::move(mesh))};
+            new (self) SkinMesh{shared(std::move(mesh)), landmarks_of(landmarks)};
           },
-          nb::arg("vertices"), nb::arg("triangles"),
-          nb::sig("def __init__(self, vertices: numpy.typing.ArrayLike, triangles: numpy.typing.ArrayLike) -> None"))
+          nb::arg("vertices"), nb::arg("triangles"), nb::arg("landmarks") = nb::none(),
+          nb::sig("def __init__(self, vertices: numpy.typing.ArrayLike, triangles: numpy.typing.ArrayLike, landmarks: "
+                  "dict[str, numpy.typing.ArrayLike] | None = None) -> None"))
+      .def_static("of_scene", &bodies_of_scene, nb::arg("scene"),
+                  nb::sig("def of_scene(scene: str | os.PathLike | tuple[str, str]) -> Mesh"),
+                  "The bodies of a scene as one mesh, in their places.")
+      .def(
+          "__getstate__",
+          [](const SkinMesh& self) {
+            return nb::make_tuple(owned(self.mesh->vertices()), owned(self.mesh->triangles()), landmark_dict(self));
+          },
+          nb::sig("def __getstate__(self) -> tuple[typing.Any, ...]"))
+      .def(
+          "__setstate__",
+          [](SkinMesh& self, const nb::tuple& state) {
+            new (&self) SkinMesh{shared(mesh_of(state[0], state[1])), landmarks_of(state[2])};
+          },
+          nb::sig("def __setstate__(self, state: tuple[typing.Any, ...]) -> None"))
       .def_prop_ro("vertices", part(&TriangleMesh::vertices))
       .def_prop_ro("triangles", part(&TriangleMesh::triangles))
       .def_prop_ro("centroids", part(&TriangleMesh::centroids))
@@ -149,12 +177,15 @@ void add_shapes(nb::module_& module) {
       "Reads an STL, OBJ, PLY, OFF, VTP or GLB file. `unit`: the unit of the file in metres. Without it the file must "
       "be in "
       "mm, and its size must confirm that.");
-  module.def("hand", &hand_mesh, nb::arg("pose") = HandOptions{}.pose, nb::kw_only(),
-             nb::arg("edge") = HandOptions{}.edge, nb::arg("breadth") = HandOptions{}.breadth,
-             nb::arg("length") = HandOptions{}.length, nb::arg("side") = "right",
-             nb::arg("forearm") = HandOptions{}.forearm,
-             "The built-in hand in its own frame [m]: the wrist at the origin, y towards the fingertips, z out of its "
-             "back. The thumb of a right hand is at negative x. `forearm` extends the skin by that length.");
+  module.def(
+      "rotation",
+      [](nb::handle angles) {
+        const Eigen::VectorXd values = real_list(angles, "rotation: angles");
+        require_count("rotation: angles", values.size(), 3, "per axis");
+        return owned(Eigen::MatrixXd(extrinsic_rotation(values)));
+      },
+      nb::arg("angles"), nb::sig("def rotation(angles: numpy.typing.ArrayLike) -> numpy.typing.NDArray[numpy.float64]"),
+      "The matrix of a rotation about the fixed x, then y, then z axis [rad].");
   module.def(
       "sphere",
       [](double radius, double edge) {

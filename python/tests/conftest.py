@@ -10,6 +10,7 @@ import pytest
 
 # Before OpenMP is loaded, for what has no argument `threads`.
 os.environ.setdefault("OMP_NUM_THREADS", "2")
+os.environ.setdefault("MPLBACKEND", "agg")
 
 import touchfield as tf
 

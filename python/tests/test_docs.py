@@ -1,42 +1,136 @@
-"""The page of the package: its code runs, its table names what there is, the stubs know it too."""
+"""Pages and docstrings: their code runs, they name what there is, and their defaults are those of the library."""
 
+import ast
+import doctest
+import inspect
+import json
 import pathlib
 import re
+
+import numpy as np
+import pytest
 
 import touchfield as tf
 from conftest import SOURCE
 
 PAGE = (SOURCE / "docs/python.md").read_text()
+CLASSES = [tf.Array, tf.Mesh, tf.Model, tf.Motion, tf.Picture, tf.Problem, tf.Run, tf.Solution, tf.Sweep, tf.Target, tf.Wave]
+FUNCTIONS = [getattr(tf, name) for name in tf.__all__ if inspect.isfunction(getattr(tf, name))]
+METHODS = [getattr(kind, name) for kind in CLASSES for name in vars(kind)
+           if not name.startswith("_") and inspect.isroutine(getattr(kind, name))]
 
 
-def test_code_of_the_page_runs(tmp_path, monkeypatch, capsys):
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
     (tmp_path / "scenes").symlink_to(SOURCE / "scenes")
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
-    assert len(blocks) == 3 and len(blocks[0].strip().splitlines()) <= 12
-    names = {}
+    return tmp_path
+
+
+def blocks_of(text, heading):
+    return re.findall(r"```python\n(.*?)```", re.split(rf"^## {heading}$", text, flags=re.MULTILINE)[1].split("\n## ")[0], re.DOTALL)
+
+
+def run_blocks(blocks, names=None):
+    names = {} if names is None else names
     for number, block in enumerate(blocks):
-        exec(compile(block, f"docs/python.md, block {number + 1}", "exec"), names)
-    assert (tmp_path / "quick/run.h5").exists() and (tmp_path / "surface.png").read_bytes()[:4] == b"\x89PNG"
+        exec(compile(block, f"block {number + 1}", "exec"), names)
+    return names
+
+
+def test_ten_lines_run(folder, capsys):
+    block, = blocks_of(PAGE, "Ten lines")
+    assert len(block.strip().splitlines()) <= 12
+    run_blocks([block])
+    assert (folder / "quick/run.h5").exists() and (folder / "surface.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_own_method_and_separate_parts_run(folder, capsys):
+    run_blocks(blocks_of(PAGE, "A phase method of your own"))
     assert "mine" in capsys.readouterr().out
+    names = run_blocks(blocks_of(PAGE, "Separate parts"))
     assert names["problem"].cost(names["solution"].drives) >= names["proof"]["bound"] > 0
 
 
-def test_lines_of_the_readme_run(tmp_path, monkeypatch):
-    (tmp_path / "scenes").symlink_to(SOURCE / "scenes")
-    monkeypatch.chdir(tmp_path)
+def test_five_tasks_in_ten_lines_each(folder):
+    for package in ("pandas", "matplotlib", "trimesh"):
+        pytest.importorskip(package)
+    blocks = blocks_of(PAGE, "Five tasks")
+    assert len(blocks) == 5 and max(len(block.strip().splitlines()) for block in blocks) <= 10
+    tf.hand("flat", edge=4e-3).save("hand.stl")  # the scan of the fourth task
+    names = run_blocks(blocks, {"np": np, "tf": tf})
+    assert (folder / "heights.png").read_bytes()[:4] == b"\x89PNG" and len(set(names["heights"]["body.place.at_mm.2"])) == 3
+    assert abs(names["free"][0]) == abs(names["array"].transfer([[0, 0, 0.15]])).sum().round(9) or abs(names["free"][0]) > 1000
+    assert names["pressure"].shape == (len(names["palm"]),)
+    own = np.exp(1j * np.angle(names["q"]))
+    assert abs(own.conj() @ names["gs"].drives) == pytest.approx(len(own), rel=1e-6)  # the same but for a common phase
+    assert set(names["run"].methods) == {"surface", "focus"}
+    report = names["report"]
+    assert report["frames"] == 100 and not report["emitted"] and report["files"] > 0
+
+
+def test_the_notebook_runs(folder):
+    for package in ("pandas", "matplotlib"):
+        pytest.importorskip(package)
+    cells = json.loads((SOURCE / "docs/tutorials/python.ipynb").read_text())["cells"]
+    names = run_blocks(["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"])
+    assert names["run"].methods == ["surface", "wgs", "focus"] and names["table"]["status"].tolist() == ["ok"] * 9
+    assert not any(cell.get("outputs") for cell in cells)
+
+
+def test_lines_of_the_readme_run(folder):
     block, = re.findall(r"```python\n(.*?)```", (SOURCE / "README.md").read_text(), re.DOTALL)
     assert len(block.strip().splitlines()) == 6
-    exec(compile(block, "README.md", "exec"), {})
-    assert (tmp_path / "quick_500/run.h5").exists() and (tmp_path / "surface.png").read_bytes()[:4] == b"\x89PNG"
+    run_blocks([block])
+    assert (folder / "quick_500/run.h5").exists() and (folder / "surface.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_page_and_stubs_name_everything():
-    stubs = (pathlib.Path(tf.__file__).parent / "_core.pyi").read_text()
+def test_page_names_everything():
     assert (pathlib.Path(tf.__file__).parent / "py.typed").exists()
     for name in tf.__all__:
-        assert re.search(rf"(def|class) {name}\b|^{name}: ", stubs, re.MULTILINE), name
-        assert name in ("Error", "Picture", "Solution", "Target", "Run") or f"`{name}" in PAGE, name
-    for kind in (tf.Run, tf.Model, tf.Mesh, tf.Array, tf.Wave, tf.Problem, tf.Solution):
+        assert name in ("Error", "Picture", "Sweep") or f"`{name}" in PAGE, name
+    for kind in CLASSES:
         for name in vars(kind):
             assert name.startswith("_") or f"`{name}" in PAGE or f"`{kind.__name__}.{name}" in PAGE, f"{kind.__name__}.{name}"
+
+
+@pytest.mark.parametrize("function", [*FUNCTIONS, *METHODS, *CLASSES], ids=lambda function: function.__qualname__)
+def test_signature_and_docstring(function):
+    assert function.__doc__.strip()
+    parameters = inspect.signature(function).parameters
+    if function in (tf.Run, tf.Motion, tf.Picture, tf.Sweep, tf.Solution):  # which are results
+        return
+    assert "Examples\n" in function.__doc__, "an example"
+    described = re.split(r"\n\s+(?:Returns|Raises|Examples)\n", function.__doc__)[0]
+    for name in parameters:
+        assert name in ("self", "cls") or re.search(rf"\b{name}\b", described), f"the docstring lacks {name}"
+
+
+def test_examples_run(folder):
+    for package in ("pandas", "matplotlib"):
+        pytest.importorskip(package)
+    runner, finder = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS), doctest.DocTestFinder()
+    for name in tf.__all__:
+        for test in finder.find(getattr(tf, name), name, module=False, globs={"tf": tf, "np": np}):
+            runner.run(test)
+    assert runner.tries > 60 and runner.failures == 0
+
+
+def test_defaults_are_those_of_the_library():
+    """The extension fills in its own where a signature says `...`: both functions must agree on what they say."""
+    stub = ast.parse((pathlib.Path(tf.__file__).parent / "_core.pyi").read_text())
+    compared = 0
+    for item in stub.body:
+        mine = getattr(tf, item.name, None) if isinstance(item, ast.FunctionDef) else None
+        if mine is None:
+            continue
+        arguments = item.args.posonlyargs + item.args.args
+        pairs = list(zip(arguments[len(arguments) - len(item.args.defaults):], item.args.defaults))
+        pairs += [pair for pair in zip(item.args.kwonlyargs, item.args.kw_defaults) if pair[1] is not None]
+        for argument, default in pairs:
+            parameter = inspect.signature(mine).parameters.get(argument.arg)
+            if parameter is not None and not (isinstance(default, ast.Constant) and default.value is Ellipsis):
+                value = ast.literal_eval(default)
+                assert parameter.default in (value, tuple(value) if isinstance(value, list) else value), (item.name, argument.arg)
+                compared += 1
+    assert compared > 40

@@ -26,15 +26,15 @@ def test_score_is_the_judge_s_of_its_own_mesh(finger):
 
 def test_solvers_by_themselves_find_what_the_run_found(model, run):
     problem = tf.Problem.of_model(model, threads=2)
-    solution = tf.solve_surface(problem, iterations=8, free_level=True, threads=2)
+    solution = tf.surface(problem, iterations=8, threads=2)
     assert np.array_equal(solution.phases, run.phases["surface"])
     assert np.array_equal(solution.drives, solution.amplitudes * np.exp(1j * solution.phases))
     assert solution.cost_history[-1] == pytest.approx(problem.cost(solution.drives), rel=1e-9)
     assert solution.iterations == 8 and solution.status == "iteration_limit"
-    paper = tf.solve_paper(model, iterations=8, faces="area", threads=2)
+    paper = tf.paper(model, iterations=8, faces="area", threads=2)
     assert np.array_equal(paper.phases, run.phases["paper"])
-    assert not np.array_equal(tf.solve_paper(model, iterations=8, scattered=False).phases, paper.phases)
-    further = tf.solve_surface(problem, iterations=20, start=solution.drives)
+    assert not np.array_equal(tf.unscattered(model, iterations=8).phases, paper.phases)
+    further = tf.surface(problem, iterations=20, start=solution)
     assert further.cost_history[-1] < solution.cost_history[-1]
 
 
@@ -42,7 +42,7 @@ def test_certificate(model, run):
     problem = tf.Problem.of_model(model, threads=2)
     proof = tf.certify(problem, threads=2)
     assert proof["bound"] == pytest.approx(run.metrics["surface"]["cost_bound"], rel=1e-9)
-    assert 0 < proof["bound"] <= problem.cost(tf.solve_surface(problem, free_level=False).drives)
+    assert 0 < proof["bound"] <= problem.cost(tf.surface(problem, free_level=False).drives)
 
 
 def test_model_of_a_scene(model, finger):

@@ -123,7 +123,7 @@ def test_a_thousand_calls_leak_nothing(python, finger):
             mesh = tf.Mesh(ball.vertices, ball.triangles)
             h = tf.transfer(mesh, array, faces=[0, 1, 2])
             problem = tf.Problem(h, [1, 1, 1], mesh.areas[:3])
-            solution = tf.solve_surface(problem, iterations=2)
+            solution = tf.surface(problem, iterations=2)
             try:
                 tf.Mesh(ball.vertices[:3], ball.triangles)
             except tf.InputError:

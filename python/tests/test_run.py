@@ -67,12 +67,12 @@ def test_saved_and_read_again(run, tmp_path):
 
 def test_pictures_are_the_program_s(run, tmp_path):
     run.save(tmp_path / "folder")
-    picture = run.plot("pressure_paper")
+    picture = run.picture("pressure_paper")
     picture.save(tmp_path / "paper.png")
     assert bytes(picture) == (tmp_path / "folder/pressure_paper.png").read_bytes() == (tmp_path / "paper.png").read_bytes()
-    assert run._repr_png_() == bytes(run.plot()) == run.plot("pressure_surface")._repr_png_()
+    assert run._repr_png_() == bytes(run.picture()) == run.picture("pressure_surface")._repr_png_()
     with pytest.raises(tf.InputError, match="no picture is called 'other'; there are setup, target, pressure_surface"):
-        run.plot("other")
+        run.picture("other")
 
 
 def test_changes_of_the_scene(finger):

@@ -1,6 +1,7 @@
 """Mid-air ultrasound haptics: transducer phases that press a wanted pattern on the skin of a hand.
 
-Lengths are in m, pressures in Pa, phases in rad, the time factor is exp(-i omega t). docs/python.md has a tutorial."""
+Lengths are in m, pressures in Pa, phases in rad, angles of bodies in degrees. The time factor is exp(-i omega t). A channel at
+full drive has amplitude 1. docs/python.md has a tutorial. In the examples `tf` is this package and `np` NumPy."""
 
 import os as _os
 
@@ -39,10 +40,18 @@ try:
 finally:
     if _open:
         del _os.environ["GOMP_SPINCOUNT"]
-from ._core import *  # noqa: F401,F403
+from ._arrays import Array, Wave
+from ._bodies import Mesh, hand, read_mesh, sphere
+from ._core import DeviceError, Error, InputError, IoError, NotBuiltError, NumericalError, TouchfieldNote, TouchfieldWarning
+from ._emission import send
+from ._models import Model, Picture, Run, check, compare, judge, read_run, run, study
+from ._motions import Motion, fit, play, read_motion, see
+from ._phases import (Problem, Solution, certify, eigen, field, focus, force, gs, gs_pat, lbfgs, paper, scatter, surface, transfer,
+                      unscattered, wgs)
+from ._sweeps import Sweep, read_sweep, sweep
+from ._targets import Target
 
 __version__ = _core.__version__
-__all__ = [name for name in dir(_core) if not name.startswith("_") and name != "revision"]
-for _name in __all__:
-    if isinstance(getattr(_core, _name), type):  # as what they are imported from, in messages and help
-        getattr(_core, _name).__module__ = __name__
+__all__ = [name for name in dir() if not name.startswith("_")]
+for _name in __all__:  # as what they are imported from, in messages and help
+    globals()[_name].__module__ = __name__

@@ -1,6 +1,9 @@
-"""What a scene's changes may hold besides what JSON knows."""
+"""What the extension asks of Python, and helpers without a subject of their own."""
 
 import os
+import sys
+import warnings
+from decimal import Decimal
 
 
 def plain(value):
@@ -10,3 +13,46 @@ def plain(value):
     if isinstance(value, os.PathLike):
         return os.fspath(value)
     raise TypeError(f"set values must be numbers, strings, lists or dicts, not a {type(value).__name__}")
+
+
+def warn(text, category):
+    """Warns at the line that called the package."""
+    level, frame = 2, sys._getframe(1)
+    while frame is not None and frame.f_globals.get("__name__", "").startswith("touchfield."):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, category, stacklevel=level)
+
+
+def millimetres(values):
+    """Lengths in m as scenes have them, without an error of rounding: 10.16e-3 is 10.16."""
+    if hasattr(values, "__len__"):
+        return [millimetres(value) for value in values]
+    return float(Decimal(repr(float(values))) * 1000)
+
+
+class Part:
+    """A part of the library, `_core`, that never changes: copies are the part itself."""
+
+    _core = None
+
+    @classmethod
+    def _of(cls, core):
+        part = cls.__new__(cls)
+        part._core = core
+        return part
+
+    def __copy__(self):
+        return self
+
+    def __deepcopy__(self, memo):
+        return self
+
+    def __repr__(self):
+        return repr(self._core).replace("touchfield._core.", "touchfield.")
+
+
+def core(part, kind, argument):
+    """The part of the library in an argument."""
+    if not isinstance(part, kind):
+        raise TypeError(f"{argument} must be a touchfield.{kind.__name__}, not {type(part).__name__}")
+    return part._core

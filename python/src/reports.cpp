@@ -1,0 +1,239 @@
+#include <cmath>
+#include <map>
+
+#include <fmt/format.h>
+
+#include "python/src/arrays.h"
+#include "python/src/job.h"
+#include "python/src/parts.h"
+#include "sim/assess/study.h"
+#include "sim/batch/fit_folder.h"
+#include "sim/batch/scene_changes.h"
+#include "sim/batch/see_scene.h"
+#include "sim/core/errors.h"
+#include "sim/scene/scene_reader.h"
+#include "sim/store/run_compare.h"
+
+namespace touchfield::python {
+
+namespace {
+
+/// What fills a folder of results, of which an error leaves word there.
+template <typename Fill>
+auto filled(RunDirectory directory, Fill fill) {
+  try {
+    auto result = fill(directory);
+    directory.settle();
+    return result;
+  } catch (const std::exception& error) {
+    directory.fail(error.what());
+    throw;
+  }
+}
+
+nb::list see(nb::handle scene, nb::handle out, nb::handle set, bool force, std::optional<int> threads) {
+  const auto sights = computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, {}),
+                                                       place = path_of(out), force](Progress& progress) {
+    const SeenScene seen = seen_scene(input.read(overrides), &progress);
+    return filled(RunDirectory::at(place, sight_files(seen, PictureFormat::kPng), force),
+                  [&](RunDirectory& directory) { return see_scene(seen, directory, PictureFormat::kPng, progress); });
+  });
+  nb::list rows;
+  for (const SightSummary& sight : sights) {
+    nb::dict row;
+    row["camera"] = sight.camera;
+    row["pixels"] = sight.pixels;
+    row["holes"] = sight.holes;
+    row["nearest"] = sight.nearest;
+    row["farthest"] = sight.farthest;
+    rows.append(row);
+  }
+  return rows;
+}
+
+nb::dict fit(nb::handle folder, nb::handle out, const std::string& pose, const std::string& side, double length,
+             double breadth, double edge, double learn, nb::handle workspace, bool force, std::optional<int> threads) {
+  FolderFit how;
+  how.any_pose = pose == "auto";
+  how.hand.pose = how.any_pose ? HandShape{}.pose : pose;
+  how.any_side = side == "auto";
+  if (!how.any_side && side != "left" && side != "right") {
+    throw InputError(fmt::format("fit: side = '{}' must be right, left or auto", side));
+  }
+  how.hand.side = side == "left" ? HandSide::kLeft : HandSide::kRight;
+  how.hand.length = length;
+  how.hand.breadth = breadth;
+  how.edge = edge;
+  how.learning = learn;
+  how.workspace = MotionSpec::Sensor{}.workspace;
+  if (!workspace.is_none()) {
+    const Points corners = point_rows(workspace, "fit: workspace");
+    require_count("fit: workspace", corners.cols(), 2, "per corner");
+    how.workspace = {corners.col(0), corners.col(1)};
+    if (!((how.workspace[1] - how.workspace[0]).minCoeff() > 0)) {
+      throw InputError("fit: workspace: the second corner must be beyond the first in x, y and z");
+    }
+  }
+  const FittedFolder fitted =
+      computed(thread_count(threads), [how, from = path_of(folder), place = path_of(out), force](Progress& progress) {
+        const CameraFolder images(from, &progress);
+        return filled(RunDirectory::at(place, fit_files(images), force),
+                      [&](RunDirectory& directory) { return fit_folder(images, how, directory, progress); });
+      });
+  const auto count = static_cast<Eigen::Index>(fitted.frames.size());
+  std::map<const char*, Eigen::VectorXd> columns;
+  for (const char* name : {"lost", "residual", "seen", "milliseconds", "landmark_off"}) {
+    columns[name] = Eigen::VectorXd(count);
+  }
+  for (Eigen::Index f = 0; f < count; ++f) {
+    const FittedFrame& frame = fitted.frames[static_cast<std::size_t>(f)];
+    columns["lost"](f) = frame.fit.lost ? 1 : 0;
+    columns["residual"](f) = frame.fit.lost ? kNotComputed : frame.fit.residual;
+    columns["seen"](f) = frame.fit.lost ? kNotComputed : frame.fit.seen;
+    columns["milliseconds"](f) = frame.milliseconds;
+    columns["landmark_off"](f) = frame.landmark_off;
+  }
+  nb::dict frames;
+  for (auto& [name, values] : columns) {
+    frames[name] = owned(std::move(values));
+  }
+  nb::dict result;
+  result["pose"] = fitted.hand.pose;
+  result["side"] = side_name(fitted.hand.side);
+  result["shape_learnt"] = fitted.learnt;
+  result["length_ratio"] = std::exp(fitted.proportions(kLengthRatio));
+  result["breadth_ratio"] = std::exp(fitted.proportions(kBreadthRatio));
+  result["warnings"] = fitted.warnings;
+  result["frames"] = frames;
+  return result;
+}
+
+template <typename Value>
+std::vector<Value> named(const std::vector<std::string>& names, const std::map<std::string, Value>& known,
+                         const char* what) {
+  std::vector<Value> values;
+  for (const std::string& name : names) {
+    const auto found = known.find(name);
+    if (found == known.end()) {
+      std::string list;
+      for (const auto& [each, value] : known) {
+        list += (list.empty() ? "" : ", ") + each;
+      }
+      throw InputError(fmt::format("study: {}: '{}' must be one of {}", what, name, list));
+    }
+    values.push_back(found->second);
+  }
+  return values;
+}
+
+nb::list study(nb::handle scene, nb::handle set, const std::vector<double>& edges,
+               const std::vector<std::string>& schemes, const std::vector<std::string>& solvers,
+               const std::vector<std::string>& precisions, double rung_seconds, std::optional<int> threads) {
+  std::map<std::string, Scheme> scheme_names;
+  for (const Scheme scheme : all_schemes()) {
+    scheme_names[to_string(scheme)] = scheme;
+  }
+  StudyOptions options;
+  options.edges = edges;
+  options.schemes = named(schemes, scheme_names, "schemes");
+  options.solvers = named<SolverKind>(solvers,
+                                      {{"lu", SolverKind::kLu},
+                                       {"gmres", SolverKind::kGmres},
+                                       {"matrix_free", SolverKind::kMatrixFree},
+                                       {"fft", SolverKind::kFft}},
+                                      "solvers");
+  options.precisions =
+      named<Precision>(precisions, {{"double", Precision::kDouble}, {"single", Precision::kSingle}}, "precisions");
+  options.rung_seconds = rung_seconds;
+  const Study done = computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, {}),
+                                                      options](Progress& progress) {
+    const Scene read = input.read(overrides);
+    return run_study(read, study_models(read, options), options, progress, [](const Study&) {});
+  });
+  nb::list rungs;
+  for (const StudyRung& rung : done.rungs) {
+    nb::dict row;
+    row["scheme"] = rung.scheme;
+    row["edge_mm"] = rung.edge_mm;
+    row["faces"] = rung.faces;
+    row["precision"] = rung.precision;
+    row["solver"] = rung.solver;
+    row["seconds"] = rung.seconds;
+    row["peak_mib"] = rung.peak_mib;
+    row["error_reference"] = rung.error_reference;
+    row["error_interior"] = rung.error_interior;
+    row["pattern_error"] = rung.pattern_error;
+    row["pareto"] = rung.pareto;
+    row["status"] = rung.status;
+    rungs.append(row);
+  }
+  return rungs;
+}
+
+nb::dict compare(const SharedRun& a, const SharedRun& b) {
+  const RunDifference difference =
+      computed(0, [a, b](Progress&) { return compare_runs(*a, *b, scene_changes(a->scene, b->scene)); });
+  nb::dict methods;
+  for (const MethodDifference& method : difference.both_methods) {
+    nb::dict row;
+    row["identical"] = method.identical;
+    row["phases_rad"] = method.phases.largest;
+    row["amplitudes"] = method.amplitudes.relative;
+    row["pressure"] = method.pressure.relative;
+    nb::dict metrics;
+    for (const NumberPair& pair : method.metrics) {
+      metrics[pair.name.c_str()] = nb::make_tuple(pair.a, pair.b);
+    }
+    row["metrics"] = metrics;
+    methods[method.name.c_str()] = row;
+  }
+  nb::dict scene;
+  for (const TextChange& change : difference.scene.changes) {
+    scene[change.what.c_str()] = nb::make_tuple(change.a, change.b);
+  }
+  nb::dict result;
+  result["verdict"] = to_string(difference.verdict);
+  result["rounding"] = difference.rounding;
+  result["largest"] = nb::make_tuple(difference.largest.what, difference.largest.relative);
+  result["largest_result"] = nb::make_tuple(difference.largest_result.what, difference.largest_result.relative);
+  result["causes"] = difference.causes;
+  result["scene"] = scene;
+  result["methods"] = methods;
+  result["text"] = describe_difference(difference);
+  return result;
+}
+
+}  // namespace
+
+void add_reports(nb::module_& module) {
+  module.def("see", &see, nb::arg("scene"), nb::arg("out"), nb::arg("set") = nb::none(), nb::arg("force") = false,
+             nb::arg("threads") = nb::none(),
+             nb::sig("def see(scene: str | os.PathLike | tuple[str, str], out: str | os.PathLike, set: dict[str, "
+                     "typing.Any] | None = None, force: bool = False, threads: int | None = None) -> list[dict[str, "
+                     "typing.Any]]"),
+             "Writes the depth images of a scene's simulated cameras into a folder, as `touchfield see`.");
+  const FolderFit usual;
+  module.def("fit", &fit, nb::arg("folder"), nb::arg("out"), nb::kw_only(), nb::arg("pose") = "auto",
+             nb::arg("side") = "auto", nb::arg("length") = usual.hand.length, nb::arg("breadth") = usual.hand.breadth,
+             nb::arg("edge") = usual.edge, nb::arg("learn") = usual.learning, nb::arg("workspace") = nb::none(),
+             nb::arg("force") = false, nb::arg("threads") = nb::none(),
+             nb::sig("def fit(folder: str | os.PathLike, out: str | os.PathLike, *, pose: str = 'auto', side: str = "
+                     "'auto', length: float = ..., breadth: float = ..., edge: float = ..., learn: float = ..., "
+                     "workspace: numpy.typing.ArrayLike | None = None, force: bool = False, threads: int | None = "
+                     "None) -> dict[str, typing.Any]"),
+             "Fits the built-in hand to recorded depth images, as `touchfield fit`.");
+  module.def("study", &study, nb::arg("scene"), nb::arg("set") = nb::none(), nb::kw_only(),
+             nb::arg("edges") = std::vector<double>(), nb::arg("schemes") = std::vector<std::string>(),
+             nb::arg("solvers") = std::vector<std::string>(), nb::arg("precisions") = std::vector<std::string>(),
+             nb::arg("rung_seconds") = StudyOptions{}.rung_seconds, nb::arg("threads") = nb::none(),
+             nb::sig("def study(scene: str | os.PathLike | tuple[str, str], set: dict[str, typing.Any] | None = None, "
+                     "*, edges: list[float] = [], schemes: list[str] = [], solvers: list[str] = [], precisions: "
+                     "list[str] = [], rung_seconds: float = ..., threads: int | None = None) -> list[dict[str, "
+                     "typing.Any]]"),
+             "Solves a scene in several ways and compares error and time, as `touchfield study`.");
+  module.def("compare", &compare, nb::arg("a"), nb::arg("b"),
+             nb::sig("def compare(a: Run, b: Run) -> dict[str, typing.Any]"),
+             "How two runs differ, as `touchfield compare`.");
+}
+
+}  // namespace touchfield::python

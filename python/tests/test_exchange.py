@@ -1,0 +1,125 @@
+"""What passes between processes and libraries: pickles, copies, arrays without copies, executors, meshes of others."""
+
+import concurrent.futures
+import copy
+import multiprocessing
+import os
+import pickle
+
+import numpy as np
+import pytest
+
+import touchfield as tf
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return tf.Mesh(tf.sphere(8e-3, 3e-3).vertices, tf.sphere(8e-3, 3e-3).triangles, {"low": [0, 0, -8e-3]})
+
+
+@pytest.fixture(scope="module")
+def h(ball):
+    return tf.transfer(ball, tf.Array.grid(4, 4, at=[0, 0, -0.1]))
+
+
+def test_pickles_and_copies(ball, h, run, model, finger):
+    target = tf.Target.box(ball, "low", [8e-3, 8e-3, 6e-3], 200)
+    problem = tf.Problem.of(h, target)
+    array = tf.Array.of_scene(finger, set={"array.directivity": "piston"})
+    for make in (lambda part: pickle.loads(pickle.dumps(part)), copy.copy, copy.deepcopy):
+        mesh = make(ball)
+        assert np.array_equal(mesh.normals, ball.normals) and mesh.landmarks["low"].tolist() == [0, 0, -8e-3]
+        assert make(tf.Wave(41e3, temperature=30)).wavelength == tf.Wave(41e3, temperature=30).wavelength
+        drives = np.exp(1j * np.arange(64))
+        assert np.array_equal(make(array).field([[0, 0, 0.1]], drives), array.field([[0, 0, 0.1]], drives))
+        assert np.array_equal(make(target).faces, target.faces) and make(target)._scene_keys() == target._scene_keys()
+        assert make(problem).cost(np.ones(16)) == problem.cost(np.ones(16))
+        assert np.array_equal(make(tf.gs(problem)).phases, tf.gs(problem).phases)
+        assert np.array_equal(make(model).mesh.vertices, model.mesh.vertices) and make(model).scene == model.scene
+        other = make(run)
+        assert other.metrics["paper"]["leakage"] == run.metrics["paper"]["leakage"]
+        assert np.array_equal(other.judge_pressures["surface"], run.judge_pressures["surface"])
+    for error in (tf.InputError("no"), tf.DeviceError("no")):
+        assert type(pickle.loads(pickle.dumps(error))) is type(error)
+
+
+def test_a_model_of_objects_pickles(ball):
+    scene = {"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "body": ball, "solve": {"methods": ["focus"]}, "judge": "same",
+             "target": tf.Target.box(ball, "low", [8e-3, 8e-3, 6e-3], 200)}
+    model = tf.Model(scene)
+    with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as executor:
+        found = executor.submit(tf.run, model).result()
+    assert np.array_equal(found.phases["focus"], tf.run(model).phases["focus"])
+
+
+def test_h_goes_to_others_without_a_copy(h):
+    assert h.flags.owndata or h.base is not None
+    same = np.from_dlpack(h)
+    assert same.__array_interface__["data"][0] == h.__array_interface__["data"][0] and same.shape == h.shape
+
+
+def test_h_in_pytorch(h):
+    torch = pytest.importorskip("torch")
+    tensor = torch.from_dlpack(h)
+    assert tensor.data_ptr() == h.__array_interface__["data"][0] and tensor.shape == h.shape
+    drives = torch.exp(1j * torch.linspace(0, 6, 16, dtype=torch.float64))
+    assert np.allclose((tensor @ drives).numpy(), h @ drives.numpy())
+
+
+def test_meshes_of_trimesh():
+    trimesh = pytest.importorskip("trimesh")
+    body = trimesh.creation.icosphere(3, 8.0)
+    mesh = tf.Mesh.from_trimesh(body, unit=1e-3, landmarks={"top": [0, 0, 8]})
+    assert mesh.volume == pytest.approx(1e-9 * body.volume) and mesh.landmarks["top"].tolist() == [0, 0, 8e-3]
+    back = mesh.to_trimesh()
+    assert np.array_equal(back.vertices, mesh.vertices) and np.array_equal(back.faces, mesh.triangles) and back.is_watertight
+
+
+def test_meshes_of_pyvista():
+    pyvista = pytest.importorskip("pyvista")
+    mesh = tf.Mesh.from_pyvista(pyvista.Sphere(8.0), unit=1e-3)
+    shown = mesh.to_pyvista(area=mesh.areas)
+    assert shown.n_cells == len(mesh) and np.array_equal(shown.cell_data["area"], mesh.areas)
+
+
+def test_sweeps_by_an_executor(finger, tmp_path):
+    plan = {"base": finger, "set": {"solve.methods": ["focus"], "solve.certificate": False, "judge": "same", "write": ["h5"], "field": []},
+            "grid": {"target.pressure_pa": [400, 500, 600]}}
+    told = []
+    with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as executor:
+        table = tf.sweep(plan, tmp_path / "out", executor=executor, threads=1, progress=lambda stage, share: told.append(share))
+    assert table["target.pressure_pa"].tolist() == [400, 500, 600] and table["status"].tolist() == ["ok"] * 3 and told[-1] == 1
+    own = tf.sweep(plan, tmp_path / "own", threads=1, jobs=1)
+    assert np.array_equal(own["relative_error"], table["relative_error"])
+    assert sorted(path.name for path in (tmp_path / "own/cases/00001").iterdir()) != []
+    pytest.importorskip("pandas")
+    assert table.to_frame().shape == (3, len(table))
+    pytest.importorskip("matplotlib")
+    assert len(table.plot("target.pressure_pa").lines) == 1 and "<td>focus</td>" in table._repr_html_()
+    with pytest.raises(tf.InputError, match="sweep: there is no column 'height'"):
+        table.plot("height")
+
+
+def test_sweeps_by_dask(finger, tmp_path):
+    distributed = pytest.importorskip("dask.distributed")
+    plan = {"base": finger, "set": {"solve.methods": ["focus"], "solve.certificate": False, "judge": "same", "write": ["h5"], "field": []},
+            "grid": {"target.pressure_pa": [400, 500]}}
+    with distributed.Client(n_workers=2, threads_per_worker=1, dashboard_address=None) as client:
+        table = tf.sweep(plan, tmp_path / "out", executor=client.get_executor(), threads=1)
+    assert table["status"].tolist() == ["ok"] * 2
+
+
+def test_a_sweep_of_a_mesh_of_ones_own(ball, tmp_path):
+    scene = {"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "body": ball, "solve": {"methods": ["focus"]}, "judge": "same",
+             "target": tf.Target.box(ball, "low", [8e-3, 8e-3, 6e-3], 200)}
+    table = tf.sweep({"base": scene, "grid": {"array.level": [0.5, 1.0]}}, tmp_path / "out", jobs=1)
+    assert table["peak_pa"][1] == pytest.approx(2 * table["peak_pa"][0], rel=1e-9)
+
+
+def test_files_of_meshes_go_with_the_process(python, tmp_path):
+    path = python("""
+        import json, touchfield as tf
+        from touchfield._scenes import source
+        print(json.loads(source({"body": tf.sphere(8e-3, 4e-3)})[0])["body"]["mesh"]["file"])
+        """).strip()
+    assert path.endswith(".ply") and not os.path.exists(path)

@@ -1,0 +1,290 @@
+"""Objects that compose: bodies, arrays and targets by themselves and within scenes, against the program."""
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+import touchfield as tf
+
+
+@pytest.fixture(scope="module")
+def ball():
+    return tf.sphere(8e-3, 3e-3)
+
+
+@pytest.fixture(scope="module")
+def array():
+    return tf.Array.grid(6, 6, at=[0, 0, -0.1])
+
+
+@pytest.fixture(scope="module")
+def target(ball):
+    return tf.Target.box(ball, [0, 0, -8e-3], [8e-3, 8e-3, 6e-3], 200)
+
+
+@pytest.fixture(scope="module")
+def h(ball, array):
+    return tf.transfer(ball, array)
+
+
+def marked(ball):
+    return tf.Mesh(ball.vertices, ball.triangles, {"low": [0, 0, -8e-3]})
+
+
+def test_arrays_are_those_of_scenes(finger, tmp_path):
+    def of_keys(**keys):
+        return tf.Array.of_scene(finger, set={"array": keys})
+
+    table = tmp_path / "two.csv"
+    table.write_text("x_mm,y_mm,z_mm,nx,ny,nz\n0,0,5,0,0,1\n12,0,0,0,1,0\n")
+    for mine, scene in (
+        (tf.Array.grid(5, 3, 10.5e-3, at=[0, 0.01, 0], rotate=[10, 0, 90]),
+         of_keys(grid={"count": [5, 3], "pitch_mm": 10.5}, at_mm=[0, 10, 0], rotate_deg=[10, 0, 90])),
+        (tf.Array.autd3(2, 1, level=0.5), of_keys(autd3={"layout": [2, 1]}, level=0.5)),
+        (tf.Array.autd3(units=[([0, 0, 0.01], [0, 0, 0]), ([0.2, 0, 0], [0, 45, 0])]),
+         of_keys(autd3={"units": [{"at_mm": [0, 0, 10]}, {"at_mm": [200, 0, 0], "rotate_deg": [0, 45, 0]}]})),
+        (tf.Array.sonicsurface(directivity="piston"), of_keys(sonicsurface={}, directivity="piston")),
+        (tf.Array.from_file(table), of_keys(positions={"file": str(table)})),
+    ):
+        for part in ("positions", "normals", "strengths"):
+            assert np.array_equal(getattr(mine, part), getattr(scene, part)), part
+    assert np.array_equal(tf.Array([[0, 0, 0], [0.02, 0, 0]]).normals, [[0, 0, 1], [0, 0, 1]])
+
+
+def test_arrays_refuse_what_scenes_refuse(tmp_path):
+    with pytest.raises(tf.InputError, match="array.grid.pitch_mm.*must be > 0"):
+        tf.Array.grid(4, 4, -0.01)
+    with pytest.raises(tf.InputError, match="array.grid.count"):
+        tf.Array.grid(0, 4)
+    with pytest.raises(tf.InputError, match="missing.csv"):
+        tf.Array.from_file(tmp_path / "missing.csv")
+
+
+def test_free_field_of_one_transducer():
+    """p = P0 exp(ikr)/r."""
+    array, wave = tf.Array([[0, 0, 0]], directivity="omni", source_strength=2.0), tf.Wave()
+    points = np.array([[[0, 0, 0.2], [0.05, 0, 0.3]]])
+    r = np.linalg.norm(points, axis=-1)
+    assert np.allclose(array.field(points, [0.5j]), 1j * np.exp(1j * wave.k * r) / r, rtol=1e-12)
+    assert np.isnan(array.field([[0, 0, 0]], [1])).all()
+    both = array.field(points[0], [[1, 0.5j]])
+    assert both.shape == (2, 2) and np.array_equal(both[:, 1], array.field(points[0], [0.5j]))
+    assert np.allclose(array.transfer(points[0]) @ [0.5j], both[:, 1], rtol=1e-12)
+
+
+def test_free_focus_is_the_largest_pressure_that_is_possible(array):
+    point = [0, 0.01, 0.05]
+    found = abs(array.field([point], array.focus(point)))
+    assert found == pytest.approx(abs(array.transfer([point])).sum(), rel=1e-12)
+
+
+def test_scatter_is_h_times_drives(ball, array, h):
+    rng = np.random.default_rng(1)
+    drives = rng.uniform(0, 1, (len(array), 2)) * np.exp(1j * rng.uniform(0, 6, (len(array), 2)))
+    both = tf.scatter(ball, array, drives)
+    assert np.linalg.norm(both - h @ drives) < 1e-3 * np.linalg.norm(both)  # what H leaves out
+    one = tf.scatter(ball, array, drives[:, 0])
+    assert one.shape == (len(ball),) and np.linalg.norm(one - both[:, 0]) < 1e-4 * np.linalg.norm(one)  # the solver's tolerance
+    with pytest.raises(tf.InputError, match="scatter: drives has 3 values and must have 36, one per channel"):
+        tf.scatter(ball, array, [1, 1, 1])
+
+
+def test_force_is_what_the_metrics_say(model, run):
+    for name in run.methods:
+        push = tf.force(model.mesh, run.pressures[name], model.wave)
+        metrics = model.score(run.pressures[name])
+        assert push[model.target.faces].sum() == pytest.approx(metrics["force_target_n"], rel=1e-12)
+        assert push.sum() == pytest.approx(metrics["force_target_n"] + metrics["force_elsewhere_n"], rel=1e-9)
+
+
+def test_moved_meshes_keep_their_landmarks(ball):
+    body = marked(ball)
+    moved = body.translate([0, 0, 1e-2]).rotate([90, 0, 0]).scale(2, about="low")
+    assert moved.landmarks["low"] == pytest.approx([0, -2e-3, 0], abs=1e-12)
+    assert moved.volume == pytest.approx(8 * ball.volume, rel=1e-9)
+    assert body.rotate([[0, -1, 0], [1, 0, 0], [0, 0, 1]]).normals == pytest.approx(body.rotate([0, 0, 90]).normals, abs=1e-12)
+    placed = body.place([0, 0, 0.2], "low", rotate=[0, 90, 0])
+    assert placed.landmarks["low"].tolist() == [0, 0, 0.2] and placed.centroids[:, 0].min() > 0
+    with pytest.raises(tf.InputError, match="landmark 'high' is missing, the mesh has low"):
+        body.place([0, 0, 0], "high")
+    with pytest.raises(tf.InputError, match="scale: factor = 0 must be > 0"):
+        body.scale(0)
+    with pytest.raises(tf.InputError, match="rotation must be a rotation matrix"):
+        body.rotate(np.diag([1, 1, -1]))
+
+
+def test_rotations_are_those_of_scenes():
+    scene = {"array": tf.Array.grid(2, 2), "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "judge": "none",
+             "body": {"capsule": {"radius_mm": 8, "length_mm": 10}, "edge_mm": 4,
+                      "place": {"landmark": "bottom", "at_mm": [1, 2, 60], "rotate_deg": [10, 20, 30]}}}
+    placed = tf.Model(scene).mesh
+    own = tf.Model({**scene, "body": {**scene["body"], "place": {"at_mm": [0, 0, 100]}}}).mesh.translate([0, 0, -0.1])
+    assert np.allclose(own.place([1e-3, 2e-3, 60e-3], "bottom", [10, 20, 30]).vertices, placed.vertices, atol=1e-9)
+
+
+def test_hands(tmp_path, touchfield):
+    skin = tf.hand("fist", edge=6e-3, side="left", breadth=80e-3)
+    touchfield("hand", "-o", tmp_path / "fist.ply", "--pose", "fist", "--edge-mm", "6", "--side", "left", "--breadth-mm", "80", "--unit", "m")
+    program = tf.read_mesh(tmp_path / "fist.ply", 1.0)
+    assert np.array_equal(skin.vertices, program.vertices) and np.array_equal(skin.triangles, program.triangles)
+    graded = tf.hand(edge={"far": 9e-3, "near": {"index_pad": 2e-3}, "within": 10e-3}, landmark="index_pad", at=[0, 0, 0.2])
+    assert graded.landmarks["index_pad"] == pytest.approx([0, 0, 0.2], abs=1e-4)
+    near = np.linalg.norm(graded.centroids - graded.landmarks["index_pad"], axis=1) < 8e-3
+    edges = np.sqrt(graded.areas * 4 / np.sqrt(3))
+    assert np.mean(edges[near]) < 2.5e-3 and np.mean(edges[~near]) > 3e-3
+    bent = tf.hand(edge=6e-3, joints={"index": {"pip_deg": 60}})
+    assert np.linalg.norm(bent.landmarks["index_tip"] - tf.hand(edge=6e-3).landmarks["index_tip"]) > 10e-3
+    with pytest.raises(tf.InputError, match="body.hand.joints.index.pip_deg"):
+        tf.hand(joints={"index": {"pip_deg": 600}})
+    with pytest.raises(tf.InputError, match="nearer"):
+        tf.hand(edge={"far": 6e-3, "nearer": 2e-3})
+
+
+def test_targets(ball, target):
+    assert np.array_equal(tf.Target(ball, target.faces, 200).amplitudes, target.amplitudes)
+    inside = (abs(ball.centroids - [0, 0, -8e-3]) <= [4e-3, 4e-3, 3e-3]).all(axis=1)
+    assert np.array_equal(target.faces, np.flatnonzero(inside))
+    assert np.linalg.norm(ball.centroids[target.centre][:2]) < 2e-3
+    depth = tf.Target.box(marked(ball), "low", [8e-3, 8e-3, 6e-3], 200, offset=[0, 0, 1e-3], profile="penetration")
+    assert depth.amplitudes.max() == 200 and np.ptp(depth.amplitudes) > 10
+    with pytest.raises(tf.InputError, match="Target.box: profile = 'deep'"):
+        tf.Target.box(ball, [0, 0, 0], [1e-2, 1e-2, 1e-2], 200, profile="deep")
+    with pytest.raises(tf.InputError, match="Target.box: pressure = -1 Pa must be > 0"):
+        tf.Target.box(ball, [0, 0, -8e-3], [8e-3, 8e-3, 6e-3], -1)
+    with pytest.raises(tf.InputError, match="no face"):
+        tf.Target.box(ball, [0, 0, 0.1], [8e-3, 8e-3, 6e-3], 200)
+    with pytest.raises(tf.InputError, match="Target: faces must ascend"):
+        tf.Target(ball, [3, 2], 200)
+    with pytest.raises(TypeError, match="mesh must be a touchfield.Mesh, not str"):
+        tf.Target(3 * "ball", [3], 200)
+
+
+def test_a_scene_of_objects_is_that_of_the_program(touchfield, ball, array, target, tmp_path):
+    body = marked(ball)
+    parts = {"name": "parts", "array": array, "body": body, "target": target, "judge": "same",
+             "solve": {"methods": ["surface", "wgs", "focus"], "iterations": 5}}
+    mine = tf.run(parts, threads=2)
+    assert "low" in tf.Model(parts).mesh.landmarks
+    assert np.array_equal(mine.mesh.vertices, ball.vertices) and np.array_equal(mine.target.faces, target.faces)
+    (tmp_path / "parts.yaml").write_text(mine.scene)
+    touchfield("run", tmp_path / "parts.yaml", "-o", tmp_path / "out", "--threads", "2", "--quiet")
+    with h5py.File(tmp_path / "out/run.h5") as file:
+        for name in mine.methods:
+            assert np.array_equal(file["methods"][name]["phase"], mine.phases[name])
+            assert np.array_equal(file["methods"][name]["pressure"], mine.pressures[name])
+    text = tf.run(mine.scene, threads=2)  # as YAML text
+    assert np.array_equal(text.pressures["surface"], mine.pressures["surface"])
+    changed = tf.run(parts, set={"array": tf.Array.grid(4, 4, at=[0, 0, -0.1]), "solve.methods": ["focus"]})
+    assert len(changed.array) == 16
+
+
+def test_scenes_with_errors_name_the_key(ball, array):
+    with pytest.raises(tf.InputError, match="solve.iteration: unknown key, did you mean iterations"):
+        tf.run({"array": array, "body": ball, "solve": {"methods": ["focus"], "iteration": 3}})
+    with pytest.raises(tf.InputError, match="a scene describes boxes"):
+        tf.run({"array": array, "body": ball, "target": tf.Target(ball, [1, 2], 3), "solve": {"methods": ["focus"]}})
+    with pytest.raises(tf.InputError, match="no such file"):
+        tf.run("not_there.yaml")
+
+
+@pytest.mark.parametrize("name", ["surface", "lbfgs", "gs", "wgs", "gs_pat", "eigen", "focus", "paper", "unscattered"])
+def test_methods_find_what_the_program_finds(finger, name):
+    model = tf.Model(finger, set={"solve.methods": [name, "surface"] if name != "surface" else [name], "solve.iterations": 4,
+                                  "solve.certificate": False, "judge": "same", "write": ["h5"], "field": []})
+    run = tf.run(model, threads=2)
+    if name in ("paper", "unscattered"):
+        solution = getattr(tf, name)(model, iterations=4, threads=2)
+    elif name == "focus":
+        row = tf.transfer(model.mesh, model.array, model.wave, faces=model.target.faces, threads=2)
+        solution = tf.focus(row, model.target)
+        turn = np.angle(np.exp(1j * (solution.phases - run.phases[name])))
+        assert abs(turn).max() < 1e-4  # rows of H that were solved together with others
+        return
+    else:
+        options = {} if name == "eigen" else {"iterations": 4}
+        solution = getattr(tf, name)(tf.Problem.of_model(model, threads=2), threads=2, **options)
+    assert np.array_equal(solution.phases, run.phases[name])
+    assert np.array_equal(solution.amplitudes, run.amplitudes[name])
+
+
+def test_methods_on_h_and_a_target(ball, array, target, h):
+    problem = tf.Problem.of(h, target)
+    assert np.array_equal(problem.target, h[target.faces]) and np.array_equal(problem.weights, ball.areas[target.faces])
+    rest = np.delete(np.arange(len(ball)), target.faces)
+    drives = array.focus([0, 0, -8e-3]).drives
+    loud = np.sum(ball.areas[rest] * abs(h[rest] @ drives) ** 2)
+    assert np.sum(abs(problem.quiet @ drives) ** 2) == pytest.approx(loud, rel=1e-4)
+    least = tf.surface(h, target, iterations=30)
+    for method in (tf.lbfgs, tf.gs, tf.wgs, tf.gs_pat, tf.eigen, tf.focus):
+        solution = method(h, target)
+        assert solution.phases.shape == (len(array),) and problem.cost(solution) >= problem.cost(least) * (1 - 1e-6)
+        rows = method(h[target.faces], target)  # of the target alone
+        if method is not tf.lbfgs:  # which then has no quiet skin
+            assert np.allclose(np.exp(1j * rows.phases), np.exp(1j * solution.phases), atol=1e-6)
+    free = tf.surface(h, target, free_amplitudes=True)
+    assert problem.cost(free) <= problem.cost(least) and free.amplitudes.min() < 1
+    with pytest.raises(TypeError, match="target must be a touchfield.Target, not NoneType"):
+        tf.gs(h)
+
+
+def test_own_methods_are_phases_drives_or_functions(model, run):
+    drives = np.exp(1j * run.phases["focus"])
+    own = {"phases": run.phases["focus"], "drives": drives, "function": lambda problem: tf.wgs(problem, iterations=8),
+           "bare": lambda problem: np.angle(problem.target.conj().T @ problem.amplitudes)}
+    done = tf.run(model, own=own, threads=2)
+    assert done.metrics["phases"]["relative_error"] == pytest.approx(done.metrics["drives"]["relative_error"], rel=1e-9)
+    wgs = tf.wgs(tf.Problem.of_model(model, threads=2), iterations=8, threads=2)
+    assert np.array_equal(done.phases["function"], wgs.phases)
+    assert set(own) <= set(done.methods)
+
+
+def test_progress_is_told(finger):
+    told = []
+    tf.run(finger, set={"body.edge_mm": 1.8}, progress=lambda stage, fraction: told.append((stage, fraction)))
+    assert told and all(isinstance(stage, str) and 0 <= fraction <= 1 for stage, fraction in told)
+    assert len({stage for stage, _ in told}) > 1
+    silent = len(told)
+    tf.run(finger)
+    assert len(told) == silent
+
+    def stop(stage, fraction):
+        raise LookupError(stage)
+
+    with pytest.raises(LookupError):
+        tf.run(finger, set={"body.edge_mm": 1.5}, progress=stop)
+    tf.run(finger, progress=True)
+    with pytest.raises(TypeError, match="progress must be a function of stage and fraction"):
+        tf.run(finger, progress=3)
+
+
+def test_frames_axes_and_displays(run):
+    pandas = pytest.importorskip("pandas")
+    plt = pytest.importorskip("matplotlib.pyplot")
+    frame = run.to_frame()
+    assert isinstance(frame, pandas.DataFrame) and frame.index.tolist() == run.methods
+    assert frame.loc["paper", "leakage"] == run.metrics["paper"]["leakage"]
+    axes = plt.figure().add_subplot()
+    assert run.plot("pressure_paper", ax=axes) is axes and run.plot() is not axes
+    assert "<td>surface</td>" in run._repr_html_() and "data:image/png;base64," in run._repr_html_()
+    assert run.array.plot(run.phases["surface"] * 1j).get_xlabel() == "x [mm]"
+    assert run.mesh.plot(abs(run.pressures["surface"])).get_zlabel() == "z [mm]"
+    plt.close("all")
+
+
+def test_compare(run, finger):
+    same = tf.compare(run, run)
+    assert same["verdict"] == "identical" and same["scene"] == {}
+    other = tf.compare(run, tf.run(finger, set={"solve.iterations": 3}))
+    assert other["verdict"] == "different" and other["scene"]["solve.iterations"] == ("8", "3")
+    assert other["methods"]["focus"]["identical"] and not other["methods"]["surface"]["identical"]
+    assert "solve.iterations" in other["text"]
+
+
+def test_study(finger, tmp_path):
+    rows = tf.study(finger, edges=[4e-3], schemes=["burton_miller"], solvers=["lu"], precisions=["double"])
+    assert len(rows) == 1 and rows[0]["status"] == "ok" and rows[0]["edge_mm"] == pytest.approx(4) and rows[0]["error_reference"] > 0
+    with pytest.raises(tf.InputError, match="study: solvers: 'magic' must be one of fft, gmres"):
+        tf.study(finger, solvers=["magic"])
+    json.dumps(rows)  # plain numbers

@@ -1,0 +1,412 @@
+"""Meshes: the skin of bodies."""
+
+import json
+
+import numpy as np
+
+from . import _core
+from ._plain import Part, millimetres, plain
+
+
+def _matrix(rotation):
+    """Of a matrix, of SciPy's Rotation, or of three angles in degrees about the fixed x, then y, then z axis."""
+    if hasattr(rotation, "as_matrix"):
+        rotation = rotation.as_matrix()
+    rotation = np.asarray(rotation, float)
+    matrix = _core.rotation(np.deg2rad(rotation)) if rotation.shape == (3,) else rotation
+    if matrix.shape != (3, 3) or not np.allclose(matrix @ matrix.T, np.eye(3), atol=1e-6) or np.linalg.det(matrix) < 0:
+        raise _core.InputError("rotation must be a rotation matrix (3, 3), three angles in degrees, or an object with as_matrix()")
+    return matrix
+
+
+class Mesh(Part):
+    """A triangulated surface with outward normals. It never changes: its methods return new meshes.
+
+    Parameters
+    ----------
+    vertices : array_like, shape (V, 3)
+        Positions [m].
+    triangles : array_like of int, shape (M, 3)
+        Numbers of vertices, counter-clockwise seen from outside.
+    landmarks : dict of str to array_like, shape (3,), optional
+        Named points near the skin [m].
+
+    Raises
+    ------
+    InputError
+        On a size that no body has (0.01 mm to 10 m), a face without area, a vertex that is missing.
+
+    Examples
+    --------
+    >>> mesh = tf.Mesh([[0, 0, 0], [.01, 0, 0], [0, .01, 0], [0, 0, .01]], [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    >>> len(mesh)
+    4
+    """
+
+    def __init__(self, vertices, triangles, landmarks=None):
+        self._core = _core.Mesh(vertices, triangles, landmarks)
+
+    @classmethod
+    def from_trimesh(cls, mesh, unit=1.0, landmarks=None):
+        """The same surface of a `trimesh.Trimesh`.
+
+        Parameters
+        ----------
+        mesh : trimesh.Trimesh
+        unit : float
+            Its unit of length in metres: 1e-3 for mm.
+        landmarks : dict of str to array_like, optional
+            Named points, in its unit.
+
+        Examples
+        --------
+        >>> import trimesh  # doctest: +SKIP
+        >>> tf.Mesh.from_trimesh(trimesh.load("hand.stl"), unit=1e-3)  # doctest: +SKIP
+        """
+        return cls(np.asarray(mesh.vertices) * unit, np.asarray(mesh.faces), _scaled(landmarks, unit))
+
+    @classmethod
+    def from_pyvista(cls, mesh, unit=1.0, landmarks=None):
+        """The same surface of a `pyvista.PolyData`; polygons are cut into triangles.
+
+        Parameters
+        ----------
+        mesh : pyvista.PolyData
+        unit : float
+            Its unit of length in metres: 1e-3 for mm.
+        landmarks : dict of str to array_like, optional
+            Named points, in its unit.
+
+        Examples
+        --------
+        >>> tf.Mesh.from_pyvista(pyvista.Sphere(5), unit=1e-3)  # doctest: +SKIP
+        """
+        surface = mesh.triangulate()
+        return cls(np.asarray(surface.points, float) * unit, np.asarray(surface.faces).reshape(-1, 4)[:, 1:], _scaled(landmarks, unit))
+
+    @property
+    def vertices(self):
+        """Positions, shape (V, 3) [m]."""
+        return self._core.vertices
+
+    @property
+    def triangles(self):
+        """Numbers of vertices, shape (M, 3)."""
+        return self._core.triangles
+
+    @property
+    def centroids(self):
+        """Centres of the faces, shape (M, 3) [m]."""
+        return self._core.centroids
+
+    @property
+    def normals(self):
+        """Outward unit normals of the faces, shape (M, 3)."""
+        return self._core.normals
+
+    @property
+    def areas(self):
+        """Areas of the faces, shape (M,) [m2]."""
+        return self._core.areas
+
+    @property
+    def mean_edge(self):
+        """Side of the equilateral triangle of the mean area [m]."""
+        return self._core.mean_edge
+
+    @property
+    def volume(self):
+        """Enclosed volume [m3]; positive if the normals point outwards."""
+        return self._core.volume
+
+    @property
+    def landmarks(self):
+        """Named points on the skin, each of shape (3,) [m]."""
+        return self._core.landmarks
+
+    def _moved(self, move):
+        return Mesh(move(self.vertices), self.triangles, {name: move(point) for name, point in self.landmarks.items()})
+
+    def translate(self, shift):
+        """The mesh and its landmarks, moved.
+
+        Parameters
+        ----------
+        shift : array_like, shape (3,)
+            [m]
+
+        Returns
+        -------
+        Mesh
+
+        Examples
+        --------
+        >>> tf.sphere(5e-3, 2e-3).translate([0, 0, 0.2]).centroids.mean(axis=0).round(3).tolist()
+        [0.0, 0.0, 0.2]
+        """
+        return self._moved(lambda points: points + np.asarray(shift, float))
+
+    def rotate(self, rotation, about=(0, 0, 0)):
+        """The mesh and its landmarks, rotated.
+
+        Parameters
+        ----------
+        rotation : array_like of shape (3, 3) or (3,), or scipy.spatial.transform.Rotation
+            A matrix, or angles about the fixed x, then y, then z axis [deg], as `rotate_deg` in a scene.
+        about : array_like of shape (3,), or str
+            A point [m], or the name of a landmark.
+
+        Returns
+        -------
+        Mesh
+
+        Examples
+        --------
+        >>> turned = tf.hand(edge=8e-3).rotate([0, 180, 0], about="palm_centre")
+        """
+        matrix, centre = _matrix(rotation), self._point(about)
+        return self._moved(lambda points: (points - centre) @ matrix.T + centre)
+
+    def scale(self, factor, about=(0, 0, 0)):
+        """The mesh and its landmarks, scaled.
+
+        Parameters
+        ----------
+        factor : float
+            Larger than 0.
+        about : array_like of shape (3,), or str
+            The point that stays [m], or the name of a landmark.
+
+        Returns
+        -------
+        Mesh
+
+        Examples
+        --------
+        >>> bool(abs(tf.sphere(5e-3, 2e-3).scale(2).volume / tf.sphere(5e-3, 2e-3).volume - 8) < 1e-9)
+        True
+        """
+        if not factor > 0:
+            raise _core.InputError(f"scale: factor = {factor} must be > 0")
+        centre = self._point(about)
+        return self._moved(lambda points: (points - centre) * factor + centre)
+
+    def place(self, at, landmark="", rotate=(0, 0, 0)):
+        """The mesh with one of its points elsewhere, as `body.place` in a scene.
+
+        Parameters
+        ----------
+        at : array_like, shape (3,)
+            Where the point lands [m].
+        landmark : str
+            The point; "": the origin.
+        rotate : array_like
+            A rotation about it first, as of `rotate`.
+
+        Returns
+        -------
+        Mesh
+
+        Examples
+        --------
+        >>> tf.hand(edge=8e-3).place([0, 0, 0.2], "index_pad").landmarks["index_pad"].tolist()
+        [0.0, 0.0, 0.2]
+        """
+        matrix, point, goal = _matrix(rotate), self._point(landmark or (0, 0, 0)), np.asarray(at, float)
+        return self._moved(lambda points: (points - point) @ matrix.T + goal)
+
+    def _point(self, point):
+        if not isinstance(point, str):
+            return np.asarray(point, float)
+        if point not in self.landmarks:
+            raise _core.InputError(f"landmark '{point}' is missing, the mesh has {', '.join(self.landmarks) or 'none'}")
+        return self.landmarks[point]
+
+    def save(self, path, unit=1e-3):
+        """Writes STL, OBJ, PLY, OFF or VTP, according to the file ending.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+        unit : float
+            The unit of the file in metres.
+
+        Examples
+        --------
+        >>> tf.sphere(5e-3, 2e-3).save("ball.stl")
+        """
+        self._core.save(path, unit)
+
+    def to_trimesh(self):
+        """The same surface as a `trimesh.Trimesh` [m].
+
+        Examples
+        --------
+        >>> tf.sphere(5e-3, 2e-3).to_trimesh()  # doctest: +SKIP
+        """
+        import trimesh
+
+        return trimesh.Trimesh(self.vertices, self.triangles, process=False)
+
+    def to_pyvista(self, **values):
+        """The same surface as a `pyvista.PolyData` [m], with a number of each face by name.
+
+        Examples
+        --------
+        >>> tf.hand().to_pyvista(pressure=abs(p)).plot()  # doctest: +SKIP
+        """
+        import pyvista
+
+        faces = np.hstack([np.full((len(self), 1), 3), self.triangles]).ravel()
+        surface = pyvista.PolyData(np.array(self.vertices), faces)
+        for name, numbers in values.items():
+            surface.cell_data[name] = np.asarray(numbers)
+        return surface
+
+    def plot(self, values=None, ax=None, view=(20, -60)):
+        """Draws the mesh in 3D with matplotlib.
+
+        Parameters
+        ----------
+        values : array_like, shape (M,), optional
+            A number of each face, shown by colour.
+        ax : matplotlib Axes3D, optional
+            Default: new ones.
+        view : tuple of float
+            Elevation and azimuth of the view [deg].
+
+        Returns
+        -------
+        matplotlib Axes3D
+
+        Examples
+        --------
+        >>> ax = tf.sphere(5e-3, 2e-3).plot()
+        """
+        import matplotlib.pyplot as plt
+
+        ax = plt.figure().add_subplot(projection="3d") if ax is None else ax
+        x, y, z = 1e3 * self.vertices.T
+        skin = ax.plot_trisurf(x, y, z, triangles=self.triangles, linewidth=0, antialiased=False)
+        if values is not None:
+            skin.set_array(np.asarray(values, float))
+        ax.set(xlabel="x [mm]", ylabel="y [mm]", zlabel="z [mm]", aspect="equal")
+        ax.view_init(*view)
+        return ax
+
+    def __len__(self):
+        return len(self._core)
+
+
+def _scaled(landmarks, unit):
+    return landmarks and {name: np.asarray(point, float) * unit for name, point in landmarks.items()}
+
+
+def read_mesh(path, unit=None):
+    """Reads an STL, OBJ, PLY, OFF or VTP file.
+
+    Parameters
+    ----------
+    path : str or os.PathLike
+    unit : float, optional
+        The unit of the file in metres. Default: mm, which the size of the body must confirm.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    InputError
+        If the file is missing or damaged, or its unit is not certain.
+
+    Examples
+    --------
+    >>> tf.sphere(5e-3, 2e-3).save("ball.stl")
+    >>> ball = tf.read_mesh("ball.stl", unit=1e-3)
+    """
+    return Mesh._of(_core.read_mesh(path, unit))
+
+
+def sphere(radius, edge):
+    """A sphere about the origin.
+
+    Parameters
+    ----------
+    radius, edge : float
+        Radius and wanted edge length of the mesh [m].
+
+    Returns
+    -------
+    Mesh
+
+    Examples
+    --------
+    >>> ball = tf.sphere(radius=8e-3, edge=2e-3)
+    """
+    return Mesh._of(_core.sphere(radius, edge))
+
+
+def hand(pose="index_up", *, edge=3e-3, breadth=88.3e-3, length=193.3e-3, side="right", forearm=0.0, joints=None, landmark="",
+         at=(0, 0, 0), rotate=(0, 0, 0)):
+    """The built-in hand, as `body.hand` of a scene.
+
+    Its own frame has the wrist at the origin, y towards the fingertips, and z out of the back of the hand. The thumb of a
+    right hand is at negative x.
+
+    Parameters
+    ----------
+    pose : {"flat", "index_up", "grasp", "point_down", "fist"}
+    edge : float or dict
+        Wanted edge length [m], 0.3e-3 to 12e-3. Graded: ``{"far": 6e-3, "near": {"index_pad": 1.2e-3}, "within": 15e-3,
+        "growth": 0.2}``, with shorter edges within a distance of landmarks.
+    breadth, length : float
+        Size of the hand [m].
+    side : {"right", "left"}
+    forearm : float
+        Length of forearm beyond the hand's own skin [m].
+    joints : dict, optional
+        Angles that differ from the pose [deg]: ``{"index": {"pip_deg": 20}}``.
+    landmark : str
+        The point that is placed at `at`; "": the hand's own origin.
+    at : array_like, shape (3,)
+        [m]
+    rotate : array_like, shape (3,)
+        Angles of a rotation about that point, about the fixed x, then y, then z axis [deg].
+
+    Returns
+    -------
+    Mesh
+        With landmarks: thumb_pad to little_pad, thumb_tip to little_tip, palm_centre, back_centre, wrist.
+
+    Raises
+    ------
+    InputError
+        On an unknown pose or a number out of range.
+
+    Examples
+    --------
+    >>> skin = tf.hand(edge={"far": 8e-3, "near": {"index_pad": 2e-3}}, landmark="index_pad", at=[0, 0, 0.2])
+    """
+    if side not in ("right", "left"):
+        raise _core.InputError(f"hand: side = '{side}' must be right or left")
+    if isinstance(edge, dict):
+        lengths = {"far": "far", "within": "within_mm"}
+        edges = {lengths[key]: millimetres(edge[key]) for key in edge if key in lengths}
+        edges |= {key: edge[key] for key in edge if key not in lengths}
+        if isinstance(edge.get("near"), dict):
+            edges["near"] = {name: millimetres(near) for name, near in edge["near"].items()}
+    else:
+        edges = millimetres(edge)
+    shape = {"pose": pose, "breadth_mm": millimetres(breadth), "length_mm": millimetres(length), "side": side,
+             "forearm_mm": millimetres(forearm)}
+    place = {"landmark": landmark, "at_mm": millimetres(at), "rotate_deg": [float(angle) for angle in rotate]}
+    body = {"hand": shape | ({"joints": joints} if joints else {}), "edge_mm": edges, "place": place}
+    return Mesh._of(_core.Mesh.of_scene((bare_scene(body=body), "hand")))
+
+
+def bare_scene(**parts):
+    """A scene of a part alone: what else a scene must have computes nothing."""
+    bare = {"name": "part", "array": {"plane_wave": {}}, "body": {"sphere": {"radius_mm": 10}, "edge_mm": 10},
+            "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "judge": "none"}
+    return json.dumps(bare | parts, default=plain)

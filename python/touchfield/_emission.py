@@ -1,0 +1,149 @@
+"""Phases to an array."""
+
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+
+from . import _core
+from ._arrays import Array
+from ._models import Run
+from ._motions import Motion
+from ._phases import Solution
+from ._plain import core
+
+_LINK = "import sys, touchfield; sys.exit(touchfield._core.serve_link"
+_GUARD = [sys.executable, "-c", f"{_LINK}('guard', []))"]
+_WATCHDOG = [sys.executable, "-c", f"{_LINK}('watchdog', {_GUARD!r}))"]
+
+
+def _frames(drives):
+    """Phases and amplitudes, both F x N, of an excitation vector, of several, or of solutions."""
+    if isinstance(drives, Solution):
+        return drives.phases[None], drives.amplitudes[None]
+    if isinstance(drives, (list, tuple)) and all(isinstance(drive, Solution) for drive in drives):
+        return np.array([drive.phases for drive in drives]), np.array([drive.amplitudes for drive in drives])
+    drives = np.atleast_2d(np.asarray(drives))
+    if not np.iscomplexobj(drives):
+        return drives, np.ones(drives.shape)
+    amplitudes = np.abs(drives)
+    return np.angle(drives), np.where(amplitudes <= 1 + 1e-9, np.minimum(amplitudes, 1), amplitudes)
+
+
+def _method(results, method):
+    names = results.methods
+    if method is None and len(names) == 1:
+        return names[0]
+    if method not in names:
+        raise _core.InputError(f"send: method = '{method}' must be one of {', '.join(names)}")
+    return method
+
+
+def _of_results(source, method):
+    """The array, phases and amplitudes of a run, of several, or of a motion."""
+    runs = [source] if isinstance(source, Run) else source
+    if isinstance(source, Motion):
+        name = _method(source, method)
+        return source.array, source.phases[name], source.amplitudes[name]
+    if not isinstance(runs, (list, tuple)) or not runs or not all(isinstance(run, Run) for run in runs):
+        raise TypeError(f"send: source must be an Array, a Run, a list of them or a Motion, not {type(source).__name__}")
+    names = [_method(run, method) for run in runs]
+    return (runs[0].array, np.array([run.phases[name] for run, name in zip(runs, names)]),
+            np.array([run.amplitudes[name] for run, name in zip(runs, names)]))
+
+
+def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.0, seconds=None, repeat=False, level=None, max_level=0.5,
+         max_seconds=10.0, modulation=None, depth=1.0, library="", force=False):
+    """Checks and rounds phases for a device, by the rules of `touchfield send`. Emits no sound unless `emit` is true.
+
+    Parameters
+    ----------
+    source : Array, Run, list of Run, or Motion
+        With an array `drives` are sent, otherwise what the results hold.
+    drives : array_like, shape (N,) or (F, N), Solution, or list of Solution, optional
+        Phases [rad] or complex drives; F frames are a sequence.
+    method : str, optional
+        Of the results; default: the only one.
+    to : str
+        Link to the device: dry-run, dry-run:FILE, sonicsurface:PORT, autd3:remote:HOST:PORT, ...
+    emit : bool
+        Emit sound. It is done by a process of its own, with a guard that leaves the array quiet whatever happens to it.
+    rate : float
+        Frames per second.
+    seconds : float, optional
+        Time of emission [s]; default: 1 for one frame, otherwise one pass.
+    repeat : bool
+        Whether a sequence begins again.
+    level : float, optional
+        Level that stands for full amplitude; default: 0.5, or 1 if the device has no other.
+    max_level, max_seconds : float
+        Caps on level and time.
+    modulation : float, optional
+        Frequency of a sine that modulates the amplitude [Hz].
+    depth : float
+        Of that modulation.
+    library : str
+        The AUTD3 vendor's library, or the folder that holds it.
+    force : bool
+        Whether existing files of a dry run are replaced.
+
+    Returns
+    -------
+    dict
+        `device`, `transducers`, `frames`, `rate_hz`, `seconds`, `level`, `worst_phase_error_rad`, `drive_loss`, `files`,
+        `emitted`, `quiet`, ...
+
+    Raises
+    ------
+    InputError
+        Before the device hears anything: on a value out of range or above its cap, or an array that is not the device's.
+    DeviceError
+        If the device fails.
+
+    Examples
+    --------
+    >>> array = tf.Array.sonicsurface()
+    >>> report = tf.send(array, [array.focus([x, 0, 0.15]) for x in (-0.01, 0, 0.01)])
+    >>> report["frames"], report["emitted"]
+    (3, False)
+    """
+    if isinstance(source, Array):
+        if drives is None:
+            raise TypeError("send: an Array needs drives")
+        array = core(source, Array, "source")
+        phases, amplitudes = _frames(drives)
+    else:
+        if drives is not None:
+            raise TypeError("send: drives need an Array; results have their own")
+        array, phases, amplitudes = _of_results(source, method)
+        array = array._core
+    options = {"to": to, "rate": rate, "seconds": seconds, "repeat": repeat, "level": level, "max_level": max_level,
+               "max_seconds": max_seconds, "modulation": modulation, "depth": depth, "library": library, "force": force}
+    if not emit:
+        return _core.send(array, phases, amplitudes, **options)
+    child = subprocess.Popen([sys.executable, "-c", "import touchfield._emission; touchfield._emission._emit()"], stdin=subprocess.PIPE,
+                             stdout=subprocess.PIPE)
+    child.stdin.write(pickle.dumps((array, phases, amplitudes, options)))
+    child.stdin.close()
+    try:
+        answer = child.stdout.read()
+    except KeyboardInterrupt:  # which it heard too: it quiets the array
+        child.wait()
+        raise
+    if child.wait() != 0 or not answer:
+        raise _core.DeviceError(f"send: the process that emits ended with exit code {child.returncode}; its guard quiets the array")
+    report = pickle.loads(answer)
+    if isinstance(report, BaseException):
+        raise report
+    return report
+
+
+def _emit():
+    """In the process that emits: this thread takes its signals."""
+    array, phases, amplitudes, options = pickle.loads(sys.stdin.buffer.read())
+    try:
+        report = _core.send(array, phases, amplitudes, watchdog=_WATCHDOG, **options)
+    except _core.Error as error:
+        report = error
+    sys.stdout.buffer.write(pickle.dumps(report))

@@ -1,0 +1,167 @@
+"""Sweeps: a scene with many values."""
+
+import concurrent.futures
+import json
+import os
+import tempfile
+
+import numpy as np
+
+from . import _core, _display
+from ._plain import plain
+from ._progress import reporting
+from ._scenes import changes, source, written
+
+
+class Sweep(dict):
+    """The table of a sweep: a dict of columns, a row of each case and method."""
+
+    def to_frame(self):
+        """The table as a `pandas.DataFrame`.
+
+        Examples
+        --------
+        >>> tf.read_sweep("heights").to_frame().groupby("name").relative_error.min()  # doctest: +SKIP
+        """
+        import pandas
+
+        return pandas.DataFrame(dict(self))
+
+    def plot(self, x, y="relative_error", ax=None):
+        """A column against another, a line of each method.
+
+        Parameters
+        ----------
+        x : str
+            A parameter of the sweep: its key path.
+        y : str
+            A metric.
+        ax : matplotlib.axes.Axes, optional
+            Default: new ones.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> ax = tf.read_sweep("heights").plot("body.place.at_mm.2")  # doctest: +SKIP
+        """
+        for name in (x, y):
+            if name not in self:
+                raise _core.InputError(f"sweep: there is no column '{name}', there are {', '.join(self)}")
+        methods = dict.fromkeys(self["name"].tolist())
+        groups = [(method, self[x][self["name"] == method], self[y][self["name"] == method]) for method in methods]
+        return _display.lines(groups, ax, x, y)
+
+    def _repr_html_(self):
+        return _display.table({name: np.asarray(column).tolist() for name, column in self.items()})
+
+
+class _Files:
+    """A sweep as files: the one that is given, or a dict of its keys in a folder that goes at the end."""
+
+    def __init__(self, plan):
+        self.plan = plan
+
+    def __enter__(self):
+        if not isinstance(self.plan, dict):
+            self.folder = None
+            return self.plan
+        self.folder = tempfile.TemporaryDirectory()
+        plan = dict(self.plan)
+        base = source(plan.get("base", {}))
+        if isinstance(base, tuple):
+            plan["base"] = os.path.join(self.folder.name, "base.yaml")
+            with open(plan["base"], "w") as file:
+                file.write(base[0])
+        else:
+            plan["base"] = os.path.abspath(os.fspath(base))
+        path = os.path.join(self.folder.name, "sweep.yaml")
+        with open(path, "w") as file:
+            json.dump(written(plan), file, default=plain)
+        return path
+
+    def __exit__(self, *error):
+        if self.folder:
+            self.folder.cleanup()
+
+
+def _shard(file, out, set, device, shard, threads):
+    """A case in a worker of an executor; the table is not needed there."""
+    _core.sweep(file, out, set, device, 1, True, threads, shard)
+
+
+def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, *, executor=None, progress=None):
+    """Computes the cases of a sweep into a folder, as `touchfield sweep`, in separate processes.
+
+    Parameters
+    ----------
+    file : str, os.PathLike or dict
+        A sweep file, or a dict of its keys: `base` (a scene, as of `Model`), `set`, `grid`, `zip`, `cases`, `random`.
+    out : str or os.PathLike
+        The folder.
+    set : dict, optional
+        Changes of every case by key path.
+    device : {"auto", "cpu", "cuda", "cuda:N"}, optional
+    jobs : int
+        Cases at a time; 0: chosen. Not with an executor.
+    resume : bool
+        Whether a sweep that the folder holds is continued.
+    threads : int, optional
+        Of all jobs together; with an executor of each case.
+    executor : concurrent.futures.Executor, optional
+        Computes the cases, each as a shard of its own, in place of processes of the program. Its workers must see the
+        folder, and have the package. `resume` is then always true.
+    progress : callable or bool, optional
+        A function of stage and fraction, or True for a bar.
+
+    Returns
+    -------
+    Sweep
+        A dict of columns.
+
+    Raises
+    ------
+    InputError
+        That lists the problems of the sweep and its scenes. A case that fails is a row with its reason.
+
+    Examples
+    --------
+    >>> plan = {"base": "scenes/quick.yaml", "set": {"solve.methods": ["focus"]}, "grid": {"body.place.at_mm.2": [60, 70]}}
+    >>> tf.sweep(plan, "heights", jobs=1)["case"].tolist()
+    [1.0, 2.0]
+    """
+    with _Files(file) as path, reporting(progress) as reports:
+        if executor is None:
+            return Sweep(_core.sweep(path, out, changes(set), device, jobs, resume, threads))
+        cases = _core.sweep_cases(path, changes(set))
+        path, out = os.path.abspath(os.fspath(path)), os.path.abspath(os.fspath(out))
+        futures = [executor.submit(_shard, path, out, changes(set), device, (number, cases), threads) for number in range(1, cases + 1)]
+        try:
+            for done, future in enumerate(concurrent.futures.as_completed(futures), 1):
+                future.result()
+                if reports.report:
+                    reports.report("sweep", done / cases)
+        finally:
+            for future in futures:
+                future.cancel()
+        return read_sweep(out)
+
+
+def read_sweep(folder):
+    """The columns of a sweep's table, for the finished cases.
+
+    Parameters
+    ----------
+    folder : str or os.PathLike
+
+    Returns
+    -------
+    Sweep
+
+    Examples
+    --------
+    >>> tf.read_sweep("heights")["relative_error"]  # doctest: +SKIP
+    """
+    return Sweep(_core.read_sweep(folder))
