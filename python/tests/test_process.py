@@ -105,7 +105,7 @@ def test_variables_that_libraries_crash_by(finger, name, value):
 
 def test_a_thousand_calls_leak_nothing(python, finger):
     said = python("""
-        import gc, resource, sys
+        import gc, pickle, resource, sys
         import numpy as np
         import touchfield as tf
 
@@ -123,7 +123,11 @@ def test_a_thousand_calls_leak_nothing(python, finger):
             mesh = tf.Mesh(ball.vertices, ball.triangles)
             h = tf.transfer(mesh, array, faces=[0, 1, 2])
             problem = tf.Problem(h, [1, 1, 1], mesh.areas[:3])
-            solution = tf.surface(problem, iterations=2)
+            solution = tf.surface(problem, iterations=2, progress=lambda stage, fraction: None)
+            target = tf.Target(mesh.translate([0, 0, 1e-3]), [0, 1, 2], 1)
+            pickle.loads(pickle.dumps((mesh, array, problem, solution, target)))
+            array.field([[0, 0, 0.1]], tf.gs(h, target, iterations=1))
+            tf.send(array, solution)
             try:
                 tf.Mesh(ball.vertices[:3], ball.triangles)
             except tf.InputError:

@@ -1,5 +1,6 @@
 """Phases to an array."""
 
+import os
 import pickle
 import subprocess
 import sys
@@ -13,9 +14,15 @@ from ._motions import Motion
 from ._phases import Solution
 from ._plain import core
 
-_LINK = "import sys, touchfield; sys.exit(touchfield._core.serve_link"
-_GUARD = [sys.executable, "-c", f"{_LINK}('guard', []))"]
-_WATCHDOG = [sys.executable, "-c", f"{_LINK}('watchdog', {_GUARD!r}))"]
+
+def _process(work):
+    """This interpreter with the package from where it is now, and nothing from the current folder."""
+    folder = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+    return [sys.executable, "-c", f"import sys; sys.path = [{folder!r}, *filter(None, sys.path)]; import touchfield._emission; {work}"]
+
+
+_GUARD = _process("sys.exit(touchfield._core.serve_link('guard', []))")
+_WATCHDOG = _process(f"sys.exit(touchfield._core.serve_link('watchdog', {_GUARD!r}))")
 
 
 def _frames(drives):
@@ -122,8 +129,7 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
                "max_seconds": max_seconds, "modulation": modulation, "depth": depth, "library": library, "force": force}
     if not emit:
         return _core.send(array, phases, amplitudes, **options)
-    child = subprocess.Popen([sys.executable, "-c", "import touchfield._emission; touchfield._emission._emit()"], stdin=subprocess.PIPE,
-                             stdout=subprocess.PIPE)
+    child = subprocess.Popen(_process("touchfield._emission._emit()"), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
     child.stdin.write(pickle.dumps((array, phases, amplitudes, options)))
     child.stdin.close()
     try:
