@@ -168,9 +168,8 @@ void add_picture(nb::module_& module) {
            "Writes it as PNG.");
 }
 
-void add_run(nb::module_& module) {
-  nb::class_<SharedRun>(module, "Run", "The results of a scene. Arrays are read-only views of them.")
-      .def_prop_ro("name", [](const SharedRun& self) { return self->name; })
+void add_methods(nb::class_<SharedRun>& run) {
+  run.def_prop_ro("name", [](const SharedRun& self) { return self->name; })
       .def_prop_ro(
           "scene", [](const SharedRun& self) { return self->scene; }, "The scene as YAML with all defaults.")
       .def_prop_ro("mesh", [](const SharedRun& self) { return SkinMesh{part_of(self, self->mesh)}; })
@@ -209,8 +208,11 @@ void add_run(nb::module_& module) {
       .def_prop_ro("amplitudes",
                    views_by_method([](const MethodResult& method) -> auto& { return method.solution.amplitudes; }),
                    nb::sig("def amplitudes(self) -> dict[str, numpy.typing.NDArray[numpy.float64]]"),
-                   "By method, of every channel, 0 to 1.")
-      .def_prop_ro("judge", [](const SharedRun& self) { return self->judge; })
+                   "By method, of every channel, 0 to 1.");
+}
+
+void add_evaluation(nb::class_<SharedRun>& run) {
+  run.def_prop_ro("judge", [](const SharedRun& self) { return self->judge; })
       .def_prop_ro(
           "solved_skin", [](const SharedRun& self) { return to_string(self->solved_skin); },
           "Extent of the skin in `mesh`, `pressures` and `fields`: 'whole', or 'part' (within keep_within_mm).")
@@ -262,6 +264,12 @@ void add_run(nb::module_& module) {
              return nb::bytes(drawn.bytes.data(), drawn.bytes.size());
            })
       .def("__repr__", [](const SharedRun& self) { return methods_table(*self); });
+}
+
+void add_run(nb::module_& module) {
+  nb::class_<SharedRun> run(module, "Run", "The results of a scene. Arrays are read-only views of them.");
+  add_methods(run);
+  add_evaluation(run);
 }
 
 }  // namespace
