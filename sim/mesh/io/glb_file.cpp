@@ -84,6 +84,9 @@ void send_glb(const Emit& emit, const std::string& content, const std::string& n
 }  // namespace
 
 FileSurface parse_glb(const std::string& content, const std::string& name) {
+  if (!content.starts_with("glTF")) {  // assimp would go by the content
+    throw InputError(fmt::format("{}: not a binary glTF file: it does not begin with 'glTF'", name));
+  }
   return isolated_surface(content, name, [&](const Emit& emit) { send_glb(emit, content, name); });
 }
 

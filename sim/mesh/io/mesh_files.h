@@ -11,8 +11,8 @@
 
 namespace touchfield {
 
-/// What a mesh file says, in its own units and numbering. Every reader sees to it that coordinates are finite, triangles
-/// name points that are there, and numbers of both are below those of require_few().
+/// What a mesh file says, in its own units and numbering. Readers see to it that coordinates are finite, triangles name
+/// points that are there, and there are no more of both than require_few() allows.
 struct FileSurface {
   std::vector<Vector3> points;
   std::vector<std::array<std::int64_t, 3>> triangles;  // numbers of points

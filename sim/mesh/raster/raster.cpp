@@ -316,21 +316,4 @@ Raster rasterise(const Camera& camera, const Points& vertices, const Triangles& 
   return raster;
 }
 
-Points barycentric_weights(const Camera& camera, const Points& vertices, const Triangles& triangles,
-                           const Raster& raster) {
-  const SeenPoints seen = seen_points(camera, vertices);
-  Points weights = Points::Zero(3, static_cast<Eigen::Index>(raster.face.size()));
-#pragma omp parallel for schedule(static)
-  for (int row = 0; row < raster.height; ++row) {
-    for (int column = 0; column < raster.width; ++column) {
-      const std::size_t pixel = raster.index(column, row);
-      if (raster.face[pixel] != Raster::kNothing) {
-        weights.col(static_cast<Eigen::Index>(pixel)) =
-            weights_at(column + 0.5, row + 0.5, corners_of(seen, triangles, raster.face[pixel]));
-      }
-    }
-  }
-  return weights;
-}
-
 }  // namespace touchfield

@@ -65,11 +65,4 @@ struct Raster {
 /// throws      InputError on a camera out of its ranges, a vertex [m] that is not finite or a number of none
 Raster rasterise(const Camera& camera, const Points& vertices, const Triangles& triangles);
 
-/// Where on its face a pixel's middle lies: the weights of the face's corners, >= 0 and 1 in sum, so that
-/// sum_c weight_c vertex_c is the point seen. 3 x (width height); zero where nothing is seen.
-///
-/// raster   of the same camera, vertices and triangles
-Points barycentric_weights(const Camera& camera, const Points& vertices, const Triangles& triangles,
-                           const Raster& raster);
-
 }  // namespace touchfield

@@ -256,43 +256,6 @@ TEST(Raster, AFloorThatPassesTheCameraIsCutAtTheNearPlane) {
   });
 }
 
-TEST(Raster, WeightsAreThoseOfTheRaysPointOnTheFace) {
-  Camera camera = pinhole(50, 40, 45.0);
-  camera.axes = (Eigen::AngleAxisd(0.4, Vector3::UnitY()) * Eigen::AngleAxisd(-0.3, Vector3::UnitX())).matrix();
-  camera.eye << 0.1, -0.2, 0.3;
-  Points vertices(3, 4);  // strongly foreshortened; the last reaches behind the camera
-  vertices << -0.3, 0.4, 0.0, 0.1, -0.2, -0.1, 0.5, -0.1, 0.2, 0.5, 3.0, -1.0;
-  vertices = camera.axes * vertices;
-  vertices.colwise() += camera.eye;
-  Triangles triangles(3, 2);
-  triangles << 0, 3, 1, 1, 2, 2;
-  const Raster raster = rasterise(camera, vertices, triangles);
-  const Points weights = barycentric_weights(camera, vertices, triangles, raster);
-  std::array<int, 2> seen = {0, 0};
-  for_each_pixel(camera, [&](int column, int row) {
-    const std::size_t pixel = raster.index(column, row);
-    const Vector3 weight = weights.col(static_cast<Eigen::Index>(pixel));
-    if (raster.face[pixel] == Raster::kNothing) {
-      EXPECT_EQ(weight, Vector3::Zero());
-      return;
-    }
-    Eigen::Matrix3d corners;
-    for (int c = 0; c < 3; ++c) {
-      corners.col(c) = vertices.col(triangles(c, raster.face[pixel])) - camera.eye;
-    }
-    const Vector3 along = camera.axes * ray(camera, column, row);
-    const Vector3 at = corners.inverse() * along;  // up to their sum
-    EXPECT_NEAR(weight.sum(), 1.0, 1e-14);
-    EXPECT_GE(weight.minCoeff(), 0.0);
-    // 1e-3: a middle that is off the face by less than half a grid line has the weights of its rim.
-    EXPECT_TRUE(weight.isApprox(at / at.sum(), at.minCoeff() < 0 ? 1e-3 : 1e-11)) << weight.transpose();
-    EXPECT_NEAR((corners * weight - raster.depth[pixel] * along).norm(), 0.0, at.minCoeff() < 0 ? 1e-3 : 1e-12);
-    ++seen[static_cast<std::size_t>(raster.face[pixel])];
-  });
-  EXPECT_GT(seen[0], 100);
-  EXPECT_GT(seen[1], 100);
-}
-
 TEST(Raster, TheNearestFaceIsSeenFromEitherSideAndInAnyOrder) {
   const Camera camera = sheet_camera(4, 4);
   Points vertices(3, 9);
