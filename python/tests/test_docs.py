@@ -97,9 +97,9 @@ def test_page_names_everything():
 @pytest.mark.parametrize("function", [*FUNCTIONS, *METHODS, *CLASSES], ids=lambda function: function.__qualname__)
 def test_signature_and_docstring(function):
     assert function.__doc__.strip()
-    parameters = inspect.signature(function).parameters
     if function in (tf.Run, tf.Motion, tf.Picture, tf.Sweep, tf.Solution):  # which are results
         return
+    parameters = inspect.signature(function).parameters
     assert "Examples\n" in function.__doc__, "an example"
     described = re.split(r"\n\s+(?:Returns|Raises|Examples)\n", function.__doc__)[0]
     for name in parameters:

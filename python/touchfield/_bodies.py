@@ -141,8 +141,8 @@ class Mesh(Part):
 
         Examples
         --------
-        >>> tf.sphere(5e-3, 2e-3).translate([0, 0, 0.2]).centroids.mean(axis=0).round(3).tolist()
-        [0.0, 0.0, 0.2]
+        >>> round(float(tf.sphere(5e-3, 2e-3).translate([0, 0, 0.2]).centroids[:, 2].mean()), 3)
+        0.2
         """
         return self._moved(lambda points: points + np.asarray(shift, float))
 
@@ -249,7 +249,16 @@ class Mesh(Part):
         return trimesh.Trimesh(self.vertices, self.triangles, process=False)
 
     def to_pyvista(self, **values):
-        """The same surface as a `pyvista.PolyData` [m], with a number of each face by name.
+        """The same surface as a `pyvista.PolyData` [m], which shows itself in 3D.
+
+        Parameters
+        ----------
+        **values : array_like, shape (M,)
+            A number of each face, by name.
+
+        Returns
+        -------
+        pyvista.PolyData
 
         Examples
         --------

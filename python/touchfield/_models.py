@@ -154,7 +154,12 @@ class Picture(Part):
     """A picture made by the program, as PNG; Jupyter displays it."""
 
     def save(self, path):
-        """Writes it into a .png file.
+        """Writes it into a file.
+
+        Parameters
+        ----------
+        path : str or os.PathLike
+            That ends in .png.
 
         Examples
         --------

@@ -130,7 +130,7 @@ def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, 
     --------
     >>> plan = {"base": "scenes/quick.yaml", "set": {"solve.methods": ["focus"]}, "grid": {"body.place.at_mm.2": [60, 70]}}
     >>> tf.sweep(plan, "heights", jobs=1)["case"].tolist()
-    [1.0, 2.0]
+    [1, 2]
     """
     with _Files(file) as path, reporting(progress) as reports:
         if executor is None:
