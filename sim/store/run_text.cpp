@@ -146,9 +146,8 @@ std::string methods_table(const Run& run) {
     const Metrics& metrics = result.metrics;
     rows.push_back({result.name, percent_text(metrics.relative_error), table_number(metrics.mean_inside_pa, "{:.0f}"),
                     percent_text(metrics.reached_share),
-                    std::isnan(metrics.width_mm)
-                        ? "-"
-                        : fmt::format("{:.2f} of {:.2f}", metrics.width_mm, metrics.width_wanted_mm),
+                    table_number(metrics.width_mm, "{:.2f}") +
+                        (std::isnan(metrics.width_wanted_mm) ? "" : fmt::format(" of {:.2f}", metrics.width_wanted_mm)),
                     percent_text(metrics.leakage), table_number(1e3 * metrics.force_target_n, "{:.3g}"),
                     table_number(metrics.seconds_total, "{:.1f}")});
     if (with_gap) {
@@ -181,6 +180,10 @@ std::string describe_run(const Run& run) {
   }
   for (const SolveRecord& solve : run.solves) {
     text += solve_line(solve);
+  }
+  for (const MethodResult& method : run.methods) {
+    text += fmt::format("method    {}: {}, {}\n", method.name, counted(method.solution.iterations, "step"),
+                        to_string(method.solution.status));
   }
   if (!std::isnan(run.alarm)) {
     text += fmt::format("alarm     conventional and Burton-Miller pressures differ by {}\n", percent_text(run.alarm));
