@@ -735,9 +735,11 @@ TEST_F(MeshIo, SurvivesDamage) {
     files.emplace_back("d.vtp", bytes);
   }
   for (const auto& [name, good] : files) {
-    for (int trial = 0; trial < 300; ++trial) {
+    const bool isolated = name == "d.vtp" || name == "d.glb";  // a process for each: the fuzzers do more
+    const int changes = isolated ? 30 : 300;
+    for (int trial = 0; trial < changes; ++trial) {
       std::string bad = good;
-      for (std::size_t i = 0; i < 1 + static_cast<std::size_t>(trial) / 30; ++i) {
+      for (std::size_t i = 0; i < 1 + 10 * static_cast<std::size_t>(trial) / static_cast<std::size_t>(changes); ++i) {
         bad[at_random(bad.size())] = static_cast<char>(at_random(256));
       }
       const std::string file = write(name, bad);
@@ -747,7 +749,7 @@ TEST_F(MeshIo, SurvivesDamage) {
         EXPECT_THAT(error.what(), HasSubstr(file));
       }
     }
-    for (int trial = 0; trial < 60; ++trial) {
+    for (int trial = 0; trial < changes / 5; ++trial) {
       const std::string file = write(name, good.substr(0, at_random(good.size())));
       try {
         read_mesh(file, kMm);
