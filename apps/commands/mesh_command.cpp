@@ -1,3 +1,4 @@
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -123,7 +124,8 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
   const FileSurface surface = read_surface(command.file);
   const double size = surface_size(surface);
   require(size > 0, "{}: all faces are at one point, the mesh has no size", command.file);
-  FileScale scale = find_scale(size, command.unit);
+  const bool is_glb = std::filesystem::path(command.file).extension() == ".glb";  // which is in m
+  FileScale scale = find_scale(size, command.unit.empty() && is_glb ? "m" : command.unit);
   for (const std::string& note : surface.notes) {
     scale.warnings.push_back(fmt::format("{}: {}", command.file, note));
   }
@@ -172,7 +174,7 @@ void add_mesh_command(CLI::App& app, Invocation& invocation) {
   command->add_option("FILE", mesh->file, "Mesh file; its ending names the format")->required()->type_name(kMeshFile);
   command->add_option("-o,--output", mesh->output, "Mesh file to write; default: report only")->type_name(kMeshFile);
   command->add_flag("--force", mesh->force, "Replace the mesh file to write if it exists");
-  command->add_option("--unit", mesh->unit, "Unit of FILE: mm, cm or m; default: guessed from its size")
+  command->add_option("--unit", mesh->unit, "Unit of FILE: mm, cm or m; default: m for GLB, else guessed from its size")
       ->check(one_of({"mm", "cm", "m"}));
   command->add_option("--output-unit", mesh->output_unit, "Unit of the file written: mm, cm or m; default: FILE's")
       ->check(one_of({"mm", "cm", "m"}));
