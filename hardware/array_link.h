@@ -11,12 +11,21 @@
 
 namespace touchfield {
 
+/// The frames that a device stores and plays by its own clock.
+struct StoredAbility {
+  std::size_t most_frames = 0;  // 0: it stores none
+  double clock = 0;             // [Hz]: it plays clock / n frames per second
+  int fewest_periods = 1;       // n is a whole number from this to most_periods
+  int most_periods = 1;
+};
+
 /// What a device can do.
 struct LinkAbilities {
   DriveSteps steps;
   double most_frames_per_second = 0;  // that the link carries, > 0
   ModulationAbility modulation;
   bool reads_back = false;  // read_back and read_back_modulation have something to say
+  StoredAbility stored{};
 };
 
 /// A real array, or what stands for one. Made by make_link, or for another process by GuardedLink.
@@ -43,11 +52,19 @@ class ArrayLink {
 
   /// Takes hold of the device; it emits nothing yet.
   virtual void open() = 0;
+  /// Instead of open(): takes hold of a device that another process, which is gone, has left on. Only quiet and close
+  /// may follow.
+  virtual void take_over() { open(); }
   /// From the next frame on. Without this call: static, or what the firmware always does.
   virtual void set_modulation(const Modulation& modulation) = 0;
   /// Emits a frame from now on, until the next.
   /// frame   of layout().positions.cols() transducers, steps below those of abilities().steps
   virtual void send(const DriveFrame& frame) = 0;
+  /// Stores frames for play_stored, from number `first` on, and emits nothing. They may be kStoredAtOnce.
+  virtual void store(std::size_t first, const std::vector<DriveFrame>& frames);
+  /// Plays the first `count` stored frames from now on, again and again, until the next frame that is sent.
+  /// rate   [frames/s], one that abilities().stored has
+  virtual void play_stored(std::size_t count, double rate);
   /// Notices a device that went away while nothing was sent; called some times a second while a frame is held.
   virtual void check() {}
   /// What the device says it emits; nothing if it cannot say.
@@ -60,6 +77,9 @@ class ArrayLink {
   virtual void close() noexcept = 0;
 };
 
+/// Frames that are stored in one call.
+inline constexpr std::size_t kStoredAtOnce = 16;
+
 /// Longest time that a call of ArrayLink may wait for the device [s]; an open() may take longer.
 inline constexpr double kLinkPatience = 0.1;
 
@@ -68,6 +88,11 @@ inline constexpr double kLinkPatience = 0.1;
 /// throws   InputError
 void require_fits(const DriveFrame& frame, const LinkAbilities& abilities, std::size_t count,
                   const std::string& device);
+
+/// How many periods of its clock a device plays each of its stored frames.
+/// device   its name, for the message
+/// throws   InputError if it cannot store so many frames, or has not that rate (to 1e-9)
+int stored_periods(std::size_t count, double rate, const StoredAbility& ability, const std::string& device);
 
 /// Where one unit of several sits: a point x of its own layout is at rotation x + position.
 struct UnitPlacement {

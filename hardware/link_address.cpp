@@ -14,7 +14,8 @@ namespace {
 
 constexpr const char* kForms =
     "dry-run[:FILE][?levels=256], sonicsurface:PORT[?firmware=primary|secondary|tactile&order=fpga|natural], "
-    "autd3:audit, autd3:nop, autd3:remote:HOST:PORT or autd3:twincat";
+    "autd3-udp, autd3-udp:INTERFACE, autd3-udp:HOST:PORT, "
+    "autd3-legacy:audit, autd3-legacy:nop, autd3-legacy:remote:HOST:PORT or autd3-legacy:twincat";
 
 /// A link text cut into its parts, and the refusals that quote it.
 struct LinkText {
@@ -80,21 +81,26 @@ struct LinkText {
   std::map<std::string, std::string> options;
 };
 
-void read_autd3(LinkText& link, LinkAddress& address) {
+// HOST:PORT; the host of the form [HOST] may hold colons.
+void read_host(LinkText& link, const std::string& where, const char* form, LinkAddress& address) {
+  const auto last = where.rfind(':');
+  if (last == std::string::npos || last == 0) link.refuse(fmt::format("must be {}", form));
+  address.host = where.substr(0, last);
+  if (address.host.front() == '[' && address.host.back() == ']') {
+    address.host = address.host.substr(1, address.host.size() - 2);
+  }
+  if (address.host.empty()) link.refuse(fmt::format("must be {}", form));
+  address.port = link.number("the port", std::string_view(where).substr(last + 1), 1, 65535);
+}
+
+void read_autd3_legacy(LinkText& link, LinkAddress& address) {
   const auto colon = link.place.find(':');
   address.mode = link.place.substr(0, colon);
   if (address.mode == "remote") {
-    const std::string where = colon == std::string::npos ? "" : link.place.substr(colon + 1);
-    const auto last = where.rfind(':');
-    if (last == std::string::npos || last == 0) link.refuse("must be autd3:remote:HOST:PORT");
-    address.host = where.substr(0, last);
-    if (address.host.front() == '[' && address.host.back() == ']') {
-      address.host = address.host.substr(1, address.host.size() - 2);
-    }
-    if (address.host.empty()) link.refuse("must be autd3:remote:HOST:PORT");
-    address.port = link.number("the port", std::string_view(where).substr(last + 1), 1, 65535);
+    read_host(link, colon == std::string::npos ? "" : link.place.substr(colon + 1), "autd3-legacy:remote:HOST:PORT",
+              address);
   } else if (link.place != "audit" && link.place != "nop" && link.place != "twincat") {
-    link.refuse("autd3 goes by audit, nop, remote:HOST:PORT or twincat");
+    link.refuse("autd3-legacy goes by audit, nop, remote:HOST:PORT or twincat");
   }
   if (address.mode == "audit") {
     const std::string after = link.take("break_after", "");
@@ -121,9 +127,18 @@ LinkAddress parse_link_address(const std::string& text) {
                                                           {"tactile", SonicsurfaceFirmware::kTactile}});
     address.order = link.choice<SonicsurfaceOrder>(
         "order", "fpga", {{"fpga", SonicsurfaceOrder::kFpga}, {"natural", SonicsurfaceOrder::kNatural}});
+  } else if (link.scheme == "autd3-udp") {
+    address.kind = LinkAddress::Kind::kAutd3Udp;
+    if (link.place.find(':') == std::string::npos) {
+      address.host = link.place;
+    } else {
+      read_host(link, link.place, "autd3-udp:HOST:PORT", address);
+    }
+  } else if (link.scheme == "autd3-legacy") {
+    address.kind = LinkAddress::Kind::kAutd3Legacy;
+    read_autd3_legacy(link, address);
   } else if (link.scheme == "autd3") {
-    address.kind = LinkAddress::Kind::kAutd3;
-    read_autd3(link, address);
+    link.refuse("is now autd3-udp for units with firmware 0.10 and later, and autd3-legacy for firmware 12.1");
   } else {
     link.refuse(fmt::format("must be {}", kForms));
   }

@@ -159,6 +159,29 @@ void play(std::size_t count, const FrameSource& source, ArrayLink& link, const P
   report.seconds = pace.now() - start;
 }
 
+void play_stored(const std::vector<DriveFrame>& frames, ArrayLink& link, const PlayOptions& options, Pace& pace,
+                 PlayReport& report) {
+  require_positive("seconds", options.seconds);
+  stored_periods(frames.size(), options.rate, link.abilities().stored, link.describe());
+  for (std::size_t at = 0; at < frames.size(); at += kStoredAtOnce) {
+    const auto first = frames.begin() + static_cast<std::ptrdiff_t>(at);
+    const auto count = static_cast<std::ptrdiff_t>(std::min(kStoredAtOnce, frames.size() - at));
+    link.store(at, {first, first + count});
+    if (!pace.wait_until(pace.now())) {
+      report.stopped = true;
+      return;
+    }
+  }
+  const double start = pace.now();
+  link.play_stored(frames.size(), options.rate);
+  report.sent = frames.size();
+  while (!report.stopped && pace.now() - start < options.seconds - kSlack) {
+    report.stopped = !pace.wait_until(start + std::min(options.seconds, pace.now() - start + kCheckPeriod));
+    link.check();
+    report.seconds = pace.now() - start;
+  }
+}
+
 void play(const FrameStream& stream, ArrayLink& link, double seconds, Pace& pace, PlayReport& report,
           const FrameObserver& observer) {
   require_positive("seconds", seconds);

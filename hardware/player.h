@@ -57,6 +57,15 @@ using FrameObserver = std::function<void(std::size_t number, const DriveFrame& f
 void play(std::size_t count, const FrameSource& source, ArrayLink& link, const PlayOptions& options, Pace& pace,
           PlayReport& report, const FrameObserver& observer = {});
 
+/// Lets the device store frames and play them by its own clock, again and again, for the time of the options. While it
+/// plays it is asked several times a second whether it is still there.
+///
+/// frames   at least 2
+/// report   gets what was done, also until something is thrown: `sent` are the stored frames
+/// throws   InputError if a time is not positive, or the device cannot store or play them; what the link throws
+void play_stored(const std::vector<DriveFrame>& frames, ArrayLink& link, const PlayOptions& options, Pace& pace,
+                 PlayReport& report);
+
 /// A frame of a stream.
 struct StreamFrame {
   std::size_t number = 0;

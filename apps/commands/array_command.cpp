@@ -39,10 +39,13 @@ constexpr double kFarthest = 10;     // [m]: far beyond where such a focus can b
 constexpr const char* kLinks[][2] = {
     {"dry-run[:FILE][?levels=N]", "no device: rounds, reports and writes the phases"},
     {"sonicsurface:PORT[?firmware=primary|secondary|tactile&order=fpga|natural]", "16 x 16 at 10.5 mm, a serial port"},
-    {"autd3:audit", "the AUTD3 vendor's emulator of its firmware; all autd3 links need --library"},
-    {"autd3:nop", "no AUTD3 units: nothing is sent"},
-    {"autd3:remote:HOST:PORT", "AUTD3 units on another machine, or the vendor's simulator"},
-    {"autd3:twincat", "AUTD3 units on this machine's EtherCAT"}};
+    {"autd3-udp", "AUTD3 units, firmware 0.10 to 0.12, on the network interface where they answer"},
+    {"autd3-udp:INTERFACE", "the same on a network interface, e.g. eth0"},
+    {"autd3-udp:HOST:PORT", "the same at an IPv6 address: the vendor's emulator"},
+    {"autd3-legacy:audit", "the AUTD3 vendor's emulator of firmware 12.1; all autd3-legacy links need --library"},
+    {"autd3-legacy:nop", "no AUTD3 units: nothing is sent"},
+    {"autd3-legacy:remote:HOST:PORT", "AUTD3 units, firmware 12.1, on another machine, or the vendor's simulator"},
+    {"autd3-legacy:twincat", "AUTD3 units, firmware 12.1, on this machine's EtherCAT"}};
 
 std::vector<std::string> serial_ports() {
   std::vector<std::string> ports;
@@ -140,7 +143,7 @@ int list(const ArrayCommand& command, const CommonFlags& flags) {
 void require_device(const ArrayCommand& command, const char* action) {
   if (command.run.empty() && parse_link_address(command.options.device.link).kind == LinkAddress::Kind::kDryRun) {
     throw InputError(fmt::format(
-        "array {} needs a device: add --to sonicsurface:PORT or --to autd3:..., or --run RUN to try it without one",
+        "array {} needs a device: add --to sonicsurface:PORT or --to autd3-udp, or --run RUN to try it without one",
         action));
   }
 }

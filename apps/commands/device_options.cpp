@@ -39,9 +39,13 @@ void add_device(CLI::App* command, DeviceOptions& options) {
       ->add_option(
           "--to", options.device.link,
           "Link to the array; a dry run accepts ?levels=N, a SonicSurface accepts ?firmware=primary|secondary|tactile")
-      ->type_name("dry-run|dry-run:FILE|sonicsurface:PORT|autd3:audit|autd3:nop|autd3:remote:HOST:PORT|autd3:twincat")
+      ->type_name(
+          "dry-run|dry-run:FILE|sonicsurface:PORT|autd3-udp|autd3-udp:INTERFACE|autd3-udp:HOST:PORT|autd3-legacy:audit|"
+          "autd3-legacy:nop|autd3-legacy:remote:HOST:PORT|autd3-legacy:twincat")
       ->capture_default_str();
-  command->add_option("--library", options.device.library, "The AUTD3 vendor's library, or the folder that holds it")
+  command
+      ->add_option("--library", options.device.library,
+                   "The AUTD3 vendor's library for autd3-legacy, or the folder that holds it")
       ->type_name(kAnyFile);
 }
 

@@ -73,6 +73,7 @@ void add_send_command(CLI::App& app, Invocation& invocation) {
       "Time of emission [s], the last frame is held; default: 1 for one run, else one pass through the sequence");
   add_number(command, "--rate", request.rate, schema::above(0), "Frames per second of a sequence");
   command->add_flag("--repeat", request.repeat, "Repeat the sequence after its last frame");
+  command->add_flag("--stored", request.stored, "Let the device store the sequence and repeat it by its own clock");
   finish_command(command, invocation, [send](const Invocation& invoked) { return send_command(*send, invoked.flags); });
 }
 

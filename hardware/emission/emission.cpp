@@ -222,7 +222,7 @@ EmissionReport emit(const EmissionPlan& plan) {
   }
   report.transducers = static_cast<std::size_t>(local->layout().positions.cols());
   report.level = permitted_level(plan.request, abilities, report.device);
-  report.rate = permitted_rate(plan.request, abilities, report.device);
+  report.rate = plan.request.stored ? plan.request.rate : permitted_rate(plan.request, abilities, report.device);
   const Modulation modulation = modulation_of(plan.device, abilities);
   require_ability(modulation, abilities.modulation, report.device);
   report.modulation = describe(modulation, abilities.modulation);
@@ -242,6 +242,9 @@ EmissionReport emit(const EmissionPlan& plan) {
   }
   if (!plan.stream) {
     report.frames = frames.size();
+    if (plan.request.stored) {
+      stored_periods(report.frames, report.rate, abilities.stored, report.device);
+    }
     report.seconds = permitted_seconds(plan.request, report.frames);
   }
   const Playing playing = [&](ArrayLink& link, Pace& pace, const FrameObserver& observer) {
@@ -249,8 +252,14 @@ EmissionReport emit(const EmissionPlan& plan) {
       play(plan.stream(rounded), link, report.seconds, pace, report.play, observer);
       return;
     }
+    const PlayOptions options{report.rate, report.seconds, plan.request.repeat};
+    if (plan.request.stored) {
+      play_stored(frames, link, options, pace, report.play);
+      link.quiet();
+      return;
+    }
     const auto source = [&](std::size_t n) { return frames[n]; };
-    play(frames.size(), source, link, {report.rate, report.seconds, plan.request.repeat}, pace, report.play, observer);
+    play(frames.size(), source, link, options, pace, report.play, observer);
     link.quiet();
   };
   if (plan.emit && !report.dry) {

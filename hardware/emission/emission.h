@@ -26,6 +26,7 @@ struct EmissionRequest {
   double most_seconds = 10;       // --max-seconds: cap, > 0 [s]
   double rate = 1;                // [frames/s]
   bool repeat = false;            // begin a sequence again after its last frame
+  bool stored = false;            // --stored: the device stores a sequence and repeats it by its own clock
 };
 
 inline constexpr double kUsualLevel = 0.5;
@@ -62,7 +63,7 @@ void require_read_back(const Modulation& sent, ArrayLink& link);
 /// Which device, and what its carrier is modulated by.
 struct DeviceChoice {
   std::string link = "dry-run";                      // see LinkAddress
-  std::string library;                               // of autd3
+  std::string library;                               // of autd3-legacy
   bool replace = false;                              // the files of a dry run that are there
   std::optional<double> frequency;                   // of a sine that modulates [Hz]
   double depth = 1;                                  // of that sine

@@ -17,6 +17,8 @@ enum class GuardRequest : std::uint8_t {
   kOpen,                //
   kModulation,          // Modulation
   kSend,                // DriveFrame
+  kStore,               // StoredFrames
+  kPlayStored,          // StoredPlay
   kCheck,               //
   kReadBack,            // -> DriveFrame, or nothing
   kReadBackModulation,  // -> bytes, or nothing
@@ -56,6 +58,16 @@ struct GuardedDevice {
   LinkAbilities abilities;
   ArrayLayout layout;
   int guard = 0;  // its process
+};
+
+struct StoredFrames {
+  std::size_t first = 0;
+  std::vector<DriveFrame> frames;
+};
+
+struct StoredPlay {
+  std::size_t count = 0;
+  double rate = 0;
 };
 
 using GuardBytes = std::vector<std::uint8_t>;

@@ -180,6 +180,20 @@ class Guard {
       case GuardRequest::kSend:
         send(unpacked<DriveFrame>(with));
         return {};
+      case GuardRequest::kStore: {
+        const auto stored = unpacked<StoredFrames>(with);
+        for (const DriveFrame& frame : stored.frames) {
+          require_permitted(frame);
+        }
+        link_->store(stored.first, stored.frames);
+        return {};
+      }
+      case GuardRequest::kPlayStored: {
+        const auto play = unpacked<StoredPlay>(with);
+        switch_on();
+        link_->play_stored(play.count, play.rate);
+        return {};
+      }
       case GuardRequest::kCheck:
         link_->check();
         return {};
@@ -197,10 +211,20 @@ class Guard {
   }
 
   void send(const DriveFrame& frame) {
+    require_permitted(frame);
+    switch_on();
+    link_->send(frame);
+  }
+
+  void require_permitted(const DriveFrame& frame) const {
     const double level = level_of(frame, link_->abilities().steps);
     if (level > limits_.level + kLevelSlack) {
       throw InputError(fmt::format("level = {:.3f} must be <= {:g}", level, limits_.level));
     }
+  }
+
+  // The device may emit from now on.
+  void switch_on() {
     if (deadline_ == kForEver) {
       deadline_ = steady_now() + limits_.seconds + kGuardGrace;
     }
@@ -208,7 +232,6 @@ class Guard {
       note(true);
       attention_.begin(steady_now());
     }
-    link_->send(frame);
   }
 
   // Whether the device may emit, told to the watchdog before that begins and after it has ended.

@@ -43,6 +43,14 @@ void GuardedLink::set_modulation(const Modulation& modulation) { ask(GuardReques
 
 void GuardedLink::send(const DriveFrame& frame) { ask(GuardRequest::kSend, packed(frame)); }
 
+void GuardedLink::store(std::size_t first, const std::vector<DriveFrame>& frames) {
+  ask(GuardRequest::kStore, packed(StoredFrames{first, frames}));
+}
+
+void GuardedLink::play_stored(std::size_t count, double rate) {
+  ask(GuardRequest::kPlayStored, packed(StoredPlay{count, rate}));
+}
+
 void GuardedLink::check() { ask(GuardRequest::kCheck); }
 
 std::optional<DriveFrame> GuardedLink::read_back() {

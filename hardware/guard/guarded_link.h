@@ -37,6 +37,9 @@ class GuardedLink final : public ArrayLink {
   void set_modulation(const Modulation& modulation) override;
   /// throws   InputError also on a frame above the limits
   void send(const DriveFrame& frame) override;
+  /// throws   InputError also on a frame above the limits
+  void store(std::size_t first, const std::vector<DriveFrame>& frames) override;
+  void play_stored(std::size_t count, double rate) override;
   void check() override;
   std::optional<DriveFrame> read_back() override;
   std::optional<std::vector<std::uint8_t>> read_back_modulation() override;

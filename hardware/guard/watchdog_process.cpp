@@ -134,7 +134,7 @@ class Watchdog {
   Quieting take_over() {
     try {
       link_ = make_link(device_);
-      link_->open();
+      link_->take_over();
       return quieted(*link_);
     } catch (const std::exception& error) {
       return {false, fmt::format("the array could not be quieted: {}{}", error.what(), kMayBeOn)};

@@ -20,12 +20,12 @@ constexpr const char* kFirmware = "v12.";  // what version 38 is made for
 
 std::string main_file(const std::string& path) {
   if (path.empty()) {
-    throw InputError("autd3: no library is named: --library takes the path of the vendor's libautd3capi.so");
+    throw InputError("autd3-legacy: no library is named: --library takes the path of the vendor's libautd3capi.so");
   }
   const std::filesystem::path given(path);
   std::error_code failed;
   if (!std::filesystem::exists(given, failed)) {
-    throw InputError(fmt::format("autd3: library: {} does not exist", path));
+    throw InputError(fmt::format("autd3-legacy: library: {} does not exist", path));
   }
   std::filesystem::path file = given;
   if (std::filesystem::is_directory(given, failed)) {
@@ -36,11 +36,11 @@ std::string main_file(const std::string& path) {
       }
     }
     if (!std::filesystem::exists(file, failed)) {
-      throw InputError(fmt::format("autd3: library: the folder {} holds no {}", path, kMainFile));
+      throw InputError(fmt::format("autd3-legacy: library: the folder {} holds no {}", path, kMainFile));
     }
   }
   if (!std::filesystem::is_regular_file(file, failed)) {  // the loader would wait for a pipe
-    throw InputError(fmt::format("autd3: library: {} must be a file", file.string()));
+    throw InputError(fmt::format("autd3-legacy: library: {} must be a file", file.string()));
   }
   // Without a slash the loader would look the name up in the system's folders.
   return std::filesystem::absolute(file).lexically_normal().string();
@@ -58,16 +58,17 @@ autd3::Symbols::Symbols(std::string file)
     : file_(std::move(file)), handle_(dlopen(file_.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE)) {
   if (handle_ == nullptr) {
     const char* reason = dlerror();
-    throw InputError(fmt::format("autd3: library: cannot load {}: {}", file_, reason != nullptr ? reason : "unknown"));
+    throw InputError(
+        fmt::format("autd3-legacy: library: cannot load {}: {}", file_, reason != nullptr ? reason : "unknown"));
   }
 }
 
 autd3::Symbols::Symbol autd3::Symbols::operator()(const char* name) const {
   void* address = dlsym(handle_, name);
   if (address == nullptr) {
-    throw InputError(
-        fmt::format("autd3: library: {} has no {}: it is not the AUTD3 vendor's C library, version 38, or a part of it",
-                    file_, name));
+    throw InputError(fmt::format(
+        "autd3-legacy: library: {} has no {}: it is not the AUTD3 vendor's C library, version 38, or a part of it",
+        file_, name));
   }
   return {address};
 }
@@ -81,7 +82,7 @@ Autd3Library::Autd3Library(const std::string& path)
   firmware_ = text.data();
   if (!firmware_.starts_with(kFirmware) || !has_known_arguments(call_)) {
     throw InputError(
-        fmt::format("autd3: library: {} (for firmware {}) is not version 38 of the vendor's library, which "
+        fmt::format("autd3-legacy: library: {} (for firmware {}) is not version 38 of the vendor's library, which "
                     "is for firmware {}x",
                     file_, firmware_, kFirmware));
   }

@@ -177,11 +177,11 @@ class Autd3Library {
   autd3::Link* twincat_link() const;
 
   /// The value of a result.
-  /// throws   DeviceError "autd3: WHAT: REASON", the reason the library's
+  /// throws   DeviceError "autd3-legacy: WHAT: REASON", the reason the library's
   template <class T>
   T value_of(const autd3::Result<T>& result, std::string_view what) const {
     if (result.error_length > 0) {
-      throw DeviceError("autd3: " + std::string(what) + ": " + error_of(result.error, result.error_length));
+      throw DeviceError("autd3-legacy: " + std::string(what) + ": " + error_of(result.error, result.error_length));
     }
     return result.value;
   }

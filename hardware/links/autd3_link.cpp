@@ -12,7 +12,6 @@
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
-#include "hardware/links/autd3_units.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 
@@ -22,9 +21,6 @@ namespace {
 
 constexpr double kCycle = 1e-3;               // [s] between two messages, and between two looks for an answer
 constexpr double kLibrarysOwn = -1;           // patience as the library has it
-constexpr double kCarrier = 40e3;             // [Hz] that the modulation's divider divides
-constexpr std::size_t kFewestSamples = 2;     // in the firmware's modulation buffer
-constexpr std::size_t kMostSamples = 4000;    // it holds more, but they would not be in it within kLinkPatience
 constexpr double kMostFramesPerSecond = 500;  // a frame and its answer: two cycles of 1 ms
 // Within kLinkPatience whatever is silent. Long enough that a busy machine is not taken for one.
 constexpr double kAnswerPatience = 0.09;  // [s] for an answer of the server of `remote`
@@ -33,33 +29,34 @@ constexpr double kFramePatience = 0.09;   // [s] until the units must have said 
 void require_rotation(const Eigen::Matrix3d& rotation, std::size_t unit) {
   const double off = (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(off < 1e-9 && rotation.determinant() > 0)) {
-    throw InputError(
-        fmt::format("autd3: unit {}: its matrix is not a rotation: R R^T is {:.3g} off the identity, det R = {:.3g}",
-                    unit, off, rotation.determinant()));
+    throw InputError(fmt::format(
+        "autd3-legacy: unit {}: its matrix is not a rotation: R R^T is {:.3g} off the identity, det R = {:.3g}", unit,
+        off, rotation.determinant()));
   }
 }
 
 void require_valid(const Autd3Options& options) {
   if (options.mode != "audit" && options.mode != "nop" && options.mode != "remote" && options.mode != "twincat") {
-    throw InputError(fmt::format("autd3: mode = \"{}\" must be one of audit, nop, remote, twincat", options.mode));
+    throw InputError(
+        fmt::format("autd3-legacy: mode = \"{}\" must be one of audit, nop, remote, twincat", options.mode));
   }
   if (options.mode == "remote" && (options.port < 1 || options.port > 65535)) {
-    throw InputError(fmt::format("autd3: port = {} must be from 1 to 65535", options.port));
+    throw InputError(fmt::format("autd3-legacy: port = {} must be from 1 to 65535", options.port));
   }
   if (options.mode == "remote" && options.host.empty()) {
-    throw InputError("autd3: remote needs a host");
+    throw InputError("autd3-legacy: remote needs a host");
   }
   if (options.mode != "audit" && options.break_after >= 0) {
-    throw InputError(fmt::format("autd3: only the link audit breaks on purpose, not {}", options.mode));
+    throw InputError(fmt::format("autd3-legacy: only the link audit breaks on purpose, not {}", options.mode));
   }
   // The library counts units with 16 bits.
   if (options.units.empty() || options.units.size() > std::numeric_limits<std::uint16_t>::max()) {
-    throw InputError(fmt::format("autd3: {} units; there must be 1 to {}", options.units.size(),
+    throw InputError(fmt::format("autd3-legacy: {} units; there must be 1 to {}", options.units.size(),
                                  std::numeric_limits<std::uint16_t>::max()));
   }
   for (std::size_t unit = 0; unit < options.units.size(); ++unit) {
     if (!options.units[unit].position.allFinite()) {
-      throw InputError(fmt::format("autd3: unit {}: its position is not finite", unit));
+      throw InputError(fmt::format("autd3-legacy: unit {}: its position is not finite", unit));
     }
     require_rotation(options.units[unit].rotation, unit);
   }
@@ -85,7 +82,7 @@ std::vector<std::string> addresses_of(const std::string& host, int port) {
   addrinfo* found = nullptr;
   const int failed = getaddrinfo(host.c_str(), std::to_string(port).c_str(), &wanted, &found);
   if (failed != 0) {
-    throw DeviceError(fmt::format("autd3: remote: no address of {}: {}", host, gai_strerror(failed)));
+    throw DeviceError(fmt::format("autd3-legacy: remote: no address of {}: {}", host, gai_strerror(failed)));
   }
   std::vector<std::string> addresses;
   for (const addrinfo* at = found; at != nullptr; at = at->ai_next) {
@@ -131,16 +128,12 @@ std::string Autd3Link::describe() const {
                           : options_.mode == "audit" ? "audit, the vendor's emulator"
                           : options_.mode == "nop"   ? "nop, which sends nothing"
                                                      : options_.mode;
-  return fmt::format("autd3: {} unit{}, firmware {}, link {}", options_.units.size(),
+  return fmt::format("autd3-legacy: {} unit{}, firmware {}, link {}", options_.units.size(),
                      options_.units.size() == 1 ? "" : "s", library_.firmware(), way);
 }
 
 LinkAbilities Autd3Link::abilities() const {
-  LinkAbilities can;
-  can.steps = {.phase_levels = 256, .intensity_levels = 256};
-  can.most_frames_per_second = kMostFramesPerSecond;
-  can.modulation.rate = kAutd3ModulationRate;
-  can.modulation.most_samples = kMostSamples;
+  LinkAbilities can = autd3_abilities(kMostFramesPerSecond);
   can.reads_back = options_.mode == "audit";
   return can;
 }
@@ -183,7 +176,7 @@ autd3::Controller* Autd3Link::opened_remote() const {
 
 void Autd3Link::open() {
   if (controller_ != nullptr) {
-    throw DeviceError("autd3: the link is open already");
+    throw DeviceError("autd3-legacy: the link is open already");
   }
   lost_ = false;
   frames_sent_ = 0;
@@ -225,30 +218,26 @@ void Autd3Link::check_layout() const {
   const ArrayLayout theirs = library_layout();
   if (theirs.positions.cols() != layout_.positions.cols() || theirs.device != layout_.device ||
       theirs.channel != layout_.channel) {
-    throw DeviceError(fmt::format("autd3: the library has {} transducers in other units than the {} expected",
+    throw DeviceError(fmt::format("autd3-legacy: the library has {} transducers in other units than the {} expected",
                                   theirs.positions.cols(), layout_.positions.cols()));
   }
   Eigen::Index worst = 0;
   const double miss = (theirs.positions - layout_.positions).colwise().norm().maxCoeff(&worst);
   if (!(miss <= kAutd3PositionTolerance)) {
     throw DeviceError(fmt::format(
-        "autd3: the library puts transducer {} of unit {} {:.3g} m from its place; {:g} m is the most it may be",
+        "autd3-legacy: the library puts transducer {} of unit {} {:.3g} m from its place; {:g} m is the most it may be",
         layout_.channel(worst), layout_.device(worst), miss, kAutd3PositionTolerance));
   }
 }
 
 void Autd3Link::set_modulation(const Modulation& modulation) {
   require_live();
-  require_ability(modulation, abilities().modulation, describe());
-  std::vector<std::uint8_t> samples = modulation_samples(modulation, abilities().modulation);
-  if (samples.size() < kFewestSamples) {
-    samples.resize(kFewestSamples, samples.front());
-  }
-  constexpr auto kDivider = static_cast<std::uint16_t>(kCarrier / kAutd3ModulationRate);
+  const std::vector<std::uint8_t> samples = autd3_samples(modulation, describe());
   const autd3::Calls& call = library_.call();
-  send_datagram(call.modulation_datagram(call.custom_modulation(
-                    samples.data(), static_cast<std::uint16_t>(samples.size()), call.sampling_of_divider(kDivider))),
-                "modulation");
+  send_datagram(
+      call.modulation_datagram(call.custom_modulation(samples.data(), static_cast<std::uint16_t>(samples.size()),
+                                                      call.sampling_of_divider(kAutd3ModulationDivider))),
+      "modulation");
 }
 
 void Autd3Link::send(const DriveFrame& frame) {
@@ -303,27 +292,28 @@ void Autd3Link::send_datagram(autd3::Datagram* datagram, std::string_view what) 
   const autd3::Calls& call = library_.call();
   if (value_or_lost(call.send(sender_, datagram), what) != kDone) {
     lost_ = true;
-    throw DeviceError(fmt::format("autd3: {}: the link {} is lost: the units did not confirm it", what, options_.mode));
+    throw DeviceError(
+        fmt::format("autd3-legacy: {}: the link {} is lost: the units did not confirm it", what, options_.mode));
   }
 }
 
 void Autd3Link::require_live() const {
   require_open();
   if (lost_) {
-    throw DeviceError("autd3: the link was lost before; nothing is sent until it is opened again");
+    throw DeviceError("autd3-legacy: the link was lost before; nothing is sent until it is opened again");
   }
 }
 
 void Autd3Link::require_open() const {
   if (controller_ == nullptr) {
-    throw DeviceError("autd3: the link is not open");
+    throw DeviceError("autd3-legacy: the link is not open");
   }
 }
 
 autd3::Link* Autd3Link::open_audit() const {
   require_open();
   if (options_.mode != "audit") {
-    throw InputError(fmt::format("autd3: the link {} cannot be inspected, only audit can", options_.mode));
+    throw InputError(fmt::format("autd3-legacy: the link {} cannot be inspected, only audit can", options_.mode));
   }
   return library_.call().link_of(controller_);
 }
@@ -348,7 +338,7 @@ std::optional<std::vector<std::uint8_t>> Autd3Link::read_back_modulation() {
   const std::vector<std::uint8_t> samples = audit(0).modulation;
   for (std::size_t unit = 1; unit < options_.units.size(); ++unit) {
     if (audit(unit).modulation != samples) {
-      throw DeviceError(fmt::format("autd3: units 0 and {} hold different modulations", unit));
+      throw DeviceError(fmt::format("autd3-legacy: units 0 and {} hold different modulations", unit));
     }
   }
   return samples;
@@ -358,7 +348,7 @@ Autd3UnitState Autd3Link::audit(std::size_t unit) const {
   autd3::Link* link = open_audit();
   if (unit >= options_.units.size()) {
     throw InputError(
-        fmt::format("autd3: unit {} does not exist, the number of units is {}", unit, options_.units.size()));
+        fmt::format("autd3-legacy: unit {} does not exist, the number of units is {}", unit, options_.units.size()));
   }
   const auto device = static_cast<std::uint16_t>(unit);
   const autd3::Calls& call = library_.call();

@@ -9,19 +9,9 @@
 
 #include "hardware/array_link.h"
 #include "hardware/links/autd3_library.h"
+#include "hardware/links/autd3_units.h"
 
 namespace touchfield {
-
-/// Samples a second that an AUTD3's modulation buffer is played at.
-inline constexpr double kAutd3ModulationRate = 4000;
-
-/// The smoothing of an AUTD3: a change of phase or intensity is spread over this many periods of the 40 kHz carrier.
-///
-/// In this mode every transducer arrives exactly at what it was sent, and all at the same time: phases 1 ms after a
-/// frame, before the next one can follow; intensities within one sample of the modulation. Not smoothed at all, each
-/// change would be heard as a click.
-inline constexpr int kAutd3PhaseSteps = 40;
-inline constexpr int kAutd3IntensitySteps = 10;
 
 struct Autd3Options {
   std::string library;  // path, see Autd3Library

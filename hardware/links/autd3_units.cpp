@@ -12,7 +12,9 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kAxisTolerance = 1e-5;  // [rad]
+constexpr std::size_t kFewestSamples = 2;   // in the firmware's modulation buffer
+constexpr std::size_t kMostSamples = 4000;  // it holds more, but they would not be in it within kLinkPatience
+constexpr double kAxisTolerance = 1e-5;     // [rad]
 
 // Column of each channel of each device in the layout.
 std::vector<std::vector<Eigen::Index>> columns_of(const ArrayLayout& layout, Eigen::Index per_unit) {
@@ -43,6 +45,25 @@ std::vector<std::vector<Eigen::Index>> columns_of(const ArrayLayout& layout, Eig
 }
 
 }  // namespace
+
+LinkAbilities autd3_abilities(double most_frames_per_second) {
+  LinkAbilities can;
+  can.steps = {.phase_levels = 256, .intensity_levels = 256};
+  can.most_frames_per_second = most_frames_per_second;
+  can.modulation.rate = kAutd3ModulationRate;
+  can.modulation.most_samples = kMostSamples;
+  return can;
+}
+
+std::vector<std::uint8_t> autd3_samples(const Modulation& modulation, const std::string& device) {
+  const ModulationAbility ability = autd3_abilities(1).modulation;
+  require_ability(modulation, ability, device);
+  std::vector<std::uint8_t> samples = modulation_samples(modulation, ability);
+  if (samples.size() < kFewestSamples) {
+    samples.resize(kFewestSamples, samples.front());
+  }
+  return samples;
+}
 
 ArrayLayout autd3_layout(const std::vector<UnitPlacement>& units) {
   const ArrayLayout unit = autd3_unit(kAutd3Pitch);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+#include <string>
 #include <vector>
 
 #include "hardware/array_link.h"
@@ -7,8 +9,29 @@
 
 namespace touchfield {
 
+/// Samples a second that an AUTD3's modulation buffer is played at, and 40 kHz over that.
+inline constexpr double kAutd3ModulationRate = 4000;
+inline constexpr std::uint16_t kAutd3ModulationDivider = 10;
+
+/// The smoothing of an AUTD3: a change of phase or intensity is spread over this many periods of the 40 kHz carrier.
+///
+/// In this mode every transducer arrives exactly at what it was sent, and all at the same time: phases 1 ms after a
+/// frame, before the next one can follow; intensities within one sample of the modulation. Not smoothed at all, each
+/// change would be heard as a click.
+inline constexpr int kAutd3PhaseSteps = 40;
+inline constexpr int kAutd3IntensitySteps = 10;
+
 /// Farthest that a transducer may be from where it is expected [m].
 inline constexpr double kAutd3PositionTolerance = 1e-6;
+
+/// What AUTD3 units can do, of any firmware: they take 256 steps of phase and intensity and up to 4000 samples.
+LinkAbilities autd3_abilities(double most_frames_per_second);
+
+/// The samples of a modulation; a single one twice, as the firmware takes no fewer than two.
+///
+/// device   its name, for the message
+/// throws   InputError on what autd3_abilities does not have
+std::vector<std::uint8_t> autd3_samples(const Modulation& modulation, const std::string& device);
 
 /// The transducers of placed AUTD3 units, unit after unit.
 ArrayLayout autd3_layout(const std::vector<UnitPlacement>& units);

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "hardware/links/autd3_link.h"
+#include "hardware/links/autd3_udp_link.h"
 #include "hardware/links/autd3_units.h"
 #include "hardware/links/dry_run_link.h"
 #include "hardware/links/sonicsurface_link.h"
@@ -22,7 +23,11 @@ std::unique_ptr<ArrayLink> make_link(const LinkSettings& settings) {
                                           DryRunFiles{address.path, settings.frames, settings.replace});
     case LinkAddress::Kind::kSonicsurface:
       return std::make_unique<SonicsurfaceLink>(address.path, address.firmware, address.order);
-    case LinkAddress::Kind::kAutd3: {
+    case LinkAddress::Kind::kAutd3Udp:
+      return std::make_unique<Autd3UdpLink>(
+          address.host, address.port,
+          has_array ? autd3_placements(settings.array) : std::vector<UnitPlacement>{UnitPlacement{}});
+    case LinkAddress::Kind::kAutd3Legacy: {
       Autd3Options options;
       options.library = settings.library;
       options.mode = address.mode;

@@ -118,7 +118,7 @@ class CommandLine(CommandTest):
         self.assertIn("the scene has no motion: section", self.said("live", scene))
         self.assertIn("the scene has no motion: section", self.said("play", scene))
         for action in ("test", "walk", "off"):
-            self.assertIn(f"array {action} needs a device: add --to sonicsurface:PORT or --to autd3:...", self.said("array", action))
+            self.assertIn(f"array {action} needs a device: add --to sonicsurface:PORT or --to autd3-udp, or", self.said("array", action))
         self.assertIn("; write [10,10,6]", self.said("check", scene, "--set", "target.box.size_mm=10,10,6"))
 
 

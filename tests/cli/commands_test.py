@@ -14,6 +14,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent / "hardware"))
 
+from autd3_units import Emulator  # noqa: E402
 from docs_test import PAGES, blocks, spans  # noqa: E402
 from live_test import SCENE  # noqa: E402
 from sonicsurface_board import Board  # noqa: E402
@@ -31,6 +32,7 @@ COARSE = [*SHORT, *sets("body.edge_mm=12", "solve.allow_coarse_mesh=true", "targ
 SMALL = sets("body.edge_mm=3", "array.grid.count=[8, 8]")
 SWEPT = ("scenes/sweeps/spread.yaml", "scenes/sweeps/spread_grasp.yaml")  # minutes: they are checked only
 LIBRARY = "build/autd3"
+SDK = SOURCE / "build/autd3_sdk/0.12"
 
 
 def commands(page):
@@ -49,11 +51,16 @@ class Commands(CommandTest):
             (self.folder / LIBRARY).symlink_to(SOURCE / LIBRARY)
         self.board = Board()
         self.addCleanup(self.board.close)
+        self.units = Emulator(SDK, 6) if SDK.exists() else None
+        if self.units:
+            self.addCleanup(self.units.__exit__)
 
     def adapted(self, words):
         """The command as it is run here; None where it needs a library that is not there."""
-        words = [word.replace("/dev/ttyUSB0", self.board.port).replace("autd3:remote:192.168.0.7:8080", "autd3:audit") for word in words]
-        if LIBRARY in words and not (self.folder / LIBRARY).exists():
+        words = [word.replace("/dev/ttyUSB0", self.board.port).replace("autd3-legacy:remote:192.168.0.7:8080", "autd3-legacy:audit") for word in words]
+        if "autd3-udp" in words and self.units:
+            words = [f"autd3-udp:[::1]:{self.units.port}" if word == "autd3-udp" else word for word in words]
+        if LIBRARY in words and not (self.folder / LIBRARY).exists() or "autd3-udp" in words:
             print("not run:", shlex.join(words))
             return None
         if words[0] == "run":
@@ -91,7 +98,7 @@ class Commands(CommandTest):
 
     def test_hardware(self):
         self.run_ok("run", self.write("finger.yaml", FINGER), "-o", "RUN", "--quiet", *SHORT)
-        self.follow("hardware.md", 8)
+        self.follow("hardware.md", 9)
         self.assertTrue(self.board.heard)
 
     def test_motion(self):

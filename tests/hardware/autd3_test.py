@@ -173,7 +173,7 @@ class Autd3Test(CommandTest):
         for scene in SCENES:
             for method in METHODS:
                 with self.subTest(scene=scene, method=method):
-                    report = self.send_ok([scene], "autd3:audit", "--method", method, "--emit", "--seconds", "0.2")
+                    report = self.send_ok([scene], "autd3-legacy:audit", "--method", method, "--emit", "--seconds", "0.2")
                     self.assertEqual(report["transducers"], UNITS * PER_UNIT)
                     self.assertEqual(report["sent"], 1)
                     self.assertIs(report["read_back"], True)
@@ -188,7 +188,7 @@ class Autd3Test(CommandTest):
         self.assertEqual(len(set(drives)), 10, "ten different patterns")
 
     def test_a_sequence_is_read_back_frame_by_frame(self):
-        report = self.send_ok(SCENES, "autd3:audit", "--method", "surface", "--emit", "--rate", "10",
+        report = self.send_ok(SCENES, "autd3-legacy:audit", "--method", "surface", "--emit", "--rate", "10",
                               "--modulation", "200")
         self.assertEqual((report["frames"], report["sent"]), (5, 5))
         self.assertIs(report["read_back"], True)
@@ -196,7 +196,7 @@ class Autd3Test(CommandTest):
     def test_every_byte_reaches_a_server(self):
         for scene in SCENES:
             with self.subTest(scene=scene), Server() as server:
-                self.send_ok([scene], f"autd3:remote:127.0.0.1:{server.port}", "--method", "surface", "--emit",
+                self.send_ok([scene], f"autd3-legacy:remote:127.0.0.1:{server.port}", "--method", "surface", "--emit",
                              "--seconds", "0.2", "--level", "0.4")
                 number = server.holds(self.drives(scene, 0.4))
                 self.assertIsNotNone(number)
@@ -213,7 +213,7 @@ class Autd3Test(CommandTest):
                                       (signal.SIGSTOP, "watchdog", 4), (signal.SIGKILL, "watchdog", 4)):
             with self.subTest(signal=signal_sent.name, to=to), Server() as server:
                 command = [PROGRAM, "send", self.solved / "width_8mm", "--method", "surface", "--library", LIBRARY,
-                           "--to", f"autd3:remote:127.0.0.1:{server.port}", "--emit", "--seconds", "9"]
+                           "--to", f"autd3-legacy:remote:127.0.0.1:{server.port}", "--emit", "--seconds", "9"]
                 with subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL) as sending:
                     number = self.wait_for(lambda server=server: server.holds(drives))
                     watchdog = self.child_of(sending.pid)
@@ -231,7 +231,7 @@ class Autd3Test(CommandTest):
         drives = self.drives("width_8mm", 0.5)
         with Server() as server:
             command = [PROGRAM, "send", self.solved / "width_8mm", "--method", "surface", "--library", LIBRARY, "--to",
-                       f"autd3:remote:127.0.0.1:{server.port}", "--emit", "--seconds", "9"]
+                       f"autd3-legacy:remote:127.0.0.1:{server.port}", "--emit", "--seconds", "9"]
             with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, stdout=subprocess.DEVNULL) as sending:
                 number = self.wait_for(lambda: server.holds(drives))
                 os.kill(self.child_of(self.child_of(sending.pid)), signal.SIGKILL)
@@ -244,7 +244,7 @@ class Autd3Test(CommandTest):
         for signal_sent, to in ((signal.SIGTSTP, "program"), (signal.SIGSTOP, "program"), (signal.SIGQUIT, "guard"),
                                 (signal.SIGSTOP, "guard"), (signal.SIGSTOP, "watchdog")):
             with self.subTest(signal=signal_sent.name, to=to):
-                command = [PROGRAM, "array", "walk", "--library", LIBRARY, "--to", "autd3:audit", "--emit", "--count",
+                command = [PROGRAM, "array", "walk", "--library", LIBRARY, "--to", "autd3-legacy:audit", "--emit", "--count",
                            "2", "--dwell", "4"]
                 with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as walking:
                     self.assertIn("transducer 0", walking.stdout.readline())
@@ -267,7 +267,7 @@ class Autd3Test(CommandTest):
         sine = numpy.sin(2 * numpy.pi * numpy.arange(20) / 20)
         samples = numpy.round(255 * (1 + sine) / 2).astype(numpy.uint8).tobytes()
         with Server() as server:
-            to = f"autd3:remote:127.0.0.1:{server.port}"
+            to = f"autd3-legacy:remote:127.0.0.1:{server.port}"
             self.send_ok(["width_8mm"], to, "--method", "surface", "--emit", "--seconds", "0.1")
             self.assertFalse(any(samples in unit for message in server.messages for unit in message))
             self.send_ok(["width_8mm"], to, "--method", "surface", "--emit", "--seconds", "0.1", "--modulation", "200")
@@ -275,7 +275,7 @@ class Autd3Test(CommandTest):
 
     def test_nothing_is_sent_without_leave(self):
         with Server() as server:
-            to = f"autd3:remote:127.0.0.1:{server.port}"
+            to = f"autd3-legacy:remote:127.0.0.1:{server.port}"
             self.assertFalse(self.send_ok(["width_8mm"], to, "--method", "surface")["emitted"])
             self.fails(2, ["width_8mm"], to, "--method", "surface", "--emit", "--level", "0.6")
             self.fails(2, ["width_8mm"], to, "--method", "surface", "--emit", "--seconds", "11")
@@ -290,7 +290,7 @@ class Autd3Test(CommandTest):
         self.run_ok("run", scene, "-o", old, "--quiet", "--set", "write=[h5]", "--set", "array.grid=null",
                     "--set", "array.autd3={layout: [1, 1], pitch_mm: 10.18}")
         with Server() as server:
-            to = f"autd3:remote:127.0.0.1:{server.port}"
+            to = f"autd3-legacy:remote:127.0.0.1:{server.port}"
             said = self.fails(2, [self.folder / "finger"], to, "--method", "focus", "--emit")
             self.assertIn("64", said)
             said = self.fails(2, [old], to, "--method", "focus", "--emit")
@@ -298,21 +298,21 @@ class Autd3Test(CommandTest):
             self.assertEqual(server.connections, 0)
 
     def test_a_link_that_breaks_is_a_device_error(self):
-        said = self.fails(4, SCENES, "autd3:audit?break_after=3", "--method", "surface", "--emit")
+        said = self.fails(4, SCENES, "autd3-legacy:audit?break_after=3", "--method", "surface", "--emit")
         self.assertIn("frame 3", said)
         self.assertIn("broken", said)
 
     def test_a_server_that_is_missing(self):
         with socket.socket() as bound:  # and not listening
             bound.bind(("127.0.0.1", 0))
-            said = self.fails(4, ["width_8mm"], f"autd3:remote:127.0.0.1:{bound.getsockname()[1]}", "--method",
+            said = self.fails(4, ["width_8mm"], f"autd3-legacy:remote:127.0.0.1:{bound.getsockname()[1]}", "--method",
                               "surface", "--emit")
         self.assertIn("refused", said)
 
     def test_a_server_that_never_answers(self):
         with Server(mute=True) as server:
             start = time.monotonic()
-            said = self.fails(4, ["width_8mm"], f"autd3:remote:127.0.0.1:{server.port}", "--method", "surface",
+            said = self.fails(4, ["width_8mm"], f"autd3-legacy:remote:127.0.0.1:{server.port}", "--method", "surface",
                               "--emit")
             # It waits 90 ms for an answer; the rest is the program's start on a busy machine.
             self.assertLess(time.monotonic() - start, 5)
@@ -320,12 +320,12 @@ class Autd3Test(CommandTest):
 
     def test_a_server_that_ends_mid_stream(self):
         with Server() as whole:
-            self.send_ok(["width_8mm"], f"autd3:remote:127.0.0.1:{whole.port}", "--method", "surface", "--emit",
+            self.send_ok(["width_8mm"], f"autd3-legacy:remote:127.0.0.1:{whole.port}", "--method", "surface", "--emit",
                          "--seconds", "0.1")
             first = whole.holds(self.drives("width_8mm", 0.5))
         for gone in (True, False):
             with self.subTest(gone=gone), Server(stop_at=first + 2, gone=gone) as server:
-                said = self.fails(4, SCENES, f"autd3:remote:127.0.0.1:{server.port}", "--method", "surface",
+                said = self.fails(4, SCENES, f"autd3-legacy:remote:127.0.0.1:{server.port}", "--method", "surface",
                                   "--emit", "--rate", "5")
                 self.assertIsNotNone(server.stopped_at)
                 # Frames are 0.2 s apart, 3 were still to come: it does not wait for them.
@@ -334,12 +334,12 @@ class Autd3Test(CommandTest):
                 self.assertIn("lost", said)
 
     def test_what_this_machine_does_not_have(self):
-        said = self.fails(4, ["width_8mm"], "autd3:twincat", "--method", "surface", "--emit")
+        said = self.fails(4, ["width_8mm"], "autd3-legacy:twincat", "--method", "surface", "--emit")
         self.assertIn("Windows", said)
-        done = self.touchfield("send", self.solved / "width_8mm", "--method", "surface", "--to", "autd3:audit")
+        done = self.touchfield("send", self.solved / "width_8mm", "--method", "surface", "--to", "autd3-legacy:audit")
         self.assertEqual(done.returncode, 2)
         self.assertIn("--library", done.stderr)
-        done = self.touchfield("send", self.solved / "width_8mm", "--method", "surface", "--to", "autd3:audit",
+        done = self.touchfield("send", self.solved / "width_8mm", "--method", "surface", "--to", "autd3-legacy:audit",
                                "--library", SOURCE / "LICENSE")
         self.assertEqual(done.returncode, 2)
         self.assertIn("LICENSE", done.stderr)
@@ -361,7 +361,7 @@ motion:
   stale_ms: 5000
   change: [{path: 'body.place.at_mm[0]', sine: {amplitude: 5, hz: 1}}]
 """)
-        said = json.loads(self.run_ok("live", scene, "--to", "autd3:audit", "--library", LIBRARY, "--modulation", "200", "--emit",
+        said = json.loads(self.run_ok("live", scene, "--to", "autd3-legacy:audit", "--library", LIBRARY, "--modulation", "200", "--emit",
                                       "--json").stdout)
         self.assertTrue(said["emitted"] and said["quiet"])
         self.assertGreater(said["sent"], 10)

@@ -48,24 +48,41 @@ TEST(LinkAddress, Sonicsurface) {
   expect_refused("sonicsurface:p?levels=16", "no option 'levels'");
 }
 
-TEST(LinkAddress, Autd3) {
-  EXPECT_EQ(parse_link_address("autd3:audit").break_after, -1);
-  EXPECT_EQ(parse_link_address("autd3:audit?break_after=3").break_after, 3);
-  EXPECT_EQ(parse_link_address("autd3:nop").mode, "nop");
-  EXPECT_EQ(parse_link_address("autd3:twincat").mode, "twincat");
-  const LinkAddress remote = parse_link_address("autd3:remote:lab.local:8080");
+TEST(LinkAddress, Autd3Udp) {
+  EXPECT_EQ(parse_link_address("autd3-udp").kind, LinkAddress::Kind::kAutd3Udp);
+  EXPECT_EQ(parse_link_address("autd3-udp").host, "");
+  EXPECT_EQ(parse_link_address("autd3-udp:eth0").host, "eth0");
+  EXPECT_EQ(parse_link_address("autd3-udp:eth0").port, 0);
+  EXPECT_EQ(parse_link_address("autd3-udp:[::1]:44336").host, "::1");
+  EXPECT_EQ(parse_link_address("autd3-udp:[::1]:44336").port, 44336);
+  expect_refused("autd3-udp:[]:80", "autd3-udp:HOST:PORT");
+  expect_refused("autd3-udp:[::1]:0", "from 1 to 65535");
+  expect_refused("autd3-udp:eth0?break_after=3", "no option 'break_after'");
+}
+
+TEST(LinkAddress, Autd3BeforeThereWereTwo) {
+  expect_refused("autd3:audit", "autd3-udp");
+  expect_refused("autd3:remote:host:1", "autd3-legacy");
+}
+
+TEST(LinkAddress, Autd3Legacy) {
+  EXPECT_EQ(parse_link_address("autd3-legacy:audit").break_after, -1);
+  EXPECT_EQ(parse_link_address("autd3-legacy:audit?break_after=3").break_after, 3);
+  EXPECT_EQ(parse_link_address("autd3-legacy:nop").mode, "nop");
+  EXPECT_EQ(parse_link_address("autd3-legacy:twincat").mode, "twincat");
+  const LinkAddress remote = parse_link_address("autd3-legacy:remote:lab.local:8080");
   EXPECT_EQ(remote.mode, "remote");
   EXPECT_EQ(remote.host, "lab.local");
   EXPECT_EQ(remote.port, 8080);
-  EXPECT_EQ(parse_link_address("autd3:remote:[::1]:8080").host, "::1");
-  expect_refused("autd3", "audit, nop, remote:HOST:PORT or twincat");
-  expect_refused("autd3:audit:x", "audit, nop");
-  expect_refused("autd3:nop?break_after=3", "no option 'break_after'");
-  expect_refused("autd3:remote", "autd3:remote:HOST:PORT");
-  expect_refused("autd3:remote:host", "autd3:remote:HOST:PORT");
-  expect_refused("autd3:remote:[]:80", "autd3:remote:HOST:PORT");
-  expect_refused("autd3:remote:host:0", "from 1 to 65535");
-  expect_refused("autd3:remote:host:80x", "whole number");
+  EXPECT_EQ(parse_link_address("autd3-legacy:remote:[::1]:8080").host, "::1");
+  expect_refused("autd3-legacy", "audit, nop, remote:HOST:PORT or twincat");
+  expect_refused("autd3-legacy:audit:x", "audit, nop");
+  expect_refused("autd3-legacy:nop?break_after=3", "no option 'break_after'");
+  expect_refused("autd3-legacy:remote", "autd3-legacy:remote:HOST:PORT");
+  expect_refused("autd3-legacy:remote:host", "autd3-legacy:remote:HOST:PORT");
+  expect_refused("autd3-legacy:remote:[]:80", "autd3-legacy:remote:HOST:PORT");
+  expect_refused("autd3-legacy:remote:host:0", "from 1 to 65535");
+  expect_refused("autd3-legacy:remote:host:80x", "whole number");
 }
 
 TEST(LinkAddress, OthersAreRefused) {
@@ -169,7 +186,7 @@ TEST(GuardMessage, BringsBackWhatWentIn) {
   EXPECT_TRUE(device.abilities.reads_back);
   EXPECT_EQ(device.layout.positions.cols(), 0);
   EXPECT_EQ(device.layout.device.size(), 0);
-  const LinkSettings settings{"autd3:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), 7, true};
+  const LinkSettings settings{"autd3-legacy:audit", "/lib", autd3_tiles(2, 1, 10.16e-3), 7, true};
   const GuardStart start = brought_back(GuardStart{{0.25, 3}, settings});
   EXPECT_EQ(start.limits.level, 0.25);
   EXPECT_EQ(start.limits.seconds, 3);

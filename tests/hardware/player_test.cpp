@@ -1,5 +1,7 @@
 #include "hardware/player.h"
 
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -29,7 +31,7 @@ class FakePace final : public Pace {
 };
 
 /// Notes what it is sent and when; takes a time of choice for it.
-class NotingLink final : public ArrayLink {
+class NotingLink : public ArrayLink {
  public:
   explicit NotingLink(FakePace& pace) : pace_(pace) {}
 
@@ -59,6 +61,26 @@ class NotingLink final : public ArrayLink {
  private:
   FakePace& pace_;
   ArrayLayout layout_ = grid_layout(1, 1, 0.01);
+};
+
+/// Notes what it is to store and to play.
+class StoringLink final : public NotingLink {
+ public:
+  using NotingLink::NotingLink;
+  LinkAbilities abilities() const override {
+    LinkAbilities can = NotingLink::abilities();
+    can.stored = {40, 40e3, 40, 65535};
+    return can;
+  }
+  void store(std::size_t first, const std::vector<DriveFrame>& frames) override {
+    EXPECT_EQ(first, stored.size());
+    EXPECT_LE(frames.size(), kStoredAtOnce);
+    for (const DriveFrame& frame : frames) stored.push_back(frame.phase[0]);
+  }
+  void play_stored(std::size_t count, double rate) override { plays.emplace_back(count, rate); }
+
+  std::vector<int> stored;
+  std::vector<std::pair<std::size_t, double>> plays;
 };
 
 DriveFrame numbered(std::size_t n) { return {{static_cast<std::uint8_t>(n)}, {255}}; }
@@ -266,6 +288,43 @@ TEST_F(Stream, RefusesWhatIsNoTime) {
   EXPECT_THROW(played(never_fresh, link_, 1, pace_), InputError);
   EXPECT_THROW(played(stream(), link_, -1, pace_), InputError);
   EXPECT_EQ(asked_, 0U);
+}
+
+TEST(PlayStored, StoresAllThenPlaysAndLooksAfterIt) {
+  FakePace pace;
+  StoringLink link(pace);
+  std::vector<DriveFrame> frames;
+  for (std::size_t n = 0; n < 35; ++n) frames.push_back(numbered(n));
+  PlayReport report;
+  play_stored(frames, link, {.rate = 1000, .seconds = 2}, pace, report);
+  std::vector<int> expected(35);
+  std::iota(expected.begin(), expected.end(), 0);
+  EXPECT_EQ(link.stored, expected);
+  EXPECT_THAT(link.plays, ElementsAre(std::pair<std::size_t, double>(35, 1000)));
+  EXPECT_EQ(report.sent, 35);
+  EXPECT_NEAR(report.seconds, 2, 1e-9);
+  EXPECT_NEAR(link.checks, 40, 1);  // every 50 ms
+
+  link.lost_at = link.checks + 3;
+  link.stored.clear();
+  EXPECT_THROW(play_stored(frames, link, {.rate = 1000, .seconds = 2}, pace, report), DeviceError);
+}
+
+TEST(PlayStored, WhatTheDeviceCannotDo) {
+  FakePace pace;
+  StoringLink link(pace);
+  PlayReport report;
+  const auto plays = [&](std::size_t count, double rate) {
+    play_stored(std::vector<DriveFrame>(count, numbered(1)), link, {.rate = rate, .seconds = 1}, pace, report);
+  };
+  EXPECT_THROW(plays(1, 1000), InputError);
+  EXPECT_THROW(plays(41, 1000), InputError);
+  EXPECT_THROW(plays(2, 1001), InputError) << "40 kHz / 39.96";
+  EXPECT_THROW(plays(2, 40e3 / 39), InputError) << "faster than the smoothing";
+  EXPECT_TRUE(link.stored.empty());
+  EXPECT_NO_THROW(plays(2, 40e3 / 41)) << "not a whole number of frames per second";
+  NotingLink other(pace);
+  EXPECT_THROW(play_stored({numbered(1), numbered(2)}, other, {.rate = 1000, .seconds = 1}, pace, report), InputError);
 }
 
 }  // namespace
