@@ -264,7 +264,7 @@ solve: {methods: [focus]}
 <Polys><DataArray type="UInt8" Name="connectivity" format="binary">{packed}</DataArray>
 <DataArray type="Int64" Name="offsets" format="ascii">3</DataArray></Polys></Piece></PolyData></VTKFile>
 """)
-        self.refused_at_once("mesh", "skin.vtp", says="skin.vtp: all points that faces name are one, the mesh has no size")
+        self.refused_at_once("mesh", "skin.vtp", says="skin.vtp: all faces are at one point, the mesh has no size")
 
     def test_a_landmark_misspelt_among_several_bodies(self):
         start, rest = FINGER.split("body:\n")
