@@ -53,6 +53,16 @@ def test_arrays_are_those_of_scenes(finger, tmp_path):
     assert np.array_equal(tf.Array([[0, 0, 0], [0.02, 0, 0]]).normals, [[0, 0, 1], [0, 0, 1]])
 
 
+def test_an_array_of_positions_is_the_same_in_a_scene(ball):
+    wave = tf.Wave(50e3)
+    array = tf.Array(np.array([[0, 0, -0.1], [0.01, 0, -0.1]]), directivity="piston", level=0.5, piston_radius=5e-3, wave=wave)
+    scene = {"array": array, "body": ball, "solve": {"methods": [{"fixed": {"phases_rad": 0}}]}, "judge": "none", "frequency_khz": 50}
+    points, drives = [[0.03, 0, 0]], [1, 1j]
+    for same in (tf.Model(scene).array, tf.Model({**scene, "array": tf.Model({**scene, "frequency_khz": 40}).array}).array):
+        assert np.allclose(same.positions, array.positions, atol=1e-15) and np.array_equal(same.strengths, array.strengths)
+    assert np.allclose(tf.Model(scene).array.field(points, drives, wave), array.field(points, drives, wave), rtol=1e-12)
+
+
 def test_arrays_refuse_what_scenes_refuse(tmp_path):
     with pytest.raises(tf.InputError, match="array.grid.pitch_mm.*must be > 0"):
         tf.Array.grid(4, 4, -0.01)

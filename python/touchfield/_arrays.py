@@ -108,11 +108,14 @@ class Array(Part):
         self._core = _core.Array(positions, normals, directivity=directivity, level=level, source_strength=source_strength,
                                  piston_radius=piston_radius, wave=wave_core(wave))
         self._keys = None
+        self._given = {"directivity": directivity, "level": level, "source_pa_m": source_strength,
+                       "piston_radius_mm": millimetres(piston_radius)}
 
     @classmethod
     def _of(cls, core, keys=None):
         array = super()._of(core)
         array._keys = keys
+        array._given = None
         return array
 
     @classmethod
@@ -353,12 +356,14 @@ class Array(Part):
         if self._keys is not None:
             return self._keys
         plane, positions, axes, strengths, directivity, ka, _, _, gain, phase = self._core.__getstate__()
+        layout = {"positions": {"points_mm": millimetres(positions), "axes": axes.tolist()}}
+        if self._given is not None:
+            return layout | self._given
         if plane:
             return {"plane_wave": {"direction": axes[0].tolist(), "amplitude_pa": float(strengths[0])}}
         if np.ptp(strengths) != 0:
             raise _core.InputError("array: its channels have different strengths, which a scene cannot say")
-        keys = {"positions": {"points_mm": millimetres(positions), "axes": axes.tolist()}, "directivity": directivity,
-                "source_pa_m": float(strengths[0])}
+        keys = layout | {"directivity": directivity, "source_pa_m": float(strengths[0])}
         if directivity == "piston":
             keys["piston_radius_mm"] = 1e3 * ka / Wave().k
         if gain.size:
