@@ -73,7 +73,7 @@ def send(source, drives=None, *, method=None, to="dry-run", emit=False, rate=10.
     method : str, optional
         Of the results; default: the only one.
     to : str
-        Link to the device: dry-run, dry-run:FILE, sonicsurface:PORT, autd3:remote:HOST:PORT, ...
+        Link to the device: dry-run, dry-run:FILE, sonicsurface:PORT, autd3-udp:ADDRESS, ...
     emit : bool
         Emit sound. It is done by a process of its own, with a guard that leaves the array quiet whatever happens to it.
     rate : float
