@@ -15,9 +15,9 @@ namespace touchfield {
 std::string span_text(double seconds);
 
 /// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in
-/// a log file if there is one. Details and stages of less than half a second are for the log alone, unless the user asks for
-/// all. A stage that lasts says in the log, and where there is no terminal, how far it is and
-/// how long it goes on: after 2 s, then each time twice as late, at most a minute apart.
+/// a log file if there is one. Details and stages of less than half a second are for the log alone, unless the user
+/// asks for all. A stage that lasts says in the log, and where there is no terminal, how far it is and how long it goes
+/// on: after 2 s, then each time twice as late, at most a minute apart.
 class ConsoleProgress : public Progress {
  public:
   explicit ConsoleProgress(const CommonFlags& flags);

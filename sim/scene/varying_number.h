@@ -15,7 +15,8 @@ struct VaryingNumber {
   std::string path;  // as a sweep names it, numbers in brackets: body.place.at_mm[2]
   schema::Unit unit = schema::Unit::power_of_ten(0);
   schema::Range range{};  // in that unit
-  /// Where it is in a scene or a posture of one [SI]. A joint that the scene leaves to the pose is given the pose's angle first.
+  /// Where it is in a scene or a posture of one [SI]. A joint that the scene leaves to the pose is given the pose's
+  /// angle first.
   /// throws   InputError if it is not in this scene
   std::function<double&(Posture&)> in;
 };

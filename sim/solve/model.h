@@ -31,8 +31,8 @@ struct FixedModel {
   std::vector<FieldGrid> fields;
 };
 
-/// A scene made concrete: everything that a run computes with, in the world's frame. A model of each instant of a motion
-/// shares what stays.
+/// A scene made concrete: everything that a run computes with, in the world's frame. The models of all instants of a
+/// motion share what stays.
 struct Model {
   std::shared_ptr<const FixedModel> fixed;
   Posture posture;  // of the scene
