@@ -21,8 +21,8 @@ namespace touchfield::autd3_udp {
 /// A unit executes the commands of a sequence in order and each once: it answers a repeated one again, and drops any
 /// other that is not the next. It switches its output off 500 ms after the last frame.
 ///
-/// Source: the bytes of the vendor's SDK 0.10 to 0.12 (PyPI autd3), and github.com/shinolab/autd3-sdk,
-/// firmware/cpu/wire.
+/// Source: the bytes of the SDK of the vendor, 0.10 to 0.12 (PyPI autd3);
+/// github.com/shinolab/autd3-sdk, firmware/cpu/wire.
 
 inline constexpr int kPort = 44336;
 inline constexpr int kNewest = 3;
