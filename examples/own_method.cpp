@@ -40,11 +40,12 @@ void compare(const char* path) {
   const touchfield::TriangleMesh& skin = model.body.mesh;
   const touchfield::Target target = touchfield::build_target(model);
 
-  const Eigen::MatrixXcd h = touchfield::transfer_matrix(skin, model.wave, model.array, scene.solve.scheme);
+  const Eigen::MatrixXcd h =
+      touchfield::transfer_matrix(skin, model.fixed->wave, model.fixed->array, scene.solve.scheme);
   Eigen::ArrayXd wanted = Eigen::ArrayXd::Zero(h.rows());
   wanted(target.faces) = target.amplitudes;
   const Eigen::VectorXcd q = own_drives(h, wanted, skin.areas());
-  const touchfield::Metrics direct = touchfield::metrics_of(skin, model.wave, model.boxes, target, h * q);
+  const touchfield::Metrics direct = touchfield::metrics_of(skin, model.fixed->wave, model.boxes, target, h * q);
   std::printf("%td faces, %td channels; own, by H: relative_error %.6f\n", h.rows(), h.cols(), direct.relative_error);
 
   touchfield::MethodSpec own;
@@ -53,7 +54,9 @@ void compare(const char* path) {
   for (const std::complex<double>& drive : q) {
     own.phases.push_back(std::arg(drive));
   }
-  model.scene.solve.methods.push_back(own);
+  const auto fixed = std::make_shared<touchfield::FixedModel>(*model.fixed);
+  fixed->scene.solve.methods.push_back(own);
+  model.fixed = fixed;
   const touchfield::Run run = touchfield::solve_model(model);
   std::fputs(touchfield::methods_table(run).c_str(), stdout);
   std::printf("own, by the run: relative_error %.6f\n", run.methods.back().metrics.relative_error);

@@ -22,7 +22,7 @@ class CommandLine(CommandTest):
         said = self.run_ok(*command, "--help").stdout
         for line in said.splitlines():
             self.assertLessEqual(len(line), 80 if not line.startswith("  touchfield") else 100, line)
-        below = re.findall(r"^  ([a-z]+) ", said.rpartition("\nOptions:\n")[2], re.MULTILINE)
+        below = re.findall(r"^  ([a-z]+) ", said.rpartition("\nOptions:\n")[2].partition("\nExamples:\n")[0], re.MULTILINE)
         return below, re.findall(r"^  (-\S+)(?: (\S[^\n]*?))?(?:  |\n)", said, re.MULTILINE)
 
     def commands(self):
@@ -141,7 +141,7 @@ class Arrays(CommandTest):
         self.assertEqual(self.line_of(self.positions(["x_mm,y_mm,z_mm"])), whole)
         self.assertEqual(self.line_of(self.positions(["x_m,y_mm,z_mm"], (1e-3, 1))), whole)
         self.assertEqual(self.line_of(self.positions([])), whole)
-        done = self.run_ok("run", self.scene("{grid: {count: [8, 8]}}"), "-o", "out")
+        done = self.run_ok("run", self.scene("{grid: {count: [8, 8]}}"), "-o", "out", "-v")
         self.assertIn(f"  array: {whole}", done.stderr)
 
     def test_slips_of_units(self):

@@ -102,7 +102,7 @@ class Docs(CommandTest):
         """Every option of a command and of its own commands."""
         said = self.run_ok(*command, "--help").stdout
         options = set(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", said))
-        commands = said.partition("\nSubcommands:\n")[2]
+        commands = said.partition("\nSubcommands:\n")[2].partition("\nExamples:\n")[0]
         for name in re.findall(r"^  ([a-z]+) ", commands, re.MULTILINE):
             options |= self.options_of(*command, name)
         return options
@@ -162,7 +162,7 @@ class Docs(CommandTest):
             self.fail("a command that this test does not know; output is a block of `text`")
 
     def test_commands(self):
-        listed = self.run_ok("--help").stdout.partition("\nSubcommands:\n")[2]
+        listed = self.run_ok("--help").stdout.partition("\nScenes:\n")[2].partition("\nExamples:\n")[0]
         self.commands = {name: self.options_of(name) for name in re.findall(r"^  ([a-z]+) ", listed, re.MULTILINE)}
         self.assertIn("--case-seconds", self.commands["sweep"])
         self.assertIn("--dwell", self.commands["array"])

@@ -127,7 +127,7 @@ class Study(CommandTest):
 
     def test_choices_are_listed_by_name(self):
         said = self.run_ok("study", "--help").stdout
-        self.assertIn("{burton_miller, burton_miller_polished, chief, paper, paper_corrected}", said)
+        self.assertIn("burton_miller|burton_miller_polished|chief|paper|paper_corrected", said)
         self.assertNotIn("->", said)
         refused = self.touchfield("study", self.scene, "--solvers", "lu,best")
         self.assertEqual(refused.returncode, 2)
