@@ -36,12 +36,10 @@ std::vector<std::uint8_t> read_samples(const std::string& path) {
 
 void add_device(CLI::App* command, DeviceOptions& options) {
   command
-      ->add_option(
-          "--to", options.device.link,
-          "Link to the array; a dry run accepts ?levels=N, a SonicSurface accepts ?firmware=primary|secondary|tactile")
-      ->type_name(
-          "dry-run|dry-run:FILE|sonicsurface:PORT|autd3-udp|autd3-udp:INTERFACE|autd3-udp:HOST:PORT|autd3-legacy:audit|"
-          "autd3-legacy:nop|autd3-legacy:remote:HOST:PORT|autd3-legacy:twincat")
+      ->add_option("--to", options.device.link,
+                   "Link to the array: dry-run, dry-run:FILE, sonicsurface:PORT, autd3-udp, ...; `touchfield array "
+                   "list` shows all")
+      ->type_name("LINK")
       ->capture_default_str();
   command
       ->add_option("--library", options.device.library,
