@@ -97,7 +97,7 @@ TEST(PermittedRate, IsAboveZeroAndWhatTheDeviceCarries) {
   for (const double rate : {0.0, -1.0, 50.1, kNan, kInfinity}) {
     request.rate = rate;
     EXPECT_THAT([&] { permitted_rate(request, kGraded, "a device"); },
-                ThrowsMessage<InputError>(HasSubstr("<= 50, what a device carries")));
+                ThrowsMessage<InputError>(HasSubstr("<= 50, the limit of a device")));
   }
 }
 
