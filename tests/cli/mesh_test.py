@@ -113,6 +113,7 @@ class Work(Mesh):
         vertices, _ = read_obj(self.folder / "rest.obj")
         numpy.testing.assert_allclose(vertices, [[0, 0, 5], [1, 0, 5], [0, 1, 5], [0, 0, 6]], atol=1e-6)
         self.refused(file, "--unit", "m", "-o", "out.glb", says=".glb is only read")
+        self.assertEqual((self.report(file)["unit"], self.report(file, "--unit", "mm")["unit"]), ("m", "mm"))
 
     def test_the_file_keeps_its_unit_unless_told(self):
         path = self.cube(vertices=CORNERS * 1e-3)
