@@ -1,15 +1,12 @@
 """Scenes made concrete, and runs of them."""
 
-import os
-import tempfile
-
 import numpy as np
 
 from . import _core, _display
 from ._arrays import Array, Wave, drives_of
 from ._bodies import Mesh
 from ._phases import Problem, Solution
-from ._plain import Part, core
+from ._plain import Part, core, file_content, read_content
 from ._progress import reporting
 from ._scenes import changes, source
 from ._targets import Target
@@ -181,11 +178,7 @@ class Run(Part):
     """The results of a scene. Arrays are read-only views of them."""
 
     def __reduce__(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "run.h5")
-            self._core.save(path)
-            with open(path, "rb") as file:
-                return _run_of_bytes, (file.read(),)
+        return _run_of_bytes, (file_content(self._core, "run.h5"),)
 
     @property
     def name(self):
@@ -402,11 +395,7 @@ class Run(Part):
 
 
 def _run_of_bytes(content):
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "run.h5")
-        with open(path, "wb") as file:
-            file.write(content)
-        return Run._of(_core.read_run(path))
+    return Run._of(read_content(content, "run.h5", _core.read_run))
 
 
 def run(scene, set=None, device=None, threads=None, own=None, progress=None):

@@ -1,12 +1,9 @@
 """Scenes that move, and what cameras see of them."""
 
-import os
-import tempfile
-
 from . import _core, _display
 from ._arrays import Array
 from ._bodies import Mesh
-from ._plain import Part
+from ._plain import Part, file_content, read_content
 from ._progress import reporting
 from ._scenes import changes, source
 
@@ -15,11 +12,7 @@ class Motion(Part):
     """The results of a scene that moves."""
 
     def __reduce__(self):
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "motion.h5")
-            self._core.save(path)
-            with open(path, "rb") as file:
-                return _motion_of_bytes, (file.read(),)
+        return _motion_of_bytes, (file_content(self._core, "motion.h5"),)
 
     @property
     def name(self):
@@ -150,11 +143,7 @@ class Motion(Part):
 
 
 def _motion_of_bytes(content):
-    with tempfile.TemporaryDirectory() as folder:
-        path = os.path.join(folder, "motion.h5")
-        with open(path, "wb") as file:
-            file.write(content)
-        return read_motion(path)
+    return read_content(content, "motion.h5", read_motion)
 
 
 def play(scene, out=None, set=None, device=None, *, force=False, threads=None, progress=None):

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import tempfile
 import warnings
 from decimal import Decimal
 
@@ -28,6 +29,24 @@ def millimetres(values):
     if hasattr(values, "__len__"):
         return [millimetres(value) for value in values]
     return float(Decimal(repr(float(values))) * 1000)
+
+
+def file_content(core, name):
+    """The bytes of the file NAME that a part of the library writes of itself."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, name)
+        core.save(path)
+        with open(path, "rb") as file:
+            return file.read()
+
+
+def read_content(content, name, read):
+    """What `read` makes of a file NAME with these bytes."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, name)
+        with open(path, "wb") as file:
+            file.write(content)
+        return read(path)
 
 
 class Part:
