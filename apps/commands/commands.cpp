@@ -11,7 +11,7 @@ namespace {
 struct Command {
   void (*add)(CLI::App&, Invocation&);
   const char* group;
-  const char* examples;  // a line each
+  const char* examples;  // a line each, each but the first after two spaces
 };
 
 constexpr const char* kStills = "Scenes";
@@ -23,28 +23,29 @@ constexpr const char* kHelp = "Help";
 
 constexpr Command kCommands[] = {
     {add_init_command, kStills, "touchfield init mine"},
-    {add_check_command, kStills, "touchfield check mine.yaml\ntouchfield check mine.yaml --accuracy"},
+    {add_check_command, kStills, "touchfield check mine.yaml\n  touchfield check mine.yaml --accuracy"},
     {add_run_command, kStills,
-     "touchfield run mine.yaml -o mine\n"
-     "touchfield run mine.yaml -o wide --set target.box.size_mm=[11,20,6]\n"
+     "touchfield run mine.yaml -o mine\n  "
+     "touchfield run mine.yaml -o wide --set target.box.size_mm=[11,20,6]\n  "
      "touchfield run --from mine -o again"},
     {add_sweep_command, kStills,
-     "touchfield sweep heights.yaml -o heights --jobs 2\ntouchfield sweep heights.yaml "
+     "touchfield sweep heights.yaml -o heights --jobs 2\n  touchfield sweep heights.yaml "
      "-o heights --resume"},
     {add_study_command, kStills, "touchfield study mine.yaml -o study"},
     {add_play_command, kMotions, "touchfield play moving.yaml -o played"},
     {add_live_command, kMotions,
-     "touchfield live moving.yaml -o live\ntouchfield live moving.yaml --to sonicsurface:/dev/ttyUSB0 --emit"},
+     "touchfield live moving.yaml -o live\n  touchfield live moving.yaml --to sonicsurface:/dev/ttyUSB0 --emit"},
     {add_see_command, kMotions, "touchfield see cameras.yaml -o images"},
     {add_fit_command, kMotions, "touchfield fit images -o hand"},
     {add_info_command, kResults, "touchfield info mine/run.h5"},
-    {add_compare_command, kResults, "touchfield compare mine wide\ntouchfield compare mine --points measured.csv"},
+    {add_compare_command, kResults, "touchfield compare mine wide\n  touchfield compare mine --points measured.csv"},
     {add_hand_command, kMeshes, "touchfield hand -o hand.stl --pose flat --edge-mm 3"},
-    {add_mesh_command, kMeshes, "touchfield mesh scan.ply --unit mm\ntouchfield mesh scan.ply --repair -o hand.obj"},
+    {add_mesh_command, kMeshes, "touchfield mesh scan.ply --unit mm\n  touchfield mesh scan.ply --repair -o hand.obj"},
     {add_send_command, kArrays,
-     "touchfield send mine/run.h5 --method surface\n"
+     "touchfield send mine/run.h5 --method surface\n  "
      "touchfield send mine/run.h5 --method surface --to sonicsurface:/dev/ttyUSB0 --emit"},
-    {add_array_command, kArrays, "touchfield array list\ntouchfield array walk --to sonicsurface:/dev/ttyUSB0 --emit"},
+    {add_array_command, kArrays,
+     "touchfield array list\n  touchfield array walk --to sonicsurface:/dev/ttyUSB0 --emit"},
     {add_doctor_command, kHelp, "touchfield doctor"},
     {add_schema_command, kHelp, "touchfield schema --format markdown"},
 };
@@ -57,11 +58,7 @@ void add_commands(CLI::App& app, Invocation& invocation) {
     const std::size_t before = all().size();
     command.add(app, invocation);
     CLI::App* added = all()[before];
-    std::string footer = "Examples:\n  ";
-    for (const char letter : std::string(command.examples)) {
-      footer += letter == '\n' ? std::string("\n  ") : std::string(1, letter);
-    }
-    added->group(command.group)->footer(footer);
+    added->group(command.group)->footer(std::string("Examples:\n  ") + command.examples);
   }
   add_link_processes(app, invocation);
 }
