@@ -1,9 +1,12 @@
-# The graphics card's part, libtouchfield_gpu.so: built where nvcc 12 or later is found, loaded when the program runs.
-set(TOUCHFIELD_CUDA AUTO CACHE STRING "Build the graphics card's library: AUTO (where nvcc 12 or later is found), ON or OFF")
+# The graphics card's part, libtouchfield_gpu.so, loaded when the program runs. It takes half of a build, so that it is
+# built by itself only where there is a card, whose driver makes this file.
+set(TOUCHFIELD_CUDA AUTO CACHE STRING
+    "Build the graphics card's library: AUTO (where there is a card, and nvcc 12 or later), ON or OFF")
+set(card_device /dev/nvidiactl)
 set_property(CACHE TOUCHFIELD_CUDA PROPERTY STRINGS AUTO ON OFF)
 
 set(TOUCHFIELD_HAS_CUDA OFF CACHE INTERNAL "")
-if(NOT TOUCHFIELD_CUDA STREQUAL OFF AND NOT TOUCHFIELD_SANITIZE)
+if(NOT TOUCHFIELD_SANITIZE AND (TOUCHFIELD_CUDA STREQUAL ON OR (TOUCHFIELD_CUDA STREQUAL AUTO AND EXISTS ${card_device})))
   include(CheckLanguage)
   check_language(CUDA)
   if(CMAKE_CUDA_COMPILER)

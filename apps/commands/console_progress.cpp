@@ -32,6 +32,11 @@ ConsoleProgress::ConsoleProgress(const CommonFlags& flags)
 
 ConsoleProgress::~ConsoleProgress() { clear_bar(); }
 
+void ConsoleProgress::expect(double seconds) {
+  expected_ = seconds;
+  expected_since_ = Clock::now();
+}
+
 void ConsoleProgress::log_to(const std::string& path) { log_.emplace(path); }
 
 void ConsoleProgress::begin(std::string_view what) {
@@ -39,8 +44,12 @@ void ConsoleProgress::begin(std::string_view what) {
   stages_.push_back({std::string(what), now, now + kFirstLine, kFirstLine});
   shown_percent_ = -1;
   if (terminal_ && !quiet_) {
-    clear_line();
-    say(fmt::format("  {} ...", stages_.back().what));
+    if (expected_since_) {
+      draw_total(now);
+    } else {
+      clear_line();
+      say(fmt::format("  {} ...", stages_.back().what));
+    }
     bar_shown_ = true;
   }
 }
@@ -58,7 +67,12 @@ void ConsoleProgress::advance(double fraction) {
       share > 0 && share < 1 && taken > 1 ? ", about " + span_text(taken * (1 / share - 1)) + " left" : "";
   if (terminal_ && !quiet_ && (percent != shown_percent_ || now - drawn_ > kRedraw)) {
     drawn_ = now;
-    draw_bar(percent, left);
+    shown_percent_ = percent;
+    if (expected_since_) {
+      draw_total(now);
+    } else {
+      draw_bar(percent, left);
+    }
   }
   if (now >= stage.next && share < 1) {
     stage.wait = std::min<Clock::duration>(2 * stage.wait, kLongestWait);
@@ -78,13 +92,21 @@ void ConsoleProgress::write_line(const std::string& line) {
   }
 }
 
+/// Of everything: by the time that has passed, as stages differ in what a share of them takes.
+void ConsoleProgress::draw_total(Clock::time_point now) {
+  constexpr double kMost = 0.99;  // before it is finished
+  const double passed = std::chrono::duration<double>(now - *expected_since_).count();
+  const double left = expected_ - passed;
+  draw_bar(static_cast<int>(100.0 * std::min(passed / std::max(expected_, 1e-3), kMost)),
+           left > 0 ? fmt::format(", about {} left", span_text(left)) : ", longer than expected");
+}
+
 void ConsoleProgress::draw_bar(int percent, const std::string& left) {
-  shown_percent_ = percent;
   constexpr int kWidth = 24;
   const int full = percent * kWidth / 100;
   clear_line();
-  say(fmt::format("  {} [{}{}] {:3d} %{}", stages_.back().what, std::string(static_cast<std::size_t>(full), '#'),
-                  std::string(static_cast<std::size_t>(kWidth - full), '.'), percent, left));
+  say(fmt::format("  [{}{}] {:3d} %{}: {}", std::string(static_cast<std::size_t>(full), '#'),
+                  std::string(static_cast<std::size_t>(kWidth - full), '.'), percent, left, stages_.back().what));
   bar_shown_ = true;
 }
 

@@ -15,13 +15,17 @@ namespace touchfield {
 std::string span_text(double seconds);
 
 /// Shows progress to a person on standard error, a bar on a terminal and plain lines elsewhere, and keeps every line in
-/// a log file if there is one. Details and stages of less than half a second are for the log alone, unless the user
-/// asks for all. A stage that lasts says in the log, and where there is no terminal, how far it is and how long it goes
-/// on: after 2 s, then each time twice as late, at most a minute apart.
+/// a log file if there is one. The bar is of the stage, or of everything if it is known how long that takes. Details
+/// and stages of less than half a second are for the log alone, unless the user asks for all. A stage that lasts says
+/// in the log, and where there is no terminal, how far it is and how long it still takes: after 2 s, then each time
+/// twice as late, at most a minute apart.
 class ConsoleProgress : public Progress {
  public:
   explicit ConsoleProgress(const CommonFlags& flags);
   ~ConsoleProgress() override;
+
+  /// How long everything from now on is expected to take [s]: bars then show how much of that has passed.
+  void expect(double seconds);
 
   /// From now on every line also goes to this file.
   /// throws   as LogFile
@@ -46,6 +50,7 @@ class ConsoleProgress : public Progress {
 
   void clear_bar();
   void draw_bar(int percent, const std::string& left);
+  void draw_total(Clock::time_point now);
   void write_line(const std::string& line);
 
   bool quiet_;  // warnings only
@@ -56,6 +61,8 @@ class ConsoleProgress : public Progress {
   Clock::time_point drawn_;
   std::vector<Stage> stages_;  // begun and not ended, one within another
   std::optional<LogFile> log_;
+  std::optional<Clock::time_point> expected_since_;
+  double expected_ = 0.0;  // [s]
 };
 
 }  // namespace touchfield

@@ -87,13 +87,14 @@ int run_command(const RunCommand& command, const Invocation& invoked) {
     for (const GivenLandmark& landmark : model.plan.landmarks) {
       progress.note(fmt::format("  landmark {} is {:.2f} mm off the skin", landmark.name, 1e3 * landmark.off));
     }
+    progress.expect(report.seconds);
     const Run run = run_model(model, {invoked.command_line, threads}, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
-    const auto picture =
-        std::ranges::find_if(files, [](const std::string& name) { return name.starts_with("pressure_"); });
-    if (picture != files.end()) {
-      progress.note(fmt::format("picture: {}", directory.file(*picture)));
+    for (const std::string& file : files) {
+      if (file == "report.html" || file.starts_with("overview.")) {
+        progress.note(fmt::format("open {}", directory.file(file)));
+      }
     }
     if (flags.json) {
       put(fmt::format("{}\n", json_text(run_json(run, directory.path()), 2)));

@@ -1,34 +1,55 @@
 #include "sim/batch/run_model.h"
 
+#include <filesystem>
+
 #include <fmt/format.h>
 
 #include "sim/pictures/figures.h"
 #include "sim/solve/stages.h"
 #include "sim/store/run_file.h"
+#include "sim/store/run_report.h"
 #include "sim/store/vtk_files.h"
 
 namespace touchfield {
 
 namespace {
 
+const std::string kSceneHeader =
+    "# The scene of this run with all defaults. Compute it again: touchfield run scene.yaml\n";
+
+/// Files for ParaView, and one that opens them together: the skin that was judged, the array, the fields.
 void write_vtk(const WriteSpec& write, const Run& run, const RunDirectory& directory) {
+  std::vector<std::string> together;
   if (write.vtp) {
     write_surface_vtp(directory.file("surface.vtp"), run);
     write_array_vtp(directory.file("array.vtp"), run);
     if (run.judge_model) {
       write_judge_vtp(directory.file("judge.vtp"), run);
     }
+    together = {run.judge_model ? "judge.vtp" : "surface.vtp", "array.vtp"};
   }
   if (write.vti) {
     for (const FieldResult& field : run.fields) {
-      write_field_vti(directory.file(field.grid.name + ".vti"), run, field);
+      together.push_back(field.grid.name + ".vti");
+      write_field_vti(directory.file(together.back()), run, field);
     }
+  }
+  if (!together.empty()) {
+    write_blocks(directory.file("run.vtm"), together);
   }
 }
 
+/// The pictures, and the page that shows them.
 void draw(const Run& run, PictureFormat format, const RunDirectory& directory, Progress& progress) {
   std::vector<std::pair<std::string, double>> unused;
-  timed(progress, unused, "pictures", "draw pictures", [&] { draw_figures(directory.path(), run, format); });
+  timed(progress, unused, "pictures", "draw pictures", [&] {
+    std::vector<std::string> names;
+    for (const std::string& file : draw_figures(directory.path(), run, format)) {
+      names.push_back(std::filesystem::path(file).filename().string());
+    }
+    write_text_file(directory.file("scene.yaml"), kSceneHeader + run.scene);
+    write_text_file(directory.file("report.html"), run_report(run, names));
+  });
 }
 
 void write_tables(const WriteSpec& write, const Run& run, const RunDirectory& directory) {
@@ -57,9 +78,13 @@ std::vector<std::string> run_files(const Scene& scene, std::optional<PictureForm
       files.push_back(field.name + ".vti");
     }
   }
+  if (scene.write.vtp || scene.write.vti) {
+    files.emplace_back("run.vtm");
+  }
   if (const auto format = picture_format(scene, asked)) {
     const std::string ending = to_string(*format);
-    files.insert(files.end(), {"setup." + ending, "target." + ending});
+    files.insert(files.end(),
+                 {"scene.yaml", "report.html", "overview." + ending, "setup." + ending, "target." + ending});
     for (const MethodSpec& method : scene.solve.methods) {
       files.push_back(fmt::format("pressure_{}.{}", method.name, ending));
       for (const FieldSpec& field : scene.fields) {

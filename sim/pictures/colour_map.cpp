@@ -19,21 +19,38 @@ constexpr std::array<std::array<double, 3>, 33> kViridis = {{
     {0.836, 0.886, 0.102}, {0.917, 0.896, 0.101}, {0.993, 0.906, 0.144},
 }};
 
-}  // namespace
+// At 0, 1/8, ... 1: magma from bright to dark, with the grey of a bare hand in place of its brightest end.
+constexpr std::array<std::array<double, 3>, 9> kSkinColours = {{{0.890, 0.890, 0.890},
+                                                                {0.985, 0.790, 0.560},
+                                                                {0.996, 0.624, 0.427},
+                                                                {0.955, 0.441, 0.365},
+                                                                {0.860, 0.284, 0.410},
+                                                                {0.700, 0.213, 0.476},
+                                                                {0.530, 0.157, 0.505},
+                                                                {0.370, 0.098, 0.500},
+                                                                {0.190, 0.060, 0.400}}};
 
-Colour viridis(double fraction) {
+template <std::size_t N>
+Colour interpolated(const std::array<std::array<double, 3>, N>& map, double fraction) {
   if (std::isnan(fraction)) {
     return kNoValue;
   }
-  const double at = std::clamp(fraction, 0.0, 1.0) * static_cast<double>(kViridis.size() - 1);
-  const auto below = std::min(static_cast<std::size_t>(at), kViridis.size() - 2);
+  const double at = std::clamp(fraction, 0.0, 1.0) * static_cast<double>(N - 1);
+  const auto below = std::min(static_cast<std::size_t>(at), N - 2);
   const double t = at - static_cast<double>(below);
   Colour colour{};
   for (std::size_t c = 0; c < colour.size(); ++c) {
-    colour[c] =
-        static_cast<std::uint8_t>(std::lround(255.0 * ((1.0 - t) * kViridis[below][c] + t * kViridis[below + 1][c])));
+    colour[c] = static_cast<std::uint8_t>(std::lround(255.0 * ((1.0 - t) * map[below][c] + t * map[below + 1][c])));
   }
   return colour;
+}
+
+}  // namespace
+
+Colour viridis(double fraction) { return interpolated(kViridis, fraction); }
+
+Colour skin_colour(double fraction) {
+  return std::isnan(fraction) ? kNoSkinValue : interpolated(kSkinColours, fraction);
 }
 
 }  // namespace touchfield

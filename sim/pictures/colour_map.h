@@ -13,7 +13,13 @@ using Colour = std::array<std::uint8_t, 3>;  // red, green, blue
 /// source   N. Smith, S. van der Walt, E. Firing: every eighth of its 256 published colours
 Colour viridis(double fraction);
 
-/// Where there is no value.
+/// For pressure on the skin: light grey at 0 (bare skin), then orange and red to dark violet at 1, each darker than the
+/// last; outside that range its ends, blue for NaN.
+///
+/// source   after magma by N. Smith and S. van der Walt, reversed
+Colour skin_colour(double fraction);
+
+inline constexpr Colour kNoSkinValue = {110, 175, 220};
 inline constexpr Colour kInk = {25, 25, 25};
 inline constexpr Colour kPaper = {255, 255, 255};
 inline constexpr Colour kNoValue = {150, 150, 150};

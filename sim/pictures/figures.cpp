@@ -14,6 +14,7 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/pictures/field_picture.h"
+#include "sim/pictures/overview_picture.h"
 #include "sim/pictures/picture_parts.h"
 #include "sim/pictures/setup_picture.h"
 #include "sim/pictures/skin_picture.h"
@@ -48,19 +49,15 @@ double top_of(const Run& run) {
   return skin_top(run.target ? run.target->amplitudes.maxCoeff() : 0.0, pressures);
 }
 
-/// The end of the colours for every picture of a plane.
-double field_top(const FieldResult& field) {
-  double top = 0.0;
-  for (const auto& [method, pressure] : field.pressure) {
-    std::vector<double> outside;
-    for (Eigen::Index i = 0; i < pressure.size(); ++i) {
-      if (field.inside[static_cast<std::size_t>(i)] == 0) {
-        outside.push_back(std::abs(pressure(i)));
-      }
+/// The end of the colours of a plane.
+double field_top(const FieldResult& field, const Eigen::VectorXcd& pressure) {
+  std::vector<double> outside;
+  for (Eigen::Index i = 0; i < pressure.size(); ++i) {
+    if (field.inside[static_cast<std::size_t>(i)] == 0) {
+      outside.push_back(std::abs(pressure(i)));
     }
-    top = std::max(top, quantile(std::move(outside), kTopShare));
   }
-  return round_above(top);
+  return round_above(quantile(std::move(outside), kTopShare));
 }
 
 /// The metrics that were computed, in words.
@@ -76,7 +73,7 @@ std::string metrics_text(const Metrics& metrics) {
       std::isnan(metrics.width_wanted_mm) ? "" : fmt::format(" (wanted {:.1f})", metrics.width_wanted_mm);
   add(metrics.width_mm, fmt::format("width {:.1f} mm{}", metrics.width_mm, wanted));
   add(metrics.leakage, fmt::format("leakage {:.0f} %", 100.0 * metrics.leakage));
-  add(metrics.peak_pa, fmt::format("peak {:.0f} Pa", metrics.peak_pa));
+  add(metrics.peak_pa, fmt::format("peak {:.3g} kPa", 1e-3 * metrics.peak_pa));
   return text;
 }
 
@@ -86,8 +83,9 @@ struct Picture {
   std::function<std::string()> draw;
 };
 
-void add_skin(const Run& run, const SkinPictures& skin, std::vector<Picture>& pictures) {
+void add_skin(const Run& run, const SkinPictures& skin, PictureFormat format, std::vector<Picture>& pictures) {
   const double top = top_of(run);
+  pictures.push_back({"overview", [&run, top, format] { return overview_picture(run, top, format); }});
   const auto add = [&](const std::string& name, const Eigen::VectorXd& values, const std::string& subtitle,
                        const std::string& caption) {
     const SkinText text = {.title = run.name, .subtitle = subtitle, .caption = caption};
@@ -97,8 +95,8 @@ void add_skin(const Run& run, const SkinPictures& skin, std::vector<Picture>& pi
     Eigen::VectorXd wanted = Eigen::VectorXd::Zero(run.mesh.face_count());
     wanted(run.target->faces) = run.target->amplitudes;
     add("target", wanted, "wanted pressure",
-        fmt::format("{} of {} faces, up to {:.6g} Pa", run.target->size(), run.mesh.face_count(),
-                    *std::ranges::max_element(run.target->amplitudes)));
+        fmt::format("{} of {} faces, up to {:.4g} kPa", run.target->size(), run.mesh.face_count(),
+                    1e-3 * *std::ranges::max_element(run.target->amplitudes)));
   }
   for (const MethodResult& result : run.methods) {
     if (result.pressure.size() != 0) {
@@ -113,13 +111,17 @@ void add_planes(const Run& run, PictureFormat format, std::vector<Picture>& pict
     if (!is_plane(field.grid)) {
       continue;
     }
-    const double top = field_top(field);
+    double loudest = 0.0;
     for (const auto& [method, pressure] : field.pressure) {
-      pictures.push_back({fmt::format("field_{}_{}", field.grid.name, method),
-                          [&run, &field, &pressure = pressure, top, format,
-                           subtitle = fmt::format("field {}, method {}", field.grid.name, method)] {
-                            return field_picture(run, field, pressure, top, subtitle, format);
-                          }});
+      loudest = std::max(loudest, field_top(field, pressure));
+    }
+    for (const auto& [method, pressure] : field.pressure) {
+      pictures.push_back(
+          {fmt::format("field_{}_{}", field.grid.name, method),
+           [&run, &field, &pressure = pressure, loudest, format,
+            subtitle = fmt::format("field {}, method {}", field.grid.name, method)] {
+             return field_picture(run, field, pressure, {field_top(field, pressure), loudest}, subtitle, format);
+           }});
     }
   }
 }
@@ -137,7 +139,7 @@ std::vector<Picture> pictures_of(const Run& run, PictureFormat format, std::opti
       pictures.push_back({"setup", [&run, format] { return setup_picture(run, format); }});
     }
     skin.emplace(run, format);
-    add_skin(run, *skin, pictures);
+    add_skin(run, *skin, format, pictures);
   }
   add_planes(run, format, pictures);
   return pictures;

@@ -9,7 +9,8 @@
 namespace touchfield {
 
 /// Pictures of a run: setup.png shows array and skin. Of the skin seen from the array's side: target.png (the wanted
-/// |p|) and pressure_NAME.png for every method, one colour scale for all, with a colour bar and a caption. Also
+/// |p|) and pressure_NAME.png for every method, and overview.png with all of these side by side; one colour scale for
+/// all, with a colour bar and a caption. Also
 /// field_NAME_METHOD.png for every plane among the fields. The ending is the format's. Each says in its file's texts
 /// which run it shows: Software, Source, Description, Scene hash (see Canvas::describe). Whole or not at all.
 ///

@@ -88,6 +88,16 @@ double strip_top(const std::vector<MotionInstant>& instants) {
   return skin_top(most_wanted, pressures);
 }
 
+double most_pressure(const std::vector<MotionInstant>& instants) {
+  double most = 0.0;
+  for (const MotionInstant& instant : instants) {
+    for (const auto& [method, pressure] : instant.pressure) {
+      most = std::max(most, quantile(magnitudes(pressure), 1.0));
+    }
+  }
+  return most;
+}
+
 /// The error of a method's score at a time, in words; empty if there is none.
 std::string error_text(const Motion& motion, const std::string& name, double time) {
   constexpr double kSameTime = 1e-9;  // [s]
@@ -108,14 +118,16 @@ void draw_column(Canvas& canvas, const Motion& motion, const MotionInstant& inst
   SkinView own = view;
   own.panel = layout.panel(0, column);
   const SkinSight sight(own, instant.mesh);
-  const std::vector<Eigen::Vector2d> outline =
-      instant.target ? sight.visible(instant.mesh.vertices(), target_outline(instant.mesh, *instant.target))
-                     : std::vector<Eigen::Vector2d>();
+  std::vector<Eigen::Vector2d> outline;
+  if (instant.target) {
+    const Lines lines = target_outline(instant.mesh, *instant.target);
+    outline = sight.visible(lines.points, lines.ends);
+  }
   for (int row = 0; row < layout.rows; ++row) {
     const auto& [method, pressure] = instant.pressure[static_cast<std::size_t>(row)];
     std::vector<Colour> colours;
     for (const double value : magnitudes(pressure)) {
-      colours.push_back(viridis(value / top));
+      colours.push_back(skin_colour(value / top));
     }
     const PixelBox box = layout.panel(row, column);
     canvas.image(box, sight.image(colours, canvas.format() == PictureFormat::kPng ? 1 : 2));
@@ -150,12 +162,10 @@ void draw_motion_strip(const std::string& path, const Motion& motion, const std:
   PixelBox lowest = layout.panel(layout.rows - 1, 0);
   lowest.y -= kBelow;
   draw_scale_bar(canvas, lowest, view.scale);
-  draw_colour_bar(canvas, top);
+  draw_colour_bar(canvas, skin_bar(top, most_pressure(instants)));
   draw_title(canvas, motion.name, "the skin over time, one row per method");
   draw_caption(canvas, extent_label(motion.judged_skin),
-               fmt::format("Seen from the array's side, from one place. Colours from 0 to {:.6g} Pa; values above are "
-                           "clipped. Red: the target's outline.",
-                           top));
+               "Seen from the array's side, from one place. Green: where the target's box meets the skin.");
   write_atomically(path, {canvas.file()});
 }
 

@@ -12,7 +12,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr PixelBox kBar = {1085, 130, 26, 640};
 constexpr int kLeft = 30;  // [pixels]
 constexpr double kTextWidth = kPictureWidth - 2.0 * kLeft;
 
@@ -120,14 +119,11 @@ double quantile(std::vector<double> values, double share) {
 }
 
 double skin_top(double most_wanted, const std::vector<const Eigen::VectorXcd*>& pressures) {
-  constexpr double kTopOfWanted = 2.0;
-  double top = kTopOfWanted * most_wanted;
-  if (!(most_wanted > 0)) {
-    for (const Eigen::VectorXcd* pressure : pressures) {
-      top = std::max(top, quantile(magnitudes(*pressure), kTopShare));
-    }
+  double top = 0.0;
+  for (const Eigen::VectorXcd* pressure : pressures) {
+    top = std::max(top, quantile(magnitudes(*pressure), kTopShare));
   }
-  return round_above(top);
+  return round_above(most_wanted > 0 ? std::clamp(top, most_wanted, 2.0 * most_wanted) : top);
 }
 
 std::vector<double> magnitudes(const Eigen::VectorXcd& pressure) {
@@ -165,16 +161,31 @@ void draw_caption(Canvas& canvas, const std::string& first, const std::string& s
   draw_fitted(canvas, kLeft, 24, second, {.size = 15}, kTextWidth);
 }
 
-void draw_colour_bar(Canvas& canvas, double top, double bottom, const std::string& label) {
-  canvas.image(kBar, [](int, int j) { return viridis((j + 0.5) / kBar.height); });
-  canvas.frame(kBar, kInk, 1.0);
-  canvas.text(kBar.x + 0.5 * kBar.width, kBar.y + kBar.height + 26, label, {.size = 18, .align = Align::kCentre});
-  const int right = kBar.x + kBar.width;
-  for (const double tick : even_ticks(bottom, top, 8)) {
-    const double y = kBar.y + kBar.height * ((tick - bottom) / (top - bottom));
+void draw_colour_bar(Canvas& canvas, const ColourBar& bar) {
+  constexpr double kPoint = 22.0;  // [pixels]
+  const PixelBox& box = bar.box;
+  const double middle = box.x + 0.5 * box.width;
+  const double upper = box.y + box.height;
+  const int right = box.x + box.width;
+  canvas.image(box, [&](int, int j) { return bar.map((j + 0.5) / box.height); });
+  canvas.frame(box, kInk, 1.0);
+  const bool clipped = bar.most > bar.top;
+  if (clipped) {
+    canvas.polygon({{box.x, upper + 3}, {right, upper + 3}, {middle, upper + 3 + kPoint}}, bar.map(1.0));
+    draw_fitted(canvas, right + 10, upper + 3 + 0.5 * kPoint, fmt::format("to {:.3g}", bar.most), {.size = 16},
+                kPictureWidth - right - 16);
+  }
+  canvas.text(middle, upper + (clipped ? kPoint : 0.0) + 24, bar.label, {.size = 18, .align = Align::kCentre});
+  for (const double tick : even_ticks(bar.bottom, bar.top, std::clamp(box.height / 60, 2, 8))) {
+    const double y = box.y + box.height * ((tick - bar.bottom) / (bar.top - bar.bottom));
     canvas.line({right, y}, {right + 6, y}, kInk, 1.0);
     draw_fitted(canvas, right + 10, y, fmt::format("{:.6g}", tick), {.size = 16}, kPictureWidth - right - 16);
   }
+}
+
+ColourBar skin_bar(double top, double most) {
+  constexpr double kKilopascal = 1e3;
+  return {.label = "|p| [kPa]", .top = top / kKilopascal, .map = skin_colour, .most = most / kKilopascal};
 }
 
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) {

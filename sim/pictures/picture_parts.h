@@ -35,13 +35,13 @@ std::vector<LogTick> log_ticks(double low, double high);
 /// The value that a share of the finite ones among `values` does not exceed; 0 if there is none.
 double quantile(std::vector<double> values, double share);
 
-/// The end of the colours of every picture of a skin [Pa]: twice the largest wanted amplitude, rounded up, so that a
-/// method that presses ten times as hard, as a plain focus does, leaves the others their colours. Where nothing is
-/// wanted (0): the largest of the pressures' 99.9th percentiles, so that a single hot face does not darken all others.
+/// The end of the colours of every picture of a skin [Pa], rounded up: the largest of the pressures' 99.5th
+/// percentiles, so that a single hot face does not darken all others. Where a pressure is wanted it is at least that
+/// and at most twice that, so that a method that presses ten times as hard leaves the others their colours.
 double skin_top(double most_wanted, const std::vector<const Eigen::VectorXcd*>& pressures);
 
 /// The share of the faces of a field or a skin that colours end at.
-inline constexpr double kTopShare = 0.999;
+inline constexpr double kTopShare = 0.995;
 
 /// |p| of each.
 std::vector<double> magnitudes(const Eigen::VectorXcd& pressure);
@@ -62,8 +62,20 @@ void draw_caption(Canvas& canvas, const std::string& first, const std::string& s
 /// A caption with extent_label behind it.
 std::string with_label(const std::string& caption, SkinExtent extent);
 
-/// The colours of values from `bottom` to `top` at the right side of the picture.
-void draw_colour_bar(Canvas& canvas, double top, double bottom = 0.0, const std::string& label = "|p| [Pa]");
+/// What the colours of a picture mean: those of values from `bottom` to `top`.
+struct ColourBar {
+  PixelBox box = {1085, 130, 26, 640};  // at the right side of the picture
+  std::string label;
+  double bottom = 0.0;
+  double top = 1.0;
+  Colour (*map)(double) = viridis;
+  double most = 0.0;  // of the values: above `top` the bar ends in a point, with this number
+};
+
+void draw_colour_bar(Canvas& canvas, const ColourBar& bar);
+
+/// Of pressures on the skin up to `top` [Pa], the largest of which is `most` [Pa].
+ColourBar skin_bar(double top, double most);
 
 /// A mesh in its panel, one colour a face; finer than the picture in a PDF or SVG, which are made for print.
 void draw_sight(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours);

@@ -22,7 +22,6 @@ constexpr double kElevation = 25.0 * std::numbers::pi / 180.0;  // of the eye ab
 constexpr double kAzimuth = 25.0 * std::numbers::pi / 180.0;    // to the right of straight in front
 constexpr Colour kTransducer = {128, 138, 152};
 constexpr Colour kSkin = {232, 200, 178};
-constexpr Colour kTarget = {235, 30, 60};
 
 double least_distance(const Points& positions) {
   double least = HUGE_VAL;
@@ -52,11 +51,10 @@ SkinView side_view(const Vector3& facing, const Points& points) {
 }
 
 void draw_target(Canvas& canvas, const Run& run, const SkinView& view) {
-  const Eigen::Matrix2Xi outline = target_outline(run.mesh, *run.target);
-  for (Eigen::Index e = 0; e < outline.cols(); ++e) {
-    canvas.path(
-        {view.pixel(run.mesh.vertices().col(outline(0, e))), view.pixel(run.mesh.vertices().col(outline(1, e)))},
-        kTarget, 1.5);
+  const Lines lines = run.target->boxes.empty() ? target_outline(run.mesh, *run.target) : box_edges(run.target->boxes);
+  for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {
+    canvas.path({view.pixel(lines.points.col(lines.ends(0, e))), view.pixel(lines.points.col(lines.ends(1, e)))},
+                kTargetColour, 1.5);
   }
 }
 
@@ -117,9 +115,8 @@ std::string setup_picture(const Run& run, PictureFormat format) {
   draw_scale_bar(canvas, kPanel, sight.view().scale);
   draw_directions(canvas, sight.view());
   draw_title(canvas, run.name, "array and skin");
-  draw_caption(
-      canvas, fmt::format("{} transducers, {} faces", run.array.size(), run.mesh.face_count()),
-      fmt::format("Parallel projection.{}", run.target ? " Red: the target's outline, through the skin." : ""));
+  draw_caption(canvas, fmt::format("{} transducers, {} faces", run.array.size(), run.mesh.face_count()),
+               fmt::format("Parallel projection.{}", run.target ? " Green: the target, through the skin." : ""));
   return canvas.file();
 }
 

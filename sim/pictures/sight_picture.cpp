@@ -170,7 +170,7 @@ void draw_sights(const std::string& path, const std::string& title, const std::s
                                               kSights.y + (rows - 1 - s / columns) * height, width, height - kGap},
                                              nearest, farthest);
   }
-  draw_colour_bar(canvas, farthest / kMillimetre, nearest / kMillimetre, "depth [mm]");
+  draw_colour_bar(canvas, {.label = "depth [mm]", .bottom = nearest / kMillimetre, .top = farthest / kMillimetre});
   draw_title(canvas, title, subtitle);
   draw_caption(canvas, "left: the view of the camera; right: the measured depths of the framed part",
                "red: skin in view without a measured depth");

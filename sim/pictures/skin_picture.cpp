@@ -40,6 +40,72 @@ SkinView inside(SkinView close, const SkinView& whole) {
   return close;
 }
 
+/// Sides of the target's faces that no other face of the target shares.
+Eigen::Matrix2Xi sides_of_faces(const TriangleMesh& mesh, const Target& target) {
+  std::map<std::pair<int, int>, int> uses;
+  for (const Eigen::Index face : target.faces) {
+    for (int c = 0; c < 3; ++c) {
+      ++uses[std::minmax({mesh.triangles()(c, face), mesh.triangles()((c + 1) % 3, face)})];
+    }
+  }
+  std::erase_if(uses, [](const auto& use) { return use.second != 1; });
+  Eigen::Matrix2Xi edges(2, static_cast<Eigen::Index>(uses.size()));
+  Eigen::Index e = 0;
+  for (const auto& [edge, count] : uses) {
+    edges.col(e++) << edge.first, edge.second;
+  }
+  return edges;
+}
+
+/// The part of a line from a to b that has |x| <= half along an axis; false if none is left.
+bool clip(Vector3& a, Vector3& b, int axis, double half) {
+  for (const double side : {-1.0, 1.0}) {
+    const double from = half - side * a[axis];
+    const double to = half - side * b[axis];
+    if (from < 0 && to < 0) {
+      return false;
+    }
+    if (from < 0) {
+      a += from / (from - to) * (b - a);
+    } else if (to < 0) {
+      b += to / (to - from) * (a - b);
+    }
+  }
+  return true;
+}
+
+/// The ends of the line along which the plane x[axis] = place cuts a face; empty if it does not.
+std::vector<Vector3> cut_of_face(const Eigen::Matrix3d& corners, int axis, double place) {
+  std::vector<Vector3> cut;
+  for (int c = 0; c < 3; ++c) {
+    const Vector3 a = corners.col(c);
+    const Vector3 b = corners.col((c + 1) % 3);
+    if ((a[axis] < place) != (b[axis] < place)) {
+      cut.emplace_back(a + (place - a[axis]) / (b[axis] - a[axis]) * (b - a));
+    }
+  }
+  return cut;
+}
+
+/// Adds the ends of the lines along which a box's sides cut the faces of a mesh.
+void add_section(const TriangleMesh& mesh, const TargetBox& box, std::vector<Vector3>& ends) {
+  const Points own = box.rotation.transpose() * (mesh.vertices().colwise() - box.centre);
+  const Vector3 half = 0.5 * box.size;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    Eigen::Matrix3d corners;
+    corners << own.col(mesh.triangles()(0, f)), own.col(mesh.triangles()(1, f)), own.col(mesh.triangles()(2, f));
+    for (int side = 0; side < 6; ++side) {
+      const int axis = side / 2;
+      std::vector<Vector3> cut = cut_of_face(corners, axis, side % 2 == 0 ? half[axis] : -half[axis]);
+      if (!cut.empty() && clip(cut[0], cut[1], (axis + 1) % 3, half[(axis + 1) % 3]) &&
+          clip(cut[0], cut[1], (axis + 2) % 3, half[(axis + 2) % 3])) {
+        ends.emplace_back(box.centre + box.rotation * cut[0]);
+        ends.emplace_back(box.centre + box.rotation * cut[1]);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 SkinPanels skin_panels(const Run& run) {
@@ -68,34 +134,55 @@ Points target_corners(const TriangleMesh& mesh, const Target& target) {
   return corners;
 }
 
-Eigen::Matrix2Xi target_outline(const TriangleMesh& mesh, const Target& target) {
-  std::map<std::pair<int, int>, int> uses;
-  for (const Eigen::Index face : target.faces) {
-    for (int c = 0; c < 3; ++c) {
-      ++uses[std::minmax({mesh.triangles()(c, face), mesh.triangles()((c + 1) % 3, face)})];
+Lines target_outline(const TriangleMesh& mesh, const Target& target) {
+  if (target.boxes.empty()) {
+    return {mesh.vertices(), sides_of_faces(mesh, target)};
+  }
+  std::vector<Vector3> ends;
+  for (const TargetBox& box : target.boxes) {
+    add_section(mesh, box, ends);
+  }
+  Lines lines{Points(3, static_cast<Eigen::Index>(ends.size())),
+              Eigen::Matrix2Xi(2, static_cast<Eigen::Index>(ends.size() / 2))};
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    lines.points.col(static_cast<Eigen::Index>(i)) = ends[i];
+    lines.ends(static_cast<Eigen::Index>(i % 2), static_cast<Eigen::Index>(i / 2)) = static_cast<int>(i);
+  }
+  return lines;
+}
+
+Lines box_edges(const std::vector<TargetBox>& boxes) {
+  const auto count = static_cast<Eigen::Index>(boxes.size());
+  Lines lines{Points(3, 8 * count), Eigen::Matrix2Xi(2, 12 * count)};
+  Eigen::Index e = 0;
+  for (Eigen::Index b = 0; b < count; ++b) {
+    const TargetBox& box = boxes[static_cast<std::size_t>(b)];
+    for (int corner = 0; corner < 8; ++corner) {
+      const Vector3 sign((corner & 1) != 0 ? 0.5 : -0.5, (corner & 2) != 0 ? 0.5 : -0.5,
+                         (corner & 4) != 0 ? 0.5 : -0.5);
+      lines.points.col(8 * b + corner) = box.centre + box.rotation * sign.cwiseProduct(box.size);
+      for (const int axis : {1, 2, 4}) {
+        if ((corner & axis) == 0) {
+          lines.ends.col(e++) << static_cast<int>(8 * b) + corner, static_cast<int>(8 * b) + corner + axis;
+        }
+      }
     }
   }
-  std::erase_if(uses, [](const auto& use) { return use.second != 1; });
-  Eigen::Matrix2Xi edges(2, static_cast<Eigen::Index>(uses.size()));
-  Eigen::Index e = 0;
-  for (const auto& [edge, count] : uses) {
-    edges.col(e++) << edge.first, edge.second;
-  }
-  return edges;
+  return lines;
 }
 
 void draw_outline(Canvas& canvas, const std::vector<Eigen::Vector2d>& ends, const Eigen::Vector2d& shift) {
-  constexpr Colour kOutline = {235, 30, 60};
-  constexpr double kOutlineWidth = 2.0;  // [pixels]
-  for (std::size_t i = 0; i < ends.size(); i += 2) {
-    canvas.path({ends[i] + shift, ends[i + 1] + shift}, kOutline, kOutlineWidth);
+  for (const auto& [colour, width] : {std::pair{kPaper, 4.0}, {kTargetColour, 2.0}}) {
+    for (std::size_t i = 0; i < ends.size(); i += 2) {
+      canvas.path({ends[i] + shift, ends[i + 1] + shift}, colour, width);
+    }
   }
 }
 
 SkinPictures::SkinPictures(const Run& run, PictureFormat format)
     : run_(run),
       format_(format),
-      outline_(run.target ? target_outline(run.mesh, *run.target) : Eigen::Matrix2Xi(2, 0)),
+      outline_(run.target ? target_outline(run.mesh, *run.target) : Lines{Points(3, 0), Eigen::Matrix2Xi(2, 0)}),
       body_(skin_panels(run).body, run.mesh) {
   if (const auto close = skin_panels(run).target) {
     target_.emplace(*close, run.mesh);
@@ -104,13 +191,13 @@ SkinPictures::SkinPictures(const Run& run, PictureFormat format)
 
 void SkinPictures::draw_panel(Canvas& canvas, const SkinSight& sight, const std::vector<Colour>& colours) const {
   draw_sight(canvas, sight, colours);
-  draw_outline(canvas, sight.visible(run_.mesh.vertices(), outline_));
+  draw_outline(canvas, sight.visible(outline_.points, outline_.ends));
 }
 
 std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, const SkinText& text) const {
   std::vector<Colour> colours;
   colours.reserve(static_cast<std::size_t>(values.size()));
-  std::ranges::transform(values, std::back_inserter(colours), [&](double value) { return viridis(value / top); });
+  std::ranges::transform(values, std::back_inserter(colours), [&](double value) { return skin_colour(value / top); });
 
   Canvas canvas(kPictureWidth, kPictureHeight, format_);
   describe(canvas, run_.provenance);
@@ -122,13 +209,11 @@ std::string SkinPictures::picture(const Eigen::VectorXd& values, double top, con
     canvas.frame(target_->view().panel, kFrame, 1.0);
     canvas.frame(footprint(target_->view(), body_.view()), kFrame, 1.0);
   }
-  draw_colour_bar(canvas, top);
+  draw_colour_bar(canvas, skin_bar(top, quantile({values.begin(), values.end()}, 1.0)));
   draw_title(canvas, text.title, text.subtitle);
-  const std::string legend = run_.target ? " Red: the target's outline." : "";
   draw_caption(canvas, text.caption,
-               fmt::format("Seen from the array's side. Colours from 0 to {:.6g} Pa in every picture of this run's "
-                           "skin; values above are clipped.{}",
-                           top, legend));
+               fmt::format("Seen from the array's side. All pictures of this run's skin share these colours.{}",
+                           run_.target ? " Green: where the target's box meets the skin." : ""));
   return canvas.file();
 }
 

@@ -27,6 +27,12 @@ struct SkinText {
   std::string caption;
 };
 
+/// Pieces of straight lines, from point(0, e) to point(1, e).
+struct Lines {
+  Points points;          // 3 x P [m]
+  Eigen::Matrix2Xi ends;  // 2 x E
+};
+
 /// The skin of a run, looked at once for all its pictures.
 class SkinPictures {
  public:
@@ -42,18 +48,24 @@ class SkinPictures {
 
   const Run& run_;
   PictureFormat format_;
-  Eigen::Matrix2Xi outline_;
+  Lines outline_;
   SkinSight body_;
   std::optional<SkinSight> target_;
 };
 
-/// Sides of the target's faces that no other face of the target shares, 2 x E vertices.
-Eigen::Matrix2Xi target_outline(const TriangleMesh& mesh, const Target& target);
+/// Where the surfaces of the target's boxes cut the skin. Of a target that does not say its boxes: the sides of its
+/// faces that no other face of the target shares.
+Lines target_outline(const TriangleMesh& mesh, const Target& target);
+
+/// The twelve edges of each box of the target.
+Lines box_edges(const std::vector<TargetBox>& boxes);
 
 /// The corners of the target's faces, 3 x 3 K.
 Points target_corners(const TriangleMesh& mesh, const Target& target);
 
-/// Draws the pieces that SkinSight::visible gives in the colour of targets, moved by `shift` [pixels].
+inline constexpr Colour kTargetColour = {0, 120, 80};
+
+/// Draws the pieces that SkinSight::visible gives in the colour of targets on white, moved by `shift` [pixels].
 void draw_outline(Canvas& canvas, const std::vector<Eigen::Vector2d>& ends,
                   const Eigen::Vector2d& shift = Eigen::Vector2d::Zero());
 

@@ -10,6 +10,7 @@ namespace {
 
 constexpr int kSamples = 4;       // a pixel, along each side
 constexpr double kAmbient = 0.7;  // the share of a face's colour that shading leaves alone
+constexpr double kCrease = 0.8;   // cosine of the angle between a face and its vertices from which on it is flat
 
 Camera camera_of(const SkinView& view) {
   Camera camera;
@@ -41,41 +42,90 @@ bool seen_at(const Raster& raster, const SeenPoint& place) {
   return place[3] <= farthest + kSlack;
 }
 
+/// Means of the normals of the faces round each vertex, weighted by area; not of unit length.
+Points vertex_normals(const TriangleMesh& mesh) {
+  Points normals = Points::Zero(3, mesh.vertex_count());
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      normals.col(mesh.triangles()(c, f)) += mesh.areas()(f) * mesh.normals().col(f);
+    }
+  }
+  return normals;
+}
+
+/// The light on a face at a place of the image.
+class FaceLight {
+ public:
+  FaceLight(const Camera& camera, const Vector3& direction, const TriangleMesh& mesh)
+      : direction_(direction),
+        mesh_(mesh),
+        seen_(seen_points(camera, mesh.vertices())),
+        normals_(vertex_normals(mesh).colwise().normalized()) {}
+
+  double operator()(Eigen::Index face, double column, double row) const {
+    const auto corners = mesh_.triangles().col(face);
+    const Vector3 flat = mesh_.normals().col(face);
+    Eigen::Matrix2d sides;
+    sides << seen_.col(corners[1]).head<2>() - seen_.col(corners[0]).head<2>(),
+        seen_.col(corners[2]).head<2>() - seen_.col(corners[0]).head<2>();
+    const Eigen::Vector2d from = Eigen::Vector2d(column, row) - seen_.col(corners[0]).head<2>();
+    const Eigen::Vector2d along = sides.inverse() * from;
+    const Vector3 smooth = ((1.0 - along.sum()) * normals_.col(corners[0]) + along[0] * normals_.col(corners[1]) +
+                            along[1] * normals_.col(corners[2]))
+                               .normalized();
+    const Vector3& normal = smooth.dot(flat) > kCrease ? smooth : flat;
+    return kAmbient + (1.0 - kAmbient) * std::abs(direction_.dot(normal));
+  }
+
+ private:
+  Vector3 direction_;
+  const TriangleMesh& mesh_;
+  SeenPoints seen_;
+  Points normals_;
+};
+
 }  // namespace
 
 SkinSight::SkinSight(const SkinView& view, const TriangleMesh& mesh)
     : view_(view),
       camera_(camera_of(view)),
       raster_(rasterise(camera_, mesh.vertices(), mesh.triangles())),
-      shade_(kAmbient + (1.0 - kAmbient) * (view.direction.transpose() * mesh.normals()).array().abs()) {}
-
-ColourImage SkinSight::image(const std::vector<Colour>& colours, int finer) const {
-  std::vector<Colour> shaded(colours.size());
-  for (std::size_t f = 0; f < colours.size(); ++f) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      shaded[f][c] = static_cast<std::uint8_t>(
-          std::lround(shade_(static_cast<Eigen::Index>(f)) * static_cast<double>(colours[f][c])));
+      shade_(raster_.face.size()) {
+  const FaceLight light(camera_, view.direction, mesh);
+#pragma omp parallel for schedule(static)
+  for (int row = 0; row < raster_.height; ++row) {
+    for (int column = 0; column < raster_.width; ++column) {
+      const std::size_t at = raster_.index(column, row);
+      if (raster_.face[at] != Raster::kNothing) {
+        shade_[at] = static_cast<std::uint8_t>(std::lround(255.0 * light(raster_.face[at], column + 0.5, row + 0.5)));
+      }
     }
   }
+}
+
+ColourImage SkinSight::image(const std::vector<Colour>& colours, int finer) const {
   const int samples = kSamples / finer;
   const int count = samples * samples;
   ColourImage image(finer * view_.panel.width, finer * view_.panel.height);
 #pragma omp parallel for schedule(static)
   for (int row = 0; row < image.height; ++row) {
     for (int column = 0; column < image.width; ++column) {
-      std::array<int, 3> sum = {count / 2, count / 2, count / 2};  // to the nearest
+      const int whole = 255 * count;
+      std::array<int, 3> sum = {whole / 2, whole / 2, whole / 2};  // to the nearest
       for (int j = samples * row; j < samples * (row + 1); ++j) {
         for (int i = samples * column; i < samples * (column + 1); ++i) {
-          const int face = raster_.face[raster_.index(i, j)];
-          const Colour& colour = face == Raster::kNothing ? kPaper : shaded[static_cast<std::size_t>(face)];
+          const std::size_t at = raster_.index(i, j);
+          const int face = raster_.face[at];
+          const Colour& colour = face == Raster::kNothing ? kPaper : colours[static_cast<std::size_t>(face)];
+          const int light = face == Raster::kNothing ? 255 : shade_[at];
           for (std::size_t c = 0; c < 3; ++c) {
-            sum[c] += colour[c];
+            sum[c] += light * colour[c];
           }
         }
       }
       Colour& pixel = image.at(column, row);
       for (std::size_t c = 0; c < 3; ++c) {
-        pixel[c] = static_cast<std::uint8_t>(sum[c] / count);
+        pixel[c] = static_cast<std::uint8_t>(sum[c] / whole);
       }
     }
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "sim/mesh/raster/raster.h"
@@ -17,8 +18,8 @@ class SkinSight {
 
   const SkinView& view() const { return view_; }
 
-  /// The panel with one colour a face on white. Faces that are seen head-on have exactly their colour; slanted ones are
-  /// shaded down to 70 % of it.
+  /// The panel with one colour per face on white. Skin that is seen head-on has exactly its colour. Slanted skin is
+  /// darker, down to 70 %; the light follows the normal, interpolated between vertices except at creases.
   /// finer   1, 2 or 4: how many pixels of the image a pixel of the picture has along each side
   ColourImage image(const std::vector<Colour>& colours, int finer) const;
 
@@ -30,7 +31,7 @@ class SkinSight {
   SkinView view_;
   Camera camera_;
   Raster raster_;
-  Eigen::VectorXd shade_;  // of each face
+  std::vector<std::uint8_t> shade_;  // of each sample: 255 leaves the colour alone
 };
 
 }  // namespace touchfield

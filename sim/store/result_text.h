@@ -11,6 +11,9 @@ namespace touchfield {
 /// A share as "12.34 %"; "-" where nothing was computed.
 std::string percent_text(double fraction);
 
+/// Text within XML or HTML.
+std::string markup_text(const std::string& text);
+
 /// extent_label as a line; empty if there is none.
 std::string label_line(SkinExtent extent);
 

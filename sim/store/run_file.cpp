@@ -27,11 +27,46 @@ void truth_parts(const Io& io, Truth& truth) {
   response_parts(io, truth.response);
 }
 
+void box_parts(const GroupWriter& io, const std::vector<TargetBox>& boxes) {
+  const auto count = static_cast<Eigen::Index>(boxes.size());
+  Points centres(3, count);
+  Points sizes(3, count);
+  Points axes(3, 3 * count);
+  for (Eigen::Index b = 0; b < count; ++b) {
+    const TargetBox& box = boxes[static_cast<std::size_t>(b)];
+    centres.col(b) = box.centre;
+    sizes.col(b) = box.size;
+    axes.middleCols<3>(3 * b) = box.rotation;
+  }
+  io.columns("centre", centres, "m");
+  io.columns("size", sizes, "m");
+  io.columns("axis", axes, "1");
+}
+
+void box_parts(const GroupReader& io, std::vector<TargetBox>& boxes) {
+  Points centres;
+  Points sizes;
+  Points axes;
+  io.columns("centre", centres, "m");
+  io.columns("size", sizes, "m");
+  io.columns("axis", axes, "1");
+  if (sizes.cols() != centres.cols() || axes.cols() != 3 * centres.cols()) {
+    io.fail("size must have as many rows as centre, axis three times as many");
+  }
+  if (!centres.allFinite() || !(sizes.array() > 0).all() || !sizes.allFinite() || !axes.allFinite()) {
+    io.fail("centre, size and axis must be finite, size > 0");
+  }
+  for (Eigen::Index b = 0; b < centres.cols(); ++b) {
+    boxes.push_back({centres.col(b), sizes.col(b), axes.middleCols<3>(3 * b)});
+  }
+}
+
 template <class Io, class Target>
 void target_parts(const Io& io, Target& target) {
   io.list("face", target.faces, "1");
   io.list("amplitude", target.amplitudes, "Pa");
   io.list("box", target.box, "1");
+  io.part("boxes", !target.boxes.empty(), [&](const Io& part) { box_parts(part, target.boxes); });
 }
 
 /// A target, if there is one.

@@ -82,6 +82,14 @@ std::string solve_line(const SolveRecord& solve) {
 
 }  // namespace
 
+std::string markup_text(const std::string& text) {
+  std::string escaped;
+  for (const char c : text) {
+    escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
+  }
+  return escaped;
+}
+
 std::string label_line(SkinExtent extent) {
   const std::string label = extent_label(extent);
   return label.empty() ? "" : label + '\n';

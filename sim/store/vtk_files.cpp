@@ -136,6 +136,13 @@ vtkNew<vtkPolyData> channels_of(const TransducerArray& array) {
 
 using NamedPressures = std::vector<std::pair<std::string, Eigen::VectorXcd>>;
 
+/// Viewers colour by |p| of the first method until the user says otherwise.
+void show_first(vtkDataSetAttributes* data, const NamedPressures& pressures) {
+  if (!pressures.empty()) {
+    data->SetActiveScalars((pressures.front().first + "_abs_pa").c_str());
+  }
+}
+
 /// Of the methods that have one.
 NamedPressures pressures_of(const Run& run, Eigen::VectorXcd MethodResult::*pressure) {
   NamedPressures pressures;
@@ -167,15 +174,8 @@ void write_skin_vtp(const std::string& path, const Result& from, const TriangleM
   for (const auto& [method, pressure] : pressures) {
     add_pressure(surface->GetCellData(), method, pressure, true);
   }
+  show_first(surface->GetCellData(), pressures);
   write_vtk<vtkXMLPolyDataWriter>(path, from, surface.GetPointer());
-}
-
-std::string in_xml(const std::string& text) {
-  std::string escaped;
-  for (const char c : text) {
-    escaped += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '"' ? "&quot;" : std::string(1, c);
-  }
-  return escaped;
 }
 
 }  // namespace
@@ -222,6 +222,7 @@ void write_field_vti(const std::string& path, const Run& run, const FieldResult&
   for (const auto& [name, pressure] : field.pressure) {
     add_pressure(data, name, pressure, false);
   }
+  show_first(data, field.pressure);
   write_vtk<vtkXMLImageDataWriter>(path, run, image.GetPointer());
 }
 
@@ -238,13 +239,24 @@ void write_faces_vtp(const std::string& path, const TriangleMesh& mesh,
   write_encoded<vtkXMLPolyDataWriter>(path, surface.GetPointer());
 }
 
+void write_blocks(const std::string& path, const std::vector<std::string>& files) {
+  std::string text =
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\" "
+      "byte_order=\"LittleEndian\">\n <vtkMultiBlockDataSet>\n";
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    text += fmt::format("  <DataSet index=\"{}\" name=\"{}\" file=\"{}\"/>\n", i,
+                        markup_text(std::filesystem::path(files[i]).stem().string()), markup_text(files[i]));
+  }
+  write_atomically(path, {text, " </vtkMultiBlockDataSet>\n</VTKFile>\n"});
+}
+
 void write_series(const std::string& path, const std::vector<SeriesStep>& steps) {
   std::string text =
       "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n"
       " <Collection>\n";
   for (const SeriesStep& step : steps) {
-    text +=
-        fmt::format("  <DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", step.time, in_xml(step.file));
+    text += fmt::format("  <DataSet timestep=\"{}\" group=\"\" part=\"0\" file=\"{}\"/>\n", step.time,
+                        markup_text(step.file));
   }
   write_atomically(path, {text, " </Collection>\n</VTKFile>\n"});
 }

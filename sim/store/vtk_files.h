@@ -35,6 +35,9 @@ void write_field_vti(const std::string& path, const Run& run, const FieldResult&
 void write_faces_vtp(const std::string& path, const TriangleMesh& mesh,
                      const std::vector<std::pair<std::string, Eigen::VectorXd>>& numbers);
 
+/// A .vtm, which ParaView opens as one data set whose blocks are other files; these are named as seen from its folder.
+void write_blocks(const std::string& path, const std::vector<std::string>& files);
+
 /// A file of a series and its time [s].
 struct SeriesStep {
   double time = 0;

@@ -96,6 +96,7 @@ Target make_target(const TriangleMesh& mesh, const std::vector<TargetBox>& boxes
     throw InputError(fmt::format("target: pressure = {} Pa must be > 0", pressure));
   }
   Target target;
+  target.boxes = boxes;
   std::vector<Eigen::Index> count(boxes.size(), 0);
   for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
     int first = -1;

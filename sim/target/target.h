@@ -23,6 +23,7 @@ struct Target {
   std::vector<Eigen::Index> faces;  // K, ascending
   Eigen::VectorXd amplitudes;       // K [Pa], > 0 except where a penetration is 0
   std::vector<int> box;             // K: which box a face belongs to, the first that holds it
+  std::vector<TargetBox> boxes{};   // in the mesh's frame; empty in results of versions that did not keep them
 
   Eigen::Index size() const { return static_cast<Eigen::Index>(faces.size()); }
 };

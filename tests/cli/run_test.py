@@ -5,10 +5,12 @@ import json
 import math
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import time
 import unittest
+from xml.etree import ElementTree
 
 import h5py
 import numpy
@@ -22,7 +24,8 @@ class RunTest(CommandTest):
                            " size_mm: [30, 40], spacing_mm: 2}]\n")
         done = self.run_ok("run", scene, "-o", "out")
         names = {path.name for path in (self.folder / "out").iterdir()}
-        self.assertEqual(names, {"run.h5", "surface.vtp", "array.vtp", "side.vti", "metrics.csv", "run.log", "files.json"})
+        self.assertEqual(names, {"run.h5", "surface.vtp", "array.vtp", "side.vti", "run.vtm", "metrics.csv", "run.log",
+                                 "files.json"})
         for name in ["paper", "unscattered", "focus", "fixed"]:
             self.assertIn(name, done.stdout)
         with open_run(self.folder / "out") as run:
@@ -64,6 +67,24 @@ class RunTest(CommandTest):
         # No phases give a larger pressure there than the conjugate ones.
         for name in ["paper", "unscattered", "fixed"]:
             self.assertGreater(peak["focus"][central], peak[name][central])
+
+    def test_the_report_names_files_that_are_there_and_its_scene_repeats_the_run(self):
+        text = FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]")
+        scene = self.write("scene.yaml", text.replace("write: [h5, vtp, vti]", "write: [h5, png]"))
+        done = self.run_ok("run", scene, "-o", "out")
+        self.assertIn("open out/report.html", done.stderr)
+        report = (self.folder / "out/report.html").read_text()
+        self.assertEqual(ElementTree.fromstring(report).tag, "html")  # well formed
+        named = set(re.findall(r'(?:src|href)="([^"]*)"', report))
+        self.assertEqual(named, {"overview.png", "setup.png", "target.png", "pressure_focus.png", "scene.yaml", "metrics.csv"})
+        for name in named:
+            self.assertGreater((self.folder / "out" / name).stat().st_size, 0, name)
+        for part in ["Phase conjugation", "10.1007/978-3-030-58147-3_45", "triangular faces"]:
+            self.assertIn(part, report)
+        self.run_ok("run", "out/scene.yaml", "-o", "again", "--set", "write=[h5]")
+        with open_run(self.folder / "out") as a, open_run(self.folder / "again") as b:
+            numpy.testing.assert_array_equal(a["methods/focus/pressure"][:], b["methods/focus/pressure"][:])
+        self.assertFalse((self.folder / "again/report.html").exists())
 
     def test_twice_in_a_row_without_an_output(self):
         scene = self.write("scene.yaml", FINGER.replace("[paper, unscattered, focus, {fixed: {phases_rad: 0}}]", "[focus]"))
@@ -266,7 +287,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
         scene = self.write("scene.yaml", FINGER.replace("write: [h5, vtp, vti]", "write: [h5, png]"))
         done = self.run_without_display(scene)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        names = ["pressure_fixed", "pressure_focus", "pressure_paper", "pressure_unscattered", "setup", "target"]
+        names = ["overview", "pressure_fixed", "pressure_focus", "pressure_paper", "pressure_unscattered", "setup", "target"]
         self.assertEqual(self.pictures("png"), [f"{name}.png" for name in names])
         # Another format replaces them, and needs no word in the scene.
         for ending, begin in [("pdf", b"%PDF-"), ("svg", b"<?xml")]:

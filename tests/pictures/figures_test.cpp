@@ -54,7 +54,8 @@ TEST(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
   const TemporaryDirectory directory("with space \xc3\xa4");
   const RunData run = graded_run();
   ASSERT_THAT(draw_png(directory.path(), run),
-              ::testing::ElementsAre(directory.file("setup.png"), directory.file("pressure_graded.png")));
+              ::testing::ElementsAre(directory.file("setup.png"), directory.file("overview.png"),
+                                     directory.file("pressure_graded.png")));
   const Picture picture(directory.file("pressure_graded.png"));
   ASSERT_EQ(picture.width(), 1200);
   ASSERT_EQ(picture.height(), 900);
@@ -63,7 +64,7 @@ TEST(Figures, EveryFaceHasTheColourOfItsPressureAtItsPlace) {
   for (Eigen::Index f = 0; f < run.mesh.face_count(); ++f) {
     SCOPED_TRACE(f);
     expect_colour(picture.at(panels.body.pixel(run.mesh.centroids().col(f))),
-                  viridis(std::abs(run.methods[0].pressure(f)) / 800.0));
+                  skin_colour(std::abs(run.methods[0].pressure(f)) / 800.0));
   }
   expect_colour(picture.at(5, 450), {255, 255, 255});
 }
@@ -90,8 +91,8 @@ TEST(Figures, TheSkinIsSeenFromTheArraysSide) {
   draw_png(directory.path(), both);
   const Picture picture(directory.file("pressure_m.png"));
   const SkinView seen = skin_panels(both).body;
-  expect_colour(picture.at(seen.pixel(Vector3(0.003, 0.002, 0.2))), viridis(1.0));
-  expect_colour(picture.at(seen.pixel(Vector3(0.025, 0.015, 0.2))), viridis(0.25));
+  expect_colour(picture.at(seen.pixel(Vector3(0.003, 0.002, 0.2))), skin_colour(1.0));
+  expect_colour(picture.at(seen.pixel(Vector3(0.025, 0.015, 0.2))), skin_colour(0.25));
 }
 
 TEST(Figures, ThePictureOfTheTargetAndItsCloseView) {
@@ -100,25 +101,26 @@ TEST(Figures, ThePictureOfTheTargetAndItsCloseView) {
   const std::vector<Eigen::Index> faces = {20, 21};  // one square
   run.target = Target{.faces = faces, .amplitudes = Eigen::Vector2d(800, 400), .box = {0, 0}};
   draw_png(directory.path(), run);
-  EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"setup.png", "target.png", "pressure_graded.png"}));
+  EXPECT_EQ(names_in(directory.path()),
+            (std::set<std::string>{"overview.png", "setup.png", "target.png", "pressure_graded.png"}));
   const SkinPanels panels = skin_panels(run);
   ASSERT_TRUE(panels.target.has_value());
-  // With a target the colours end at twice its largest amplitude, 1600 Pa, rounded up.
-  constexpr double kTop = 2000.0;
+  // The largest pressure is 800 Pa, as is the largest that is wanted.
+  constexpr double kTop = 800.0;
   const Picture wanted(directory.file("target.png"));
   const Picture reached(directory.file("pressure_graded.png"));
   for (const SkinView& view : {panels.body, *panels.target}) {
     const Eigen::Vector2d first = view.pixel(run.mesh.centroids().col(20));
     const Eigen::Vector2d second = view.pixel(run.mesh.centroids().col(21));
     const Eigen::Vector2d beside = view.pixel(run.mesh.centroids().col(23));
-    expect_colour(wanted.at(first), viridis(800.0 / kTop));
-    expect_colour(wanted.at(second), viridis(400.0 / kTop));
-    expect_colour(wanted.at(beside), viridis(0.0));
-    expect_colour(reached.at(first), viridis(std::abs(run.methods[0].pressure(20)) / kTop));
-    // The outline: red on the lower side of the square.
+    expect_colour(wanted.at(first), skin_colour(800.0 / kTop));
+    expect_colour(wanted.at(second), skin_colour(400.0 / kTop));
+    expect_colour(wanted.at(beside), skin_colour(0.0));
+    expect_colour(reached.at(first), skin_colour(std::abs(run.methods[0].pressure(20)) / kTop));
+    // The outline: green on the lower side of the square.
     const Colour line = wanted.at(view.pixel(run.mesh.corner(20, 0) + Vector3(0.004, 0, 0)));
-    EXPECT_GT(line[0], 180);
-    EXPECT_LT(line[1], 90);
+    EXPECT_GT(line[1], line[0] + 40);
+    EXPECT_GT(line[1], line[2] + 20);
   }
 }
 
@@ -142,7 +144,7 @@ TEST(Figures, PlanesAreDrawnAndCubesAreNot) {
   draw_png(directory.path(), run);
   EXPECT_EQ(names_in(directory.path()), (std::set<std::string>{"field_side_surface.png"}));
   const Picture picture(directory.file("field_side_surface.png"));
-  const PixelBox box = plane_view(plane.grid).box;
+  const PixelBox box = plane_view(plane.grid).linear;
   // 100 + 25 * 19 = 575 Pa at most, so the colours end at 600.
   for (int z = 0; z < 4; ++z) {
     for (int x = 0; x < 5; ++x) {
@@ -162,7 +164,7 @@ TEST(Figures, EveryPictureSaysWhichRunItShows) {
   RunData run = full_run();
   run.name = "width_5mm";
   const std::vector<std::string> files = draw_png(directory.path(), run);
-  ASSERT_EQ(files.size(), 2U + 2U + 2U);  // the setup, the target, two methods on the skin and in the plane
+  ASSERT_EQ(files.size(), 3U + 2U + 2U);  // overview, setup, target, two methods on the skin and in the plane
   for (const std::string& file : files) {
     SCOPED_TRACE(file);
     const Picture picture(file);
@@ -179,7 +181,7 @@ TEST(Figures, PressureThatIsNoNumberIsGrey) {
   run.methods[0].pressure(5) = std::numeric_limits<double>::quiet_NaN();
   draw_png(directory.path(), run);
   const Picture picture(directory.file("pressure_graded.png"));
-  expect_colour(picture.at(skin_panels(run).body.pixel(run.mesh.centroids().col(5))), kNoValue);
+  expect_colour(picture.at(skin_panels(run).body.pixel(run.mesh.centroids().col(5))), kNoSkinValue);
 }
 
 TEST(Figures, ARunWithNothingToDrawGivesNoFile) {
@@ -195,11 +197,12 @@ TEST(Figures, APlaneWaveFromTheSide) {
   run.methods[0] = support::made_up_method("wave", run, 0.5);
   run.methods[0].pressure.setConstant(1e-3);
   draw_png(directory.path(), run);
-  EXPECT_EQ(names_in(directory.path()), std::set<std::string>{"pressure_wave.png"});  // no transducers to show
+  EXPECT_EQ(names_in(directory.path()),
+            (std::set<std::string>{"overview.png", "pressure_wave.png"}));  // no transducers to show
   const SkinView view = skin_panels(run).body;
   EXPECT_LT(view.pixel(Vector3(-0.01, 0, 0.2)).x(), view.pixel(Vector3(0.01, 0, 0.2)).x());
   const Picture picture(directory.file("pressure_wave.png"));
-  expect_colour(picture.at(view.pixel(Vector3(0.012, 0.003, 0.2))), viridis(1.0));
+  expect_colour(picture.at(view.pixel(Vector3(0.012, 0.003, 0.2))), skin_colour(1.0));
 }
 
 TEST(Figures, AMissingDirectoryIsAnIoError) {
@@ -217,7 +220,7 @@ TEST(Figures, ComeAsPdfAndSvgToo) {
   const RunData run = full_run();
   const std::vector<std::string> pdf = draw_figures(directory.path(), run, PictureFormat::kPdf);
   const std::vector<std::string> svg = draw_figures(directory.path(), run, PictureFormat::kSvg);
-  ASSERT_EQ(pdf.size(), 2U + 2U + 2U);
+  ASSERT_EQ(pdf.size(), 3U + 2U + 2U);
   ASSERT_EQ(svg.size(), pdf.size());
   for (std::size_t i = 0; i < pdf.size(); ++i) {
     SCOPED_TRACE(pdf[i]);
@@ -236,6 +239,17 @@ TEST(ColourMap, IsViridis) {
   EXPECT_EQ(viridis(-1.0), viridis(0.0));
   EXPECT_EQ(viridis(7.0), viridis(1.0));
   EXPECT_EQ(viridis(std::numeric_limits<double>::quiet_NaN()), kNoValue);
+}
+
+// From the grey of bare skin to dark violet, darker all the way; 1: rounding of the three channels.
+TEST(ColourMap, OfTheSkinGrowsDarker) {
+  const auto luma = [](const Colour& c) { return 0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2]; };
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_LT(luma(skin_colour((i + 1) / 100.0)), luma(skin_colour(i / 100.0)) + 1.0) << i;
+  }
+  EXPECT_LT(luma(skin_colour(1.0)), luma(skin_colour(0.0)) - 170.0);
+  EXPECT_EQ(skin_colour(0.0)[0], skin_colour(0.0)[2]);  // grey
+  EXPECT_EQ(skin_colour(std::numeric_limits<double>::quiet_NaN()), kNoSkinValue);
 }
 
 // Brighter means more, all the way: the luma of Rec. 601 never falls. 1: rounding of the three channels.
@@ -317,10 +331,39 @@ TEST(SkinView, LookingAlongYStillHasAnUp) {
   EXPECT_TRUE(view.pixel(Vector3(1, 9, 0)).isApprox(Eigen::Vector2d(50, 75)));
 }
 
+// A box about the middle of a flat sheet cuts it along a rectangle as large as itself, though it holds other faces.
+TEST(SkinPicture, TheOutlineIsWhereABoxMeetsTheSkin) {
+  const TriangleMesh mesh = sheet(6, 4, 0.01);
+  const Vector3 middle = 0.5 * (mesh.vertices().rowwise().minCoeff() + mesh.vertices().rowwise().maxCoeff());
+  const TargetBox box{middle, {0.023, 0.011, 0.004}};
+  const Lines lines = target_outline(mesh, make_target(mesh, {box}, TargetProfile::kUniform, 1.0));
+  double length = 0.0;
+  for (Eigen::Index e = 0; e < lines.ends.cols(); ++e) {
+    const Vector3 a = lines.points.col(lines.ends(0, e)) - middle;
+    const Vector3 b = lines.points.col(lines.ends(1, e)) - middle;
+    length += (b - a).norm();
+    for (const Vector3& end : {a, b}) {
+      const bool on_side = std::abs(std::abs(end.x()) - 0.0115) < 1e-12 || std::abs(std::abs(end.y()) - 0.0055) < 1e-12;
+      EXPECT_TRUE(on_side) << end.transpose();
+    }
+  }
+  EXPECT_NEAR(length, 2.0 * (0.023 + 0.011), 1e-12);
+}
+
+TEST(SkinPicture, ABoxHasTwelveEdges) {
+  const Lines lines = box_edges({TargetBox{Vector3(1, 2, 3), Vector3(0.1, 0.2, 0.3)}});
+  ASSERT_EQ(lines.ends.cols(), 12);
+  double length = 0.0;
+  for (Eigen::Index e = 0; e < 12; ++e) {
+    length += (lines.points.col(lines.ends(0, e)) - lines.points.col(lines.ends(1, e))).norm();
+  }
+  EXPECT_NEAR(length, 4.0 * (0.1 + 0.2 + 0.3), 1e-12);
+}
+
 TEST(SkinPicture, TheOutlineLeavesOutSharedSides) {
   const TriangleMesh mesh = sheet(2, 1, 0.01);
   const Target square{.faces = {0, 1}, .amplitudes = Eigen::Vector2d(1, 1), .box = {0, 0}};
-  const Eigen::Matrix2Xi outline = target_outline(mesh, square);
+  const Eigen::Matrix2Xi outline = target_outline(mesh, square).ends;
   std::set<std::pair<int, int>> sides;
   for (Eigen::Index e = 0; e < outline.cols(); ++e) {
     sides.emplace(outline(0, e), outline(1, e));

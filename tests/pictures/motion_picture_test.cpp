@@ -99,12 +99,12 @@ TEST(MotionStrip, HasARowAMethodAndAColumnAnInstant) {
   EXPECT_EQ(picture.width(), 1200);
   EXPECT_EQ(picture.height(), 900);
   EXPECT_EQ(picture.text("Description"), "to and fro");
-  // Colours end at twice what is wanted. Each panel of 161 x 303 pixels is full of its face's colour but for an
-  // outline.
+  // Colours end at the largest pressure, 1500 Pa. Each panel of 161 x 303 pixels is full of its face's colour but for
+  // an outline.
   for (int column = 0; column < 6; ++column) {
     const int x = 64 + column * 167;
-    EXPECT_GT(pixels_within(picture, {x, 481, 161, 303}, viridis(0.25)), 40'000) << column;
-    EXPECT_GT(pixels_within(picture, {x, 150, 161, 303}, viridis(0.75)), 40'000) << column;
+    EXPECT_GT(pixels_within(picture, {x, 481, 161, 303}, skin_colour(1.0 / 3.0)), 40'000) << column;
+    EXPECT_GT(pixels_within(picture, {x, 150, 161, 303}, skin_colour(1.0)), 40'000) << column;
   }
   // The place is the same, so the target wanders: +x lies to the left.
   const auto mean_x = [&](int column) {
@@ -112,7 +112,7 @@ TEST(MotionStrip, HasARowAMethodAndAColumnAnInstant) {
     int count = 0;
     for (int y = 150; y < 453; ++y) {
       for (int x = 64 + column * 167 + 1; x < 64 + column * 167 + 160; ++x) {
-        if (has_colour(picture.at(x, y), {235, 30, 60})) {
+        if (has_colour(picture.at(x, y), kTargetColour)) {
           sum += x - column * 167;
           ++count;
         }
@@ -150,7 +150,7 @@ TEST(MotionStrip, WithoutATargetAllOfTheSkinIsSeen) {
     instant.target.reset();
   }
   draw_motion_strip(directory.file("strip.png"), long_motion({"focus"}), instants, PictureFormat::kPng);
-  EXPECT_GT(pixels_within(Picture(directory.file("strip.png")), {64, 122, 996, 662}, viridis(1.0)), 50'000);
+  EXPECT_GT(pixels_within(Picture(directory.file("strip.png")), {64, 122, 996, 662}, skin_colour(1.0)), 50'000);
 }
 
 }  // namespace

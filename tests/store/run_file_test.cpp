@@ -61,6 +61,12 @@ void expect_same(const std::optional<Target>& a, const std::optional<Target>& b)
     EXPECT_EQ(a->faces, b->faces);
     EXPECT_EQ(a->box, b->box);
     expect_same_bits(a->amplitudes, b->amplitudes);
+    ASSERT_EQ(a->boxes.size(), b->boxes.size());
+    for (std::size_t i = 0; i < a->boxes.size(); ++i) {
+      EXPECT_EQ(a->boxes[i].centre, b->boxes[i].centre);
+      EXPECT_EQ(a->boxes[i].size, b->boxes[i].size);
+      EXPECT_EQ(a->boxes[i].rotation, b->boxes[i].rotation);
+    }
   }
 }
 

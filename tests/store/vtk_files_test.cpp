@@ -8,6 +8,8 @@
 #include <vtkDataArray.h>
 #include <vtkIdList.h>
 #include <vtkImageData.h>
+#include <vtkInformation.h>
+#include <vtkMultiBlockDataSet.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -15,6 +17,7 @@
 #include <vtkXMLDataElement.h>
 #include <vtkXMLDataParser.h>
 #include <vtkXMLImageDataReader.h>
+#include <vtkXMLMultiBlockDataReader.h>
 #include <vtkXMLPolyDataReader.h>
 
 #include "sim/core/errors.h"
@@ -210,6 +213,25 @@ TEST(ArrayVtp, IsAVertexAChannel) {
     expect_values(data, result.name + "_amplitude", 6, [&](Eigen::Index n) { return result.solution.amplitudes(n); });
   }
   expect_provenance(array, run);
+}
+
+TEST(RunVtm, VtkOpensTheFilesItNamesColouredByTheFirstMethod) {
+  const TemporaryDirectory directory;
+  const RunData run = full_run();
+  write_judge_vtp(directory.file("judge.vtp"), run);
+  write_array_vtp(directory.file("array.vtp"), run);
+  write_field_vti(directory.file("side.vti"), run, run.fields[0]);
+  write_blocks(directory.file("run.vtm"), {"judge.vtp", "array.vtp", "side.vti"});
+  const auto reader = read_vtk<vtkXMLMultiBlockDataReader>(directory.file("run.vtm"));
+  auto* blocks = vtkMultiBlockDataSet::SafeDownCast(reader->GetOutput());
+  ASSERT_NE(blocks, nullptr);
+  ASSERT_EQ(blocks->GetNumberOfBlocks(), 3U);
+  EXPECT_STREQ(blocks->GetMetaData(1U)->Get(vtkCompositeDataSet::NAME()), "array");
+  auto* skin = vtkPolyData::SafeDownCast(blocks->GetBlock(0));
+  ASSERT_NE(skin, nullptr);
+  EXPECT_EQ(skin->GetNumberOfCells(), run.judge_model->mesh.face_count());
+  ASSERT_NE(skin->GetCellData()->GetScalars(), nullptr);
+  EXPECT_EQ(skin->GetCellData()->GetScalars()->GetName(), run.methods[0].name + "_abs_pa");
 }
 
 TEST(FieldVti, KeepsGridMaskAndPressures) {

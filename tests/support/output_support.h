@@ -10,6 +10,7 @@
 #include <string>
 #include <unistd.h>
 
+#include "sim/core/rotation.h"
 #include "sim/store/run_data.h"
 
 /// What the tests of the output layer share: a directory of their own and small runs.
@@ -129,6 +130,8 @@ inline Run full_run() {
   run.name = "width \xc3\xbc 5mm";
   run.scene = "name: width\nfrequency_khz: 40\n# \xc3\xa9\n";
   run.target = Target{.faces = {3, 4, 10}, .amplitudes = Eigen::Vector3d(1000, 2000, 1e-3), .box = {0, 0, 1}};
+  run.target->boxes = {{Vector3(0, 0, 0.2), Vector3(0.01, 0.02, 0.03)},
+                       {Vector3(0.01, 0, 0.2), Vector3(0.01, 0.01, 0.01), extrinsic_rotation(Vector3(0, 0.3, 0.1))}};
   run.judge = "edge";
   run.judge_model =
       JudgeModel{.scheme = "burton_miller_polished",
