@@ -137,7 +137,7 @@ void draw_column(Canvas& canvas, const Motion& motion, const MotionInstant& inst
                 {.size = 15, .align = Align::kCentre}, box.width);
   }
   const PixelBox above = layout.panel(0, column);
-  draw_fitted(canvas, above.x + 0.5 * above.width, above.y + above.height + 14.0, fmt::format("{:.4g} s", instant.time),
+  draw_fitted(canvas, above.x + 0.5 * above.width, above.y + above.height + 14.0, fmt::format("{:.3g} s", instant.time),
               {.size = 17, .align = Align::kCentre}, above.width);
 }
 
