@@ -1,4 +1,7 @@
 #include <cmath>
+#include <map>
+#include <nanobind/stl/map.h>
+#include <string>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -8,6 +11,7 @@
 #include "python/src/models.h"
 #include "python/src/parts.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/field/evaluate.h"
 #include "sim/field/pressure_metrics.h"
 #include "sim/mesh/query/clearance.h"
@@ -179,15 +183,34 @@ Eigen::MatrixXcd start_of(nb::handle start, const SharedProblem& problem, const 
   throw InputError(fmt::format("{} = '{}' must be adjoint, spectral, zero or an excitation vector", what, name));
 }
 
+ChannelTolerances tolerances_of(const std::map<std::string, double>& given) {
+  ChannelTolerances tolerances;
+  for (const auto& [name, value] : given) {
+    double* member = name == "phase"  ? &tolerances.phase
+                     : name == "gain" ? &tolerances.gain
+                     : name == "dead" ? &tolerances.dead
+                                      : nullptr;
+    require(member != nullptr, "tolerances: '{}' must be phase, gain or dead", name);
+    require(value >= 0 && std::isfinite(value) && (name != "dead" || value < 1), "tolerances: {} = {:g} must be >= 0{}",
+            name, value, name == "dead" ? " and below 1" : "");
+    *member = value;
+  }
+  return tolerances;
+}
+
 SharedSolution solve_on_skin(const std::string& name, const SharedProblem& problem, int iterations, nb::handle start,
-                             bool free_amplitudes, bool free_level, std::optional<int> threads) {
+                             bool free_amplitudes, bool free_level, const std::map<std::string, double>& tolerances,
+                             std::optional<int> threads) {
   const PhaseMethod& method = phase_method(name);
   if (method.solve == nullptr) {
     throw InputError(fmt::format("{}: it does not work on a Problem", name));
   }
   require_steps(method.name, iterations);
-  MethodSettings settings{iterations, free_amplitudes, free_level};
-  settings.search = method.searches && start.is_none();
+  const MethodSettings settings{.iterations = iterations,
+                                .free_amplitudes = free_amplitudes,
+                                .free_level = free_level,
+                                .tolerances = tolerances_of(tolerances),
+                                .search = method.searches && start.is_none()};
   const Eigen::MatrixXcd starts = start_of(start, problem, method);
   return computed(thread_count(threads), [=, &method](Progress& progress) {
     progress.begin(method.name);
@@ -366,11 +389,12 @@ void add_problems(nb::module_& module) {
       "solve", &solve_on_skin, nb::arg("method"), nb::arg("problem"), nb::kw_only(),
       nb::arg("iterations") = kUsualIterations, nb::arg("start") = nb::none(),
       nb::arg("free_amplitudes") = MethodSettings{}.free_amplitudes,
-      nb::arg("free_level") = MethodSettings{}.free_level, nb::arg("threads") = nb::none(),
+      nb::arg("free_level") = MethodSettings{}.free_level, nb::arg("tolerances") = nb::dict(),
+      nb::arg("threads") = nb::none(),
       nb::sig(
           "def solve(method: str, problem: Problem, *, iterations: int = ..., start: str | numpy.typing.ArrayLike | "
-          "None = None, free_amplitudes: bool = ..., free_level: bool = ..., threads: int | None = None) -> "
-          "Solution"),
+          "None = None, free_amplitudes: bool = ..., free_level: bool = ..., tolerances: dict[str, float] = ..., "
+          "threads: int | None = None) -> Solution"),
       "A phase method that works on rows of H, by its name in scenes.");
   module.def("focus", &focus_of_row, nb::arg("row"), nb::sig("def focus(row: numpy.typing.ArrayLike) -> Solution"),
              "Phases with which the sound of all channels arrives in phase, by the row of H of that place.");

@@ -330,8 +330,8 @@ def _solved(method, h, target, quiet_weight, threads, progress, **options):
         return Solution._of(_core.solve(method, problem._core, threads=threads, **options))
 
 
-def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False, free_level=True, quiet_weight=1.0, threads=None,
-            progress=None):
+def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False, free_level=True, tolerances=None, quiet_weight=1.0,
+            threads=None, progress=None):
     """Minimises the misfit of the pressure amplitudes on the skin, by Levenberg-Marquardt.
 
     Parameters
@@ -347,6 +347,9 @@ def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False,
         Whether the amplitudes of the channels are found too.
     free_level : bool
         Whether their common amplitude is found too.
+    tolerances : dict, optional
+        How far the channels of the real array may be from their design, rms over the array: "phase" [rad], "gain" (relative) and
+        "dead" (share of the channels). The expected misfit is then minimised, over phases and a common amplitude.
     quiet_weight : float
         Weight of the skin outside the target.
     threads : int, optional
@@ -367,9 +370,10 @@ def surface(h, target=None, *, iterations=30, start=None, free_amplitudes=False,
     >>> ball, array = tf.sphere(8e-3, 3e-3), tf.Array.grid(4, 4, at=[0, 0, -0.1])
     >>> target = tf.Target.box(ball, [0, 0, -8e-3], [8e-3, 8e-3, 6e-3], 20)
     >>> solution = tf.surface(tf.transfer(ball, array), target, iterations=10)
+    >>> robust = tf.surface(tf.transfer(ball, array), target, tolerances={"phase": 0.35, "gain": 0.1})
     """
     return _solved("surface", h, target, quiet_weight, threads, progress, iterations=iterations, start=start,
-                   free_amplitudes=free_amplitudes, free_level=free_level)
+                   free_amplitudes=free_amplitudes, free_level=free_level, tolerances=tolerances or {})
 
 
 def lbfgs(h, target=None, *, iterations=30, start=None, quiet_weight=1.0, threads=None, progress=None):

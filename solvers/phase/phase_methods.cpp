@@ -5,6 +5,7 @@
 #include <string>
 
 #include "solvers/phase/baselines.h"
+#include "solvers/phase/robust_surface.h"
 #include "solvers/phase/surface_search.h"
 
 namespace touchfield {
@@ -13,6 +14,9 @@ namespace {
 
 PhaseSolution surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts, const MethodSettings& settings,
                       const IterationCallback& callback) {
+  if (settings.tolerances.any()) {
+    return solve_robust_surface(problem, starts, settings, callback);
+  }
   const SurfaceOptions options{.iterations = settings.iterations,
                                .free_amplitudes = settings.free_amplitudes,
                                .free_level = settings.free_level};

@@ -17,12 +17,22 @@ enum class MethodModel {
   kGiven,      // nothing: its phases are given
 };
 
+/// How far the channels of a real array may be from their design: rms over the array.
+struct ChannelTolerances {
+  double phase = 0.0;  // [rad], >= 0
+  double gain = 0.0;   // relative, >= 0
+  double dead = 0.0;   // share of the channels, 0 to below 1, nobody knows which
+
+  bool any() const { return phase > 0 || gain > 0 || dead > 0; }
+};
+
 /// What a scene says of a method.
 struct MethodSettings {
   int iterations = kUsualIterations;
   bool free_amplitudes = false;
   bool free_level = true;
-  bool search = false;  // of a method that does: the starts are some among those it finds itself
+  ChannelTolerances tolerances{};  // of surface: the expected misfit is minimised
+  bool search = false;             // of a method that does: the starts are some among those it finds itself
 };
 
 /// starts     drives, N a column; none where the method does not iterate, any number where it searches, else one
