@@ -15,7 +15,7 @@ namespace {
 PhaseSolution surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts, const MethodSettings& settings,
                       const IterationCallback& callback) {
   if (settings.tolerances.any()) {
-    return solve_robust_surface(problem, starts, settings, callback);
+    return solve_robust_surface(problem, starts, {settings.tolerances, settings.iterations, settings.search}, callback);
   }
   const SurfaceOptions options{.iterations = settings.iterations,
                                .free_amplitudes = settings.free_amplitudes,

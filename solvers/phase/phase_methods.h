@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "solvers/phase/phase_solution.h"
+#include "solvers/phase/robust_surface.h"
 #include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
@@ -15,15 +16,6 @@ enum class MethodModel {
   kFree,       // the incident field alone, as if the body did not scatter
   kCentre,     // one row of H: the target's central face
   kGiven,      // nothing: its phases are given
-};
-
-/// How far the channels of a real array may be from their design: rms over the array.
-struct ChannelTolerances {
-  double phase = 0.0;  // [rad], >= 0
-  double gain = 0.0;   // relative, >= 0
-  double dead = 0.0;   // share of the channels, 0 to below 1, nobody knows which
-
-  bool any() const { return phase > 0 || gain > 0 || dead > 0; }
 };
 
 /// What a scene says of a method.

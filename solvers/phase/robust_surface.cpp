@@ -58,10 +58,10 @@ double expected_cost(const SkinProblem& problem, const Eigen::VectorXcd& q, cons
 }
 
 PhaseSolution solve_robust_surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts,
-                                   const MethodSettings& settings, const IterationCallback& callback) {
-  const ChannelMoments moments = channel_moments(settings.tolerances);
+                                   const RobustOptions& options, const IterationCallback& callback) {
+  const ChannelMoments moments = channel_moments(options.tolerances);
   const double added = moments.variance * deviation_of_all(problem);
-  const SurfaceOptions options{.iterations = settings.iterations};
+  const SurfaceOptions each{.iterations = options.iterations};
   PhaseSolution best;
   best.status = PhaseStatus::kIterationLimit;
   Eigen::MatrixXcd from = starts;
@@ -69,9 +69,9 @@ PhaseSolution solve_robust_surface(const SkinProblem& problem, const Eigen::Matr
   double cost = HUGE_VAL;
   for (int turn = 1; turn <= kMostTurns && best.status != PhaseStatus::kConverged; ++turn) {
     const SkinProblem at_level = scaled(problem, moments.mean * level);
-    const bool search = turn == 1 && settings.search;
+    const bool search = turn == 1 && options.search;
     const PhaseSolution found =
-        search ? search_surface(at_level, from, options, {}) : solve_surface(at_level, from, options, {});
+        search ? search_surface(at_level, from, each, {}) : solve_surface(at_level, from, each, {});
     const Eigen::VectorXcd phasors = drive(found);
     level = level_of(problem, phasors, moments.mean, added);
     const double now = skin_cost(problem, moments.mean * level * phasors) + level * level * added;

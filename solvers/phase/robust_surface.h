@@ -1,8 +1,18 @@
 #pragma once
 
-#include "solvers/phase/phase_methods.h"
+#include "solvers/phase/phase_solution.h"
+#include "solvers/phase/skin_problem.h"
 
 namespace touchfield {
+
+/// How far the channels of a real array may be from their design: rms over the array.
+struct ChannelTolerances {
+  double phase = 0.0;  // [rad], >= 0
+  double gain = 0.0;   // relative, >= 0
+  double dead = 0.0;   // share of the channels, 0 to below 1, nobody knows which
+
+  bool any() const { return phase > 0 || gain > 0 || dead > 0; }
+};
 
 /// What is known of a channel that is not as designed: it multiplies its excitation by g exp(i delta).
 struct ChannelMoments {
@@ -24,6 +34,12 @@ ChannelMoments channel_moments(const ChannelTolerances& tolerances);
 /// variance of p_j over |E p_j|.
 double expected_cost(const SkinProblem& problem, const Eigen::VectorXcd& q, const ChannelTolerances& tolerances);
 
+struct RobustOptions {
+  ChannelTolerances tolerances;
+  int iterations = kUsualIterations;  // of each turn, >= 1
+  bool search = false;                // the first turn also finds starts of its own
+};
+
 /// Minimises expected_cost over the phases and one amplitude a <= 1 of all channels. For one a the second part is
 /// constant, so that phases (method surface at that level) and the level (in closed form) are found in turn until the
 /// cost falls by less than a share of 1e-4. cost_history has the cost after each turn.
@@ -31,6 +47,6 @@ double expected_cost(const SkinProblem& problem, const Eigen::VectorXcd& q, cons
 /// starts   as of method surface
 /// throws   as solve_surface; std::invalid_argument on tolerances out of range
 PhaseSolution solve_robust_surface(const SkinProblem& problem, const Eigen::MatrixXcd& starts,
-                                   const MethodSettings& settings, const IterationCallback& callback);
+                                   const RobustOptions& options, const IterationCallback& callback = {});
 
 }  // namespace touchfield

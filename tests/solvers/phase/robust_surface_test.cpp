@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "solvers/phase/phase_methods.h"
 #include "solvers/phase/skin_field.h"
 #include "tests/support/skin_support.h"
 
