@@ -68,6 +68,11 @@ struct DescentPoint {
 
 }  // namespace
 
+/// Without bounds all moves are within them.
+VectorXd PhaseDescent::within(const PhaseBounds& bounds, const VectorXd& phases) {
+  return bounds.low.size() == 0 ? phases : VectorXd(phases.cwiseMax(bounds.low).cwiseMin(bounds.high));
+}
+
 /// The two loops of the memory, newest first and back; d = -g where there is none.
 VectorXd PhaseDescent::direction(const VectorXd& gradient) const {
   VectorXd d = -gradient;
@@ -96,7 +101,8 @@ void PhaseDescent::remember(VectorXd step, VectorXd change) {
   }
 }
 
-PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& start, int iterations, bool free_level) {
+PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& start, int iterations, bool free_level,
+                                    const PhaseBounds& bounds) {
   DescentPoint point(skin, start);
   if (!std::isfinite(point.cost)) {
     throw std::domain_error("phase descent: the pressure is not finite");
@@ -107,13 +113,17 @@ PhaseSolution PhaseDescent::descend(const MappedSkin& skin, const VectorXd& star
   solution.cost_history.push_back(point.cost);
   iterate(solution, iterations, {}, [&](PhaseStatus& status) {
     const VectorXd d = direction(gradient);
-    const double slope = gradient.dot(d);
     double share = 1.0;
-    for (int trial = 0; slope < 0 && trial < kTrials; ++trial, share *= 0.5) {
-      DescentPoint candidate(skin, point.phases + share * d);
-      if (candidate.cost <= point.cost + kSufficient * share * slope) {
+    for (int trial = 0; trial < kTrials; ++trial, share *= 0.5) {
+      const VectorXd move = within(bounds, point.phases + share * d) - point.phases;
+      const double slope = gradient.dot(move);
+      if (!(slope < 0)) {
+        break;
+      }
+      DescentPoint candidate(skin, point.phases + move);
+      if (candidate.cost <= point.cost + kSufficient * slope) {
         VectorXd next = candidate.gradient(skin);
-        remember(share * d, next - gradient);
+        remember(move, next - gradient);
         gradient = std::move(next);
         point = std::move(candidate);
         return point.cost;

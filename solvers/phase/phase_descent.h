@@ -19,6 +19,12 @@ struct MappedSkin {
   Eigen::VectorXd weights;                                               // w, M, >= 0
 };
 
+/// Bounds of phases [rad], N each; empty: there are none.
+struct PhaseBounds {
+  Eigen::VectorXd low;
+  Eigen::VectorXd high;
+};
+
 /// Follows the phases of least cost through a sequence of problems that change little from one to the next, as those of
 /// a body that moves: limited-memory BFGS whose memory of curvature goes on from problem to problem. Each step halves
 /// until the cost falls (Armijo) and turns phases by at most 0.3 rad, root mean square.
@@ -29,11 +35,14 @@ class PhaseDescent {
   /// Steps from these phases at full drive, N. One step takes a product with H for each trial, 1.1 on average, and one
   /// with H^H.
   ///
+  /// start        within the bounds
   /// free_level   whether all drives have, in the end, the amplitude up to 1 at which the cost is least
   /// throws       std::domain_error if the cost at the start is not finite
-  PhaseSolution descend(const MappedSkin& skin, const Eigen::VectorXd& start, int iterations, bool free_level);
+  PhaseSolution descend(const MappedSkin& skin, const Eigen::VectorXd& start, int iterations, bool free_level,
+                        const PhaseBounds& bounds = {});
 
  private:
+  static Eigen::VectorXd within(const PhaseBounds& bounds, const Eigen::VectorXd& phases);
   Eigen::VectorXd direction(const Eigen::VectorXd& gradient) const;
   void remember(Eigen::VectorXd step, Eigen::VectorXd change);
 

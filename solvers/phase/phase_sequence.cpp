@@ -1,0 +1,139 @@
+#include "solvers/phase/phase_sequence.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <stdexcept>
+
+#include "solvers/linear/blas_product.h"
+#include "solvers/phase/phase_descent.h"
+#include "solvers/phase/phase_methods.h"
+#include "solvers/phase/skin_field.h"
+
+namespace touchfield {
+
+namespace {
+
+void require_sequence(const PhaseSequence& sequence, const SequenceOptions& options) {
+  const Eigen::Index faces = sequence.rows.rows();
+  const Eigen::Index frames = sequence.frame_count();
+  if (frames == 0 || faces == 0 || sequence.amplitudes.rows() != faces || sequence.weights.rows() != faces ||
+      sequence.weights.cols() != frames || static_cast<Eigen::Index>(sequence.middle.size()) != frames ||
+      (sequence.quiet.rows() > 0 && sequence.quiet.cols() != sequence.rows.cols())) {
+    throw std::invalid_argument("solve_sequence: sizes do not fit each other");
+  }
+  for (const Eigen::Index face : sequence.middle) {
+    if (face < 0 || face >= faces) {
+      throw std::invalid_argument("solve_sequence: a middle is not a row");
+    }
+  }
+  if (options.first_iterations < 1 || options.iterations < 1 || !(options.most_turn > 0)) {
+    throw std::invalid_argument("solve_sequence: an option is out of range");
+  }
+}
+
+/// The rows of all faces and of R as the descent multiplies with them, in single precision.
+class SequenceSkin {
+ public:
+  explicit SequenceSkin(const PhaseSequence& sequence)
+      : sequence_(sequence), all_(sequence.rows.rows() + sequence.quiet.rows(), sequence.rows.cols()) {
+    all_ << sequence.rows.cast<std::complex<float>>(), sequence.quiet.cast<std::complex<float>>();
+  }
+
+  MappedSkin frame(Eigen::Index frame) const {
+    MappedSkin skin;
+    skin.pressure = [this](const Eigen::VectorXcf& q) {
+      Eigen::VectorXcf p(all_.rows());
+      multiply(Op::kPlain, all_, q, 0.0F, p);
+      return p;
+    };
+    skin.sent_back = [this](const Eigen::VectorXcf& v) {
+      Eigen::VectorXcf x(all_.cols());
+      multiply(Op::kAdjoint, all_, v, 0.0F, x);
+      return x;
+    };
+    skin.amplitudes = Eigen::VectorXd::Zero(all_.rows());
+    skin.weights = Eigen::VectorXd::Ones(all_.rows());
+    skin.amplitudes.head(sequence_.rows.rows()) = sequence_.amplitudes.col(frame);
+    skin.weights.head(sequence_.rows.rows()) = sequence_.weights.col(frame);
+    return skin;
+  }
+
+ private:
+  const PhaseSequence& sequence_;
+  Eigen::MatrixXcf all_;
+};
+
+/// Phases that do to the next middle what these do to the last one.
+Eigen::VectorXd carried(const PhaseSequence& sequence, const Eigen::VectorXd& phases, Eigen::Index from,
+                        Eigen::Index to) {
+  Eigen::VectorXd next = phases;
+  for (Eigen::Index n = 0; n < phases.size(); ++n) {
+    next(n) += std::arg(sequence.rows(from, n) * std::conj(sequence.rows(to, n)));
+  }
+  return next;
+}
+
+/// Of no limit: none.
+PhaseBounds bounds_about(const Eigen::VectorXd& phases, double most_turn) {
+  if (!std::isfinite(most_turn)) {
+    return {};
+  }
+  return {phases.array() - most_turn, phases.array() + most_turn};
+}
+
+/// The same drives as of `phases`, each phase as near to `before` as it comes by whole turns, and within the limit.
+Eigen::VectorXd nearest(const Eigen::VectorXd& phases, const Eigen::VectorXd& before, double most_turn) {
+  return before + (phases - before).unaryExpr([most_turn](double turn) {
+    return std::clamp(std::remainder(turn, 2.0 * std::numbers::pi), -most_turn, most_turn);
+  });
+}
+
+}  // namespace
+
+SkinProblem problem_of(const PhaseSequence& sequence, Eigen::Index frame) {
+  std::vector<Eigen::Index> wanted;
+  std::vector<Eigen::Index> silent;
+  for (Eigen::Index j = 0; j < sequence.rows.rows(); ++j) {
+    (sequence.amplitudes(j, frame) > 0 ? wanted : silent).push_back(j);
+  }
+  SkinProblem problem;
+  problem.target = sequence.rows(wanted, Eigen::all);
+  problem.amplitudes = sequence.amplitudes(wanted, frame);
+  problem.weights = sequence.weights(wanted, frame);
+  problem.quiet.resize(sequence.quiet.rows() + static_cast<Eigen::Index>(silent.size()), sequence.rows.cols());
+  problem.quiet << sequence.quiet,
+      (sequence.weights(silent, frame).cwiseSqrt().asDiagonal() * sequence.rows(silent, Eigen::all));
+  return problem;
+}
+
+std::vector<PhaseSolution> solve_sequence(const PhaseSequence& sequence, const SequenceOptions& options,
+                                          const IterationCallback& callback) {
+  require_sequence(sequence, options);
+  const SequenceSkin skin(sequence);
+  PhaseDescent descent;
+  std::vector<PhaseSolution> solutions;
+  for (Eigen::Index k = 0; k < sequence.frame_count(); ++k) {
+    if (k == 0) {
+      const MethodSettings settings{
+          .iterations = options.first_iterations, .free_level = options.free_level, .search = true};
+      const SkinProblem first = problem_of(sequence, 0);
+      solutions.push_back(
+          phase_method("surface").solve(first, Eigen::MatrixXcd(sequence.rows.cols(), 0), settings, {}));
+    } else {
+      const Eigen::VectorXd& before = solutions.back().phases;
+      const Eigen::VectorXd start = carried(sequence, before, sequence.middle[static_cast<std::size_t>(k - 1)],
+                                            sequence.middle[static_cast<std::size_t>(k)]);
+      const PhaseBounds bounds = bounds_about(before, options.most_turn);
+      solutions.push_back(descent.descend(skin.frame(k), nearest(start, before, options.most_turn), options.iterations,
+                                          options.free_level, bounds));
+    }
+    if (callback) {
+      callback(static_cast<int>(k) + 1, solutions.back().cost_history.back());
+    }
+  }
+  return solutions;
+}
+
+}  // namespace touchfield
