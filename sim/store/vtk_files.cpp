@@ -136,6 +136,19 @@ vtkNew<vtkPolyData> channels_of(const TransducerArray& array) {
 
 using NamedPressures = std::vector<std::pair<std::string, Eigen::VectorXcd>>;
 
+/// Means over the faces at each vertex, weighted by area.
+Eigen::VectorXd at_vertices(const TriangleMesh& mesh, const Eigen::VectorXd& of_faces) {
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(mesh.vertex_count());
+  Eigen::VectorXd areas = sums;
+  for (Eigen::Index f = 0; f < mesh.face_count(); ++f) {
+    for (int c = 0; c < 3; ++c) {
+      sums(mesh.triangles()(c, f)) += mesh.areas()(f) * of_faces(f);
+      areas(mesh.triangles()(c, f)) += mesh.areas()(f);
+    }
+  }
+  return (areas.array() > 0).select(sums.array() / areas.array(), 0.0);
+}
+
 /// Viewers colour by |p| of the first method until the user says otherwise.
 void show_first(vtkDataSetAttributes* data, const NamedPressures& pressures) {
   if (!pressures.empty()) {
@@ -173,7 +186,11 @@ void write_skin_vtp(const std::string& path, const Result& from, const TriangleM
   }
   for (const auto& [method, pressure] : pressures) {
     add_pressure(surface->GetCellData(), method, pressure, true);
+    const Eigen::VectorXd means = at_vertices(mesh, pressure.cwiseAbs());
+    add_array<vtkDoubleArray>(surface->GetPointData(), method + "_abs_pa", means.size(),
+                              [&](Eigen::Index v) { return means(v); });
   }
+  show_first(surface->GetPointData(), pressures);
   show_first(surface->GetCellData(), pressures);
   write_vtk<vtkXMLPolyDataWriter>(path, from, surface.GetPointer());
 }
