@@ -57,22 +57,6 @@ bool can_be_drawn(const StudyRung& rung) {
          rung.error_reference > 0;
 }
 
-/// The schemes of the rungs: those that are known in their order, then others by name.
-std::vector<std::string> schemes_of(const std::vector<StudyRung>& rungs) {
-  std::vector<std::string> schemes;
-  for (const Scheme scheme : all_schemes()) {
-    schemes.push_back(to_string(scheme));
-  }
-  const std::size_t known = schemes.size();
-  for (const StudyRung& rung : rungs) {
-    if (std::ranges::find(schemes, rung.scheme) == schemes.end()) {
-      schemes.push_back(rung.scheme);
-    }
-  }
-  std::sort(schemes.begin() + static_cast<std::ptrdiff_t>(known), schemes.end());
-  return schemes;
-}
-
 void draw_ring(Canvas& canvas, const Eigen::Vector2d& centre) {
   constexpr double kRing = 18.0;
   constexpr int kPieces = 48;
@@ -88,16 +72,14 @@ void draw_axes(Canvas& canvas, const Axis& x, const Axis& y) {
   const double right = kPlot.x + kPlot.width;
   const double top = kPlot.y + kPlot.height;
   for (const bool decades : {false, true}) {  // their lines on top of the others'
-    for (const LogTick& tick : x.ticks) {
-      if (tick.decade == decades) {
-        const double at = x.pixel(tick.value);
-        canvas.line({at, kPlot.y}, {at, top}, decades ? kDecadeLine : kTickLine, 1.0);
-      }
-    }
-    for (const LogTick& tick : y.ticks) {
-      if (tick.decade == decades) {
-        const double at = y.pixel(tick.value);
-        canvas.line({kPlot.x, at}, {right, at}, decades ? kDecadeLine : kTickLine, 1.0);
+    for (const bool upright : {true, false}) {
+      for (const LogTick& tick : (upright ? x : y).ticks) {
+        const double at = (upright ? x : y).pixel(tick.value);
+        if (tick.decade == decades) {
+          canvas.line(upright ? Eigen::Vector2d(at, kPlot.y) : Eigen::Vector2d(kPlot.x, at),
+                      upright ? Eigen::Vector2d(at, top) : Eigen::Vector2d(right, at),
+                      decades ? kDecadeLine : kTickLine, 1.0);
+        }
       }
     }
   }
@@ -125,12 +107,12 @@ void draw_axes(Canvas& canvas, const Axis& x, const Axis& y) {
               {.size = 20, .align = Align::kCentre, .angle = 90.0});
 }
 
-void draw_legend(Canvas& canvas, const std::vector<std::string>& schemes, const std::vector<Dot>& dots, bool picked) {
+void draw_legend(Canvas& canvas, const std::vector<Dot>& dots, bool picked) {
   double y = kPlot.y + kPlot.height - 20.0;
-  for (std::size_t i = 0; i < schemes.size(); ++i) {
+  for (std::size_t i = 0; i < all_schemes().size(); ++i) {
     if (std::ranges::any_of(dots, [&](const Dot& dot) { return dot.marker == i; })) {
       draw_marker(canvas, i, {kLegend, y}, false);
-      draw_fitted(canvas, kLegend + 26.0, y, schemes[i], {.size = 18}, kLegendRoom);
+      draw_fitted(canvas, kLegend + 26.0, y, to_string(all_schemes()[i]), {.size = 18}, kLegendRoom);
       y -= kLegendLine;
     }
   }
@@ -188,12 +170,10 @@ std::pair<double, double> range_of(const std::vector<Dot>& dots, double Dot::*va
 
 void draw_study(const std::string& path, const std::string& title, const std::vector<StudyRung>& rungs,
                 std::optional<std::size_t> picked, PictureFormat format) {
-  const std::vector<std::string> schemes = schemes_of(rungs);
   std::vector<Dot> dots;
   for (const StudyRung& rung : rungs) {
     if (can_be_drawn(rung)) {
-      const auto marker = std::ranges::find(schemes, rung.scheme) - schemes.begin();
-      dots.push_back({rung.seconds, 100.0 * rung.error_reference, static_cast<std::size_t>(marker), rung.pareto});
+      dots.push_back({rung.seconds, 100.0 * rung.error_reference, scheme_rank(rung.scheme), rung.pareto});
     }
   }
   const auto [fastest, slowest] = range_of(dots, &Dot::seconds);
@@ -208,7 +188,7 @@ void draw_study(const std::string& path, const std::string& title, const std::ve
   if (choice != nullptr) {
     draw_ring(canvas, {x.pixel(choice->seconds), y.pixel(100.0 * choice->error_reference)});
   }
-  draw_legend(canvas, schemes, dots, choice != nullptr);
+  draw_legend(canvas, dots, choice != nullptr);
   draw_title(canvas, title, "speed against error");
   const std::string how =
       choice == nullptr ? "" : fmt::format("Solver {}, precision {}. ", choice->solver, choice->precision);

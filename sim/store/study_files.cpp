@@ -37,14 +37,13 @@ std::optional<std::size_t> least(const std::vector<StudyRung>& rungs,
   return best;
 }
 
-/// Place of a scheme among all of them; behind them for any other name.
-std::size_t rank(const std::string& scheme) {
+}  // namespace
+
+std::size_t scheme_rank(const std::string& scheme) {
   const auto& all = all_schemes();
   const auto at = std::ranges::find(all, scheme, [](Scheme known) { return to_string(known); });
   return static_cast<std::size_t>(at - all.begin());
 }
-
-}  // namespace
 
 void mark_pareto(std::vector<StudyRung>& rungs) {
   for (StudyRung& rung : rungs) {
@@ -83,7 +82,7 @@ std::string study_table(const std::vector<StudyRung>& rungs) {
                                                  "peak [MiB]", "error", "interior", "pattern", "status"}};
   std::vector<StudyRung> sorted = rungs;
   std::ranges::stable_sort(sorted, {}, [](const StudyRung& rung) {
-    return std::tuple(rank(rung.scheme), rung.scheme, std::isnan(rung.edge_mm) ? HUGE_VAL : rung.edge_mm);
+    return std::tuple(scheme_rank(rung.scheme), rung.scheme, std::isnan(rung.edge_mm) ? HUGE_VAL : rung.edge_mm);
   });
   const auto percent = [](double fraction) { return table_number(100.0 * fraction, "{:.3g} %"); };
   for (const StudyRung& rung : sorted) {

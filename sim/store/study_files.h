@@ -25,6 +25,9 @@ struct StudyRung {
   std::string status = "ok";              // or why it has no numbers
 };
 
+/// Place of a scheme among all_schemes(); behind them for any other name.
+std::size_t scheme_rank(const std::string& scheme);
+
 /// Sets `pareto` of every rung: true if no other has at most its error_reference in at most its seconds, one of the two
 /// smaller. A rung without both numbers is never marked.
 void mark_pareto(std::vector<StudyRung>& rungs);
