@@ -12,12 +12,12 @@
 #include "sim/assess/accuracy.h"
 #include "sim/assess/check.h"
 #include "sim/batch/check_scene.h"
-#include "sim/batch/sweep_case.h"
+#include "sim/batch/sweep_list.h"
 #include "sim/core/json_text.h"
+#include "sim/core/require.h"
 #include "sim/motion/play.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/scene/sweep_reader.h"
-#include "sim/solve/named_files.h"
 
 namespace touchfield {
 
@@ -32,49 +32,34 @@ struct CheckCommand {
 
 /// A sweep: how many cases and bodies, and what the first case of each body takes.
 int check_sweep(const CheckCommand& command, const CommonFlags& flags) {
-  const SweepPlan plan = read_sweep(command.scene, command.overrides);
-  const std::vector<Scene> scenes = read_cases(plan);
-  require_named_files(scenes);
-  const std::vector<int> groups = body_groups(scenes);
-  const int bodies = 1 + *std::ranges::max_element(groups);
-  nlohmann::ordered_json shown = nlohmann::ordered_json::array();
+  const SweepInput input = read_sweep_input(command.scene, command.overrides);
+  constexpr std::size_t kMostShown = 20;
+  const std::vector<ListedCase> listed = list_cases(input, kMostShown);
+  const int bodies = 1 + std::ranges::max(body_groups(input.scenes));
   double largest = 0;
-  std::string text =
-      fmt::format("sweep {}: {} cases of {} {}\n", plan.name, scenes.size(), bodies, bodies == 1 ? "body" : "bodies");
-  constexpr int kMostShown = 20;
-  for (int body = 0; body < std::min(bodies, kMostShown); ++body) {
-    const auto first = static_cast<std::size_t>(std::ranges::find(groups, body) - groups.begin());
-    const auto sharing = static_cast<int>(std::ranges::count(groups, body));
-    const Model model = build_model(scenes[first]);
-    const CheckReport report = check_model(model, sharing);
-    largest = std::max(largest, report.memory_mib);
+  nlohmann::ordered_json shown = nlohmann::ordered_json::array();
+  std::string text = fmt::format("sweep {}: {} cases of {} {}\n", input.plan.name, input.scenes.size(), bodies,
+                                 bodies == 1 ? "body" : "bodies");
+  for (const ListedCase& one : listed) {
+    require(one.reason.empty(), "{}: case {}: {}", input.plan.name, one.item.number, one.reason);
+    largest = std::max(largest, one.cost.memory_mib);
+    shown.push_back(nlohmann::ordered_json::parse(to_json(one)));
     text += fmt::format("  case {} and {} more: {} faces, {} channels, {}; about {:.0f} MiB, and {:.0f} s on its own\n",
-                        plan.cases[first].number, sharing - 1, report.faces, report.channels,
-                        to_string(report.decision.options.kind), report.memory_mib, report.seconds);
-    const Remarks remarks = model_remarks(model);
-    for (const std::string& warning : remarks.warnings) {
-      text += fmt::format("    warning  {}\n", warning);
+                        one.item.number, one.sharing - 1, one.cost.faces, one.cost.channels, one.solver,
+                        one.cost.memory_mib, one.cost.seconds);
+    for (const std::string& line : one.remarks.warnings) {
+      text += fmt::format("    warning  {}\n", line);
     }
-    for (const std::string& note : remarks.notes) {
-      text += fmt::format("    note     {}\n", note);
+    for (const std::string& line : one.remarks.notes) {
+      text += fmt::format("    note     {}\n", line);
     }
-    shown.push_back({{"case", plan.cases[first].number},
-                     {"sharing", sharing},
-                     {"faces", report.faces},
-                     {"channels", report.channels},
-                     {"solver", to_string(report.decision.options.kind)},
-                     {"judged_skin", to_string(judged_extent(model))},
-                     {"memory_mib", report.memory_mib},
-                     {"seconds", report.seconds},
-                     {"warnings", remarks.warnings},
-                     {"notes", remarks.notes}});
   }
-  if (bodies > kMostShown) {
-    text += fmt::format("  and {} more bodies\n", bodies - kMostShown);
+  if (static_cast<std::size_t>(bodies) > listed.size()) {
+    text += fmt::format("  and {} more bodies\n", static_cast<std::size_t>(bodies) - listed.size());
   }
   if (flags.json) {
-    const nlohmann::ordered_json json = {{"name", plan.name},
-                                         {"cases", scenes.size()},
+    const nlohmann::ordered_json json = {{"name", input.plan.name},
+                                         {"cases", input.scenes.size()},
                                          {"bodies", bodies},
                                          {"memory_mib", largest},
                                          {"available_mib", available_memory() / (1024.0 * 1024.0)},

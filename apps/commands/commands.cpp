@@ -29,8 +29,7 @@ constexpr Command kCommands[] = {
      "touchfield run mine.yaml -o wide --set target.box.size_mm=[11,20,6]\n  "
      "touchfield run --from mine -o again"},
     {add_sweep_command, kStills,
-     "touchfield sweep heights.yaml -o heights --jobs 2\n  touchfield sweep heights.yaml "
-     "-o heights --resume"},
+     "touchfield sweep heights.yaml -o heights --jobs 2\n  touchfield sweep heights.yaml --list"},
     {add_study_command, kStills, "touchfield study mine.yaml -o study"},
     {add_play_command, kMotions, "touchfield play moving.yaml -o played"},
     {add_live_command, kMotions,

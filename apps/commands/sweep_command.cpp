@@ -17,10 +17,12 @@
 #include "sim/batch/run_directory.h"
 #include "sim/batch/sweep.h"
 #include "sim/batch/sweep_case.h"
+#include "sim/batch/sweep_list.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
 #include "sim/core/text_number.h"
 #include "sim/pictures/sweep_picture.h"
+#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -32,9 +34,10 @@ struct SweepCommand {
   std::vector<std::string> overrides;  // of every case
   std::string collect;                 // directory to collect instead; then `sweep` is empty
   std::string shard = "1/1";
+  std::optional<int> case_number;         // one case alone
+  bool list = false;                      // compute nothing
   std::string metric = "relative_error";  // of the plot
   PictureFormat pictures = PictureFormat::kPng;
-  bool resume = false;
   SweepOptions options;
 };
 
@@ -60,9 +63,10 @@ Shard shard_of(const std::string& text) {
   return shard;
 }
 
-std::string inputs_text(const SweepRecord& record) {
+template <typename Inputs>
+std::string inputs_text(const Inputs& inputs) {
   std::string text;
-  for (const auto& [path, value] : record.inputs) {
+  for (const auto& [path, value] : inputs) {
     text += fmt::format("{}{}={}", text.empty() ? "" : " ", path, value);
   }
   return text;
@@ -106,7 +110,8 @@ class Reporter {
       clear_line();
     }
     if (failed) {
-      say(fmt::format("touchfield: case {} ({}) failed: {}\n", record.number, inputs_text(record), record.reason));
+      say(fmt::format("touchfield: case {} ({}) failed: {}\n", record.number, inputs_text(record.inputs),
+                      record.reason));
     }
     const std::string count = fmt::format("{} of {} cases{}, {} left", progress.done, progress.cases,
                                           progress.failed > 0 ? fmt::format(", {} failed", progress.failed) : "",
@@ -115,7 +120,7 @@ class Reporter {
       say(fmt::format("  {}{}", count, progress.done == progress.cases ? "\n" : ""));
     } else if (!quiet_ && !failed) {
       say(fmt::format(
-          "  case {} ({}): {:.1f} s{}; {}\n", record.number, inputs_text(record), record.seconds,
+          "  case {} ({}): {:.1f} s{}; {}\n", record.number, inputs_text(record.inputs), record.seconds,
           record.models > 0 ? fmt::format(", {} of {} models used again", record.models_reused, record.models) : "",
           count));
     }
@@ -138,9 +143,13 @@ void draw(const std::string& directory, const SweepSummary& summary, const Sweep
 }
 
 /// What the command prints at its end, and its exit code.
-int report(const SweepSummary& summary, const std::string& directory, const CommonFlags& flags, int computed) {
+///
+/// whole   all cases, which have a table
+int report(const SweepSummary& summary, const std::string& directory, const CommonFlags& flags, int computed,
+           bool whole = true) {
   const auto failed = std::ranges::count(summary.records, "failed", &SweepRecord::status);
   const auto missing = summary.cases - static_cast<int>(summary.records.size());
+  const std::string place = whole ? fmt::format("table in {}/sweep.csv", directory) : "in " + directory;
   if (flags.json) {
     const Json json = {{"event", "end"},
                        {"name", summary.name},
@@ -153,8 +162,8 @@ int report(const SweepSummary& summary, const std::string& directory, const Comm
     put(json_text(json) + "\n");
   } else {
     put(sweep_table(summary));
-    put(fmt::format("{} of {} cases done, {} failed{}; table in {}/sweep.csv\n", summary.records.size(), summary.cases,
-                    failed, missing > 0 ? fmt::format(", {} missing", missing) : "", directory));
+    put(fmt::format("{} of {} cases done, {} failed{}; {}\n", summary.records.size(), summary.cases, failed,
+                    missing > 0 ? fmt::format(", {} missing", missing) : "", place));
   }
   return failed > 0 || missing > 0 ? 1 : 0;
 }
@@ -173,19 +182,41 @@ int collect(const SweepCommand& command, const CommonFlags& flags) {
   return report(found.summary, command.collect, flags, 0);
 }
 
-std::string output_directory(const SweepCommand& command, const SweepPlan& plan, Shard shard) {
-  if (command.output.empty()) {
-    if (command.resume || command.options.retry_failed || shard.count > 1) {
-      throw InputError("--resume, --retry-failed and --shard need the sweep's directory: -o DIR");
+std::string output_directory(const SweepCommand& command, const SweepInput& input) {
+  if (!command.output.empty()) {
+    return command.output;
+  }
+  if (command.options.retry_failed || command.case_number || !input.shard.is_whole()) {
+    throw InputError("--retry-failed, --shard and --case need the sweep's directory: -o DIR");
+  }
+  return RunDirectory::next_free("results/runs", input.plan.name + "_sweep", {}).path();
+}
+
+SweepInput read_input(const SweepCommand& command) {
+  SweepInput input = read_sweep_input(command.sweep, command.overrides, shard_of(command.shard));
+  if (command.case_number) {
+    input.shard = case_shard(*command.case_number, input.plan.cases.size());
+  }
+  return input;
+}
+
+/// Every case and what it would take.
+int list(const SweepInput& input, const CommonFlags& flags) {
+  std::vector<std::vector<std::string>> rows = {{"case", "name", "changes", "seconds", "MiB", "problem"}};
+  for (const ListedCase& listed : list_cases(input)) {
+    if (flags.json) {
+      put(to_json(listed) + "\n");
+      continue;
     }
-    return RunDirectory::next_free("results/runs", plan.name + "_sweep", {}).path();
+    const bool known = listed.reason.empty();
+    rows.push_back({fmt::format("{}", listed.item.number), listed.name, inputs_text(listed.item.changes),
+                    known ? fmt::format("{:.1f}", listed.cost.seconds) : "-",
+                    known ? fmt::format("{:.0f}", listed.cost.memory_mib) : "-", listed.reason});
   }
-  std::string path = shard_directory(command.output, shard);
-  if (std::error_code error; shard.count > 1 && std::filesystem::is_symlink(path, error)) {
-    throw InputError(
-        fmt::format("output directory {}: is a link, which would lead results elsewhere; remove it", path));
+  if (!flags.json) {
+    put(aligned_table(rows, {1, 2, 5}));
   }
-  return path;
+  return 0;
 }
 
 int sweep_command(const SweepCommand& command, const Invocation& invoked) {
@@ -197,14 +228,16 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
   if (!command.collect.empty()) {
     return collect(command, flags);
   }
-  block_interrupts();
+  if (!command.list) {
+    block_interrupts();
+  }
   const int threads = apply_threads(flags);
   const Reporter reporter(flags);
-  const Shard shard = shard_of(command.shard);
-  const SweepInput input = read_sweep_input(command.sweep, command.overrides, shard);
-  SweepDirectory directory =
-      SweepDirectory::open(output_directory(command, input.plan, shard), input.plan,
-                           command.resume || command.options.retry_failed || command.output.empty());
+  const SweepInput input = read_input(command);
+  if (command.list) {
+    return list(input, flags);
+  }
+  SweepDirectory directory = input.open(output_directory(command, input));
   SweepOptions options = command.options;
   options.worker = {"/proc/self/exe", kWorkerName};
   options.threads = threads;
@@ -236,14 +269,16 @@ int sweep_command(const SweepCommand& command, const Invocation& invoked) {
         [&](const SweepRecord& record, const SweepProgress& progress) { reporter.on_case(record, progress); });
   } catch (const Interrupted& interrupted) {
     const SweepSummary kept = runner.result().summary;
-    say(
-        fmt::format("\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, unfinished cases were "
-                    "dropped; the same command with -o and --resume continues\n",
-                    interrupt_text(interrupted.signal), kept.records.size(), kept.cases, directory.path()));
+    say(fmt::format(
+        "\ntouchfield: interrupted by {}; {} of {} cases are done and kept in {}, unfinished cases were "
+        "dropped; the same command with -o {} continues\n",
+        interrupt_text(interrupted.signal), kept.records.size(), kept.cases, directory.path(), directory.path()));
     return 128 + interrupted.signal;
   }
-  draw(directory.path(), result.summary, command, reporter);
-  return report(result.summary, directory.path(), flags, result.computed);
+  if (input.shard.is_whole()) {
+    draw(directory.path(), result.summary, command, reporter);
+  }
+  return report(result.summary, directory.path(), flags, result.computed, input.shard.is_whole());
 }
 
 }  // namespace
@@ -264,12 +299,15 @@ void add_sweep_command(CLI::App& app, Invocation& invocation) {
              "Give up a case that takes longer [s]; default: 600 and 20 times the expected time, or 10 times the "
              "longest case so far")
       ->default_str("");
-  command->add_option("--shard", sweep->shard, "Compute part i of n only: i/n")->capture_default_str();
-  command->add_flag("--resume", sweep->resume, "Continue the sweep in the output directory, or begin one");
-  command->add_flag("--retry-failed", sweep->options.retry_failed, "Continue, and compute failed cases again");
+  auto* shard = command->add_option("--shard", sweep->shard, "Compute part i of n only: i/n")->capture_default_str();
+  add_whole(command, "--case", sweep->case_number, schema::between(1, kMostCases), "Compute this case only")
+      ->excludes(shard);
+  command->add_flag("--list", sweep->list, "List the cases with their expected time and memory, and compute nothing");
+  command->add_flag("--resume")->group("");  // of scripts for version 0.2: a sweep always continues
+  command->add_flag("--retry-failed", sweep->options.retry_failed, "Compute failed cases again");
   command->add_option("--plot", sweep->metric, "Metric of the plot")->capture_default_str();
   add_pictures(command, sweep->pictures, "Format of the plot; default: png");
-  command->add_option("--collect", sweep->collect, "Only write the table of a directory, with its shards merged")
+  command->add_option("--collect", sweep->collect, "Only write the table of a directory")
       ->excludes(file)
       ->type_name(kFolder);
   finish_command(command, invocation, [sweep](const Invocation& invoked) { return sweep_command(*sweep, invoked); });

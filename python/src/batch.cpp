@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <nanobind/stl/pair.h>
 #include <variant>
 
 #include <fmt/format.h>
@@ -9,7 +8,7 @@
 #include "python/src/job.h"
 #include "python/src/parts.h"
 #include "sim/batch/check_scene.h"
-#include "sim/batch/sweep.h"
+#include "sim/batch/sweep_list.h"
 #include "sim/core/errors.h"
 #include "sim/scene/scene_reader.h"
 
@@ -64,16 +63,8 @@ std::vector<std::string> worker() {
                   folder)};
 }
 
-Shard shard_of(std::pair<int, int> shard) {
-  const Shard part{shard.first, shard.second};
-  if (part.index < 1 || part.index > part.count) {
-    throw InputError(fmt::format("sweep: shard = ({}, {}) must be (i, n) with 1 <= i <= n", part.index, part.count));
-  }
-  return part;
-}
-
 nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optional<std::string>& device, int jobs,
-               bool resume, std::optional<int> threads, std::pair<int, int> shard) {
+               bool /*resume*/, std::optional<int> threads, std::optional<int> number) {
   SweepOptions asked;
   asked.worker = worker();
   asked.jobs = jobs;
@@ -82,14 +73,17 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
     throw InputError(fmt::format("sweep: jobs = {} must be >= 0", jobs));
   }
   return columns_of(computed(thread_count(threads), [path = path_of(file), place = path_of(out),
-                                                     overrides = overrides_of(set, device), resume, asked,
-                                                     part = shard_of(shard)](Progress& progress) {
+                                                     overrides = overrides_of(set, device), asked,
+                                                     number](Progress& progress) {
     SweepOptions options = asked;
     double done = 0;
     options.threads = omp_get_max_threads();
     options.tick = [&] { progress.advance(done); };
-    const SweepInput input = read_sweep_input(path, overrides, part);
-    SweepDirectory directory = SweepDirectory::open(shard_directory(place, part), input.plan, resume);
+    SweepInput input = read_sweep_input(path, overrides);
+    if (number) {
+      input.shard = case_shard(*number, input.plan.cases.size());
+    }
+    SweepDirectory directory = input.open(place);
     share_cards(input.scenes, options);
     SweepRunner runner(input, directory, options);
     try {
@@ -102,6 +96,17 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
       throw;
     }
   }));
+}
+
+nb::object list_sweep(nb::handle file, nb::handle set) {
+  const std::string text = computed(0, [path = path_of(file), overrides = overrides_of(set, {})](Progress&) {
+    std::string lines;
+    for (const ListedCase& listed : list_cases(read_sweep_input(path, overrides))) {
+      lines += (lines.empty() ? "[" : ", ") + to_json(listed);
+    }
+    return lines + "]";
+  });
+  return nb::module_::import_("json").attr("loads")(text);
 }
 
 int sweep_cases(nb::handle file, nb::handle set) {
@@ -125,12 +130,16 @@ void add_batch(nb::module_& module) {
              "discretisation error.");
   module.def("sweep", &sweep, nb::arg("file"), nb::arg("out"), nb::arg("set") = nb::none(),
              nb::arg("device") = nb::none(), nb::arg("jobs") = 0, nb::arg("resume") = false,
-             nb::arg("threads") = nb::none(), nb::arg("shard") = std::pair(1, 1),
+             nb::arg("threads") = nb::none(), nb::arg("case") = nb::none(),
              nb::sig("def sweep(file: str | os.PathLike, out: str | os.PathLike, set: dict[str, typing.Any] | None = "
                      "None, device: str | None = None, jobs: int = 0, resume: bool = False, threads: int | None = "
-                     "None, shard: tuple[int, int] = (1, 1)) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
-             "Computes the cases of a sweep, or of part i of n, into a folder, as `touchfield sweep`, in separate "
+                     "None, case: int | None = None) -> dict[str, numpy.typing.NDArray[typing.Any]]"),
+             "Computes the cases of a sweep, or one of them, into a folder, as `touchfield sweep`, in separate "
              "processes. Returns the columns of its table.");
+  module.def("list_sweep", &list_sweep, nb::arg("file"), nb::arg("set") = nb::none(),
+             nb::sig("def list_sweep(file: str | os.PathLike, set: dict[str, typing.Any] | None = None) -> "
+                     "list[dict[str, typing.Any]]"),
+             "Every case of a sweep and what it is expected to take, as `touchfield sweep --list --json`.");
   module.def("sweep_cases", &sweep_cases, nb::arg("file"), nb::arg("set") = nb::none(),
              nb::sig("def sweep_cases(file: str | os.PathLike, set: dict[str, typing.Any] | None = None) -> int"),
              "The number of cases of a sweep.");

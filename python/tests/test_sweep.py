@@ -1,4 +1,5 @@
 import csv
+import json
 import signal
 import subprocess
 import sys
@@ -31,9 +32,15 @@ def test_columns_are_those_of_the_program(touchfield, plan, tmp_path):
     assert columns["array.grid.count"].dtype.kind == "U" and columns["status"].tolist() == ["ok"] * 8
     again = tf.read_sweep(tmp_path / "mine")
     assert list(again) == list(columns) and np.array_equal(again["relative_error"], columns["relative_error"])
-    with pytest.raises(tf.InputError, match="resume"):
-        tf.sweep(plan, tmp_path / "mine")
-    assert np.array_equal(tf.sweep(plan, tmp_path / "mine", resume=True)["peak_pa"], columns["peak_pa"])
+    assert np.array_equal(tf.sweep(plan, tmp_path / "mine")["seconds"], columns["seconds"])  # nothing is computed again
+
+
+def test_the_list_is_that_of_the_program(touchfield, plan):
+    cases = tf.list_sweep(plan)
+    said = touchfield("sweep", plan, "--list", "--json").stdout.splitlines()
+    steady = ("case", "name", "inputs", "faces", "channels", "reason")  # speeds are measured each time
+    assert [{key: case[key] for key in steady} for case in cases] == [{key: json.loads(line)[key] for key in steady} for line in said]
+    assert len(cases) == 4 and all(case["seconds"] > 0 and case["memory_mib"] > 0 for case in cases)
 
 
 def test_a_case_that_fails_is_a_row(plan, tmp_path, monkeypatch):

@@ -87,9 +87,9 @@ class _Files:
             self.folder.cleanup()
 
 
-def _shard(file, out, set, device, shard, threads):
-    """A case in a worker of an executor; the table is not needed there."""
-    _core.sweep(file, out, set, device, 1, True, threads, shard)
+def _case(file, out, set, device, case, threads):
+    """A case in a worker of an executor; its rows are not needed there."""
+    _core.sweep(file, out, set, device, 1, True, threads, case)
 
 
 def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, *, executor=None, progress=None):
@@ -107,12 +107,12 @@ def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, 
     jobs : int
         Cases at a time; 0: chosen. Not with an executor.
     resume : bool
-        Whether a sweep that the folder holds is continued.
+        Without effect: a sweep that the folder holds is continued.
     threads : int, optional
         Of all jobs together; with an executor of each case.
     executor : concurrent.futures.Executor, optional
-        Computes the cases, each as a shard of its own, in place of processes of the program. Its workers must see the
-        folder, and have the package. `resume` is then always true.
+        Computes the cases, each as a task of its own, in place of processes of the program. Its workers must see the
+        folder, and have the package.
     progress : callable or bool, optional
         A function of stage and fraction, or True for a bar.
 
@@ -137,7 +137,7 @@ def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, 
             return Sweep(_core.sweep(path, out, changes(set), device, jobs, resume, threads))
         cases = _core.sweep_cases(path, changes(set))
         path, out = os.path.abspath(os.fspath(path)), os.path.abspath(os.fspath(out))
-        futures = [executor.submit(_shard, path, out, changes(set), device, (number, cases), threads) for number in range(1, cases + 1)]
+        futures = [executor.submit(_case, path, out, changes(set), device, number, threads) for number in range(1, cases + 1)]
         try:
             for done, future in enumerate(concurrent.futures.as_completed(futures), 1):
                 future.result()
@@ -147,6 +147,28 @@ def sweep(file, out, set=None, device=None, jobs=0, resume=False, threads=None, 
             for future in futures:
                 future.cancel()
         return read_sweep(out)
+
+
+def list_sweep(file, set=None):
+    """Every case of a sweep and what it is expected to take, as `touchfield sweep --list --json`.
+
+    Parameters
+    ----------
+    file, set
+        As of `sweep`.
+
+    Returns
+    -------
+    list of dict
+        Of each case `case`, `name`, `inputs`, `seconds`, `memory_mib` and what else a line of the program has.
+
+    Examples
+    --------
+    >>> [case["inputs"] for case in tf.list_sweep({"base": "scenes/quick.yaml", "grid": {"array.level": [0.5, 1]}})]
+    [{'array.level': '0.5'}, {'array.level': '1'}]
+    """
+    with _Files(file) as path:
+        return _core.list_sweep(path, changes(set))
 
 
 def read_sweep(folder):

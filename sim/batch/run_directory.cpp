@@ -199,7 +199,7 @@ RunDirectory RunDirectory::at(const std::string& path, const std::vector<std::st
 
 RunDirectory RunDirectory::made(const std::string& path, const std::vector<std::string>& files) {
   RunDirectory directory(path);
-  directory.begin(files);
+  directory.files_ = files;
   return directory;
 }
 

@@ -41,7 +41,7 @@ class RunDirectory {
   ///          to
   static RunDirectory at(const std::string& path, const std::vector<std::string>& files, bool force);
 
-  /// A directory that was made for one run.
+  /// A directory that was made for one run, of which others keep what it holds: without a manifest.
   static RunDirectory made(const std::string& path, const std::vector<std::string>& files);
 
   RunDirectory(RunDirectory&& other) noexcept;

@@ -17,6 +17,7 @@
 #include "sim/batch/worker_process.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
+#include "sim/core/require.h"
 #include "sim/core/version.h"
 #include "sim/gpu/gpu_library.h"
 #include "sim/scene/scene_reader.h"
@@ -42,11 +43,17 @@ std::vector<std::pair<std::string, std::string>> inputs_of(const SweepCase& item
 }  // namespace
 
 SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard) {
-  SweepInput input{{read_sweep(path, overrides), {}, shard}, {}};
+  SweepInput input{{read_sweep(path, overrides), {}}, {}, shard};
   input.scenes = read_cases(input.plan);
   require_named_files(input.scenes);
   input.plan.hash = plan_hash(input.plan, input.scenes);
   return input;
+}
+
+Shard case_shard(int number, std::size_t cases) {
+  require(number >= 1 && static_cast<std::size_t>(number) <= cases, "case {}: the sweep has cases 1 to {}", number,
+          cases);
+  return {number, static_cast<int>(cases)};
 }
 
 void share_cards(const std::vector<Scene>& scenes, SweepOptions& options) {
@@ -83,14 +90,13 @@ struct SweepRunner::Worker {
 };
 
 SweepRunner::SweepRunner(const SweepInput& input, SweepDirectory& directory, SweepOptions options)
-    : input_(input),
-      directory_(directory),
-      options_(std::move(options)),
-      summary_(summary_of(input.plan)),
-      next_table_(Clock::now()) {
+    : input_(input), directory_(directory), options_(std::move(options)), next_table_(Clock::now()) {
   CaseRecords found = directory.records();
   records_ = std::move(found.whole);
   damaged_ = std::move(found.damaged);
+  const auto others = [&](const auto& entry) { return !input.shard.has(entry.first); };
+  std::erase_if(records_, others);
+  std::erase_if(damaged_, others);
   if (options_.retry_failed) {
     std::erase_if(records_, [](const auto& entry) { return entry.second.status != "ok"; });
   }
@@ -99,14 +105,13 @@ SweepRunner::SweepRunner(const SweepInput& input, SweepDirectory& directory, Swe
   for (std::size_t i = 0; i < input.plan.cases.size(); ++i) {
     Group& group = groups_[static_cast<std::size_t>(numbers[i])];
     ++group.size;
-    if (input.plan.shard.has(input.plan.cases[i].number)) {
+    if (input.shard.has(input.plan.cases[i].number)) {
       ++cases_;
       if (!records_.contains(input.plan.cases[i].number)) {
         group.left.push_back(i);
       }
     }
   }
-  summary_.cases = cases_;
   const auto open = std::ranges::count_if(groups_, [](const Group& group) { return !group.left.empty(); });
   jobs_ = options_.jobs > 0 ? options_.jobs : std::min(options_.threads, static_cast<int>(open));
   jobs_ = std::clamp(jobs_, 1, std::max(1, left()));
@@ -163,11 +168,11 @@ bool SweepRunner::dispatch(Worker& worker) {
   job.scenes = group->size;
   job.command_line = options_.command_line;
   job.threads = one_at_first_ ? options_.threads : threads_each();
+  if (!options_.cards.empty()) {
+    job.card = options_.cards[static_cast<std::size_t>(&worker - workers_.data()) % options_.cards.size()];
+  }
   if (!worker.process) {
-    const auto number = static_cast<std::size_t>(&worker - workers_.data());
-    const std::string card =
-        options_.cards.empty() ? "" : "CUDA_VISIBLE_DEVICES=" + options_.cards[number % options_.cards.size()];
-    worker.process = std::make_unique<WorkerProcess>(options_.worker, directory_.file("sweep.log"), card);
+    worker.process = std::make_unique<WorkerProcess>(options_.worker, directory_.file("sweep.log"));
   }
   group->left.pop_front();
   worker.group = group;
@@ -270,16 +275,15 @@ void SweepRunner::land(SweepRecord& record, const std::string& scratch) {
   } catch (const NoRoomError&) {
     SweepDirectory::drop(scratch);
     throw;
-  } catch (const IoError& error) {
-    SweepDirectory::drop(scratch);
+  } catch (const IoError& error) {  // the folder stays for the next start, which tries again
     record.status = "failed";
     record.reason = error.what();
     record.methods.clear();
     try {
       directory_.land(record, directory_.scratch(record.number));
     } catch (const IoError& again) {
-      throw IoError(fmt::format("case {}: {}; finished cases are in {}, --resume continues from there", record.number,
-                                again.what(), directory_.path()));
+      throw IoError(fmt::format("case {}: {}; finished cases are in {}, the same command continues from there",
+                                record.number, again.what(), directory_.path()));
     }
   }
 }
@@ -302,22 +306,20 @@ void SweepRunner::write_table_now_and_then() {
   if (start < next_table_) {
     return;
   }
-  summary_.records = listed(records_);
-  write_sweep_csv(directory_.file("sweep.csv"), summary_);
+  write_table();
   const Clock::time_point end = Clock::now();
   next_table_ = end + std::max<Clock::duration>(std::chrono::seconds(10), 20 * (end - start));
 }
 
-SweepResult SweepRunner::result() {
-  SweepResult result;
-  summary_.records = listed(records_);
-  write_sweep_csv(directory_.file("sweep.csv"), summary_);
-  result.summary = summary_;
-  result.computed = computed_;
-  result.failed = progress().failed;
-  result.jobs = jobs_;
-  return result;
+SweepSummary SweepRunner::write_table() const {
+  SweepSummary summary = summary_of(input_.plan, cases_, records_);
+  if (input_.shard.is_whole()) {
+    write_sweep_csv(directory_.file("sweep.csv"), summary);
+  }
+  return summary;
 }
+
+SweepResult SweepRunner::result() const { return {write_table(), computed_, jobs_}; }
 
 /// Every worker of as many as there are jobs gets a case if it has none. Returns false if none has any.
 bool SweepRunner::dispatch_all() {
@@ -370,7 +372,7 @@ SweepResult SweepRunner::run(const OnCase& on_case) {
     return result();
   } catch (const NoRoomError& error) {
     stop_workers();
-    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, --resume continues from there", error.what(),
+    throw IoError(fmt::format("{}; {} of {} cases are kept in {}, the same command continues from there", error.what(),
                               records_.size(), cases_, directory_.path()));
   } catch (...) {
     stop_workers();

@@ -8,19 +8,36 @@
 
 #include "sim/batch/sweep_case.h"
 #include "sim/batch/sweep_directory.h"
-#include "sim/batch/sweep_summary.h"
 
 namespace touchfield {
 
-/// A sweep file as it was read, whole: its plan and the scenes of all its cases.
+/// Part i of n of a sweep: the cases whose number is i modulo n. Several processes may compute parts at a time, on
+/// several machines.
+struct Shard {
+  int index = 1;  // from 1
+  int count = 1;
+
+  bool has(int number) const { return (number - index) % count == 0; }
+  bool is_whole() const { return count == 1; }
+};
+
+/// A sweep file as it was read, whole: its plan and the scenes of all its cases; and what is to be computed of it.
 struct SweepInput {
   SweepIdentity plan;
   std::vector<Scene> scenes;
+  Shard shard{};
+
+  /// throws   as of SweepDirectory
+  SweepDirectory open(const std::string& path) const { return SweepDirectory::open(path, plan, !shard.is_whole()); }
 };
 
 /// overrides   as of read_sweep
 /// throws      InputError as read_sweep, read_cases and require_named_files
 SweepInput read_sweep_input(const std::string& path, const std::vector<std::string>& overrides, Shard shard = {});
+
+/// The shard of a case alone.
+/// throws   InputError if there is no such case
+Shard case_shard(int number, std::size_t cases);
 
 struct SweepOptions {
   std::vector<std::string> worker;  // program and arguments of a process that computes cases: see serve_cases
@@ -48,14 +65,13 @@ double case_limit(double expected, double longest);
 struct SweepProgress {
   int done = 0;    // cases with a record, whenever they were computed
   int failed = 0;  // of these
-  int cases = 0;   // of this shard
+  int cases = 0;   // of the shard
   double seconds_left = kNotComputed;
 };
 
 struct SweepResult {
   SweepSummary summary;
   int computed = 0;  // by this call
-  int failed = 0;    // of all
   int jobs = 1;
 };
 
@@ -93,8 +109,8 @@ class SweepRunner {
   ///          computed
   SweepResult run(const OnCase& on_case);
 
-  /// Writes the table of what has landed: after run() has thrown.
-  SweepResult result();
+  /// What has landed, of which it writes the table unless it computes a part: after run() has thrown.
+  SweepResult result() const;
 
  private:
   struct Group;
@@ -112,19 +128,19 @@ class SweepRunner {
   void stop_workers();
   void land(SweepRecord& record, const std::string& scratch);
   SweepProgress progress() const;
+  SweepSummary write_table() const;
   void write_table_now_and_then();
 
   const SweepInput& input_;
   SweepDirectory& directory_;
   SweepOptions options_;
-  SweepSummary summary_;
   std::map<int, SweepRecord> records_;
   std::map<int, std::string> damaged_;
   std::vector<Group> groups_;
   std::vector<Worker> workers_;
   int jobs_ = 1;
   bool one_at_first_ = true;  // until a case has said what it takes, or could not
-  int cases_ = 0;             // of this shard
+  int cases_ = 0;             // of the shard
   int computed_ = 0;
   double seconds_sum_ = 0.0;  // of the cases computed
   double longest_ = 0.0;      // of them, those that are ok [s]

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <new>
@@ -19,7 +21,6 @@
 #include "sim/core/atomic_file.h"
 #include "sim/core/errors.h"
 #include "sim/core/json_text.h"
-#include "sim/core/log_file.h"
 #include "sim/core/text_number.h"
 #include "sim/core/version.h"
 #include "sim/motion/frame_budget.h"
@@ -35,35 +36,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kExpected = "expected";
-
-/// Writes what a computation does into a log, a line a stage. Where none can be made there is none: it is no part of
-/// the result.
-class FileProgress : public Progress {
- public:
-  explicit FileProgress(const std::string& path) {
-    try {
-      log_.emplace(path);
-    } catch (const IoError&) {  // NOLINT(bugprone-empty-catch)
-    }
-  }
-
-  void begin(std::string_view what) override { stages_.emplace_back(what); }
-  void end(double seconds) override {
-    note(fmt::format("  {}: {:.2f} s", stages_.back(), seconds));
-    stages_.pop_back();
-  }
-  void note(std::string_view line) override {
-    if (log_) {
-      log_->line(line);
-    }
-  }
-  void remark(std::string_view message) override { note(fmt::format("note: {}", message)); }
-  void warn(std::string_view message) override { note(fmt::format("warning: {}", message)); }
-
- private:
-  std::optional<LogFile> log_;
-  std::vector<std::string> stages_;  // begun and not ended, one within another
-};
 
 void take_results(const Run& run, SweepRecord& record) {
   record.faces = static_cast<int>(run.mesh.face_count());
@@ -97,18 +69,27 @@ void in_directory(const std::string& path, const std::vector<std::string>& files
   RunDirectory directory = RunDirectory::made(path, files);
   try {
     work(directory);
-    directory.settle();
   } catch (const std::exception& error) {
     directory.fail(error.what());
     throw;
   }
 }
 
-void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::function<int(const CaseCost&)>& expect,
-             SweepRecord& record) {
-  const auto cost_of = [](const CheckReport& report, double seconds) {
-    return CaseCost{report.faces, report.channels, report.memory_mib, report.available_mib, seconds};
-  };
+CaseCost cost_of(const CheckReport& report, double seconds) {
+  return {report.faces, report.channels, report.memory_mib, report.available_mib, seconds};
+}
+
+/// What one case of a sweep leaves to the next.
+struct KeptWork {
+  KeptBodies bodies;
+  KeptModels models;
+};
+
+/// Called with what a case is expected to take; returns the number of threads it goes on with.
+using Expect = std::function<int(const CaseCost&)>;
+
+void compute(const CaseJob& job, KeptWork& kept, const Expect& expect, SweepRecord& record) {
+  Progress progress;
   const Scene scene = read_scene_text(job.scene, fmt::format("case {}", job.number), "");
   if (scene.motion) {
     require_motion_memory(scene);
@@ -129,7 +110,40 @@ void compute(const CaseJob& job, KeptWork& kept, Progress& progress, const std::
   in_directory(job.scratch, run_files(model.fixed->scene), [&](RunDirectory& directory) {
     SolveOptions options{job.command_line, threads, &kept.bodies, &kept.models};
     take_results(run_model(model, options, directory, progress), record);
+    std::filesystem::remove(directory.file("metrics.csv"));  // the record has them
   });
+}
+
+/// Nothing is thrown.
+SweepRecord run_case(const CaseJob& job, KeptWork& kept, const Expect& expect) {
+  SweepRecord record;
+  record.number = job.number;
+  record.inputs = job.inputs;
+  record.revision = build_info().revision;
+  const auto start = std::chrono::steady_clock::now();
+  reset_peak_memory();
+  kept.models.take_count();
+  kept.models.expect(job.scenes);
+  try {
+    compute(job, kept, expect, record);
+    record.status = "ok";
+  } catch (const NoRoomError& error) {
+    record.status = kNoRoom;
+    record.reason = error.what();
+  } catch (const std::bad_alloc&) {
+    record.reason = out_of_memory() + "; a larger body.edge_mm needs less";
+  } catch (const std::exception& error) {
+    record.reason = error.what();
+  }
+  if (record.status.empty()) {
+    record.status = "failed";
+  }
+  const KeptModels::Count count = kept.models.take_count();
+  record.models = count.asked;
+  record.models_reused = count.reused;
+  record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  record.peak_mib = peak_memory_mib();
+  return record;
 }
 
 /// What scenes that may share their models have in common, as text.
@@ -167,7 +181,7 @@ std::string sharing_key(const Scene& scene) {
 
 }  // namespace
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseJob, number, scratch, scene, inputs, scenes, command_line, threads)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseJob, number, scratch, scene, inputs, scenes, command_line, threads, card)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(CaseCost, faces, channels, memory_mib, available_mib, seconds)
 
 std::string to_json(const CaseJob& job) { return json_text(nlohmann::json(job)); }
@@ -178,39 +192,6 @@ CaseJob job_from_json(const std::string& text) {
   } catch (const Json::exception& error) {
     throw IoError(fmt::format("a case's job cannot be read: {}", error.what()));
   }
-}
-
-SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
-                     const std::function<int(const CaseCost&)>& expect) {
-  SweepRecord record;
-  record.number = job.number;
-  record.inputs = job.inputs;
-  record.revision = build_info().revision;
-  const auto start = std::chrono::steady_clock::now();
-  reset_peak_memory();
-  kept.models.take_count();
-  kept.models.expect(job.scenes);
-  try {
-    compute(job, kept, progress, expect, record);
-    record.status = "ok";
-  } catch (const NoRoomError& error) {
-    record.status = kNoRoom;
-    record.reason = error.what();
-  } catch (const std::bad_alloc&) {
-    record.reason = out_of_memory() + "; a larger body.edge_mm needs less";
-  } catch (const std::exception& error) {
-    record.reason = error.what();
-  }
-  if (record.status.empty()) {
-    record.status = "failed";
-    progress.warn(fmt::format("case {} failed: {}", job.number, record.reason));
-  }
-  const KeptModels::Count count = kept.models.take_count();
-  record.models = count.asked;
-  record.models_reused = count.reused;
-  record.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  record.peak_mib = peak_memory_mib();
-  return record;
 }
 
 std::string to_json(const CaseCost& cost) { return nlohmann::json{{kExpected, cost}}.dump(); }
@@ -242,9 +223,11 @@ int serve_cases() {
   std::string line;
   while (std::getline(std::cin, line)) {
     const CaseJob job = job_from_json(line);
+    if (!job.card.empty()) {  // before the first one is looked for; always the same
+      setenv("CUDA_VISIBLE_DEVICES", job.card.c_str(), 1);
+    }
     omp_set_num_threads(job.threads);
     take_blas_buffers(job.threads);
-    FileProgress progress(job.scratch + "/run.log");
     const auto expect = [&](const CaseCost& cost) {
       answer(to_json(cost) + "\n");
       std::getline(std::cin, line);
@@ -252,7 +235,7 @@ int serve_cases() {
       omp_set_num_threads(threads);
       return threads;
     };
-    answer(to_json(run_case(job, kept, progress, expect), -1));
+    answer(to_json(run_case(job, kept, expect), -1));
   }
   std::fclose(answers);
   return 0;

@@ -1,13 +1,11 @@
 #pragma once
 
-#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "sim/batch/run_model.h"
-#include "sim/core/progress.h"
 #include "sim/store/sweep_files.h"
 
 namespace touchfield {
@@ -20,10 +18,11 @@ struct CaseJob {
   std::vector<std::pair<std::string, std::string>> inputs;  // what it changes, for the record
   int scenes = 1;                                           // how many cases of the sweep share its body
   std::string command_line;
-  int threads = 1;  // until it is told of others
+  int threads = 1;   // until it is told of others
+  std::string card;  // of its process, as CUDA_VISIBLE_DEVICES names it; empty: as it is
 };
 
-/// What a case is expected to take, by check_model, once its model stands.
+/// What a case is expected to take, by check_model.
 struct CaseCost {
   Eigen::Index faces = 0;
   Eigen::Index channels = 0;
@@ -36,22 +35,9 @@ std::string to_json(const CaseJob& job);  // one line
 /// throws   IoError on a text that is no job
 CaseJob job_from_json(const std::string& text);
 
-/// What one case of a sweep leaves to the next.
-struct KeptWork {
-  KeptBodies bodies;
-  KeptModels models;
-};
-
 /// Status of an answer on a case that there was no room to write: it is no record to be kept, the case may be computed
 /// as soon as there is room.
 inline constexpr const char* kNoRoom = "no room";
-
-/// Computes a case into its scratch folder and returns its record. A case that fails has a record that says why, and a
-/// failed.json beside what was finished. Nothing is thrown.
-///
-/// expect   called with what the case is expected to take; returns the number of threads it goes on with
-SweepRecord run_case(const CaseJob& job, KeptWork& kept, Progress& progress,
-                     const std::function<int(const CaseCost&)>& expect);
 
 /// What the process that computes cases says of one: first what it is expected to take, a line {"expected": {...}},
 /// which is answered by a line with the number of threads to go on with; then its record.
@@ -63,8 +49,9 @@ std::string to_json(const CaseCost& cost);  // that first line, without its end
 /// throws   IoError on a line that is neither
 CaseAnswer answer_from_json(const std::string& line);
 
-/// The loop of a worker process: reads a job a line from standard input, computes it, and answers it; ends with the
-/// input.
+/// The loop of a worker process: reads a job a line from standard input, computes it into its scratch folder, and
+/// answers it; ends with the input. A case that fails has a record that says why, and a failed.json beside what was
+/// finished.
 int serve_cases();
 
 /// For every scene the number of its group, from 0: scenes of a group have the same bodies, medium and schemes, and

@@ -4,11 +4,15 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <iterator>
+#include <ranges>
+#include <set>
+#include <span>
 #include <system_error>
 #include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/batch/run_directory.h"
@@ -31,7 +35,6 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kPlanFormat = "touchfield-sweep-plan";
 constexpr int kPlanVersion = 3;
 constexpr const char* kRecordName = "case.json";
-constexpr std::string_view kFormer = ".old";  // of the folder of a case that another one takes the place of
 constexpr std::size_t kMostRecordBytes = std::size_t{1} << 28U;  // of a plan or a record
 
 std::string case_name(int number) { return fmt::format("{:05d}", number); }
@@ -61,7 +64,6 @@ void write_identity(const std::string& directory, const SweepIdentity& identity)
                      {"format_version", kPlanVersion},
                      {"name", identity.name},
                      {"hash", identity.hash},
-                     {"shard", {identity.shard.index, identity.shard.count}},
                      {"parameters", identity.parameters},
                      {"set", changes_json(identity.common)},
                      {"cases", cases},
@@ -80,10 +82,6 @@ std::string describe(const std::vector<SceneChange>& changes) {
 
 /// The first thing in which two plans differ, for a person.
 std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
-  if (kept.shard != asked.shard) {
-    return fmt::format("shard {}/{} there, {}/{} requested", kept.shard.index, kept.shard.count, asked.shard.index,
-                       asked.shard.count);
-  }
   if (kept.common != asked.common) {
     return fmt::format("changes of all cases: {} there, {} requested", describe(kept.common), describe(asked.common));
   }
@@ -100,13 +98,13 @@ std::string difference(const SweepIdentity& kept, const SweepIdentity& asked) {
                                            : "a file that the scenes name, or a default of the program, has changed";
 }
 
-/// Files of a case's folder that are results: without its record, the log and what was left half-written.
+/// Files of a case's folder that are results: without its record and what was left half-written.
 std::vector<SweepRecord::File> files_of(const std::string& folder) {
   std::vector<SweepRecord::File> files;
   try {
     for (const auto& entry : fs::directory_iterator(folder)) {
       const std::string name = entry.path().filename().string();
-      if (entry.is_regular_file() && !name.starts_with('.') && name != kRecordName && name != "run.log") {
+      if (entry.is_regular_file() && !name.starts_with('.') && name != kRecordName) {
         files.push_back({name, entry.file_size(), file_checksum(entry.path().string())});
       }
     }
@@ -146,71 +144,71 @@ SweepRecord read_case_record(const std::string& folder, int number) {
   return record;
 }
 
-/// The names that scratch() and land() give: .NUMBER.PROCESS and .NUMBER.old.
-bool is_scratch(const std::string& name) {
-  const std::size_t point = name.find('.', 1);
-  if (!name.starts_with('.') || point == std::string::npos) {
-    return false;
-  }
-  const std::string end = name.substr(point + 1);
-  return number_of<int>(name.substr(1, point - 1)) && ("." + end == kFormer || number_of<int>(end));
-}
-
 /// Renames survive a power failure once the folder they are in is flushed.
 void flush_folder(const std::string& path) {
   const Descriptor folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   fsync(folder.number());
 }
 
-/// Moves what no case wrote from a case's former folder into its new one, unless the new one has a file of that name. A
-/// link is no folder of the sweep's: what it leads to stays.
-void keep_files_of_others(const fs::path& former, const fs::path& place) {
-  std::error_code error;
-  if (!fs::is_directory(fs::symlink_status(former, error))) {
-    return;
-  }
-  const std::vector<std::string> own =
-      own_files(former.string(), own_files(place.string(), {}).value_or(std::vector<std::string>()))
-          .value_or(std::vector<std::string>());
-  for (const auto& entry : fs::directory_iterator(former, error)) {
-    const fs::path name = entry.path().filename();
-    if (name != "case.json" && std::find(own.begin(), own.end(), name.string()) == own.end() && !there(place / name)) {
-      fs::rename(entry.path(), place / name, error);
-    }
-  }
+/// Whether a folder is what scratch() made: .NUMBER.PROCESS.
+bool is_scratch(const std::string& name) {
+  const std::size_t point = name.find('.', 1);
+  return name.starts_with('.') && point != std::string::npos && number_of<int>(name.substr(1, point - 1)) &&
+         number_of<int>(name.substr(point + 1));
 }
 
-/// After a kill between the two renames of SweepDirectory::land, or behind them.
-void put_back(const fs::path& former, const fs::path& place) {
+bool is_folder(const fs::path& path) {  // no link to one
   std::error_code error;
-  if (there(place)) {
-    keep_files_of_others(former, place);
-  } else {
-    fs::rename(former, place, error);
+  return fs::is_directory(fs::symlink_status(path, error));
+}
+
+/// Gives a finished case its place. What was there goes, but for files that no case wrote, which move to the new one
+/// unless it has a file of that name.
+void put_in_place(const fs::path& finished, const fs::path& place) {
+  std::set<std::string> own = {kRecordName, "run.log", "files.json"};  // the latter two of earlier versions
+  try {
+    const std::string path = (place / kRecordName).string();
+    for (const SweepRecord::File& file : record_from_json(read_whole_file(path, kMostRecordBytes), path).files) {
+      own.insert(file.name);
+    }
+  } catch (const Error&) {  // NOLINT(bugprone-empty-catch): then all that the new one lacks stays
+  }
+  std::error_code error;
+  for (const auto& entry : is_folder(place) ? fs::directory_iterator(place, error) : fs::directory_iterator()) {
+    const fs::path name = entry.path().filename();
+    if (!own.contains(name.string()) && !there(finished / name)) {
+      fs::rename(entry.path(), finished / name, error);
+    }
+  }
+  fs::remove_all(place, error);
+  if (!error) {
+    fs::rename(finished, place, error);
+  }
+  if (error) {
+    throw IoError(fmt::format("{} cannot be put in its place: {}", place.string(), error.message()));
   }
 }
 
 }  // namespace
 
-OwnDirectory own_sweep_directory(const std::string& path, const std::string& lock_file) {
-  OwnDirectory own(path, lock_file);
+OwnDirectory own_sweep_directory(const std::string& path, const std::string& lock_file, bool shared) {
+  OwnDirectory own(path, lock_file, shared);
   own.remove_leftovers("", [](const std::string& name) { return name.starts_with("sweep"); });
   return own;
 }
 
-SweepDirectory::SweepDirectory(const std::string& path) : own_(own_sweep_directory(path, "sweep.lock")) {
+SweepDirectory::SweepDirectory(const std::string& path, bool shared)
+    : own_(own_sweep_directory(path, "sweep.lock", shared)) {
   own_.require_own_folder("cases");
   std::error_code error;
   fs::create_directory(path + "/cases", error);
   require(!error, "output directory {} cannot be written to: cases: {}", path, error.message());
 }
 
-SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity, bool resume) {
+SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity& identity, bool shared) {
   make_directory(path);
-  SweepDirectory directory(path);
+  SweepDirectory directory(path, shared);
   if (fs::exists(path + "/sweep.json")) {
-    require(resume, "output directory {} already holds a sweep; continue it with --resume, or give another with -o",
-            path);
     const SweepIdentity kept = read_identity(path);
     if (kept.version < kPlanVersion) {
       throw InputError(
@@ -218,25 +216,27 @@ SweepDirectory SweepDirectory::open(const std::string& path, const SweepIdentity
                       "continue it with that version, or give another with -o",
                       path));
     }
-    if (kept.hash != identity.hash || kept.shard != identity.shard) {
+    if (kept.hash != identity.hash) {
       throw InputError(fmt::format("output directory {} holds another sweep: {}; give another with -o", path,
                                    difference(kept, identity)));
     }
   } else {
-    if (std::error_code error; !fs::is_empty(path + "/cases", error)) {
-      throw InputError(fmt::format("output directory {}: cases without a sweep.json are in the way", path));
-    }
+    const CaseRecords found = read_records(path);
+    require(found.whole.empty() && found.damaged.empty(),
+            "output directory {}: cases without a sweep.json are in the way", path);
     try {
       write_identity(path, identity);
     } catch (const Error& failure) {
       throw InputError(fmt::format("output directory {} cannot be written to: {}", path, failure.what()));
     }
   }
-  directory.clear_leftovers();
+  if (!shared) {
+    directory.clear_leftovers();
+  }
   return directory;
 }
 
-/// What a killed owner left half done.
+/// What killed owners left: a finished case gets its place, an unfinished one goes.
 void SweepDirectory::clear_leftovers() const {
   std::error_code error;
   std::vector<fs::path> found;
@@ -247,8 +247,8 @@ void SweepDirectory::clear_leftovers() const {
   }
   for (const fs::path& folder : found) {
     const std::string name = folder.filename().string();
-    if (name.ends_with(kFormer)) {
-      put_back(folder, folder.parent_path() / name.substr(1, name.size() - 1 - kFormer.size()));
+    if (is_folder(folder) && there(folder / kRecordName)) {
+      put_in_place(folder, folder.parent_path() / name.substr(1, name.find('.', 1) - 1));
     }
     fs::remove_all(folder, error);
   }
@@ -257,38 +257,24 @@ void SweepDirectory::clear_leftovers() const {
 CaseRecords SweepDirectory::records() const { return read_records(path()); }
 
 std::string SweepDirectory::scratch(int number) const {
-  std::string path = file(fmt::format("cases/.{}.{}", case_name(number), getpid()));
-  std::error_code error;
-  fs::remove_all(path, error);
-  if (!fs::create_directory(path, error) && !error) {
-    error = std::make_error_code(std::errc::file_exists);
+  for (int mark = getpid();; ++mark) {  // a process of another machine may have this number
+    std::string path = file(fmt::format("cases/.{}.{}", case_name(number), mark));
+    std::error_code error;
+    if (fs::create_directory(path, error)) {
+      return path;
+    }
+    if (error) {
+      throw IoError(fmt::format("{} cannot be made: {}", path, error.message()));
+    }
   }
-  if (error) {
-    throw IoError(fmt::format("{} cannot be made: {}", path, error.message()));
-  }
-  return path;
 }
 
 void SweepDirectory::land(SweepRecord& record, const std::string& scratch) const {
   record.files = files_of(scratch);
   write_text_file(fmt::format("{}/{}", scratch, kRecordName), to_json(record));
   flush_folder(scratch);
-  const std::string place = file("cases/" + case_name(record.number));
-  const std::string old = file(fmt::format("cases/.{}{}", case_name(record.number), kFormer));
-  std::error_code error;
-  if (there(place)) {
-    fs::remove_all(old, error);
-    fs::rename(place, old, error);
-  }
-  if (!error) {
-    fs::rename(scratch, place, error);
-  }
-  if (error) {
-    throw IoError(fmt::format("{} cannot be put in its place: {}", place, error.message()));
-  }
-  keep_files_of_others(old, place);
+  put_in_place(scratch, file("cases/" + case_name(record.number)));
   flush_folder(file("cases"));
-  fs::remove_all(old, error);
 }
 
 void SweepDirectory::drop(const std::string& scratch) noexcept {
@@ -312,7 +298,6 @@ SweepIdentity read_identity(const std::string& directory) {
     identity.version = version;
     identity.name = json.at("name").get<std::string>();
     identity.hash = json.at("hash").get<std::string>();
-    identity.shard = {json.at("shard").at(0).get<int>(), json.at("shard").at(1).get<int>()};
     identity.parameters = json.at("parameters").get<std::vector<std::string>>();
     identity.common = json_changes(json.at("set"));
     identity.text = json.at("sweep").get<std::string>();
@@ -330,7 +315,8 @@ CaseRecords read_records(const std::string& directory) {
   CaseRecords records;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(directory + "/cases", error)) {
-    if (const auto number = number_of<int>(entry.path().filename().string())) {
+    const auto number = number_of<int>(entry.path().filename().string());
+    if (number && !fs::is_empty(entry.path(), error)) {
       try {
         records.whole.emplace(*number, read_case_record(entry.path().string(), *number));
       } catch (const Error& damage) {
@@ -341,21 +327,33 @@ CaseRecords read_records(const std::string& directory) {
   return records;
 }
 
-std::vector<std::string> shard_directories(const std::string& directory) {
-  std::vector<std::string> found;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(directory, error)) {
-    if (entry.is_directory() && entry.path().filename().string().starts_with("shard-") &&
-        fs::exists(entry.path() / "sweep.json")) {
-      found.push_back(entry.path().string());
-    }
-  }
-  std::ranges::sort(found);
-  return found;
+SweepSummary summary_of(const SweepPlan& plan, int cases, const std::map<int, SweepRecord>& records) {
+  SweepSummary summary{plan.name, cases, plan.parameters, {}};
+  std::ranges::copy(records | std::views::values, std::back_inserter(summary.records));
+  return summary;
 }
 
-std::string shard_directory(const std::string& directory, Shard shard) {
-  return shard.count == 1 ? directory : fmt::format("{}/shard-{}-of-{}", directory, shard.index, shard.count);
+SweepCollection collect_sweep(const std::string& directory) {
+  const SweepIdentity identity = read_identity(directory);
+  const CaseRecords records = read_records(directory);
+  SweepCollection collection{summary_of(identity, static_cast<int>(identity.cases.size()), records.whole), {}};
+  for (const auto& [number, damage] : records.damaged) {
+    collection.gaps.push_back(fmt::format("case {} is damaged: {}", number, damage));
+  }
+  std::vector<int> missing;
+  for (const SweepCase& item : identity.cases) {
+    if (!records.whole.contains(item.number) && !records.damaged.contains(item.number)) {
+      missing.push_back(item.number);
+    }
+  }
+  if (!missing.empty()) {
+    constexpr std::size_t kMost = 10;
+    const auto shown = std::span(missing).first(std::min(missing.size(), kMost));
+    collection.gaps.push_back(fmt::format(
+        "{} lacks {} case{}: {}{}", directory, missing.size(), missing.size() == 1 ? "" : "s", fmt::join(shown, ", "),
+        missing.size() > kMost ? fmt::format(" and {} more", missing.size() - kMost) : ""));
+  }
+  return collection;
 }
 
 }  // namespace touchfield

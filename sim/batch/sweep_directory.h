@@ -10,20 +10,10 @@
 
 namespace touchfield {
 
-/// Part i of n of a sweep: the cases whose number is i modulo n.
-struct Shard {
-  int index = 1;  // from 1
-  int count = 1;
-
-  bool has(int number) const { return (number - index) % count == 0; }
-  bool operator==(const Shard&) const = default;
-};
-
 /// What a sweep set out to do, as sweep.json in its directory keeps it; without `base`, the path of the scene file.
 struct SweepIdentity : SweepPlan {
   std::string hash;  // plan_hash
-  Shard shard;
-  int version = 3;  // of sweep.json
+  int version = 3;   // of sweep.json
 };
 
 /// What the cases of a directory came to.
@@ -32,12 +22,12 @@ struct CaseRecords {
   std::map<int, std::string> damaged;  // what is wrong with those that are no longer what they were when they finished
 };
 
-/// The directory of a sweep or of one of its shards:
+/// The directory of a sweep:
 ///
 ///   sweep.json            the plan; there before the first case
-///   cases/00001/          a case: its run and case.json, there whole or not at all
+///   cases/00001/          a case: its run and case.json, there whole or not at all; an empty folder is no case
 ///   cases/.00002.PID/     one that is being computed
-///   sweep.lock            locked with the directory by the process that computes: for other machines and version 0.2
+///   sweep.lock            locked with the directory by processes that compute: for other machines and version 0.2
 ///   sweep.csv             the table
 ///
 /// Everything lands by a rename after it has been flushed to the disk. Nothing outside of the directory is written to
@@ -46,11 +36,12 @@ class SweepDirectory {
  public:
   /// Makes the directory, or opens it to go on, and locks it.
   ///
-  /// resume   go on with the same plan; without it a directory that holds a sweep is refused
-  /// throws   InputError if it holds a sweep and resume is false, or another plan than this one (naming the first
-  ///          difference), or one of an earlier version, whose scenes meant something else; if another process works in
-  ///          it, or if it cannot be made or written to
-  static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool resume);
+  /// shared   with other processes that compute other cases of the sweep and share it too; else what killed ones left
+  ///          is removed
+  /// throws   InputError if it holds another plan than this one (naming the first difference), or one of an earlier
+  ///          version, whose scenes meant something else; if another process works in it, or if it cannot be made or
+  ///          written to
+  static SweepDirectory open(const std::string& path, const SweepIdentity& identity, bool shared = false);
 
   const std::string& path() const { return own_.path(); }
   std::string file(const std::string& name) const { return path() + "/" + name; }
@@ -70,7 +61,7 @@ class SweepDirectory {
   static void drop(const std::string& scratch) noexcept;
 
  private:
-  explicit SweepDirectory(const std::string& path);
+  SweepDirectory(const std::string& path, bool shared);
   void clear_leftovers() const;
 
   OwnDirectory own_;
@@ -78,8 +69,8 @@ class SweepDirectory {
 
 /// The directory of a sweep, of which nobody else writes files meanwhile. What killed processes left of its own files
 /// half-written is removed.
-/// lock_file, throws   as of OwnDirectory
-OwnDirectory own_sweep_directory(const std::string& path, const std::string& lock_file = {});
+/// lock_file, shared, throws   as of OwnDirectory
+OwnDirectory own_sweep_directory(const std::string& path, const std::string& lock_file = {}, bool shared = false);
 
 /// The plan of a directory.
 /// throws   InputError if it holds none, IoError if it cannot be read
@@ -89,10 +80,16 @@ SweepIdentity read_identity(const std::string& directory);
 /// the record names is there, as long as it was and with the same CRC-32.
 CaseRecords read_records(const std::string& directory);
 
-/// The shards' directories in a directory, in order.
-std::vector<std::string> shard_directories(const std::string& directory);
+/// The table of a plan, or of part of its cases, from what there is of them.
+SweepSummary summary_of(const SweepPlan& plan, int cases, const std::map<int, SweepRecord>& records);
 
-/// The directory of a shard: `directory` itself if there is only one.
-std::string shard_directory(const std::string& directory, Shard shard);
+/// What lies in a directory.
+struct SweepCollection {
+  SweepSummary summary;
+  std::vector<std::string> gaps;  // a line each: damaged cases, and those that are missing
+};
+
+/// throws   InputError if there is no sweep
+SweepCollection collect_sweep(const std::string& directory);
 
 }  // namespace touchfield

@@ -6,7 +6,6 @@
 #include <csignal>
 #include <fcntl.h>
 #include <iterator>
-#include <string_view>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <system_error>
@@ -38,7 +37,7 @@ Descriptor opened_log(const std::string& path) {
 }
 
 /// In the child, between fork and exec: only calls that are safe there.
-[[noreturn]] void become(char* const* arguments, char* const* environment, int socket, int log, pid_t parent) {
+[[noreturn]] void become(char* const* arguments, int socket, int log, pid_t parent) {
   setpgid(0, 0);
   die_with(parent);
   sigset_t none;
@@ -47,36 +46,25 @@ Descriptor opened_log(const std::string& path) {
   dup2(socket, STDIN_FILENO);
   dup2(socket, STDOUT_FILENO);
   dup2(log, STDERR_FILENO);
-  execve(arguments[0], arguments, environment);
+  execv(arguments[0], arguments);
   _exit(127);
 }
 
 }  // namespace
 
-WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::string& log, std::string variable) {
+WorkerProcess::WorkerProcess(std::vector<std::string> arguments, const std::string& log) {
   SocketPair ends;
   const Descriptor errors = opened_log(log);
   std::vector<char*> pointers;
   std::ranges::transform(arguments, std::back_inserter(pointers), [](std::string& word) { return word.data(); });
   pointers.push_back(nullptr);
-  const std::string_view name(variable.data(), std::min(variable.find('=') + 1, variable.size()));
-  std::vector<char*> environment;
-  for (char** own = environ; *own != nullptr; ++own) {
-    if (name.empty() || !std::string_view(*own).starts_with(name)) {
-      environment.push_back(*own);
-    }
-  }
-  if (!name.empty()) {
-    environment.push_back(variable.data());
-  }
-  environment.push_back(nullptr);
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ < 0) {
     fail("fork");
   }
   if (pid_ == 0) {
-    become(pointers.data(), environment.data(), ends.others.number(), errors.number(), parent);
+    become(pointers.data(), ends.others.number(), errors.number(), parent);
   }
   socket_ = std::move(ends.own);
 }

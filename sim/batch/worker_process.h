@@ -14,9 +14,8 @@ class WorkerProcess {
  public:
   /// arguments   program and its arguments
   /// log         file that its standard error is appended to
-  /// variable    NAME=value of its environment, in the place of this process's; empty: none
   /// throws      IoError naming the system's reason
-  WorkerProcess(std::vector<std::string> arguments, const std::string& log, std::string variable = {});
+  WorkerProcess(std::vector<std::string> arguments, const std::string& log);
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
   /// Kills it if it still runs.

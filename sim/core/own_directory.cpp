@@ -51,8 +51,8 @@ std::string holder(int descriptor) {
   return "";
 }
 
-void take(int descriptor, const std::string& path) {
-  if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
+void take(int descriptor, const std::string& path, bool shared) {
+  if (::flock(descriptor, (shared ? LOCK_SH : LOCK_EX) | LOCK_NB) == 0) {
     return;
   }
   const int reason = errno;
@@ -64,7 +64,7 @@ void take(int descriptor, const std::string& path) {
   refuse_directory(path, fmt::format(" cannot be locked: {}", std::strerror(reason)));
 }
 
-Descriptor locked_file(int directory, const std::string& name, const std::string& path) {
+Descriptor locked_file(int directory, const std::string& name, const std::string& path, bool shared) {
   Descriptor file(::openat(directory, name.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0644));
   const int reason = errno;
   struct stat about {};
@@ -77,13 +77,13 @@ Descriptor locked_file(int directory, const std::string& name, const std::string
   if (!S_ISREG(about.st_mode)) {
     refuse_directory(path, fmt::format(": its {} is not a file; remove it", name));
   }
-  take(file.number(), path);
+  take(file.number(), path, shared);
   return file;
 }
 
 }  // namespace
 
-OwnDirectory::OwnDirectory(std::string path, const std::string& lock_file) : path_(std::move(path)) {
+OwnDirectory::OwnDirectory(std::string path, const std::string& lock_file, bool shared) : path_(std::move(path)) {
   struct stat own {};
   struct stat named {};
   do {  // another one may have taken its name before it was locked
@@ -91,10 +91,10 @@ OwnDirectory::OwnDirectory(std::string path, const std::string& lock_file) : pat
     if (directory_.number() < 0 || ::fstat(directory_.number(), &own) != 0) {
       refuse_directory(path_, fmt::format(" cannot be opened: {}", std::strerror(errno)));
     }
-    take(directory_.number(), path_);
+    take(directory_.number(), path_, shared);
   } while (::stat(path_.c_str(), &named) != 0 || !is_same(own, named));
   if (!lock_file.empty()) {
-    lock_file_ = locked_file(directory_.number(), lock_file, path_);
+    lock_file_ = locked_file(directory_.number(), lock_file, path_, shared);
   }
 }
 

@@ -7,17 +7,18 @@
 
 namespace touchfield {
 
-/// A directory in which this process alone works while the object lives, by the kernel's lock (flock) on the directory
-/// itself: it needs no file, and ends with the process, however that ends. Processes that are started do not inherit
-/// it; copies of this one (fork) lose it with the object.
+/// A directory in which this process alone works while the object lives, or with others that share it, by the kernel's
+/// lock (flock) on the directory itself. That needs no file, and ends with the process, however that ends. Processes
+/// that are started do not inherit it; copies of this one (fork) lose it with the object.
 class OwnDirectory {
  public:
   /// path       of the directory, or of a link to it
   /// lock_file  of this name in the directory, made if need be, and locked as well: network file systems may lock files
   ///            between machines, and directories on each machine alone. Never written to. Empty: none
+  /// shared     others that share it may work in it too
   /// throws     InputError if another process works in it, which is named where the kernel knows it, or if it cannot be
   ///            opened or locked
-  explicit OwnDirectory(std::string path, const std::string& lock_file = {});
+  explicit OwnDirectory(std::string path, const std::string& lock_file = {}, bool shared = false);
   OwnDirectory(OwnDirectory&&) noexcept = default;
   OwnDirectory& operator=(OwnDirectory&&) = delete;
   OwnDirectory(const OwnDirectory&) = delete;

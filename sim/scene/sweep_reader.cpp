@@ -315,6 +315,9 @@ SweepPlan read_sweep(const std::string& path, const std::vector<std::string>& ov
   require(!plan.cases.empty(), "{}: no case at all", path);
   plan.parameters = parameters_of(plan.cases);
   plan.base_text = read_whole_file(plan.base, schema::kMostTextBytes);
+  if (Reading base(plan.base, {}); schema::read_map(plan.base_text, "a scene", base).find("write") == nullptr) {
+    plan.common.insert(plan.common.begin(), {"write", "[h5]"});  // before what the sweep says of it
+  }
   return plan;
 }
 

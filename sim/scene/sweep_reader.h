@@ -33,7 +33,8 @@ struct SweepCase {
 ///            {log: [low, high]} or {normal: [mean, sigma]}
 ///   name     of the sweep; default: the file's name
 ///
-/// Relative paths in values count from the base scene's folder, as if they stood there.
+/// Relative paths in values count from the base scene's folder, as if they stood there. Where the base scene leaves
+/// `write` open, cases write run.h5 alone unless a change says otherwise.
 ///
 /// Where there are several of grid, zip, cases and random, every case of the one is combined with every case of the
 /// others, the last one fastest; random draws are then the same for all. Draw number k does not depend on the count.

@@ -1,5 +1,4 @@
 #include <csignal>
-#include <cstdlib>
 #include <iostream>
 #include <poll.h>
 #include <unistd.h>
@@ -49,7 +48,7 @@ int pretend_to_compute() {
     record.inputs = job.inputs;
     record.status = act == "no room" ? kNoRoom : act.starts_with("says") ? "failed" : "ok";
     if (act == "says its card") {
-      record.reason = std::getenv("CUDA_VISIBLE_DEVICES");
+      record.reason = job.card;
     }
     record.seconds = 0.01;
     write_bytes(job.scratch + "/run.h5", "result of " + act);
@@ -97,7 +96,7 @@ solve: {methods: [{fixed: {phases_rad: 0}}]}
     return outcomes;
   }
 
-  SweepDirectory open() const { return SweepDirectory::open(folder_.path(), input_.plan, true); }
+  SweepDirectory open() const { return input_.open(folder_.path()); }
   SweepRunner runner(SweepDirectory& directory, SweepOptions options) const {
     return {input_, directory, std::move(options)};
   }
@@ -116,22 +115,6 @@ SweepOptions options_for(int jobs, double case_seconds = 0.0, const std::vector<
   options.threads = options.jobs = jobs;
   options.case_seconds = case_seconds;
   return options;
-}
-
-TEST(WorkerProcess, GetsAVariable) {
-  const TemporaryDirectory folder;
-  setenv("TOUCHFIELD_OF_A_TEST", "mine", 1);
-  const auto told = [&](const std::string& variable) {
-    WorkerProcess process({"/usr/bin/printenv", "TOUCHFIELD_OF_A_TEST"}, folder.file("log"), variable);
-    pollfd waiting{process.socket(), POLLIN, 0};
-    EXPECT_EQ(poll(&waiting, 1, 60'000), 1);
-    return process.receive().line.value_or("nothing");
-  };
-  EXPECT_EQ(told("TOUCHFIELD_OF_A_TEST=its own"), "its own");
-  EXPECT_EQ(told(""), "mine");
-  EXPECT_EQ(told("TOUCHFIELD_OF_A_TES=another"), "mine");
-  unsetenv("TOUCHFIELD_OF_A_TEST");
-  EXPECT_EQ(told("TOUCHFIELD_OF_A_TEST=its own"), "its own");
 }
 
 TEST(SweepRunner, WorkersTakeCardsInTurn) {
@@ -259,7 +242,7 @@ solve: {{methods: [{{fixed: {{phases_rad: 0}}}}]}}
 TEST(SweepRunner, WithoutRoomItStopsAndKeepsNothingOfTheCase) {
   Sweep sweep({"works", "no room", "works"});
   EXPECT_THAT(message_of<IoError>([&] { sweep.run(options_for(1)); }),
-              AllOf(HasSubstr("case 2"), HasSubstr("1 of 3 cases are kept"), HasSubstr("--resume continues")));
+              AllOf(HasSubstr("case 2"), HasSubstr("1 of 3 cases are kept"), HasSubstr("the same command continues")));
   EXPECT_THAT(sweep.outcomes(), UnorderedElementsAre(Pair(1, "ok")));
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(sweep.file("cases")), {}), 1);
 }

@@ -157,7 +157,7 @@ class KeptFiles(CommandTest):
         self.assertEqual([{key: row[key] for key in old[0]} for row in new], old)
         self.assertEqual({row["reached_share"] for row in new}, {"nan"})  # which its records lack
         shutil.rmtree(self.folder / "kept/sweep/cases/00002")
-        for more in (["--resume"], ["--retry-failed"]):
+        for more in ([], ["--retry-failed"], ["--case", "2"]):
             done = self.touchfield("sweep", "kept/sweep.yaml", "-o", "kept/sweep", *more)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn("kept/sweep holds a sweep of an earlier version", done.stderr)

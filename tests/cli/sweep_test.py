@@ -16,7 +16,7 @@ import unittest
 import h5py
 
 from meshes import icosphere, write_ply
-from support import PROGRAM, CommandTest
+from support import PROGRAM, SOURCE, CommandTest
 
 # A case takes some hundredths of a second.
 TINY = """\
@@ -164,7 +164,9 @@ class SweepTest(CommandTest):
         self.sweep("s.yaml", "grid: {target.pressure_pa: [1, 2]}\n")
         for wrong in ["0/2", "3/2", "1", "a/b", "1/2x"]:
             self.assertIn("must be i/n", self.touchfield("sweep", "s.yaml", "-o", "out", "--shard", wrong).stderr)
-        self.assertIn("-o DIR", self.touchfield("sweep", "s.yaml", "--resume").stderr)
+        for alone in [["--retry-failed"], ["--shard", "1/2"], ["--case", "1"]]:
+            self.assertIn("-o DIR", self.touchfield("sweep", "s.yaml", *alone).stderr)
+        self.assertIn("case 3: the sweep has cases 1 to 2", self.touchfield("sweep", "s.yaml", "-o", "out", "--case", 3).stderr)
 
     # Nothing is lost
 
@@ -176,7 +178,7 @@ class SweepTest(CommandTest):
         chance = random.Random(11)
         kills = 0
         while kills < 20:
-            going = self.start("s.yaml", "-o", "broken", "--resume", "--quiet", "--jobs", 2)
+            going = self.start("s.yaml", "-o", "broken", "--quiet", "--jobs", 2)
             try:
                 going.wait(timeout=chance.uniform(0.05, 0.3))
             except subprocess.TimeoutExpired:
@@ -187,7 +189,7 @@ class SweepTest(CommandTest):
             if going.returncode == 0:  # finished before the 20 kills: begin again, with some cases left out
                 for done in sorted((self.folder / "broken/cases").iterdir())[chance.randrange(10):]:
                     shutil.rmtree(done)
-        done = self.run_ok("sweep", "s.yaml", "-o", "broken", "--resume", "--json")
+        done = self.run_ok("sweep", "s.yaml", "-o", "broken", "--json")
         end = json.loads(done.stdout.splitlines()[-1])
         self.assertEqual((end["done"], end["failed"], end["missing"]), (100, 0, 0))
         self.same_tables(table(self.folder / "whole"), table(self.folder / "broken"))
@@ -201,7 +203,7 @@ class SweepTest(CommandTest):
         self.run_ok("sweep", "s.yaml", "-o", "out")
         written = [path.stat().st_mtime_ns for path in sorted((self.folder / "out/cases").rglob("run.h5"))]
         shutil.rmtree(self.folder / "out/cases/00002")
-        done = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
+        done = self.run_ok("sweep", "s.yaml", "-o", "out", "--json")
         self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 1)
         again = [path.stat().st_mtime_ns for path in sorted((self.folder / "out/cases").rglob("run.h5"))]
         self.assertEqual((written[0], written[2]), (again[0], again[2]))
@@ -224,7 +226,6 @@ class SweepTest(CommandTest):
 
         damages = [
             ("run.h5: No such file or directory", lambda: (case / "run.h5").unlink()),
-            ("metrics.csv: No such file or directory", lambda: (case / "metrics.csv").unlink()),
             ("case.json: no such file", lambda: (case / "case.json").unlink()),
             ("run.h5: has ", lambda: changed("run.h5", lambda content: content[:1000])),
             ("run.h5: its checksum has changed", lambda: changed("run.h5", flipped)),
@@ -241,26 +242,19 @@ class SweepTest(CommandTest):
                 self.assertEqual(collected.returncode, 1)
                 self.assertRegex(collected.stderr, f"warning: case 2 is damaged: .*{message}")
                 self.assertIn("2 of 3 cases done, 0 failed, 1 missing", collected.stdout)
-                again = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
+                again = self.run_ok("sweep", "s.yaml", "-o", "out", "--json")
                 self.assertRegex(again.stderr, f"warning: case 2 is damaged and computed again: .*{message}")
                 self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 1)
                 self.same_tables(good, table(self.folder / "out"))
                 self.run_ok("sweep", "--collect", "out")
-        # The log is no result.
-        (case / "run.log").unlink()
-        again = self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--json")
-        self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 0)
 
     def test_a_changed_sweep_is_not_mixed_in(self):
         self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
-        done = self.touchfield("sweep", "s.yaml", "-o", "out")
-        self.assertEqual(done.returncode, 2)
-        self.assertIn("--resume", done.stderr)
 
         def refused(message, *more):
             before = (self.folder / "out/sweep.json").read_text()
-            done = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume", *more)
+            done = self.touchfield("sweep", "s.yaml", "-o", "out", *more)
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(message, done.stderr)
             self.assertEqual((self.folder / "out/sweep.json").read_text(), before)
@@ -274,7 +268,7 @@ class SweepTest(CommandTest):
         self.write("tiny.yaml", TINY.replace("radius_mm: 6", "radius_mm: 5.5"))
         refused("the base scene has changed")
         self.write("tiny.yaml", TINY + "# a remark changes nothing\n")
-        self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--quiet")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
 
     def test_a_changed_mesh_file_is_noticed(self):
         write_ply(self.folder / "a.ply", *icosphere(2, 6))
@@ -282,7 +276,7 @@ class SweepTest(CommandTest):
         self.sweep("s.yaml", "grid: {target.pressure_pa: [100, 200]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
         write_ply(self.folder / "a.ply", *icosphere(2, 6.1))
-        done = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume")
+        done = self.touchfield("sweep", "s.yaml", "-o", "out")
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("a file that the scenes name, or a default of the program, has changed", done.stderr)
 
@@ -297,7 +291,7 @@ class SweepTest(CommandTest):
         self.assertEqual([row["status"] for row in rows], ["ok", "ok", "failed", "ok", "ok"])
         self.assertIn("array: ", rows[2]["reason"])
         self.assertEqual(rows[2]["relative_error"], "nan")
-        again = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume", "--json")
+        again = self.touchfield("sweep", "s.yaml", "-o", "out", "--json")
         self.assertEqual(again.returncode, 1)
         self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 0)
         for name in ("00002/notes.txt", "00002/my_scan.vti", ".mine"):
@@ -332,7 +326,7 @@ class SweepTest(CommandTest):
         self.sweep("s.yaml", "grid: {body.edge_mm: [0.5, 3, 2.9]}\n")
         going = self.start("s.yaml", "-o", "out", "--jobs", 1)
         worker = self.wait_for(lambda: self.workers(going.pid))[0]
-        self.wait_for(lambda: list((self.folder / "out/cases").glob(".00001*/run.log")))
+        self.wait_for(lambda: list((self.folder / "out/cases").glob(".00001.*")))
         os.kill(worker, signal.SIGSEGV)
         out, err = going.communicate(timeout=300)
         self.assertEqual(going.returncode, 1, err)
@@ -348,12 +342,12 @@ class SweepTest(CommandTest):
             going.send_signal(signum)
             _, err = going.communicate(timeout=60)
             self.assertEqual(going.returncode, 128 + signum, err)
-            self.assertIn("--resume continues", err)
+            self.assertIn(f"the same command with -o out{number} continues", err)
             self.assertEqual([pid for pid in worker if pathlib.Path(f"/proc/{pid}").exists()], [])
             done = [path.name for path in (self.folder / f"out{number}/cases").iterdir()]
             self.assertTrue(all(re.fullmatch(r"\d{5}", name) for name in done), done)
             self.assertEqual(len({row["case"] for row in table(self.folder / f"out{number}")}), len(done))
-        self.run_ok("sweep", "s.yaml", "-o", "out0", "--resume", "--quiet")
+        self.run_ok("sweep", "s.yaml", "-o", "out0", "--quiet")
         self.assertEqual(len(table(self.folder / "out0")), 12)
 
     def test_workers_die_with_their_owner(self):
@@ -369,13 +363,13 @@ class SweepTest(CommandTest):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\nset: {body.edge_mm: 0.5}\n")
         going = self.start("s.yaml", "-o", "out")
         self.wait_for(lambda: self.workers(going.pid))
-        second = self.touchfield("sweep", "s.yaml", "-o", "out", "--resume")
+        second = self.touchfield("sweep", "s.yaml", "-o", "out")
         self.assertEqual(second.returncode, 2)
         self.assertIn(f"another process ({going.pid}) works in it", second.stderr)
         going.kill()
         going.communicate()
         self.write("s.yaml", "base: tiny.yaml\ngrid: {array.level: [1, 0.9]}\nset: {body.edge_mm: 0.5}\n")
-        third = self.start("s.yaml", "-o", "out", "--resume")
+        third = self.start("s.yaml", "-o", "out")
         self.wait_for(lambda: self.workers(third.pid))
         third.kill()
         third.communicate()
@@ -399,9 +393,9 @@ class SweepTest(CommandTest):
         done = subprocess.run(["bash", "-c", f"ulimit -f 12; exec {PROGRAM} sweep s.yaml -o out"], cwd=self.folder,
                               capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(done.returncode, 1, done.stderr)
-        self.assertRegex(done.stderr, r"case 1: .*\(ulimit -f\): File too large; 0 of 2 cases are kept in out, --resume continues")
+        self.assertRegex(done.stderr, r"case 1: .*\(ulimit -f\): File too large; 0 of 2 cases are kept in out, the same command continues")
         self.assertEqual(list((self.folder / "out/cases").iterdir()), [])
-        self.run_ok("sweep", "s.yaml", "-o", "out", "--resume", "--quiet")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
         self.assertEqual([row["status"] for row in table(self.folder / "out")], ["ok"] * 4)
 
     def test_a_full_disk_keeps_what_is_finished(self):
@@ -418,13 +412,13 @@ class SweepTest(CommandTest):
         self.assertIn("No space left on device", done.stderr)
         whole = sorted((disk / "out/cases").iterdir())
         self.assertGreater(len(whole), 0)
-        self.assertIn(f"{len(whole)} of 60 cases are kept in {disk}/out, --resume continues from there", done.stderr)
+        self.assertIn(f"{len(whole)} of 60 cases are kept in {disk}/out, the same command continues from there", done.stderr)
         for case in whole:
             self.assertEqual(json.loads((case / "case.json").read_text())["status"], "ok")
             with h5py.File(case / "run.h5") as run:
                 self.assertEqual(run.attrs["complete"], 1)
         subprocess.run(["mount", "-o", "remount,size=40m", disk], check=True)
-        again = self.run_ok("sweep", "s.yaml", "-o", disk / "out", "--resume", "--json")
+        again = self.run_ok("sweep", "s.yaml", "-o", disk / "out", "--json")
         self.assertEqual(json.loads(again.stdout.splitlines()[-1])["computed"], 60 - len(whole))
         self.assertEqual({row["status"] for row in table(disk / "out")}, {"ok"})
 
@@ -467,27 +461,128 @@ class SweepTest(CommandTest):
         self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8, 0.7, 0.6]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "whole", "--quiet")
         for i in (1, 2, 3):
-            self.run_ok("sweep", "s.yaml", "-o", "parts", "--shard", f"{i}/3", "--resume", "--quiet")
-        self.assertEqual(sorted(path.name for path in (self.folder / "parts").iterdir()),
-                         [f"shard-{i}-of-3" for i in (1, 2, 3)])
+            done = self.run_ok("sweep", "s.yaml", "-o", "parts", "--shard", f"{i}/3", "--quiet")
+        self.assertIn("1 of 1 cases done, 0 failed; in parts\n", done.stdout)
+        self.assertFalse((self.folder / "parts/sweep.csv").exists())
         done = self.run_ok("sweep", "--collect", "parts")
         self.assertIn("5 of 5 cases done, 0 failed", done.stdout)
         self.same_tables(table(self.folder / "whole"), table(self.folder / "parts"))
-        shutil.rmtree(self.folder / "parts/shard-2-of-3")
+        for number in (2, 5):
+            shutil.rmtree(self.folder / f"parts/cases/{number:05d}")
         done = self.touchfield("sweep", "--collect", "parts")
         self.assertEqual(done.returncode, 1)
         self.assertIn("2 missing", done.stdout)
-        self.assertIn("warning: shard 2/3 is missing, parts/shard-2-of-3 does not exist: 2 cases: 2, 5\n", done.stderr)
-        shutil.rmtree(self.folder / "parts/shard-1-of-3/cases/00004")
+        self.assertIn("warning: parts lacks 2 cases: 2, 5\n", done.stderr)
+        shutil.rmtree(self.folder / "parts/cases/00004")
         done = self.touchfield("sweep", "--collect", "parts", "--json")
         self.assertEqual(json.loads(done.stdout)["missing"], 3)
-        self.assertIn("warning: parts/shard-1-of-3 lacks 1 case: 4\n", done.stderr)
         self.sweep("other.yaml", "grid: {array.level: [0.4, 0.3]}\n")
-        self.run_ok("sweep", "other.yaml", "-o", "parts", "--shard", "2/3", "--quiet")
-        done = self.touchfield("sweep", "--collect", "parts")
+        done = self.touchfield("sweep", "other.yaml", "-o", "parts", "--shard", "2/2", "--quiet")
         self.assertEqual(done.returncode, 2)
-        self.assertIn("are of different sweeps", done.stderr)
+        self.assertIn("case 1: array.level=1 there, array.level=0.4 requested", done.stderr)
         self.assertIn("does not hold a sweep", self.touchfield("sweep", "--collect", self.folder / "whole/cases").stderr)
+
+    def listed(self, *arguments):
+        return [json.loads(line) for line in self.run_ok("sweep", *arguments, "--list", "--json").stdout.splitlines()]
+
+    def test_the_list_has_every_case_and_what_it_takes(self):
+        self.sweep("s.yaml", "grid: {body.edge_mm: [3, 1.5], 'body.place.at_mm[2]': [60, 5], name: [a, b]}\n")
+        before = self.entries()
+        cases = self.listed("s.yaml")
+        self.assertEqual(self.entries(), before)
+        self.assertEqual([case["case"] for case in cases], list(range(1, 9)))
+        self.assertEqual([case["name"] for case in cases], ["a", "b"] * 4)
+        self.assertEqual(cases[2]["inputs"], {"body.edge_mm": "3", "body.place.at_mm[2]": "5", "name": "a"})
+        built = [case for case in cases if case["inputs"]["body.place.at_mm[2]"] == "60"]
+        for case in built:
+            self.assertGreater(case["seconds"], 0)
+            self.assertGreater(case["memory_mib"], 0)
+            self.assertEqual((case["channels"], case["reason"]), (16, ""))
+        self.assertGreater(built[2]["faces"], 2 * built[0]["faces"])
+        for case in cases:
+            if case not in built:  # the sphere reaches through the array
+                self.assertIsNone(case["seconds"])
+                self.assertIn("array: ", case["reason"])
+        text = self.run_ok("sweep", "s.yaml", "--list").stdout.splitlines()
+        self.assertEqual(len(text), 9)
+        self.assertRegex(text[1], r"^ +1 +a +body\.edge_mm=3 body\.place\.at_mm\[2\]=60 name=a +[\d.]+ +\d+")
+
+    def test_cases_in_any_order_by_several_processes_are_the_sweep(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8], target.pressure_pa: [100, 200]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "whole", "--quiet", "--threads", 1, "--jobs", 1)
+        numbers = [case["case"] for case in self.listed("s.yaml")]
+        random.Random(5).shuffle(numbers)
+        going = [self.start("s.yaml", "-o", "parts", "--case", number, "--threads", 1, "--quiet") for number in numbers[:4]]
+        for process in going:
+            _, err = process.communicate(timeout=300)
+            self.assertEqual(process.returncode, 0, err)
+        for number in numbers[4:5] * 2:  # one that is whole is not computed again
+            last = self.run_ok("sweep", "s.yaml", "-o", "parts", "--case", f"{number:05d}", "--threads", 1, "--json")
+        self.assertEqual(json.loads(last.stdout.splitlines()[-1])["computed"], 0)
+        (self.folder / f"parts/cases/{numbers[5]:05d}").mkdir()  # as a scheduler makes the folders of outputs
+        written = {path: path.stat().st_mtime_ns for path in (self.folder / "parts/cases").rglob("run.h5")}
+        self.assertEqual(len(written), 5)
+        done = self.run_ok("sweep", "s.yaml", "-o", "parts", "--threads", 1, "--json")
+        self.assertNotIn("damaged", done.stderr)
+        self.assertEqual(json.loads(done.stdout.splitlines()[-1])["computed"], 1)
+        self.assertEqual({path: path.stat().st_mtime_ns for path in written}, written)
+        self.same_to_the_byte("whole", "parts")
+        before = {name: (self.folder / "parts" / name).read_bytes() for name in ("sweep.csv", "sweep_relative_error.png")}
+        self.run_ok("sweep", "s.yaml", "-o", "parts", "--quiet")
+        self.assertEqual({name: (self.folder / "parts" / name).read_bytes() for name in before}, before)
+
+    def same_to_the_byte(self, one, other):
+        """Tables but for times, memory and models, and pictures."""
+        bare = [[{key: value for key, value in row.items() if key not in HISTORY} for row in table(self.folder / name)]
+                for name in (one, other)]
+        self.assertEqual(bare[0], bare[1])
+        pictures = [(self.folder / name / "sweep_relative_error.png").read_bytes() for name in (one, other)]
+        self.assertEqual(pictures[0], pictures[1])
+
+    def test_cases_share_the_folder_and_a_whole_sweep_does_not(self):
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9]}\nset: {body.edge_mm: 0.7}\n")
+        going = self.start("s.yaml", "-o", "out", "--case", 1)
+        self.wait_for(lambda: self.workers(going.pid))
+        for more in [["s.yaml", "-o", "out"], ["--collect", "out"]]:
+            refused = self.touchfield("sweep", *more)
+            self.assertEqual(refused.returncode, 2, refused.stderr)
+            self.assertIn("another process", refused.stderr)
+        other = self.start("s.yaml", "-o", "out", "--case", 2)
+        self.wait_for(lambda: self.workers(other.pid))
+        for process in (going, other):
+            process.kill()
+            process.communicate()
+        left = list((self.folder / "out/cases").iterdir())
+        self.assertEqual(sorted(path.name.split(".")[1] for path in left), ["00001", "00002"])
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")  # their hidden folders go
+        self.assertEqual(sorted(path.name for path in (self.folder / "out/cases").iterdir()), ["00001", "00002"])
+
+    def test_a_scheduler_runs_the_cases(self):
+        """examples/Snakefile where there is Snakemake, else its steps by hand."""
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "whole", "--quiet", "--threads", 1, "--jobs", 1)
+        if snakemake := shutil.which("snakemake"):
+            done = subprocess.run([snakemake, "--snakefile", SOURCE / "examples/Snakefile", "--cores", "2", "--config", "sweep=s.yaml", "out=parts",
+                                   f"program={PROGRAM}"], cwd=self.folder, capture_output=True, text=True, timeout=300, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        else:
+            print("Snakemake is not there: the steps of examples/Snakefile are run one by one")
+            for case in self.listed("s.yaml"):
+                (self.folder / f"parts/cases/{case['case']:05d}").mkdir(parents=True)
+                self.run_ok("sweep", "s.yaml", "-o", "parts", "--case", f"{case['case']:05d}", "--threads", 1, "--quiet")
+                self.assertTrue((self.folder / f"parts/cases/{case['case']:05d}/case.json").exists())
+            self.run_ok("sweep", "s.yaml", "-o", "parts", "--quiet")
+        self.same_to_the_byte("whole", "parts")
+
+    def test_what_a_case_writes(self):
+        self.write("tiny.yaml", TINY.replace("write: [h5]\n", ""))
+        self.sweep("s.yaml", "grid: {array.level: [1]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "out", "--quiet")
+        self.assertEqual(sorted(path.name for path in (self.folder / "out/cases/00001").iterdir()), ["case.json", "run.h5"])
+        self.sweep("s.yaml", "set: {write: [h5, vtp]}\ngrid: {array.level: [1]}\n")
+        self.run_ok("sweep", "s.yaml", "-o", "more", "--quiet")
+        self.assertEqual(sorted(path.name for path in (self.folder / "more/cases/00001").iterdir()),
+                         ["array.vtp", "case.json", "run.h5", "surface.vtp"])
 
     # Work is used again
 
