@@ -82,7 +82,7 @@ CaseCost cost_of(const CheckReport& report, double seconds) {
 /// What one case of a sweep leaves to the next.
 struct KeptWork {
   KeptBodies bodies;
-  KeptModels models;
+  KeptModels models{&bodies};
 };
 
 /// Called with what a case is expected to take; returns the number of threads it goes on with.

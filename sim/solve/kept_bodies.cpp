@@ -1,8 +1,21 @@
 #include "sim/solve/kept_bodies.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace touchfield {
+
+bool same_mesh(const TriangleMesh& a, const TriangleMesh& b) {
+  constexpr double kSamePlace = 1e-9;  // [m]
+  return a.vertex_count() == b.vertex_count() && a.face_count() == b.face_count() && a.triangles() == b.triangles() &&
+         (a.vertices() - b.vertices()).cwiseAbs().maxCoeff() <= kSamePlace;
+}
+
+const TriangleMesh* KeptBodies::like(const TriangleMesh& mesh) const {
+  const auto found =
+      std::ranges::find_if(entries_, [&](const auto& entry) { return same_mesh(entry.second.meshed.body.mesh, mesh); });
+  return found != entries_.end() ? &found->second.meshed.body.mesh : nullptr;
+}
 
 const MeshedBody& KeptBodies::get(const std::string& role, const std::string& key,
                                   const std::function<MeshedBody()>& make) {

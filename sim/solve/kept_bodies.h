@@ -18,6 +18,9 @@ struct MeshedBody {
   std::optional<TriangleMesh> whole{};  // before keep_within cut it, if it did
 };
 
+/// Whether two meshes have the same triangles and nowhere differ by more than 1 nm, a ten-millionth of a wavelength.
+bool same_mesh(const TriangleMesh& a, const TriangleMesh& b);
+
 /// Meshes that scenes computed one after another share: of each role, a body of the solver's or of the judge's, the
 /// last one is kept. A body that only stands elsewhere is then the same mesh to the last bit.
 class KeptBodies {
@@ -26,6 +29,10 @@ class KeptBodies {
   /// key    all that the mesh follows from
   /// make   is called if the role's last mesh had another key
   const MeshedBody& get(const std::string& role, const std::string& key, const std::function<MeshedBody()>& make);
+
+  /// The mesh with these triangles that nowhere differs by more than 1 nm: what was placed and moved back has lost the
+  /// last bits. Null if none is kept.
+  const TriangleMesh* like(const TriangleMesh& mesh) const;
 
   /// A landmark in a body's own frame, which takes the whole skin of a hand to find.
   ///

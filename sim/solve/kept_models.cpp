@@ -6,13 +6,6 @@ namespace touchfield {
 
 namespace {
 
-constexpr double kSamePlace = 1e-9;  // [m]; a ten-millionth of a wavelength
-
-bool same_mesh(const TriangleMesh& a, const TriangleMesh& b) {
-  return a.vertex_count() == b.vertex_count() && a.face_count() == b.face_count() && a.triangles() == b.triangles() &&
-         (a.vertices() - b.vertices()).cwiseAbs().maxCoeff() <= kSamePlace;
-}
-
 bool same_wave(const Wave& a, const Wave& b) {
   return a.frequency() == b.frequency() && a.medium().sound_speed == b.medium().sound_speed &&
          a.medium().density == b.medium().density && a.medium().absorption == b.medium().absorption;
@@ -37,7 +30,9 @@ std::shared_ptr<SkinModel> KeptModels::get(const std::string& role, const Triang
     }
     entries_.erase(found);  // before the next one takes its memory
   }
-  auto model = std::make_shared<SkinModel>(mesh, wave, scheme, spec, scenes_ * right_hand_sides);
+  const TriangleMesh* exact = bodies_ != nullptr ? bodies_->like(mesh) : nullptr;
+  auto model =
+      std::make_shared<SkinModel>(exact != nullptr ? *exact : mesh, wave, scheme, spec, scenes_ * right_hand_sides);
   entries_.emplace(role, Entry{spec, model});
   return model;
 }

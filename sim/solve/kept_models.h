@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/solve/kept_bodies.h"
 #include "sim/solve/model.h"
 #include "sim/solve/skin_scattering.h"
 
@@ -16,6 +17,10 @@ namespace touchfield {
 /// last model is kept, so that no more is held than one scene needs.
 class KeptModels {
  public:
+  /// bodies   of the same scenes: a model is made of their meshes, so that it is the same to the last bit whichever
+  ///          scene is first; may be null; outlive this
+  explicit KeptModels(const KeptBodies* bodies = nullptr) : bodies_(bodies) {}
+
   /// How many scenes are expected to share a model that is made from here on: a factorisation pays earlier.
   void expect(int scenes) { scenes_ = scenes; }
   bool shared() const { return scenes_ > 1; }
@@ -40,6 +45,7 @@ class KeptModels {
     std::shared_ptr<SkinModel> model;
   };
 
+  const KeptBodies* bodies_;
   int scenes_ = 1;
   std::map<std::string, Entry> entries_;
   Count count_;

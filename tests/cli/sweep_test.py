@@ -508,7 +508,7 @@ class SweepTest(CommandTest):
         self.assertRegex(text[1], r"^ +1 +a +body\.edge_mm=3 body\.place\.at_mm\[2\]=60 name=a +[\d.]+ +\d+")
 
     def test_cases_in_any_order_by_several_processes_are_the_sweep(self):
-        self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8], target.pressure_pa: [100, 200]}\n")
+        self.sweep("s.yaml", "grid: {array.level: [1, 0.9, 0.8], body.place: [{at_mm: [0, 0, 60]}, {at_mm: [2, 1, 63], rotate_deg: [10, 20, 30]}]}\n")
         self.run_ok("sweep", "s.yaml", "-o", "whole", "--quiet", "--threads", 1, "--jobs", 1)
         numbers = [case["case"] for case in self.listed("s.yaml")]
         random.Random(5).shuffle(numbers)
