@@ -13,91 +13,57 @@ namespace touchfield::schema {
 
 namespace {
 
-Node empty_map(const Place& place) {
-  Node node = map({});
-  node.place = place;
-  return node;
-}
-
 struct Problem {
   std::string text;
 };
 
-// Walks a path through a scene and changes what it finds there. Throws Problem where it leads nowhere.
-class Walk {
- public:
-  Walk(Node& root, Place place) : at_(&root), place_(place) {}
-
-  /// One part further down; a key that is not there becomes an empty map.
-  void step(const std::string& part, bool make) {
-    if (at_->kind == Node::Kind::kList) {
-      at_ = &item(part);
-    } else {
-      require_map();
-      Entry* entry = at_->find_even_removed(part);
-      if (!entry || entry->value.removed) {
-        if (!make) {
-          throw Problem{fmt::format("{} is not in the scene, nothing to remove", name_of(part))};
-        }
-        put(part, empty_map(place_));
-        entry = at_->find_even_removed(part);
-      }
-      at_ = &entry->value;
-    }
-    path_ = name_of(part);
-  }
-
-  /// Sets what the last part names.
-  void set(const std::string& part, Node value) {
-    if (at_->kind == Node::Kind::kList) {
-      if (value.removed) {
-        throw Problem{fmt::format("{}: null removes keys, not items of a list", name_of(part))};
-      }
-      item(part) = std::move(value);
-      return;
-    }
-    require_map();
-    put(part, std::move(value));
-  }
-
- private:
-  std::string name_of(const std::string& part) const { return path_.empty() ? part : path_ + "." + part; }
-
-  Node& item(const std::string& part) {
+/// Puts a value where a path leads; what is not there on the way becomes a map. Throws Problem if it leads nowhere.
+void put(Node& root, const std::vector<std::string>& path, Node value, const Place& place) {
+  Node* at = &root;
+  std::string name;
+  for (const std::string& part : path) {
+    const bool last = &part == &path.back();
+    const std::string outer = std::exchange(name, name.empty() ? part : name + "." + part);
+    const std::string owner = outer.empty() ? "the scene" : outer;
     const auto number = number_of<std::size_t>(part);
-    const auto count = at_->items.size();
-    if (!number || *number >= count) {
-      throw Problem{fmt::format("{} names no item of {}, which has {}", name_of(part), path_, count)};
+    if (at->kind == Node::Kind::kList) {
+      if (last && value.removed) {
+        throw Problem{fmt::format("{}: null removes keys, not items of a list", name)};
+      }
+      if (!number || *number >= at->items.size()) {
+        throw Problem{fmt::format("{} names no item of {}, which has {}", name, outer, at->items.size())};
+      }
+      at = &at->items[*number];
+      continue;
     }
-    return at_->items[*number];
+    if (at->kind != Node::Kind::kMap) {
+      const std::string what = at->kind == Node::Kind::kNull ? "no value" : quoted_for_message(at->text);
+      throw Problem{fmt::format("{} is {}, not a map or list", owner, what)};
+    }
+    Entry* entry = at->find_even_removed(part);
+    const bool is_new = entry == nullptr || entry->value.removed;
+    if (is_new && value.removed && !last) {
+      throw Problem{fmt::format("{} is not in the scene, nothing to remove", name)};
+    }
+    // A number in the path of something that is not a list would silently become a key.
+    if (number && (is_new || last)) {
+      throw Problem{fmt::format("{} is not a list in the scene, give it as a whole", owner)};
+    }
+    if (entry == nullptr) {
+      at->entries.push_back({part, place, {}});
+      entry = &at->entries.back();
+    }
+    if (is_new) {
+      entry->value = map({});
+      entry->value.place = place;
+    }
+    if (is_new || last) {
+      entry->place = place;
+    }
+    at = &entry->value;
   }
-
-  // A number in the path of something that is not a list would silently become a key.
-  void require_map() const {
-    if (at_->kind == Node::Kind::kMap) {
-      return;
-    }
-    const std::string what = at_->kind == Node::Kind::kNull ? "no value" : quoted_for_message(at_->text);
-    throw Problem{fmt::format("{} is {}, not a map or list", path_.empty() ? "the scene" : path_, what)};
-  }
-
-  void put(const std::string& part, Node value) {
-    if (number_of<std::size_t>(part)) {
-      throw Problem{
-          fmt::format("{} is not a list in the scene, give it as a whole", path_.empty() ? "the scene" : path_)};
-    }
-    if (Entry* entry = at_->find_even_removed(part)) {
-      entry->value = std::move(value);
-      entry->place = place_;
-    } else {
-      at_->entries.push_back({part, place_, std::move(value)});
-    }
-  }
-
-  Node* at_;
-  Place place_;
-  std::string path_;
-};
+  *at = std::move(value);
+}
 
 }  // namespace
 
@@ -145,11 +111,7 @@ void apply_override(Node& root, const std::string& text, int source, Reading& re
     }
     value.removed = value.kind == Node::Kind::kNull;
     Node changed = root;  // a path that leads nowhere leaves no maps behind
-    Walk walk(changed, place);
-    for (std::size_t i = 0; i + 1 < path->size(); ++i) {
-      walk.step((*path)[i], !value.removed);
-    }
-    walk.set(path->back(), std::move(value));
+    put(changed, *path, std::move(value), place);
     root = std::move(changed);
   } catch (const Problem& problem) {
     reading.add(place, problem.text);
