@@ -32,7 +32,9 @@ Codec<EdgeSpec> graded_codec() {
 
 Codec<EdgeSpec> edge_codec() {
   const auto uniform = kept_in(&EdgeSpec::far, number(kMillimetres, above(0)));
-  return plain_or_map<EdgeSpec>(uniform, graded_codec(), [](const EdgeSpec& edges) { return !edges.graded(); });
+  return either<EdgeSpec>(
+      uniform, graded_codec(), [](const EdgeSpec& edges) { return !edges.graded(); },
+      [](const Node& node) { return node.kind != Node::Kind::kMap; });
 }
 
 bool check_hand_edges(const Input& edges) {

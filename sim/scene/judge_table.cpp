@@ -8,27 +8,13 @@ namespace touchfield::schema {
 
 namespace {
 
-/// auto, or a flag.
 Codec<JudgeSpec::Whole> whole_codec() {
   using Whole = JudgeSpec::Whole;
-  const auto automatic = word({"auto"});
-  const auto decided = flag();
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {automatic.type, decided.type}};
-  return {type,
-          [=](const Input& in, Whole& whole) {
-            const Node& node = in.node();
-            const auto yes = flag_in(node);
-            const bool by_itself = node.kind == Node::Kind::kScalar && node.text == "auto";
-            if (!yes && !by_itself) {
-              in.must_be(phrase(type));
-              return false;
-            }
-            whole = by_itself ? Whole::kAuto : *yes ? Whole::kYes : Whole::kNo;
-            return true;
-          },
-          [=](const Whole& whole) {
-            return whole == Whole::kAuto ? automatic.write("auto") : decided.write(whole == Whole::kYes);
-          }};
+  const auto decided = kept_as<Whole, bool>(
+      flag(), [](const Input&, const bool& yes) { return std::optional(yes ? Whole::kYes : Whole::kNo); },
+      [](const Whole& whole) { return whole == Whole::kYes; });
+  return either<Whole>(choice<Whole>({{"auto", Whole::kAuto}}), decided,
+                       [](const Whole& whole) { return whole == Whole::kAuto; });
 }
 
 Codec<JudgeSpec> own_model_codec() {
@@ -64,7 +50,7 @@ Codec<JudgeSpec> judge_codec() {
   const auto bare = kept_in(&JudgeSpec::kind, choice<JudgeSpec::Kind>({{"auto", JudgeSpec::Kind::kAuto},
                                                                        {"same", JudgeSpec::Kind::kSame},
                                                                        {"none", JudgeSpec::Kind::kNone}}));
-  return plain_or_map<JudgeSpec>(bare, own_model_codec(), [](const JudgeSpec& judge) {
+  return either<JudgeSpec>(bare, own_model_codec(), [](const JudgeSpec& judge) {
     return judge.kind != JudgeSpec::Kind::kEdge && judge.kind != JudgeSpec::Kind::kSplit;
   });
 }

@@ -206,22 +206,12 @@ Codec<SensingNoise> sensing_codec() {
 }
 
 Codec<std::optional<double>> number_or(const std::string& none, const Codec<double>& number) {
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {number.type, word({none}).type}};
-  return {type,
-          [=](const Input& in, std::optional<double>& value) {
-            value.reset();
-            const Node& node = in.node();
-            const bool scalar = node.kind == Node::Kind::kScalar;
-            if (scalar && node.text == none) {
-              return true;
-            }
-            if (!scalar || node.quoted || !parse_decimal(node.text)) {
-              in.must_be(phrase(type));
-              return false;
-            }
-            return number.read(in, value.emplace());
-          },
-          [=](const std::optional<double>& value) { return value ? number.write(*value) : scalar(none); }};
+  using Number = std::optional<double>;
+  const auto given = kept_as<Number, double>(
+      number, [](const Input&, const double& value) { return std::optional<Number>(value); },
+      [](const Number& value) { return *value; });
+  return either<Number>(given, choice<Number>({{none, std::nullopt}}),
+                        [](const Number& value) { return value.has_value(); });
 }
 
 const Codec<Scene>& scene_codec() {

@@ -195,6 +195,24 @@ std::optional<bool> flag_in(const Node& node) {
   return std::nullopt;
 }
 
+bool looks_like(const TypeInfo& type, const Node& node) {
+  const bool scalar = node.kind == Node::Kind::kScalar;
+  switch (type.kind) {
+    case Kind::kMap:
+      return node.kind == Node::Kind::kMap;
+    case Kind::kList:
+      return node.kind == Node::Kind::kList;
+    case Kind::kWord:
+      return scalar && contains(type.words, node.text);
+    case Kind::kFlag:
+      return flag_in(node).has_value();
+    case Kind::kNumber:
+      return scalar && !node.quoted && parse_decimal(node.text);
+    default:
+      return scalar;
+  }
+}
+
 Codec<bool> flag() {
   const TypeInfo type{.kind = Kind::kFlag};
   return {type,

@@ -224,24 +224,29 @@ Codec<std::array<T, n>> tuple_of(const Codec<T>& item) {
       [](const Tuple& tuple) { return std::vector<T>(tuple.begin(), tuple.end()); });
 }
 
-/// A value that `plain` reads, or a map; of a word that `plain` does not know the message names both.
+/// Whether a value looks like one of this type.
+bool looks_like(const TypeInfo& type, const Node& node);
+
+/// A value that is written in one of two ways; of what looks like neither the message names both.
+///
+/// is_first      which values are written in the first way
+/// takes_first   what it reads, faults included; absent: what looks like it
 template <class T>
-Codec<T> plain_or_map(const Codec<T>& plain, const Codec<T>& spelt_out, std::function<bool(const T&)> is_plain) {
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {plain.type, spelt_out.type}};
+Codec<T> either(const Codec<T>& first, const Codec<T>& second, std::function<bool(const T&)> is_first,
+                std::function<bool(const Node&)> takes_first = nullptr) {
+  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {first.type, second.type}};
   return {type,
           [=](const Input& in, T& out) {
-            out = {};
-            if (in.node().kind == Node::Kind::kMap) {
-              return spelt_out.read(in, out);
+            if (takes_first ? takes_first(in.node()) : looks_like(first.type, in.node())) {
+              return first.read(in, out);
             }
-            const bool no_word = in.node().kind != Node::Kind::kScalar || !contains(plain.type.words, in.node().text);
-            if (plain.type.kind == TypeInfo::Kind::kWord && no_word) {
-              in.must_be(phrase(type));
-              return false;
+            if (looks_like(second.type, in.node())) {
+              return second.read(in, out);
             }
-            return plain.read(in, out);
+            in.must_be(phrase(type));
+            return false;
           },
-          [=](const T& value) { return (is_plain(value) ? plain : spelt_out).write(value); }};
+          [=](const T& value) { return (is_first(value) ? first : second).write(value); }};
 }
 
 /// The value that a member holds; null if it holds none.

@@ -48,8 +48,8 @@ Codec<StartSpec> make_start_codec() {
             return good;
           })
           .codec();
-  return plain_or_map<StartSpec>(named, detailed,
-                                 [=](const StartSpec& start) { return !is_random(start) && !is_previous(start); });
+  return either<StartSpec>(named, detailed,
+                           [=](const StartSpec& start) { return !is_random(start) && !is_previous(start); });
 }
 
 // One for all that start somewhere: the pages describe it once.
@@ -58,57 +58,27 @@ const Codec<StartSpec>& start_codec() {
   return codec;
 }
 
-/// A method as the file has it: what is left out is the default of `solve`.
-struct MethodForm {
-  const PhaseMethod* kind = &phase_method("paper");
-  std::optional<std::string> as;
-  std::optional<Scheme> scheme;
-  std::optional<int> iterations;
-  std::optional<StartSpec> start;
-  bool free_amplitudes = MethodSpec{}.free_amplitudes;
-  bool free_level = MethodSpec{}.free_level;
-  FaceWeights faces = MethodSpec{}.faces;
-  std::vector<double> phases;
-};
+std::string name_of(const MethodSpec& method) {
+  return method.name.empty() ? std::string(method.kind->name) : method.name;
+}
 
-std::string name_of(const MethodForm& form) { return form.as.value_or(std::string(form.kind->name)); }
+bool is_scalar(const Node& node) { return node.kind == Node::Kind::kScalar; }
 
-void add_fixed_phases(Map<MethodForm>& map) {
+void add_fixed_phases(Map<MethodSpec>& map) {
+  using Phases = std::vector<double>;
   const auto phase = number(kPlain, {});
-  const auto phases = list_of(phase, 1, kMostListed);
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {phase.type, phases.type}};
-  const auto from_file = kept_as<std::vector<double>, std::string>(file(), read_phases, nullptr);
-  map.add(
-         {.name = "phases_rad",
-          .type = type,
-          .help = "The phases [rad]: one for all channels, or one per channel.",
-          .example = "0"},
-         [=](const Input& in, MethodForm& form) {
-           if (in.node().kind == Node::Kind::kList) {
-             return phases.read(in, form.phases);
-           }
-           if (in.node().kind != Node::Kind::kScalar) {
-             in.must_be(phrase(type));
-             return false;
-           }
-           double one = 0;
-           if (!phase.read(in, one)) {
-             return false;
-           }
-           form.phases = {one};
-           return true;
-         },
-         [=](const MethodForm& form) {
-           return std::optional<Node>(form.phases.size() == 1 ? phase.write(form.phases.front())
-                                                              : phases.write(form.phases));
-         })
-      .add(
-          {.name = "phases_file",
-           .type = from_file.type,
-           .help = "A text file of the phases [rad], separated by commas or white space; # starts a comment.",
-           .example = "phases.txt"},
-          [from_file](const Input& in, MethodForm& form) { return from_file.read(in, form.phases); },
-          [](const MethodForm&) { return std::nullopt; })
+  const auto for_all = kept_as<Phases, double>(
+      phase, [](const Input&, const double& value) { return std::optional(Phases{value}); },
+      [](const Phases& phases) { return phases.front(); });
+  const auto from_file = kept_as<Phases, std::string>(file(), read_phases, nullptr);
+  map.maybe("phases_rad", &MethodSpec::phases,
+            either<Phases>(
+                for_all, list_of(phase, 1, kMostListed), [](const Phases& phases) { return phases.size() == 1; },
+                is_scalar),
+            "0", "The phases [rad]: one for all channels, or one per channel.")
+      .maybe("phases_file", &MethodSpec::phases, from_file, "phases.txt",
+             "A text file of the phases [rad], separated by commas or white space; # starts a comment.")
+      .written_if([](const MethodSpec&) { return false; })
       .exactly_one({"phases_rad", "phases_file"});
 }
 
@@ -116,27 +86,27 @@ bool weighs_faces(const PhaseMethod& kind) {
   return kind.model == MethodModel::kScattered || kind.model == MethodModel::kFree;
 }
 
-Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
-  Map<MethodForm> map;
-  map.maybe("as", &MethodForm::as, name(), "second_try",
+Codec<MethodSpec> make_options_codec(const PhaseMethod& kind) {
+  Map<MethodSpec> map;
+  map.maybe("as", &MethodSpec::name, name(), "second_try",
             "Name of the method in the results; default: the method's own.")
-      .maybe("scheme", &MethodForm::scheme, scheme_codec(), "paper", "Scheme of this method instead of solve.scheme.");
+      .maybe("scheme", &MethodSpec::scheme, scheme_codec(), "paper", "Scheme of this method instead of solve.scheme.");
   if (kind.iterates) {
-    map.maybe("iterations", &MethodForm::iterations, iterations_codec(), "10",
+    map.maybe("iterations", &MethodSpec::iterations, iterations_codec(), "10",
               "Iterations of this method, instead of solve.iterations.")
-        .maybe("start", &MethodForm::start, start_codec(), "{random: 7}",
+        .maybe("start", &MethodSpec::start, start_codec(), "{random: 7}",
                "Start of this method, instead of solve.start.");
   }
   if (kind.free_amplitudes) {
-    map.key("free_amplitudes", &MethodForm::free_amplitudes, flag(),
+    map.key("free_amplitudes", &MethodSpec::free_amplitudes, flag(),
             "Whether the amplitudes of the transducers are found too, from 0 to 1, or are all the same.")
-        .key("free_level", &MethodForm::free_level, flag(),
+        .key("free_level", &MethodSpec::free_level, flag(),
              "Whether the common amplitude is found too, if the array is too strong for the wanted pressure, or is 1. "
              "Boards that switch transducers only on and off need false.")
         .before("false");
   }
   if (weighs_faces(kind)) {
-    map.key("faces", &MethodForm::faces,
+    map.key("faces", &MethodSpec::faces,
             choice<FaceWeights>({{"equal", FaceWeights::kEqual}, {"area", FaceWeights::kArea}}),
             "Weight of the faces in the misfit. equal: as published, so that a finely meshed patch counts more. area: "
             "their area, as in surface.");
@@ -148,60 +118,46 @@ Codec<MethodForm> make_options_codec(const PhaseMethod& kind) {
 }
 
 // Methods with the same options share their table: the pages describe it once.
-const Codec<MethodForm>& options_codec(const PhaseMethod& kind) {
-  static std::map<std::tuple<bool, bool, bool, bool>, Codec<MethodForm>> tables;
+const Codec<MethodSpec>& options_codec(const PhaseMethod& kind) {
+  static std::map<std::tuple<bool, bool, bool, bool>, Codec<MethodSpec>> tables;
   const std::tuple options(kind.iterates, kind.free_amplitudes, kind.model == MethodModel::kGiven, weighs_faces(kind));
   const auto found = tables.find(options);
   return found != tables.end() ? found->second : tables.emplace(options, make_options_codec(kind)).first->second;
 }
 
-Codec<MethodForm> method_codec() {
-  Map<MethodForm> map;
+Codec<MethodSpec> method_codec() {
+  Map<MethodSpec> map;
   std::vector<std::string> words;
   for (const PhaseMethod& kind : phase_methods()) {
     const std::string text(kind.name);
     const auto& options = options_codec(kind);
     map.add(
         {.name = text, .type = options.type, .help = std::string(kind.help)},
-        [options, &kind](const Input& in, MethodForm& form) {
+        [options, &kind](const Input& in, MethodSpec& form) {
           form.kind = &kind;
           return options.read(in, form);
         },
-        [options, &kind](const MethodForm& form) {
+        [options, &kind](const MethodSpec& form) {
           return form.kind == &kind ? std::optional<Node>(options.write(form)) : std::nullopt;
         });
     words.push_back(text);
   }
   const auto with_options = map.exactly_one(words).codec();
-  const auto bare = word(words);
-  const TypeInfo type{.kind = TypeInfo::Kind::kAny, .of = {bare.type, with_options.type}};
-  return {type,
-          [=](const Input& in, MethodForm& form) {
-            if (in.node().kind == Node::Kind::kMap) {
-              return with_options.read(in, form);
-            }
-            std::string text;
-            if (in.node().kind != Node::Kind::kScalar) {
-              in.must_be(phrase(type));
-              return false;
-            }
-            if (!bare.read(in, text)) {
-              return false;
-            }
-            // A bare name is that method without options.
-            Node options = schema::map({});
-            options.place = in.node().place;
-            Node spelt_out = schema::map({{text, options}});
-            spelt_out.place = in.node().place;
-            return with_options.read({spelt_out, in.path(), in.reading()}, form);
-          },
-          [=](const MethodForm& form) { return with_options.write(form); }};
+  // A bare name is that method without options.
+  const auto bare = kept_as<MethodSpec, std::string>(
+      word(words),
+      [with_options](const Input& in, const std::string& text) {
+        Node options = schema::map({});
+        options.place = in.node().place;
+        Node spelt_out = schema::map({{text, options}});
+        spelt_out.place = in.node().place;
+        MethodSpec method;
+        return with_options.read({spelt_out, in.path(), in.reading()}, method) ? std::optional(method) : std::nullopt;
+      },
+      nullptr);
+  return either<MethodSpec>(
+      bare, with_options, [](const MethodSpec&) { return false; }, is_scalar);
 }
-
-/// `solve` as the file has it: its methods are completed once all of it is read.
-struct SolveForm : SolveSpec {
-  std::vector<MethodForm> forms;
-};
 
 Codec<ComputeDevice> device_codec() {
   return kept_as<ComputeDevice, std::string>(
@@ -270,38 +226,19 @@ bool check_start(const Input& in, const MethodSpec& method) {
   return false;
 }
 
-std::optional<SolveSpec> to_solve(const Input& in, const SolveForm& form) {
-  SolveSpec solve = form;
-  for (const auto& method : form.forms) {
-    solve.methods.push_back({.kind = method.kind,
-                             .name = name_of(method),
-                             .scheme = method.scheme.value_or(form.scheme),
-                             .iterations = method.iterations.value_or(form.iterations),
-                             .start = method.start.value_or(form.start),
-                             .free_amplitudes = method.free_amplitudes,
-                             .free_level = method.free_level,
-                             .faces = method.faces,
-                             .phases = method.phases});
+/// Fills in what methods leave to `solve`.
+bool complete_methods(const Input& in, SolveSpec& solve, bool good) {
+  for (std::size_t i = 0; good && i < solve.methods.size(); ++i) {
+    MethodSpec& method = solve.methods[i];
+    const Entry* entry = in.node().find("methods")->value.items[i].find(method.kind->name);
+    const auto says = [&](const char* key) { return entry != nullptr && entry->value.find(key) != nullptr; };
+    method.name = name_of(method);
+    method.scheme = says("scheme") ? method.scheme : solve.scheme;
+    method.iterations = says("iterations") ? method.iterations : solve.iterations;
+    method.start = says("start") ? method.start : solve.start;
+    good = check_start(in, method);
   }
-  const bool good = std::all_of(solve.methods.begin(), solve.methods.end(),
-                                [&](const MethodSpec& method) { return check_start(in, method); });
-  return good ? std::optional(solve) : std::nullopt;
-}
-
-SolveForm to_form(const SolveSpec& solve) {
-  SolveForm form{solve, {}};
-  for (const auto& method : solve.methods) {
-    form.forms.push_back({.kind = method.kind,
-                          .as = method.name,
-                          .scheme = method.scheme,
-                          .iterations = method.iterations,
-                          .start = method.start,
-                          .free_amplitudes = method.free_amplitudes,
-                          .free_level = method.free_level,
-                          .faces = method.faces,
-                          .phases = method.phases});
-  }
-  return form;
+  return good;
 }
 
 }  // namespace
@@ -315,34 +252,33 @@ Codec<Scheme> scheme_codec() {
 }
 
 Codec<SolveSpec> solve_codec() {
-  return kept_as<SolveSpec, SolveForm>(
-      Map<SolveForm>()
-          .required("methods", &SolveForm::forms,
-                    list_of<MethodForm>(method_codec(), 1, kMostItems,
-                                        {.name = name_of, .advice = "; another name is given with as"}),
-                    "[surface, paper, unscattered, focus]", "Methods to compare, each a name or {name: {options}}.")
-          .key("scheme", &SolveForm::scheme, scheme_codec(),
-               "Scheme of the boundary elements. paper: as published. paper_corrected: with a better diagonal. chief: "
-               "also with points inside the body. burton_miller: also with the derivative of the pressure. "
-               "burton_miller_polished: the same, and then two steps of paper_corrected.")
-          .key("iterations", &SolveForm::iterations, iterations_codec(), "Number of iterations of an iterative method.")
-          .key("start", &SolveForm::start, start_codec(),
-               "First phases of an iterative method. auto: surface takes some steps from each of several starts and "
-               "continues from the best; other methods start from zero. paper and unscattered do not take adjoint and "
-               "spectral.")
-          .before("zero")
-          .key("quiet_weight", &SolveForm::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
-               "Weight of the pressure on the skin outside the target, for surface and lbfgs.")
-          .key("certificate", &SolveForm::certificate, flag(),
-               "Whether the optimality bound is computed: a lower bound of the cost of surface, and the gap of each "
-               "method to it.")
-          .key("allow_coarse_mesh", &SolveForm::allow_coarse_mesh, flag(),
-               "Whether a mesh with fewer than 1.5 edges per wavelength near the target is solved anyway. Otherwise it "
-               "is an error, because pressures there are meaningless.")
-          .before("true")
-          .part(&SolveForm::solver, solver_keys())
-          .codec(),
-      to_solve, [](const SolveSpec& solve) { return to_form(solve); });
+  return Map<SolveSpec>()
+      .required("methods", &SolveSpec::methods,
+                list_of<MethodSpec>(method_codec(), 1, kMostItems,
+                                    {.name = name_of, .advice = "; another name is given with as"}),
+                "[surface, paper, unscattered, focus]", "Methods to compare, each a name or {name: {options}}.")
+      .key("scheme", &SolveSpec::scheme, scheme_codec(),
+           "Scheme of the boundary elements. paper: as published. paper_corrected: with a better diagonal. chief: "
+           "also with points inside the body. burton_miller: also with the derivative of the pressure. "
+           "burton_miller_polished: the same, and then two steps of paper_corrected.")
+      .key("iterations", &SolveSpec::iterations, iterations_codec(), "Number of iterations of an iterative method.")
+      .key("start", &SolveSpec::start, start_codec(),
+           "First phases of an iterative method. auto: surface takes some steps from each of several starts and "
+           "continues from the best; other methods start from zero. paper and unscattered do not take adjoint and "
+           "spectral.")
+      .before("zero")
+      .key("quiet_weight", &SolveSpec::quiet_weight, number(kPlain, {.low = 0.0, .high = {}}),
+           "Weight of the pressure on the skin outside the target, for surface and lbfgs.")
+      .key("certificate", &SolveSpec::certificate, flag(),
+           "Whether the optimality bound is computed: a lower bound of the cost of surface, and the gap of each "
+           "method to it.")
+      .key("allow_coarse_mesh", &SolveSpec::allow_coarse_mesh, flag(),
+           "Whether a mesh with fewer than 1.5 edges per wavelength near the target is solved anyway. Otherwise it "
+           "is an error, because pressures there are meaningless.")
+      .before("true")
+      .part(&SolveSpec::solver, solver_keys())
+      .check(complete_methods)
+      .codec();
 }
 
 }  // namespace touchfield::schema
