@@ -14,41 +14,27 @@ namespace touchfield {
 
 namespace {
 
-/// In degrees.
-struct Range {
-  double least;
-  double most;
-};
-
-constexpr Range kThumbFlexion{-25, 35};
-constexpr Range kThumbAbduction{-30, 60};
-constexpr Range kThumbRotation{-60, 80};
-constexpr Range kThumbMcp{-10, 80};
-constexpr Range kThumbIp{-15, 80};
-constexpr std::array<Range, 4> kAbduction = {{{-15, 42}, {-20, 20}, {-15, 25}, {-15, 45}}};
-constexpr Range kMcp{0, 90};
-constexpr Range kPip{0, 100};
-constexpr Range kDip{-10, 90};
-
-void turn_to(double& angle, const std::optional<double>& wanted, const char* finger, const char* joint,
-             const Range& range) {
-  if (!wanted) {
-    return;
-  }
-  constexpr double kRounding = 1e-9;  // of degrees turned into radians and back
-  const double degrees = *wanted / kDegree;
-  require(degrees >= range.least - kRounding && degrees <= range.most + kRounding,
-          "hand.joints.{}.{} = {:.6g} degrees must be {} to {} degrees", finger, joint, degrees, range.least,
-          range.most);
-  angle = *wanted;
-}
-
-void turn_to(FingerAngles& angles, const FingerJoints& wanted, const char* finger, const Range& abduction) {
-  turn_to(angles.abduction, wanted.abduction, finger, "abduction", abduction);
-  turn_to(angles.mcp, wanted.mcp, finger, "mcp", kMcp);
-  turn_to(angles.pip, wanted.pip, finger, "pip", kPip);
-  turn_to(angles.dip, wanted.dip, finger, "dip", kDip);
-}
+constexpr std::array<NamedJoint, 21> kJoints{{{"thumb", "cmc_flexion", -25, 35},
+                                              {"thumb", "cmc_abduction", -30, 60},
+                                              {"thumb", "cmc_rotation", -60, 80},
+                                              {"thumb", "mcp", -10, 80},
+                                              {"thumb", "ip", -15, 80},
+                                              {"index", "abduction", -15, 42},
+                                              {"index", "mcp", 0, 90},
+                                              {"index", "pip", 0, 100},
+                                              {"index", "dip", -10, 90},
+                                              {"middle", "abduction", -20, 20},
+                                              {"middle", "mcp", 0, 90},
+                                              {"middle", "pip", 0, 100},
+                                              {"middle", "dip", -10, 90},
+                                              {"ring", "abduction", -15, 25},
+                                              {"ring", "mcp", 0, 90},
+                                              {"ring", "pip", 0, 100},
+                                              {"ring", "dip", -10, 90},
+                                              {"little", "abduction", -15, 45},
+                                              {"little", "mcp", 0, 90},
+                                              {"little", "pip", 0, 100},
+                                              {"little", "dip", -10, 90}}};
 
 FingerAngles finger(double abduction, double mcp, double pip, double dip) {
   return {abduction * kDegree, mcp * kDegree, pip * kDegree, dip * kDegree};
@@ -58,45 +44,54 @@ ThumbAngles thumb(double flexion, double abduction, double rotation, double mcp,
   return {flexion * kDegree, abduction * kDegree, rotation * kDegree, mcp * kDegree, ip * kDegree};
 }
 
-/// Calls visit(angle, its place in the row) for every joint.
-template <class Pose, class Visit>
-void for_each_joint(Pose& pose, const Visit& visit) {
-  Eigen::Index i = 0;
-  for (auto* angle : {&pose.thumb.cmc_flexion, &pose.thumb.cmc_abduction, &pose.thumb.cmc_rotation, &pose.thumb.mcp,
-                      &pose.thumb.ip}) {
-    visit(*angle, i++);
-  }
-  for (auto& finger : pose.fingers) {
-    for (auto* angle : {&finger.abduction, &finger.mcp, &finger.pip, &finger.dip}) {
-      visit(*angle, i++);
-    }
-  }
+/// Where the angles of a thumb and of four fingers are, in their row.
+template <class Thumb, class... Fingers>
+auto row_of(Thumb& thumb, Fingers&... fingers) {
+  std::array<decltype(&thumb.mcp), 21> row{&thumb.cmc_flexion, &thumb.cmc_abduction, &thumb.cmc_rotation, &thumb.mcp,
+                                           &thumb.ip};
+  auto next = row.begin() + joint_count(0);
+  ((next = std::ranges::copy(std::array{&fingers.abduction, &fingers.mcp, &fingers.pip, &fingers.dip}, next).out), ...);
+  return row;
+}
+template <class Pose>
+auto pose_row(Pose& pose) {
+  return row_of(pose.thumb, pose.fingers[0], pose.fingers[1], pose.fingers[2], pose.fingers[3]);
+}
+template <class Joints>
+auto joints_row(Joints& joints) {
+  return row_of(joints.thumb, joints.index, joints.middle, joints.ring, joints.little);
 }
 
 }  // namespace
 
+const std::array<NamedJoint, 21>& hand_joints() { return kJoints; }
+
+const std::optional<double>& joint_in(const HandJoints& joints, Eigen::Index place) {
+  return *joints_row(joints)[static_cast<std::size_t>(place)];
+}
+std::optional<double>& joint_in(HandJoints& joints, Eigen::Index place) {
+  return *joints_row(joints)[static_cast<std::size_t>(place)];
+}
+
 JointAngles joint_angles(const HandPose& pose) {
   JointAngles angles;
-  for_each_joint(pose, [&](double angle, Eigen::Index i) { angles(i) = angle; });
+  std::ranges::transform(pose_row(pose), angles.begin(), [](const double* angle) { return *angle; });
   return angles;
 }
 
 HandPose with_angles(HandPose pose, const JointAngles& angles) {
-  for_each_joint(pose, [&](double& angle, Eigen::Index i) { angle = angles(i); });
+  const auto row = pose_row(pose);
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    *row[i] = angles(static_cast<Eigen::Index>(i));
+  }
   return pose;
 }
 
 JointRanges joint_ranges() {
-  std::vector<Range> ranges = {kThumbFlexion, kThumbAbduction, kThumbRotation, kThumbMcp, kThumbIp};
-  for (const Range& abduction : kAbduction) {
-    ranges.insert(ranges.end(), {abduction, kMcp, kPip, kDip});
-  }
-  JointRanges result;
-  for (Eigen::Index i = 0; i < result.least.size(); ++i) {
-    result.least(i) = ranges[static_cast<std::size_t>(i)].least * kDegree;
-    result.most(i) = ranges[static_cast<std::size_t>(i)].most * kDegree;
-  }
-  return result;
+  JointRanges ranges;
+  std::ranges::transform(kJoints, ranges.least.begin(), [](const NamedJoint& joint) { return joint.least * kDegree; });
+  std::ranges::transform(kJoints, ranges.most.begin(), [](const NamedJoint& joint) { return joint.most * kDegree; });
+  return ranges;
 }
 
 const std::vector<HandPose>& hand_pose_table() {
@@ -131,15 +126,19 @@ HandPose hand_pose(const std::string& name, const HandJoints& joints) {
     throw InputError(fmt::format("hand.pose = '{}' must be one of {}", name, known));
   }
   HandPose pose = *found;
-  turn_to(pose.thumb.cmc_flexion, joints.thumb.cmc_flexion, "thumb", "cmc_flexion", kThumbFlexion);
-  turn_to(pose.thumb.cmc_abduction, joints.thumb.cmc_abduction, "thumb", "cmc_abduction", kThumbAbduction);
-  turn_to(pose.thumb.cmc_rotation, joints.thumb.cmc_rotation, "thumb", "cmc_rotation", kThumbRotation);
-  turn_to(pose.thumb.mcp, joints.thumb.mcp, "thumb", "mcp", kThumbMcp);
-  turn_to(pose.thumb.ip, joints.thumb.ip, "thumb", "ip", kThumbIp);
-  turn_to(pose.fingers[0], joints.index, "index", kAbduction[0]);
-  turn_to(pose.fingers[1], joints.middle, "middle", kAbduction[1]);
-  turn_to(pose.fingers[2], joints.ring, "ring", kAbduction[2]);
-  turn_to(pose.fingers[3], joints.little, "little", kAbduction[3]);
+  const auto angles = pose_row(pose);
+  const auto wanted = joints_row(joints);
+  for (std::size_t i = 0; i < kJoints.size(); ++i) {
+    if (!*wanted[i]) {
+      continue;
+    }
+    constexpr double kRounding = 1e-9;  // of degrees turned into radians and back
+    const auto& [digit, name, least, most] = kJoints[i];
+    const double degrees = **wanted[i] / kDegree;
+    require(degrees >= least - kRounding && degrees <= most + kRounding,
+            "hand.joints.{}.{} = {:.6g} degrees must be {} to {} degrees", digit, name, degrees, least, most);
+    *angles[i] = **wanted[i];
+  }
   return pose;
 }
 

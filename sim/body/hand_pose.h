@@ -14,13 +14,12 @@ enum class HandSide { kRight, kLeft };
 constexpr HandSide other_side(HandSide side) { return side == HandSide::kRight ? HandSide::kLeft : HandSide::kRight; }
 constexpr const char* side_name(HandSide side) { return side == HandSide::kRight ? "right" : "left"; }
 
-/// Angles of a finger's joints [rad] that differ from the pose's.
+/// Angles of a finger's joints [rad] that differ from the pose's. Ranges: hand_joints().
 struct FingerJoints {
-  std::optional<double> abduction;  // away from the middle finger; the middle finger's: towards the thumb. Index -15 to
-                                    // 42, middle -20 to 20, ring -15 to 25, little -15 to 45 degrees
-  std::optional<double> mcp;        // knuckle, flexion; 0 to 90 degrees
-  std::optional<double> pip;        // 0 to 100 degrees
-  std::optional<double> dip;        // -10 to 90 degrees
+  std::optional<double> abduction;  // away from the middle finger; the middle finger's: towards the thumb
+  std::optional<double> mcp;        // knuckle, flexion
+  std::optional<double> pip;
+  std::optional<double> dip;
 };
 
 /// Angles of the thumb's joints [rad] that differ from the pose's.
@@ -28,13 +27,13 @@ struct FingerJoints {
 /// The metacarpal points along y turned by 20 degrees - cmc_flexion about the back of the hand, away from the index
 /// finger, and then by cmc_abduction out of the plane of the palm.
 struct ThumbJoints {
-  std::optional<double> cmc_flexion;    // across the palm; -25 to 35 degrees
-  std::optional<double> cmc_abduction;  // out of the palm's plane, palmwards; -30 to 60 degrees
+  std::optional<double> cmc_flexion;    // across the palm
+  std::optional<double> cmc_abduction;  // out of the palm's plane, palmwards
   std::optional<double> cmc_rotation;   // of the metacarpal about itself: 0 has the pad face the little finger, so that
-                                        // the thumb flexes within the palm's plane; towards 80 it faces the
-                                        // fingertips (opposition), towards -60 the palm side; -60 to 80 degrees
-  std::optional<double> mcp;            // flexion; -10 to 80 degrees
-  std::optional<double> ip;             // -15 to 80 degrees
+                                        // the thumb flexes within the palm's plane; towards 80 degrees it faces the
+                                        // fingertips (opposition), towards -60 the palm side
+  std::optional<double> mcp;            // flexion
+  std::optional<double> ip;
 };
 
 struct HandJoints {
@@ -83,12 +82,27 @@ JointAngles joint_angles(const HandPose& pose);
 /// The pose with all its joints turned to these angles, in range or not.
 HandPose with_angles(HandPose pose, const JointAngles& angles);
 
-/// The ranges of the joints [rad], as FingerJoints and ThumbJoints have them.
+/// A joint of the hand, and how far it turns.
+struct NamedJoint {
+  const char* digit;  // thumb to little
+  const char* name;   // cmc_flexion, mcp, ...
+  double least;       // [degrees]
+  double most;        // [degrees]
+};
+
+/// The joints in the order of JointAngles.
+const std::array<NamedJoint, 21>& hand_joints();
+
+/// The ranges of the joints [rad].
 struct JointRanges {
   JointAngles least;
   JointAngles most;
 };
 JointRanges joint_ranges();
+
+/// The angle that differs from the pose's, by the joint's place in JointAngles.
+const std::optional<double>& joint_in(const HandJoints& joints, Eigen::Index place);
+std::optional<double>& joint_in(HandJoints& joints, Eigen::Index place);
 
 /// The poses the hand knows.
 const std::vector<HandPose>& hand_pose_table();

@@ -16,30 +16,53 @@ namespace {
 // Faces are as small as the radius: 150,000 of them, meshed in a second or two.
 constexpr double kLongestCapsule = 10'000;
 
-Codec<FingerJoints> finger_codec(double least_abduction, double most_abduction) {
-  return Map<FingerJoints>()
-      .maybe("abduction_deg", &FingerJoints::abduction, number(kDegrees, between(least_abduction, most_abduction)), "5",
-             "Angle away from the middle finger; for the middle finger towards the thumb [deg].")
-      .maybe("mcp_deg", &FingerJoints::mcp, number(kDegrees, between(0, 90)), "30", "Flexion at the knuckle [deg].")
-      .maybe("pip_deg", &FingerJoints::pip, number(kDegrees, between(0, 100)), "30",
-             "Flexion at the middle joint [deg].")
-      .maybe("dip_deg", &FingerJoints::dip, number(kDegrees, between(-10, 90)), "20",
-             "Flexion at the last joint [deg].")
-      .codec();
+/// What a joint's angle is, and an example of it [deg].
+struct JointHelp {
+  const char* help;
+  const char* example;
+};
+
+constexpr JointHelp kThumbHelp[] = {
+    {"Angle of its base across the palm [deg].", "0"},
+    {"Angle of its base out of the palm's plane [deg].", "30"},
+    {"Rotation of its base about its own axis; at 80 the pad faces the fingertips [deg].", "20"},
+    {"Flexion at the middle joint [deg].", "15"},
+    {"Flexion at the last joint [deg].", "15"}};
+constexpr JointHelp kFingerHelp[] = {
+    {"Angle away from the middle finger; for the middle finger towards the thumb [deg].", "5"},
+    {"Flexion at the knuckle [deg].", "30"},
+    {"Flexion at the middle joint [deg].", "30"},
+    {"Flexion at the last joint [deg].", "20"}};
+
+Codec<HandJoints> digit_codec(std::size_t digit) {
+  Map<HandJoints> map;
+  for (Eigen::Index i = 0; i < joint_count(digit); ++i) {
+    const Eigen::Index place = first_joint(digit) + i;
+    const NamedJoint& joint = hand_joints()[static_cast<std::size_t>(place)];
+    const auto& [help, example] = (digit == 0 ? kThumbHelp : kFingerHelp)[i];
+    const auto angle = number(kDegrees, between(joint.least, joint.most));
+    map.add(
+        {.name = fmt::format("{}_deg", joint.name), .type = angle.type, .help = help, .example = example},
+        [=](const Input& in, HandJoints& joints) { return angle.read(in, joint_in(joints, place).emplace()); },
+        [=](const HandJoints& joints) {
+          const auto& given = joint_in(joints, place);
+          return given ? std::optional(angle.write(*given)) : std::nullopt;
+        });
+  }
+  return map.codec();
 }
 
-Codec<ThumbJoints> thumb_codec() {
-  return Map<ThumbJoints>()
-      .maybe("cmc_flexion_deg", &ThumbJoints::cmc_flexion, number(kDegrees, between(-25, 35)), "0",
-             "Angle of its base across the palm [deg].")
-      .maybe("cmc_abduction_deg", &ThumbJoints::cmc_abduction, number(kDegrees, between(-30, 60)), "30",
-             "Angle of its base out of the palm's plane [deg].")
-      .maybe("cmc_rotation_deg", &ThumbJoints::cmc_rotation, number(kDegrees, between(-60, 80)), "20",
-             "Rotation of its base about its own axis; at 80 the pad faces the fingertips [deg].")
-      .maybe("mcp_deg", &ThumbJoints::mcp, number(kDegrees, between(-10, 80)), "15",
-             "Flexion at the middle joint [deg].")
-      .maybe("ip_deg", &ThumbJoints::ip, number(kDegrees, between(-15, 80)), "15", "Flexion at the last joint [deg].")
-      .codec();
+Codec<HandJoints> joints_codec() {
+  Map<HandJoints> map;
+  for (std::size_t digit = 0; digit < 5; ++digit) {
+    const auto codec = digit_codec(digit);
+    map.add({.name = hand_joints()[static_cast<std::size_t>(first_joint(digit))].digit,
+             .type = codec.type,
+             .help = "Angles that differ from those of the pose.",
+             .fallback = "{}"},
+            codec.read, codec.write);
+  }
+  return map.codec();
 }
 
 Codec<SphereShape> sphere_codec() {
@@ -243,17 +266,6 @@ Map<BodySpec> body_map() {
 }
 
 }  // namespace
-
-Codec<HandJoints> joints_codec() {
-  const std::string help = "Angles that differ from those of the pose.";
-  return Map<HandJoints>()
-      .key("thumb", &HandJoints::thumb, thumb_codec(), help)
-      .key("index", &HandJoints::index, finger_codec(-15, 42), help)
-      .key("middle", &HandJoints::middle, finger_codec(-20, 20), help)
-      .key("ring", &HandJoints::ring, finger_codec(-15, 25), help)
-      .key("little", &HandJoints::little, finger_codec(-15, 45), help)
-      .codec();
-}
 
 Codec<HandShape> hand_codec() {
   return Map<HandShape>()

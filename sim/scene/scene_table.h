@@ -27,8 +27,6 @@ bool check_calibration(const Input& array, ArraySpec& spec);
 Codec<BodySpec> body_codec();
 /// Several bodies, each with a name.
 Codec<std::vector<BodySpec>> bodies_codec();
-/// The joints of the built-in hand, with their ranges.
-Codec<HandJoints> joints_codec();
 Codec<EdgeSpec> edge_codec();
 Codec<SolveSpec> solve_codec();
 Codec<JudgeSpec> judge_codec();

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "sim/body/hand_pose.h"
 #include "sim/core/errors.h"
@@ -18,71 +19,7 @@ namespace touchfield {
 
 namespace {
 
-template <class Joints, class Angles>
-struct Joint {
-  const char* key;
-  std::optional<double> Joints::*given;
-  double Angles::*posed;
-};
-
-constexpr Joint<ThumbJoints, ThumbAngles> kThumb[] = {
-    {"cmc_flexion_deg", &ThumbJoints::cmc_flexion, &ThumbAngles::cmc_flexion},
-    {"cmc_abduction_deg", &ThumbJoints::cmc_abduction, &ThumbAngles::cmc_abduction},
-    {"cmc_rotation_deg", &ThumbJoints::cmc_rotation, &ThumbAngles::cmc_rotation},
-    {"mcp_deg", &ThumbJoints::mcp, &ThumbAngles::mcp},
-    {"ip_deg", &ThumbJoints::ip, &ThumbAngles::ip}};
-constexpr Joint<FingerJoints, FingerAngles> kFinger[] = {
-    {"abduction_deg", &FingerJoints::abduction, &FingerAngles::abduction},
-    {"mcp_deg", &FingerJoints::mcp, &FingerAngles::mcp},
-    {"pip_deg", &FingerJoints::pip, &FingerAngles::pip},
-    {"dip_deg", &FingerJoints::dip, &FingerAngles::dip}};
-constexpr std::pair<const char*, FingerJoints HandJoints::*> kFingers[] = {
-    {"index", &HandJoints::index},
-    {"middle", &HandJoints::middle},
-    {"ring", &HandJoints::ring},
-    {"little", &HandJoints::little}};  // in the order of HandPose::fingers
-
 using Parts = std::vector<std::string>;
-
-/// The parts of a path, taken from its begin.
-class PathWalk {
- public:
-  explicit PathWalk(Parts parts) : parts_(std::move(parts)) {}
-
-  bool done() const { return at_ == parts_.size(); }
-  bool take(const char* key) {
-    if (done() || parts_[at_] != key) {
-      return false;
-    }
-    ++at_;
-    return true;
-  }
-  std::optional<std::size_t> take_number() {
-    const auto number = done() ? std::nullopt : number_of<std::size_t>(parts_[at_]);
-    at_ += number ? 1 : 0;
-    return number;
-  }
-  /// One of the items of a table, by its first member.
-  template <class Table>
-  auto take_one(const Table& table, auto key) {
-    const auto* found = done() ? std::end(table) : std::ranges::find(table, parts_[at_], key);
-    at_ += found != std::end(table) ? 1 : 0;
-    return found != std::end(table) ? found : nullptr;
-  }
-
-  /// With items of lists in brackets.
-  std::string text() const {
-    std::string text;
-    for (const std::string& part : parts_) {
-      text += number_of<std::size_t>(part) ? fmt::format("[{}]", part) : (text.empty() ? "" : ".") + part;
-    }
-    return text;
-  }
-
- private:
-  Parts parts_;
-  std::size_t at_ = 0;
-};
 
 /// An item of a scene's list: the only one, or one of several by its number.
 using Item = std::optional<std::size_t>;
@@ -107,97 +44,52 @@ TargetBoxSpec& box_of(Posture& scene, const Item& item) {
   return item_of(scene.target->boxes, scene.target->boxes.size() == 1, item, "target.box", "target.boxes");
 }
 
-HandShape& hand_of(Posture& scene, const Item& item) {
-  if (auto* hand = std::get_if<HandShape>(&body_of(scene, item).shape)) {
-    return *hand;
+/// The number N in parts like bodies.N, which become one: body.
+Item take_item(Parts& parts, std::size_t at, const char* several, const char* one) {
+  const bool named = parts.size() > at + 1 && parts[at] == several;
+  const Item item = named ? number_of<std::size_t>(parts[at + 1]) : std::nullopt;
+  if (item) {
+    parts[at] = one;
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(at) + 1);
   }
-  throw InputError("is not in this scene: its body is not a built-in hand");
+  return item;
 }
 
-schema::Range joint_range(const std::string& finger, const std::string& joint) {
-  const schema::TypeInfo joints = schema::joints_codec().type;
-  const auto key = [](const schema::TypeInfo& type, const std::string& name) {
-    return std::ranges::find(type.map->keys, name, &schema::KeyInfo::name)->type;
-  };
-  return key(key(joints, finger), joint).range;
+/// With items of lists in brackets.
+std::string path_text(const Parts& parts) {
+  std::string text;
+  for (const std::string& part : parts) {
+    text += number_of<std::size_t>(part) ? fmt::format("[{}]", part) : (text.empty() ? "" : ".") + part;
+  }
+  return text;
 }
 
-/// What follows body.hand.joints.
-void take_joint(PathWalk& walk, const Item& item, VaryingNumber& number) {
-  number.unit = schema::kDegrees;
-  const auto leave_to_pose = [](std::optional<double>& joint, double posed) -> double& {
-    return joint ? *joint : joint.emplace(posed);
-  };
-  if (walk.take("thumb")) {
-    if (const auto* joint = walk.take_one(kThumb, &Joint<ThumbJoints, ThumbAngles>::key)) {
-      number.range = joint_range("thumb", joint->key);
-      number.in = [=](Posture& scene) -> double& {
-        HandShape& hand = hand_of(scene, item);
-        return leave_to_pose(hand.joints.thumb.*joint->given, hand_pose(hand.pose, hand.joints).thumb.*joint->posed);
-      };
-    }
-  } else if (const auto* finger = walk.take_one(kFingers, &std::pair<const char*, FingerJoints HandJoints::*>::first)) {
-    if (const auto* joint = walk.take_one(kFinger, &Joint<FingerJoints, FingerAngles>::key)) {
-      number.range = joint_range(finger->first, joint->key);
-      const auto which = static_cast<std::size_t>(finger - std::begin(kFingers));
-      number.in = [=](Posture& scene) -> double& {
-        HandShape& hand = hand_of(scene, item);
-        return leave_to_pose(hand.joints.*finger->second.*joint->given,
-                             hand_pose(hand.pose, hand.joints).fingers[which].*joint->posed);
-      };
-    }
+double& coordinate(Posture& scene, const Item& item, const std::string& key, Eigen::Index axis) {
+  if (key == "body.place.at_mm") {
+    return body_of(scene, item).place.at[axis];
   }
+  if (key == "body.place.rotate_deg") {
+    return body_of(scene, item).place.angles[axis];
+  }
+  TargetBoxSpec& box = box_of(scene, item);
+  const bool offset = key == "target.box.offset_mm";
+  if (offset == box.at.empty()) {
+    throw InputError(offset ? "is not in this scene: its box has centre_mm"
+                            : "is not in this scene: its box has a landmark and offset_mm");
+  }
+  return (offset ? box.offset : box.centre)[axis];
 }
 
-/// What follows body.
-void take_body(PathWalk& walk, const Item& item, VaryingNumber& number) {
-  if (walk.take("hand")) {
-    if (walk.take("joints")) {
-      take_joint(walk, item, number);
-    }
-    return;
-  }
-  const bool place = walk.take("place");
-  const bool at = place && walk.take("at_mm");
-  if (!at && !(place && walk.take("rotate_deg"))) {
-    return;
-  }
-  number.unit = at ? schema::kMillimetres : schema::kDegrees;
-  if (const auto axis = walk.take_number(); axis && *axis < 3) {
-    number.in = [=, axis = static_cast<Eigen::Index>(*axis)](Posture& scene) -> double& {
-      Placement& place = body_of(scene, item).place;
-      return (at ? place.at : place.angles)[axis];
-    };
-  }
+double& joint_angle(Posture& scene, const Item& item, Eigen::Index joint) {
+  auto* hand = std::get_if<HandShape>(&body_of(scene, item).shape);
+  require(hand != nullptr, "is not in this scene: its body is not a built-in hand");
+  std::optional<double>& angle = joint_in(hand->joints, joint);
+  return angle ? *angle : angle.emplace(joint_angles(hand_pose(hand->pose, hand->joints))(joint));
 }
 
-/// What follows target.box.
-void take_box(PathWalk& walk, const Item& item, VaryingNumber& number) {
-  const bool offset = walk.take("offset_mm");
-  if (!offset && !walk.take("centre_mm")) {
-    return;
-  }
-  number.unit = schema::kMillimetres;
-  if (const auto axis = walk.take_number(); axis && *axis < 3) {
-    number.in = [=, axis = static_cast<Eigen::Index>(*axis)](Posture& scene) -> double& {
-      TargetBoxSpec& box = box_of(scene, item);
-      if (offset == box.at.empty()) {
-        throw InputError(offset ? "is not in this scene: its box has centre_mm"
-                                : "is not in this scene: its box has a landmark and offset_mm");
-      }
-      return (offset ? box.offset : box.centre)[axis];
-    };
-  }
-}
-
-void take_pressure(VaryingNumber& number) {
-  number.range = schema::at_least(0);  // a motion may begin and end in silence
-  number.in = [](Posture& scene) -> double& {
-    if (!scene.target || !scene.target->pressure) {
-      throw InputError("must be a number in this scene");
-    }
-    return *scene.target->pressure;
-  };
+double& pressure(Posture& scene) {
+  require(scene.target && scene.target->pressure, "must be a number in this scene");
+  return *scene.target->pressure;
 }
 
 /// A law whose values are in SI, of one in this unit.
@@ -227,29 +119,36 @@ std::string varying_paths() {
 }
 
 VaryingNumber varying_number(const std::string& path) {
+  Parts parts = schema::split_path(path).value_or(Parts{""});
   VaryingNumber number;
-  PathWalk walk(schema::split_path(path).value_or(Parts{}));
-  if (walk.take("body")) {
-    take_body(walk, std::nullopt, number);
-  } else if (walk.take("bodies")) {
-    if (const auto item = walk.take_number()) {
-      take_body(walk, item, number);
-    }
-  } else if (walk.take("target")) {
-    if (walk.take("pressure_pa")) {
-      take_pressure(number);
-    } else if (walk.take("box")) {
-      take_box(walk, std::nullopt, number);
-    } else if (walk.take("boxes")) {
-      if (const auto item = walk.take_number()) {
-        take_box(walk, item, number);
-      }
-    }
+  number.path = path_text(parts);
+  const Item body = take_item(parts, 0, "bodies", "body");
+  const Item item = body ? body : take_item(parts, 1, "boxes", "box");
+  const std::string last = parts.back();
+  const std::string key = fmt::format("{}", fmt::join(parts.begin(), parts.end() - 1, "."));
+
+  const auto axis = number_of<Eigen::Index>(last);
+  const bool turns = key == "body.place.rotate_deg";
+  const bool moves = key == "body.place.at_mm" || key == "target.box.offset_mm" || key == "target.box.centre_mm";
+  if ((turns || moves) && axis && *axis >= 0 && *axis < 3) {
+    number.unit = turns ? schema::kDegrees : schema::kMillimetres;
+    number.in = [=](Posture& scene) -> double& { return coordinate(scene, item, key, *axis); };
+    return number;
   }
-  if (!number.in || !walk.done()) {
-    throw InputError(fmt::format("cannot vary, must be one of {}", varying_paths()));
+  if (key == "target" && last == "pressure_pa") {
+    number.range = schema::at_least(0);  // a motion may begin and end in silence
+    number.in = pressure;
+    return number;
   }
-  number.path = walk.text();
+  const auto joint = std::ranges::find_if(hand_joints(), [&](const NamedJoint& of_hand) {
+    return key == fmt::format("body.hand.joints.{}", of_hand.digit) && last == fmt::format("{}_deg", of_hand.name);
+  });
+  require(joint != hand_joints().end(), "cannot vary, must be one of {}", varying_paths());
+  number.unit = schema::kDegrees;
+  number.range = schema::between(joint->least, joint->most);
+  number.in = [=, place = joint - hand_joints().begin()](Posture& scene) -> double& {
+    return joint_angle(scene, item, place);
+  };
   return number;
 }
 
