@@ -44,7 +44,6 @@ Codec<Autd3Array> autd3_codec() {
              "Number of units along x and y, edge to edge.")
       .defaults_to("[3, 2]")
       .maybe("units", &Autd3Array::units, list_of(unit, 1, 1000), "", "The place of each unit, instead of layout.")
-      .written_if([](const Autd3Array& array) { return !array.layout; })
       .key("pitch_mm", &Autd3Array::pitch, number(kMillimetres, kPitch),
            "Distance between neighbours [mm]; boards of 2016 to 2019 have 10.18.")
       .at_most_one({"layout", "units"})
@@ -64,7 +63,7 @@ std::optional<PositionsArray> to_positions(const Input& in, const PositionsFile&
     return array;
   }
   if (form.axes->cols() != count) {
-    in.at(*in.node().find("axes")).problem(fmt::format("{} axes, must be {}: one per point", form.axes->cols(), count));
+    in.key("axes").problem(fmt::format("{} axes, must be {}: one per point", form.axes->cols(), count));
     return std::nullopt;
   }
   bool good = true;
@@ -72,8 +71,7 @@ std::optional<PositionsArray> to_positions(const Input& in, const PositionsFile&
     if (const auto axis = unit_vector(form.axes->col(i))) {
       array.axes.col(i) = *axis;
     } else {
-      in.at(*in.node().find("axes")).at(static_cast<std::size_t>(i)).problem("zero, an axis must have a direction");
-      good = false;
+      good = in.key("axes").at(static_cast<std::size_t>(i)).problem("zero, an axis must have a direction");
     }
   }
   return good ? std::optional(array) : std::nullopt;

@@ -80,8 +80,7 @@ Codec<CapsuleShape> capsule_codec() {
         if (!good || capsule.length <= kLongestCapsule * capsule.radius) {
           return good;
         }
-        in.at(*in.node().find("length_mm")).must_be(fmt::format("at most {:.0f} times radius_mm", kLongestCapsule));
-        return false;
+        return in.key("length_mm").must_be(fmt::format("at most {:.0f} times radius_mm", kLongestCapsule));
       })
       .codec();
 }
@@ -201,8 +200,8 @@ bool check_body(const Input& in, const BodySpec& body, bool good) {
   }
   const std::vector<std::string> landmarks = landmark_names(body);
   if (!body.place.landmark.empty()) {
-    const Input place = in.at(*in.node().find("place"));
-    good = check_landmark(place.at(*place.node().find("landmark")), landmarks, body.place.landmark);
+    const Input place = in.key("place");
+    good = check_landmark(place.key("landmark"), landmarks, body.place.landmark);
   }
   const Entry* edge = in.node().find("edge_mm");
   if (!edge) {
@@ -214,9 +213,9 @@ bool check_body(const Input& in, const BodySpec& body, bool good) {
   return check_near(in.at(*edge), landmarks) && good;
 }
 
-bool is_series(const BodySpec& body) {
+bool is_no_series(const BodySpec& body) {
   const auto* mesh = std::get_if<MeshShape>(&body.shape);
-  return mesh != nullptr && mesh->series;
+  return mesh == nullptr || !mesh->series;
 }
 
 std::string usual_edges_text() {
@@ -239,9 +238,8 @@ Map<BodySpec> body_map() {
              "A cylinder along y between two half spheres, a simple finger. Landmarks: those of a sphere.")
       .maybe("box", &BodySpec::shape, box_codec(), "", "A box about its origin. Landmarks: those of a sphere.")
       .maybe("mesh", &BodySpec::shape, mesh_codec(), "", "A surface from a file.")
-      .written_if(std::not_fn(is_series))
+      .written_if(is_no_series)
       .maybe("meshes", &BodySpec::shape, meshes_codec(), "", "A moving surface, from one file per time.")
-      .written_if(is_series)
       .key("place", &BodySpec::place, place_codec(), "Place of the body.")
       .maybe("edge_mm", &BodySpec::edge, edge_codec(), "2.8",
              fmt::format("Requested edge length of the mesh [mm]: one for the whole body, or shorter ones near some "

@@ -24,24 +24,17 @@ bool check_listed(const Input& calibration, const char* key, std::size_t count, 
     return true;
   }
   const Entry* entry = calibration.node().find(key);
-  (entry ? calibration.at(*entry) : calibration)
+  return (entry ? calibration.at(*entry) : calibration)
       .problem(fmt::format("{} value{}, must be {}: one per channel", count, count == 1 ? "" : "s", channels));
-  return false;
 }
 
 }  // namespace
 
 Codec<CalibrationSpec> calibration_codec() {
-  const auto path = file();
   return Map<CalibrationSpec>()
-      .add(
-          {.name = "file",
-           .type = path.type,
-           .help = "A table with a header and one row per channel: channel (from 0), gain, phase_rad or phase_deg, and "
-                   "optionally alive (0 or 1).",
-           .example = "calibration.csv"},
-          [path](const Input& in, CalibrationSpec& spec) { return path.read(in, spec.file); },
-          [](const CalibrationSpec&) { return std::nullopt; })
+      .maybe("file", &CalibrationSpec::file, file(), "calibration.csv",
+             "A table with a header and one row per channel: channel (from 0), gain, phase_rad or phase_deg, and "
+             "optionally alive (0 or 1).")
       .maybe(
           "gain", &CalibrationSpec::gain, list_of(number(kPlain, at_least(0)), 1, kMostListed), "[1, 0.9]",
           "Instead of a file the gains, one per channel: the measured pressure divided by the designed one; 0 is dead.")
@@ -71,8 +64,7 @@ bool check_calibration(const Input& array, ArraySpec& spec) {
   const Entry* entry = array.node().find("calibration");
   if (auto* positions = std::get_if<PositionsArray>(&spec.layout); positions && !positions->dead.empty()) {
     if (entry) {
-      array.at(*entry).problem("array.positions.file says which transducers are dead; leave one of them out");
-      return false;
+      return array.at(*entry).problem("array.positions.file says which transducers are dead; leave one of them out");
     }
     const auto channels = static_cast<std::size_t>(positions->points.cols());
     spec.calibration = CalibrationSpec{};
@@ -93,7 +85,7 @@ bool check_calibration(const Input& array, ArraySpec& spec) {
     const bool good = check_listed(in, "gain", calibration.gain.size(), channels);
     return check_listed(in, "phase_rad", calibration.phase.size(), channels) && good;
   }
-  auto file = read_calibration(in.at(*in.node().find("file")), calibration.file, static_cast<std::size_t>(channels));
+  auto file = read_calibration(in.key("file"), calibration.file, static_cast<std::size_t>(channels));
   if (!file) {
     return false;
   }

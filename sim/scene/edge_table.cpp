@@ -22,8 +22,7 @@ Codec<EdgeSpec> graded_codec() {
         if (!good || edges.graded()) {
           return good;
         }
-        in.problem("must have near_target or near in addition to far");
-        return false;
+        return in.problem("must have near_target or near in addition to far");
       })
       .codec();
 }

@@ -132,20 +132,21 @@ std::string Input::path_of(const std::string& key) const {
   return path_.empty() ? name : path_ + "." + name;
 }
 
-void Input::must_be(const std::string& rule) const {
-  const bool one_value = node_->kind == Node::Kind::kScalar;
+bool Input::must_be(const std::string& rule) const {
   const std::string shown = description(*node_);
-  if (one_value && node_->quoted) {
-    problem(fmt::format("the text \"{}\" must be {}", shown, rule));
-  } else if (one_value) {
-    reading_->add(node_->place, fmt::format("{} = {} must be {}", path_, shown, rule));
-  } else {
-    problem(fmt::format("{}, must be {}", shown, rule));
+  if (node_->kind != Node::Kind::kScalar) {
+    return problem(fmt::format("{}, must be {}", shown, rule));
   }
+  if (node_->quoted) {
+    return problem(fmt::format("the text \"{}\" must be {}", shown, rule));
+  }
+  reading_->add(node_->place, fmt::format("{} = {} must be {}", path_, shown, rule));
+  return false;
 }
 
-void Input::problem(const std::string& text) const {
+bool Input::problem(const std::string& text) const {
   reading_->add(node_->place, path_.empty() ? text : fmt::format("{}: {}", path_, text));
+  return false;
 }
 
 std::string quoted_for_message(const std::string& text, std::size_t longest) {

@@ -68,13 +68,15 @@ class Input {
   Input at(const Entry& entry) const { return {entry.value, path_of(entry.key), *reading_}; }
   Input at(const Entry&&) const = delete;
   Input at(std::size_t item) const;
+  /// The value of a key that this map has.
+  Input key(std::string_view name) const { return at(*node_->find(name)); }
   /// How a key of this map is called.
   std::string path_of(const std::string& key) const;
 
-  /// The problem "path = value must be rule", e.g. `field[0].spacing_mm = -1 must be > 0`.
-  void must_be(const std::string& rule) const;
-  /// The problem "path: text" at this value.
-  void problem(const std::string& text) const;
+  /// The problem "path = value must be rule", e.g. `field[0].spacing_mm = -1 must be > 0`. Returns false.
+  bool must_be(const std::string& rule) const;
+  /// The problem "path: text" at this value. Returns false.
+  bool problem(const std::string& text) const;
 
  private:
   const Node* node_;

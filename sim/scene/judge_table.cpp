@@ -33,7 +33,6 @@ Codec<JudgeSpec> own_model_codec() {
       .written_if([](const JudgeSpec& judge) { return judge.whole != JudgeSpec::Whole::kUnsaid; })
       .maybe("split", &JudgeSpec::splits, integer(between(1, 2)), "1",
              "The solving mesh, with every face split into four this many times; instead of edge_mm.")
-      .written_if([](const JudgeSpec& judge) { return judge.kind == JudgeSpec::Kind::kSplit; })
       .exactly_one({"edge_mm", "split"})
       .check([](const Input& in, JudgeSpec& judge, bool good) {
         if (good) {
@@ -58,9 +57,8 @@ Codec<JudgeSpec> judge_codec() {
 bool check_judge(const Input& in, const Scene& scene) {
   const Entry* entry = in.node().find("judge");
   if (entry && scene.judge.kind == JudgeSpec::Kind::kNone && solver_mistakes_channels(scene.array)) {
-    in.at(*entry).problem(
+    return in.at(*entry).problem(
         "none, but the solver does not know the true responses of the channels: the scene must have a judge");
-    return false;
   }
   if (!entry || entry->value.kind != Node::Kind::kMap) {
     return true;
@@ -68,16 +66,15 @@ bool check_judge(const Input& in, const Scene& scene) {
   const Input judge = in.at(*entry);
   bool good = true;
   if (scene.judge.kind == JudgeSpec::Kind::kSplit && scene.judge.whole == JudgeSpec::Whole::kYes) {
-    judge.at(*judge.node().find("whole")).problem("cannot be true with split, which uses the solving mesh");
-    good = false;
+    good = judge.key("whole").problem("cannot be true with split, which uses the solving mesh");
   }
   if (scene.judge.kind == JudgeSpec::Kind::kEdge && !scene.bodies.empty()) {
-    good = check_near(judge.at(*judge.node().find("edge_mm")), landmark_names(scene.bodies)) && good;
+    good = check_near(judge.key("edge_mm"), landmark_names(scene.bodies)) && good;
   }
   const bool any_hand = std::any_of(scene.bodies.begin(), scene.bodies.end(),
                                     [](const BodySpec& body) { return std::holds_alternative<HandShape>(body.shape); });
   if (scene.judge.kind == JudgeSpec::Kind::kEdge && any_hand) {
-    good = check_hand_edges(judge.at(*judge.node().find("edge_mm"))) && good;
+    good = check_hand_edges(judge.key("edge_mm")) && good;
   }
   return good;
 }

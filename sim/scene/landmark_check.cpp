@@ -56,8 +56,7 @@ bool check_landmark(const Input& at, const std::vector<std::string>& names, cons
   if (contains(names, name)) {
     return true;
   }
-  at.must_be(rule(names, name));
-  return false;
+  return at.must_be(rule(names, name));
 }
 
 bool check_near(const Input& edges, const std::vector<std::string>& names) {
@@ -94,8 +93,7 @@ bool check_box_landmarks(const Input& scene, const std::vector<BodySpec>& bodies
   const auto check = [&](const Input& box) {
     const Entry* at = box.node().find("at");
     if (at && !contains(known, at->value.text)) {
-      box.at(*at).must_be(rule(names, at->value.text));
-      good = false;
+      good = box.at(*at).must_be(rule(names, at->value.text));
     }
   };
   const Input table = scene.at(*target);

@@ -50,10 +50,9 @@ std::optional<MeshSeries::Mesh> row(FileReport& report, int line, const MeshSeri
 bool read_mesh_times(const Input& in, MeshShape& mesh) {
   MeshSeries& series = *mesh.series;
   if (!is_folder(series.folder)) {
-    in.at(*in.node().find("folder")).problem(fmt::format("{} must be a folder", series.folder));
-    return false;
+    return in.key("folder").problem(fmt::format("{} must be a folder", series.folder));
   }
-  const Input times = in.at(*in.node().find("times"));
+  const Input times = in.key("times");
   FileReport report(times, series.times);
   const auto text = report.text();
   if (!text) {

@@ -42,11 +42,9 @@ Codec<KeysLaw> keys_codec() {
         bool good = true;
         for (std::size_t i = 0; i < keys.size(); ++i) {
           if (keys[i][0] < 0.0) {
-            in.at(i).at(0).must_be(">= 0");
-            good = false;
+            good = in.at(i).at(0).must_be(">= 0");
           } else if (i > 0 && keys[i][0] <= keys[i - 1][0]) {
-            in.at(i).at(0).must_be(fmt::format("after {:.15g}, the time of the key before it", keys[i - 1][0]));
-            good = false;
+            good = in.at(i).at(0).must_be(fmt::format("after {:.15g}, the time of the key before it", keys[i - 1][0]));
           }
         }
         return good ? std::optional(KeysLaw{keys}) : std::nullopt;
@@ -84,10 +82,11 @@ bool check_key_times(const Input& in, const MotionSpec& motion) {
     if (through == nullptr || through->keys.back()[0] <= motion.seconds) {
       continue;
     }
-    const Input change = in.at(*in.node().find("change")).at(i);
-    const Input keys = change.at(*change.node().find("keys"));
-    keys.at(through->keys.size() - 1).at(0).must_be(fmt::format("at most motion.seconds = {:.15g}", motion.seconds));
-    good = false;
+    const Input change = in.key("change").at(i);
+    const Input keys = change.key("keys");
+    good = keys.at(through->keys.size() - 1)
+               .at(0)
+               .must_be(fmt::format("at most motion.seconds = {:.15g}", motion.seconds));
   }
   return good;
 }
@@ -143,7 +142,7 @@ bool check_motion(const Input& in, const Scene& scene) {
   if (!scene.motion) {
     return true;
   }
-  const Input motion = in.at(*in.node().find("motion"));
+  const Input motion = in.key("motion");
   Scene still = scene;
   bool good = true;
   for (std::size_t i = 0; i < scene.motion->changes.size(); ++i) {
@@ -151,8 +150,7 @@ bool check_motion(const Input& in, const Scene& scene) {
     try {
       motion_curve(varying_number(change.path), change.law, scene.motion->seconds, still);
     } catch (const InputError& error) {
-      motion.at(*motion.node().find("change")).at(i).problem(error.what());
-      good = false;
+      good = motion.key("change").at(i).problem(error.what());
     }
   }
   return good;

@@ -13,18 +13,6 @@ namespace touchfield::schema {
 
 namespace {
 
-// Parts between commas and white space of any length.
-std::vector<std::string_view> words(std::string_view line) {
-  constexpr const char* kBetween = ", \t";
-  std::vector<std::string_view> parts;
-  for (auto first = line.find_first_not_of(kBetween); first != std::string_view::npos;) {
-    const auto end = std::min(line.find_first_of(kBetween, first), line.size());
-    parts.push_back(line.substr(first, end - first));
-    first = line.find_first_not_of(kBetween, end);
-  }
-  return parts;
-}
-
 /// Of columns that only say which row is which.
 std::vector<TableColumn> names_of_rows() {
   std::vector<TableColumn> columns;

@@ -28,15 +28,14 @@ std::optional<Eigen::Matrix3d> rotation_of(const Input& in, const Pose& pose, co
     const auto& [w, x, y, z] = *pose.quaternion;
     const Eigen::Quaterniond turn(w, x, y, z);
     if (std::abs(turn.norm() - 1) > kRotation) {
-      in.at(*in.node().find("quaternion_wxyz"))
-          .problem(fmt::format("of length {:.6g}, must be 1 within {}", turn.norm(), kRotation));
+      in.key("quaternion_wxyz").problem(fmt::format("of length {:.6g}, must be 1 within {}", turn.norm(), kRotation));
       return std::nullopt;
     }
     return turn.normalized().toRotationMatrix();
   }
   Eigen::Matrix3d matrix;
   matrix << (*pose.rows)[0].transpose(), (*pose.rows)[1].transpose(), (*pose.rows)[2].transpose();
-  const Input at = in.at(*in.node().find("rotation"));
+  const Input at = in.key("rotation");
   const double off = (matrix.transpose() * matrix - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (off > kRotation) {
     at.problem(fmt::format("R^T R differs from 1 by {:.2g}, must by at most {}: the columns are {} in the world", off,

@@ -26,19 +26,15 @@ Codec<MediumSpec> medium_codec() {
 
 Codec<TargetBoxSpec> target_box_codec() {
   using Box = TargetBoxSpec;
-  const auto on_landmark = [](const Box& box) { return !box.at.empty(); };
   return Map<Box>()
       .maybe("at", &Box::at, text(1), "index_pad",
              "Landmark of the placed body at the centre of the box; nearest_array: the point of the skin that is "
              "nearest to the array. With several bodies write body.landmark, or landmark if only one body has it.")
-      .written_if(on_landmark)
       .key("offset_mm", &Box::offset, vector3(kMillimetres, {}),
            "Offset of the centre of the box from the landmark, along the world's axes [mm].")
-      .written_if(on_landmark)
       .allowed_with({"at"})
       .maybe("centre_mm", &Box::centre, vector3(kMillimetres, {}), "[0, 0, 200]",
              "Centre of the box in the world [mm], instead of a landmark.")
-      .written_if(std::not_fn(on_landmark))
       .required("size_mm", &Box::size, vector3(kMillimetres, above(0)), "[8, 40, 6]",
                 "Side lengths of the box [mm]: width, length, depth.")
       .key("rotate_deg", &Box::angles, vector3(kDegrees, {}),
@@ -48,13 +44,11 @@ Codec<TargetBoxSpec> target_box_codec() {
 }
 
 Codec<TargetSpec> target_codec() {
-  const auto one_box = [](const TargetSpec& target) { return target.boxes.size() == 1; };
   const auto box = target_box_codec();
   return Map<TargetSpec>()
       .maybe("box", &TargetSpec::boxes, box, "", "The target: the faces of the skin with their centroid in this box.")
       .maybe("boxes", &TargetSpec::boxes, list_of(box, 1, kMostItems), "",
              "Several boxes; a face in two of them belongs to the first.")
-      .written_if(std::not_fn(one_box))
       .key("profile", &TargetSpec::profile,
            choice<TargetProfile>({{"uniform", TargetProfile::kUniform}, {"penetration", TargetProfile::kPenetration}}),
            "Wanted pressure on the faces: the same on each, or proportional to the depth below the side of the box "
@@ -126,8 +120,7 @@ bool check_targets(const Input& in, const Scene& scene) {
   }
   bool good = true;
   if (scene.write.transfer) {
-    in.at(*in.node().find("write")).problem("transfer needs a target, the scene must have one");
-    good = false;
+    good = in.key("write").problem("transfer needs a target, the scene must have one");
   }
   const Entry* solve = in.node().find("solve");
   const Entry* methods = solve ? solve->value.find("methods") : nullptr;
@@ -141,8 +134,7 @@ bool check_targets(const Input& in, const Scene& scene) {
     if (known == phase_methods().end() || known->model == MethodModel::kGiven) {
       continue;
     }
-    list.at(i).problem(fmt::format("{} needs a target, the scene must have one", method));
-    good = false;
+    good = list.at(i).problem(fmt::format("{} needs a target, the scene must have one", method));
   }
   return good;
 }
@@ -161,7 +153,6 @@ Codec<Scene> make_scene_codec() {
       .maybe("body", &Scene::bodies, body_codec(), "", "The body that scatters the sound; its skin is sound-hard.")
       .written_if(is_single)
       .maybe("bodies", &Scene::bodies, bodies_codec(), "", "Several bodies, each with a name; they must not touch.")
-      .written_if(std::not_fn(is_single))
       .exactly_one({"body", "bodies"})
       .maybe("sensing", &Scene::sensing, sensing_codec(), "{noise_mm_rms: 0.5}",
              "Bodies as the solver sees them, with the errors of a sensor: displaced by smooth noise and moved. The "

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iterator>
 #include <set>
 
 #include <fmt/format.h>
@@ -57,6 +56,18 @@ Codec<T> whole_number(const Range& range) {
           [](const T& value) { return scalar(std::to_string(value)); }};
 }
 
+/// What a value says as a flag; nothing if it is none.
+std::optional<bool> flag_in(const Node& node) {
+  const bool plain = node.kind == Node::Kind::kScalar && !node.quoted;
+  if (plain && (node.text == "true" || node.text == "True" || node.text == "TRUE")) {
+    return true;
+  }
+  if (plain && (node.text == "false" || node.text == "False" || node.text == "FALSE")) {
+    return false;
+  }
+  return std::nullopt;
+}
+
 bool has_control_character(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);
@@ -69,8 +80,7 @@ Codec<std::string> tested_text(const TypeInfo& type, std::function<bool(const st
   return {type,
           [type, test = std::move(test)](const Input& in, std::string& out) {
             if (in.node().kind != Node::Kind::kScalar || !test(in.node().text)) {
-              in.must_be(phrase(type));
-              return false;
+              return in.must_be(phrase(type));
             }
             out = in.node().text;
             return true;
@@ -141,12 +151,11 @@ bool check_group(const Input& in, const Group& group, const std::set<std::string
 // What the chosen key of the group asks of this one.
 bool check_beside(const Input& in, const KeyInfo& key, const std::string& chosen, bool misspelt) {
   const Entry* entry = in.node().find(key.name);
-  const bool fits = key.only_with.empty() || contains(key.only_with, chosen);
-  if (entry && !fits && !contains(key.also_with, chosen)) {
+  if (entry && !key.fits(chosen)) {
     in.reading().add(entry->place, fmt::format("{}: cannot be given with {}", in.path_of(key.name), chosen));
     return false;
   }
-  if (!entry && fits && key.required && !key.only_with.empty() && !misspelt) {
+  if (!entry && key.required && contains(key.only_with, chosen) && !misspelt) {
     in.reading().add(in.node().place, fmt::format("{}: missing, must be given with {}", in.path_of(key.name), chosen));
     return false;
   }
@@ -159,8 +168,7 @@ bool check_beside(const Input& in, const KeyInfo& key, const std::string& chosen
   }
   for (const auto& [other, count] : key.items_with) {
     if (other == chosen && count_given != count) {
-      in.at(*entry).problem(fmt::format("{} values, must be {} with {}", count_given, count, chosen));
-      return false;
+      return in.at(*entry).problem(fmt::format("{} values, must be {} with {}", count_given, count, chosen));
     }
   }
   return true;
@@ -183,17 +191,6 @@ Codec<double> number(Unit unit, const Range& range) {
 
 Codec<int> integer(const Range& range) { return whole_number<int>(range); }
 Codec<unsigned> seed() { return whole_number<unsigned>(between(0, std::numeric_limits<unsigned>::max())); }
-
-std::optional<bool> flag_in(const Node& node) {
-  const bool plain = node.kind == Node::Kind::kScalar && !node.quoted;
-  if (plain && (node.text == "true" || node.text == "True" || node.text == "TRUE")) {
-    return true;
-  }
-  if (plain && (node.text == "false" || node.text == "False" || node.text == "FALSE")) {
-    return false;
-  }
-  return std::nullopt;
-}
 
 bool looks_like(const TypeInfo& type, const Node& node) {
   const bool scalar = node.kind == Node::Kind::kScalar;
@@ -219,8 +216,7 @@ Codec<bool> flag() {
           [type](const Input& in, bool& out) {
             const auto said = flag_in(in.node());
             if (!said) {
-              in.must_be(phrase(type));
-              return false;
+              return in.must_be(phrase(type));
             }
             out = *said;
             return true;
@@ -270,8 +266,7 @@ Codec<std::string> word(std::vector<std::string> words) {
               return true;
             }
             const std::string nearest = is_text ? nearest_word(type.words, node.text) : "";
-            in.must_be(phrase(type) + (nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
-            return false;
+            return in.must_be(phrase(type) + (nearest.empty() ? "" : fmt::format("; did you mean {}?", nearest)));
           },
           [](const std::string& value) { return scalar(value); }};
 }
@@ -308,8 +303,7 @@ Codec<Points> points(Unit unit, const Range& range) {
 
 bool check_keys(const Input& in, const MapInfo& info) {
   if (in.node().kind != Node::Kind::kMap) {
-    in.must_be(info.keys.size() == 1 ? fmt::format("a map {{{}: ...}}", info.keys.front().name) : "a map");
-    return false;
+    return in.must_be(info.keys.size() == 1 ? fmt::format("a map {{{}: ...}}", info.keys.front().name) : "a map");
   }
   std::set<std::string> meant;  // known keys that unknown ones were probably meant to be: not missing as well
   bool good = check_known(in, info, meant);
@@ -339,10 +333,7 @@ std::string in_brackets(const Node& node) {
       node.text.find_first_of("[]{}") != std::string::npos) {
     return "";
   }
-  std::vector<std::string_view> parts;
-  for (const std::string_view by_comma : cells(node.text)) {
-    std::ranges::copy(cells(by_comma, ' '), std::back_inserter(parts));
-  }
+  const std::vector<std::string_view> parts = words(node.text);
   return parts.size() > 1 ? fmt::format("; write [{}]", fmt::join(parts, ",")) : "";
 }
 
@@ -350,8 +341,7 @@ std::string in_brackets(const Node& node) {
 
 bool check_list(const Input& in, const TypeInfo& type) {
   if (in.node().kind != Node::Kind::kList) {
-    in.must_be(phrase(type, false) + in_brackets(in.node()));
-    return false;
+    return in.must_be(phrase(type, false) + in_brackets(in.node()));
   }
   const auto count = in.node().items.size();
   if (count >= type.fewest && count <= type.most) {
@@ -363,8 +353,7 @@ bool check_list(const Input& in, const TypeInfo& type) {
   } else if (type.most != type.fewest) {
     rule = fmt::format("{} to {}", type.fewest, type.most);
   }
-  in.problem(fmt::format("{} value{}, must be {}", count, count == 1 ? "" : "s", rule));
-  return false;
+  return in.problem(fmt::format("{} value{}, must be {}", count, count == 1 ? "" : "s", rule));
 }
 
 bool check_new_name(const Input& item, const std::string& name, const std::vector<std::string>& taken,
@@ -373,8 +362,7 @@ bool check_new_name(const Input& item, const std::string& name, const std::vecto
   if (same == taken.end()) {
     return true;
   }
-  item.problem(fmt::format("{} is item [{}] already, must be unique{}", name, same - taken.begin(), advice));
-  return false;
+  return item.problem(fmt::format("{} is item [{}] already, must be unique{}", name, same - taken.begin(), advice));
 }
 
 }  // namespace touchfield::schema

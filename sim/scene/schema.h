@@ -53,8 +53,6 @@ Codec<double> number(Unit unit, const Range& range);
 Codec<int> integer(const Range& range);
 Codec<unsigned> seed();
 Codec<bool> flag();
-/// What a value says as a flag; nothing if it is none.
-std::optional<bool> flag_in(const Node& node);
 Codec<std::string> name();
 Codec<std::string> text(std::size_t fewest_bytes);
 /// The name of a file; its path once read (see Reading::resolve).
@@ -113,8 +111,7 @@ Codec<std::map<std::string, T>> table_of(const Codec<T>& value) {
   return {type,
           [type, value](const Input& in, std::map<std::string, T>& out) {
             if (in.node().kind != Node::Kind::kMap) {
-              in.must_be(phrase(type, false));
-              return false;
+              return in.must_be(phrase(type, false));
             }
             bool good = true;
             for (const auto& entry : in.node().entries) {
@@ -243,8 +240,7 @@ Codec<T> either(const Codec<T>& first, const Codec<T>& second, std::function<boo
             if (looks_like(second.type, in.node())) {
               return second.read(in, out);
             }
-            in.must_be(phrase(type));
-            return false;
+            return in.must_be(phrase(type));
           },
           [=](const T& value) { return (is_first(value) ? first : second).write(value); }};
 }
@@ -253,6 +249,10 @@ Codec<T> either(const Codec<T>& first, const Codec<T>& second, std::function<boo
 template <class T>
 const T* held(const T& member) {
   return &member;
+}
+template <>
+inline const std::string* held(const std::string& member) {
+  return member.empty() ? nullptr : &member;
 }
 template <class T>
 const T* held(const std::optional<T>& member) {
@@ -291,7 +291,8 @@ class Map {
         [member, codec](const S& s) { return std::optional<Node>(codec.write(s.*member)); });
   }
 
-  /// A key that may be absent. The member holds the value or none: an optional, a variant or a list of one.
+  /// A key that may be absent. The member holds the value or none: an optional, a variant, a list of one, or a text
+  /// that may be empty.
   template <class T, class Holder, class Base>
   Map& maybe(const std::string& name, Holder Base::*member, const Codec<T>& codec, const std::string& example,
              const std::string& help) {
@@ -327,7 +328,8 @@ class Map {
     return *this;
   }
 
-  /// The key added last is written of some values alone, of which it says everything.
+  /// The key added last is written of some values alone. What the keys of the group ask for holds without it: the first
+  /// of them that has a value is written, and those allowed beside it.
   Map& written_if(std::function<bool(const S&)> test) {
     writes_.back() = [test = std::move(test), write = writes_.back()](const S& s) {
       return test(s) ? write(s) : std::nullopt;
@@ -404,9 +406,16 @@ class Map {
             },
             [info, writes = writes_](const S& s) {
               std::vector<std::pair<std::string, Node>> entries;
+              std::string chosen;  // of the group
               for (std::size_t i = 0; i < writes.size(); ++i) {
+                const KeyInfo& key = info->keys[i];
+                const bool of_group = info->group && contains(info->group->keys, key.name);
+                if (of_group ? !chosen.empty() : !key.fits(chosen)) {
+                  continue;
+                }
                 if (auto node = writes[i](s)) {
-                  entries.emplace_back(info->keys[i].name, std::move(*node));
+                  entries.emplace_back(key.name, std::move(*node));
+                  chosen = of_group ? key.name : chosen;
                 }
               }
               return map(std::move(entries));

@@ -51,6 +51,10 @@ std::string list_phrase(const TypeInfo& type, bool with_range) {
 
 }  // namespace
 
+bool KeyInfo::fits(const std::string& chosen) const {
+  return only_with.empty() || contains(only_with, chosen) || contains(also_with, chosen);
+}
+
 std::vector<std::string> MapInfo::names() const {
   std::vector<std::string> names;
   std::ranges::transform(keys, std::back_inserter(names), &KeyInfo::name);

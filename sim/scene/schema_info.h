@@ -54,6 +54,9 @@ struct KeyInfo {
   std::vector<std::string> only_with{};  // allowed only beside one of these keys of the map's group
   std::vector<std::string> also_with{};  // and these, beside which it is not required
   std::vector<std::pair<std::string, std::size_t>> items_with{};  // length of the list beside a key of the group
+
+  /// Whether it may be given beside this key of the group.
+  bool fits(const std::string& chosen) const;
 };
 
 /// Keys of a map that exclude each other.

@@ -61,7 +61,7 @@ Json alternative_json(const MapInfo& info, const std::string& chosen) {
   Json required = {chosen};
   Json properties = Json::object();
   for (const auto& key : info.keys) {
-    if (!key.only_with.empty() && !contains(key.only_with, chosen) && !contains(key.also_with, chosen)) {
+    if (!key.fits(chosen)) {
       properties[key.name] = false;
     }
     if (key.required && contains(key.only_with, chosen)) {

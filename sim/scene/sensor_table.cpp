@@ -40,8 +40,7 @@ Codec<CameraSpec> camera_codec() {
            "Error of the rotation that the fit assumes, about a random axis [deg].")
       .check([](const Input& in, CameraSpec& camera, bool good) {
         if (good && (camera.look_at - camera.at).norm() < 1e-3) {
-          in.at(*in.node().find("look_at_mm")).must_be("1 mm or more from at_mm");
-          return false;
+          return in.key("look_at_mm").must_be("1 mm or more from at_mm");
         }
         return good;
       })
@@ -55,9 +54,8 @@ bool check_pixels(const Input& in, const MotionSpec::Sensor& sensor) {
     pixels += std::int64_t{camera.resolution[0]} * camera.resolution[1];
   }
   if (pixels > kMostCameraPixels) {
-    in.at(*in.node().find("cameras"))
-        .problem(fmt::format("their images have {} pixels together, must be at most {}", pixels, kMostCameraPixels));
-    return false;
+    return in.key("cameras").problem(
+        fmt::format("their images have {} pixels together, must be at most {}", pixels, kMostCameraPixels));
   }
   return true;
 }
@@ -104,7 +102,6 @@ Codec<MotionSpec::Sensor> sensor_codec() {
              "The solver sees a hand fitted to the joints that a hand tracker has recorded.")
       .at_most_one({"noise", "cameras", "recorded", "joints"})
       .key("seed", &Sensor::seed, seed(), "Seed of the errors of the cameras.")
-      .written_if([](const Sensor& sensor) { return std::holds_alternative<std::vector<CameraSpec>>(sensor.sight); })
       .allowed_with({"cameras"})
       .maybe("hand", &Sensor::hand, hand_codec(), "",
              "The built-in hand that is fitted, before its shape is learnt. Default: the hand of the scene; for depth "
@@ -112,15 +109,10 @@ Codec<MotionSpec::Sensor> sensor_codec() {
       .allowed_with(fitted)
       .key("workspace_mm", &Sensor::workspace, tuple_of<Vector3, 2>(vector3(kMillimetres, {})),
            "Two corners of the box in which the hand is searched: the least x, y, z and the largest [mm].")
-      .written_if([](const Sensor& sensor) {
-        return std::holds_alternative<std::vector<CameraSpec>>(sensor.sight) ||
-               std::holds_alternative<RecordedSpec>(sensor.sight);
-      })
       .allowed_with(images)
       .check([](const Input& in, Sensor& sensor, bool good) {
         if (good && !((sensor.workspace[1] - sensor.workspace[0]).minCoeff() > 0)) {
-          in.at(*in.node().find("workspace_mm")).at(1).must_be("beyond the first corner in x, y and z");
-          return false;
+          return in.key("workspace_mm").at(1).must_be("beyond the first corner in x, y and z");
         }
         return good && check_pixels(in, sensor);
       })

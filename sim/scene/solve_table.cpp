@@ -17,7 +17,6 @@ Codec<int> iterations_codec() { return integer(between(1, 100000)); }
 Codec<StartSpec> make_start_codec() {
   using Kind = StartSpec::Kind;
   const auto is_random = [](const StartSpec& start) { return start.kind == Kind::kRandom; };
-  const auto is_previous = [](const StartSpec& start) { return start.kind == Kind::kPrevious; };
   const auto named = kept_in(
       &StartSpec::kind,
       choice<Kind>(
@@ -28,19 +27,17 @@ Codec<StartSpec> make_start_codec() {
           .written_if(is_random)
           .maybe("restarts", &StartSpec::restarts, integer(between(1, 1000)), "1",
                  "Number of starts, with this seed and the following ones; the solution of least cost is kept.")
-          .written_if([=](const StartSpec& start) { return is_random(start) && start.restarts != 1; })
+          .written_if([](const StartSpec& start) { return start.restarts != 1; })
           .allowed_with({"random"})
           .maybe("previous", &StartSpec::file, absolute_file(), "before/run.h5",
                  "The phases of a run, from its run.h5.")
-          .written_if(is_previous)
           .maybe("method", &StartSpec::method, name(), "surface",
                  "Method of these phases. Default: the method of the same name, otherwise the first of the run.")
-          .written_if([=](const StartSpec& start) { return is_previous(start) && !start.method.empty(); })
           .allowed_with({"previous"})
           .maybe("among", &StartSpec::among, flag(), "true",
                  "Whether auto tries these phases as one of several starts. Otherwise they are the only start. For "
                  "surface only.")
-          .written_if([=](const StartSpec& start) { return is_previous(start) && start.among; })
+          .written_if([](const StartSpec& start) { return start.among; })
           .allowed_with({"previous"})
           .exactly_one({"random", "previous"})
           .check([](const Input& in, StartSpec& start, bool good) {
@@ -49,7 +46,7 @@ Codec<StartSpec> make_start_codec() {
           })
           .codec();
   return either<StartSpec>(named, detailed,
-                           [=](const StartSpec& start) { return !is_random(start) && !is_previous(start); });
+                           [=](const StartSpec& start) { return !is_random(start) && start.kind != Kind::kPrevious; });
 }
 
 // One for all that start somewhere: the pages describe it once.
@@ -78,7 +75,6 @@ void add_fixed_phases(Map<MethodSpec>& map) {
             "0", "The phases [rad]: one for all channels, or one per channel.")
       .maybe("phases_file", &MethodSpec::phases, from_file, "phases.txt",
              "A text file of the phases [rad], separated by commas or white space; # starts a comment.")
-      .written_if([](const MethodSpec&) { return false; })
       .exactly_one({"phases_rad", "phases_file"});
 }
 
@@ -213,17 +209,15 @@ Map<SolverSpec> solver_keys() {
 /// Starts that only methods on the skin can have, or only those that try several.
 bool check_start(const Input& in, const MethodSpec& method) {
   if (method.start.among && method.kind->iterates && !method.kind->searches) {
-    in.problem(fmt::format("{} takes one start; give it another start, or leave among out", method.name));
-    return false;
+    return in.problem(fmt::format("{} takes one start; give it another start, or leave among out", method.name));
   }
   const bool incident = method.kind->iterates && method.kind->model != MethodModel::kSkin;
   const bool adjoint = method.start.kind == StartSpec::Kind::kAdjoint;
   if (!incident || (!adjoint && method.start.kind != StartSpec::Kind::kSpectral)) {
     return true;
   }
-  in.problem(
+  return in.problem(
       fmt::format("{} cannot start from {}; give it another start", method.name, adjoint ? "adjoint" : "spectral"));
-  return false;
 }
 
 /// Fills in what methods leave to `solve`.

@@ -29,6 +29,9 @@ void for_each_text_line(std::string_view text, const Visit& visit) {
 /// A text without the blanks at its ends.
 std::string_view trimmed(std::string_view text);
 
+/// Parts between commas and blanks, any number of them.
+std::vector<std::string_view> words(std::string_view line, std::string_view between = ", \t");
+
 /// Parts between single commas, or another separator; between blanks it is any number of them.
 std::vector<std::string_view> cells(std::string_view line, char separator = ',');
 

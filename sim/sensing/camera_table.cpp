@@ -72,10 +72,9 @@ Codec<Lens> lens_codec() {
   }
   map.check([](const Input& in, Lens& lens, bool good) {
     if (good && lens.model != kBrownConrady && lens.coefficients != std::array<double, 5>{}) {
-      in.problem(lens.model == kStraight
-                     ? "coefficients that are not 0, the model must be brown_conrady"
-                     : "coefficients that are not 0, must be 0: undistort the images, or give brown_conrady's");
-      return false;
+      return in.problem(lens.model == kStraight
+                            ? "coefficients that are not 0, the model must be brown_conrady"
+                            : "coefficients that are not 0, must be 0: undistort the images, or give brown_conrady's");
     }
     return good;
   });
@@ -130,10 +129,7 @@ DepthCamera coarse(DepthCamera camera) {
 
 /// Rules that a camera's keys keep together; reports the first that is broken.
 bool check_camera(const Input& in, const CameraForm& form) {
-  const auto broken = [&](const char* key, const std::string& rule) {
-    in.at(*in.node().find(key)).must_be(rule);
-    return false;
-  };
+  const auto broken = [&](const char* key, const std::string& rule) { return in.key(key).must_be(rule); };
   if (form.name == "time_s") {
     return broken("name", "another name than that of the column of times");
   }
@@ -155,8 +151,7 @@ bool check_camera(const Input& in, const CameraForm& form) {
   try {
     pixel_rays(coarse(camera_of(form)));
   } catch (const InputError&) {
-    in.at(*in.node().find("distortion")).problem("cannot be undone within the image");
-    return false;
+    return in.key("distortion").problem("cannot be undone within the image");
   }
   return true;
 }
