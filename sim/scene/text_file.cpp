@@ -1,7 +1,6 @@
 #include "sim/scene/text_file.h"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 
 #include <fmt/format.h>
@@ -12,64 +11,52 @@ namespace touchfield::schema {
 
 namespace {
 
-struct OddCharacter {
-  std::string_view bytes;
+/// Characters that look like one of ASCII.
+struct OddCharacters {
+  std::u32string_view codes;
   const char* name;
   const char* remedy;
 };
 
 constexpr std::string_view kBlanks = " \t";  // between words
 
-constexpr const char* kBlank = "write a plain space";
-constexpr const char* kNothing = "leave it out";
-constexpr const char* kDash = "write -";
-constexpr const char* kQuote = "write a straight quote";
+constexpr OddCharacters kOddCharacters[] = {
+    {U"\u00A0\u2007\u202F", "no-break space", "write a plain space"},
+    {U"\u1680\u2000\u2001\u2002\u2003\u2004\u2005\u2006\u2008\u2009\u200A\u205F\u3000", "blank", "write a plain space"},
+    {U"\u2028", "line separator", "begin a new line"},
+    {U"\u00AD", "soft hyphen", "leave it out"},
+    {U"\u200B", "zero-width space", "leave it out"},
+    {U"\u2060", "zero-width character", "leave it out"},
+    {U"\uFEFF", "byte order mark", "leave it out"},
+    {U"\u2010\u2011", "hyphen", "write -"},
+    {U"\u2013\u2014", "dash", "write -"},
+    {U"\u2212", "minus sign", "write -"},
+    {U"\u2018\u2019\u201C\u201D", "quote", "write a straight quote"},
+    {U"\uFF1A", "colon", "write :"},
+};
 
-constexpr std::array<OddCharacter, 31> kOddCharacters = {{
-    {"\u00A0", "no-break space (U+00A0)", kBlank},
-    {"\u1680", "blank (U+1680)", kBlank},
-    {"\u2000", "blank (U+2000)", kBlank},
-    {"\u2001", "blank (U+2001)", kBlank},
-    {"\u2002", "blank (U+2002)", kBlank},
-    {"\u2003", "blank (U+2003)", kBlank},
-    {"\u2004", "blank (U+2004)", kBlank},
-    {"\u2005", "blank (U+2005)", kBlank},
-    {"\u2006", "blank (U+2006)", kBlank},
-    {"\u2007", "no-break space (U+2007)", kBlank},
-    {"\u2008", "blank (U+2008)", kBlank},
-    {"\u2009", "blank (U+2009)", kBlank},
-    {"\u200A", "blank (U+200A)", kBlank},
-    {"\u202F", "no-break space (U+202F)", kBlank},
-    {"\u205F", "blank (U+205F)", kBlank},
-    {"\u3000", "blank (U+3000)", kBlank},
-    {"\u2028", "line separator (U+2028)", "begin a new line"},
-    {"\u00AD", "soft hyphen (U+00AD)", kNothing},
-    {"\u200B", "zero-width space (U+200B)", kNothing},
-    {"\u2060", "zero-width character (U+2060)", kNothing},
-    {"\uFEFF", "byte order mark (U+FEFF)", kNothing},
-    {"\u2010", "hyphen (U+2010)", kDash},
-    {"\u2011", "hyphen (U+2011)", kDash},
-    {"\u2013", "dash (U+2013)", kDash},
-    {"\u2014", "dash (U+2014)", kDash},
-    {"\u2212", "minus sign (U+2212)", kDash},
-    {"\u2018", "quote (U+2018)", kQuote},
-    {"\u2019", "quote (U+2019)", kQuote},
-    {"\u201C", "quote (U+201C)", kQuote},
-    {"\u201D", "quote (U+201D)", kQuote},
-    {"\uFF1A", "colon (U+FF1A)", "write :"},
-}};
+/// The code of a character of 2 or 3 bytes, as all odd ones are; 0 of another.
+char32_t code_at(std::string_view text, std::size_t place) {
+  const std::size_t length = character_length(text, place);
+  if (length != 2 && length != 3) {
+    return 0;
+  }
+  char32_t code = static_cast<unsigned char>(text[place]) & (length == 2 ? 0x1FU : 0x0FU);
+  for (const char byte : text.substr(place + 1, length - 1)) {
+    code = (code << 6U) | (static_cast<unsigned char>(byte) & 0x3FU);
+  }
+  return code;
+}
 
 }  // namespace
 
 std::string odd_character(std::string_view line) {
   line = line.substr(0, line.find('#'));
   for (std::size_t at = 0; at < line.size(); ++at) {
-    if (static_cast<unsigned char>(line[at]) < 0x80) {
-      continue;
-    }
-    for (const OddCharacter& odd : kOddCharacters) {
-      if (line.substr(at).starts_with(odd.bytes)) {
-        return fmt::format("{} at column {}, {}", odd.name, at + 1, odd.remedy);
+    const char32_t code = code_at(line, at);
+    for (const OddCharacters& odd : kOddCharacters) {
+      if (odd.codes.find(code) != std::u32string_view::npos) {
+        return fmt::format("{} (U+{:04X}) at column {}, {}", odd.name, static_cast<unsigned>(code), at + 1, odd.remedy);
       }
     }
   }
