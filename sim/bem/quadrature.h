@@ -2,18 +2,12 @@
 
 #include <vector>
 
+#include "sim/bem/bem_options.h"
 #include "sim/bem/element_integrals.h"
 #include "sim/bem/pair_loops.h"
 #include "sim/mesh/triangle_mesh.h"
 
 namespace touchfield {
-
-/// How finely a face is integrated, by its distance from the point in units of the square root of its area.
-struct FaceRule {
-  double split_ratio = 1.4;  // a piece nearer than this times its own size is split in four; pieces have 7 points
-  double seven_below = 3.0;  // whole faces: 7 points below this distance,
-  double three_below = 8.0;  // 3 points below this one, one point beyond
-};
 
 /// Integrals of Layer's kernels over flat faces seen from one point. On faces nearer than seven_below the static part
 /// of D and W, which is what is most singular, is taken in closed form (solid angle and its gradient); points integrate

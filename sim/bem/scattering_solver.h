@@ -8,29 +8,6 @@
 
 namespace touchfield {
 
-enum class SolverKind {
-  kLu,          // the matrix stored and factorised
-  kGmres,       // the matrix stored, GMRES
-  kMatrixFree,  // every entry computed anew in every step, GMRES
-  kFft,         // products by a grid and Fourier transforms, GMRES; the system has a grid_tolerance
-};
-
-enum class Precision { kSingle, kDouble };
-
-/// LU; GMRES, stored; GMRES, matrix-free; GMRES, FFT.
-std::string to_string(SolverKind kind);
-/// single; double.
-std::string to_string(Precision precision);
-
-struct SolverOptions {
-  SolverKind kind = SolverKind::kMatrixFree;
-  Precision precision = Precision::kSingle;
-  bool refine = true;       // go on until the residual by products in double meets the tolerance
-  double tolerance = 1e-4;  // relative residual ||B p - b|| / ||b|| of every column
-  int max_steps = 400;      // of GMRES, a column
-  int restart = 100;        // steps after which GMRES starts anew, bounding its memory
-};
-
 struct SolveReport {
   int steps = 0;           // most GMRES steps of a column, all refinements together; 0 of LU
   int refinements = 0;     // corrections after the first solution

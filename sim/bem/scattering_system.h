@@ -11,14 +11,6 @@
 
 namespace touchfield {
 
-struct SystemOptions {
-  double coupling = 1.0;          // eta = coupling i / k of Burton-Miller, > 0
-  FaceRule rule;                  // of Burton-Miller's integrals
-  double chief_spacing = 0.6;     // of CHIEF's points [wavelengths]: closer ones make the square form singular
-  double chief_clearance = 0.15;  // of CHIEF's points from the skin [wavelengths]
-  double grid_tolerance = 0.0;    // > 0: sums over all faces go through a grid and are that accurate (grid_spec.h)
-};
-
 /// The incident field where a scheme asks for it, S columns. Parts a scheme does not need are empty.
 struct IncidentField {
   Eigen::MatrixXcd pressure;  // M x S, at the centroids [Pa]

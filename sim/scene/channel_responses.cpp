@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "sim/scene/scene.h"
+#include "sim/scene/array_spec.h"
 
 namespace touchfield {
 

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "sim/scene/body_spec.h"
 #include "sim/scene/input.h"
-#include "sim/scene/scene.h"
 
 namespace touchfield::schema {
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "sim/scene/scene.h"
+#include "sim/scene/motion_spec.h"
 
 namespace touchfield {
 

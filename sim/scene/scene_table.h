@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim/scene/scene.h"
-#include "sim/scene/schema.h"
+#include "sim/scene/schema_map.h"
 
 /// The table of a scene: every key with its type, unit, range, default and explanation, once.
 namespace touchfield::schema {

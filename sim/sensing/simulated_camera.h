@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sim/mesh/triangle_mesh.h"
-#include "sim/scene/scene.h"
+#include "sim/scene/motion_spec.h"
 #include "sim/sensing/depth_camera.h"
 #include "sim/sensing/stereo_noise.h"
 

@@ -5,12 +5,6 @@
 
 namespace touchfield {
 
-/// How the faces count in the paper's misfit.
-enum class FaceWeights {
-  kEqual,  // alike, as published: a fine patch counts as often as it has faces
-  kArea,   // by their area
-};
-
 /// w, one a row of B and G: 1, or area over mean area and 1 for the rows of interior points behind those of the faces.
 Eigen::VectorXd row_weights(FaceWeights faces, const Eigen::VectorXd& areas, Eigen::Index rows);
 

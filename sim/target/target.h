@@ -18,6 +18,12 @@ enum class TargetProfile {
   kPenetration,  // proportional to the depth below the face through which the skin enters
 };
 
+/// How the faces count in the paper's misfit.
+enum class FaceWeights {
+  kEqual,  // alike, as published: a fine patch counts as often as it has faces
+  kArea,   // by their area
+};
+
 /// The faces to press on and the wanted pressure amplitude on each.
 struct Target {
   std::vector<Eigen::Index> faces;  // K, ascending

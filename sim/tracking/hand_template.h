@@ -7,7 +7,7 @@
 #include "sim/body/skinned_hand.h"
 #include "sim/mesh/subset.h"
 #include "sim/mesh/triangle_mesh.h"
-#include "sim/scene/scene.h"
+#include "sim/scene/body_spec.h"
 #include "sim/tracking/deformation_graph.h"
 #include "sim/tracking/hand_shape.h"
 

@@ -1,0 +1,110 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "sim/body/hand.h"
+#include "sim/mesh/remesh/edge_sizing.h"
+#include "sim/scene/placement.h"
+#include "sim/target/target.h"
+
+namespace touchfield {
+
+struct HandShape {
+  std::string pose = HandOptions{}.pose;
+  double breadth = HandOptions{}.breadth;
+  double length = HandOptions{}.length;
+  HandSide side = HandSide::kRight;
+  HandJoints joints;
+  double forearm = HandOptions{}.forearm;
+};
+struct SphereShape {
+  double radius = 0;
+};
+struct CapsuleShape {
+  double radius = 0;
+  double length = 0;
+};
+struct BoxShape {
+  Vector3 size = Vector3::Zero();
+};
+/// Meshes of one body with the same triangles, and when it was so.
+struct MeshSeries {
+  struct Mesh {
+    std::string file;    // absolute or relative to the working directory
+    double seconds = 0;  // [s], rising from mesh to mesh
+  };
+  std::string folder;
+  std::string times;         // the table that names the files
+  std::vector<Mesh> meshes;  // 1 or more
+};
+struct MeshShape {
+  std::string file;    // absolute or relative to the working directory; of a series its first
+  std::string named;   // where the scene names it, for messages: "scene.yaml:4:11: body.mesh.file"; empty: unknown
+  double unit = 1e-3;  // metres per file unit
+  std::string unit_name = "mm";
+  bool unit_given = false;                   // else mm is a guess that the file's size has to bear out
+  std::optional<double> resurface;           // edge of a new skin made of the file's faces [m]; absent: they are it
+  std::map<std::string, Vector3> landmarks;  // in the file's frame [m]
+  std::optional<MeshSeries> series;
+};
+
+/// Edge length asked for as a function of place, see EdgeSizing.
+struct EdgeSpec {
+  double far = 0;                      // [m]; everywhere if nothing else is said
+  std::optional<double> near_target;   // [m], within `within` of the centre of each target box
+  std::map<std::string, double> near;  // [m], within `within` of a landmark
+  double within = 15e-3;               // [m]
+  double growth = EdgeSizing::kGrowth;
+
+  bool graded() const { return near_target || !near.empty(); }
+  double finest() const;
+  EdgeSpec scaled(double factor) const;
+};
+
+/// Edges of a built-in hand in a scene that says nothing of them.
+struct UsualHandEdges {
+  static constexpr double kNearTarget = 1.2e-3;   // [m], of a scene with a target
+  static constexpr double kFar = 6.5e-3;          // [m], likewise
+  static constexpr double kWithin = 15e-3;        // [m], likewise
+  static constexpr double kWithoutTarget = 3e-3;  // [m], everywhere
+
+  static EdgeSpec of_scene(bool has_target);
+};
+
+/// What the skin beyond keep_within is for the phases and the judge.
+enum class Beyond {
+  kIncident,  // quiet skin, by the incident pressure at points of it; judged with the rest
+  kNothing,   // not there: the part is taken for the body
+};
+
+struct BodySpec {
+  std::string name;  // empty if it is the scene's only body
+  std::variant<HandShape, SphereShape, CapsuleShape, BoxShape, MeshShape> shape;
+  Placement place;
+  std::optional<EdgeSpec> edge;       // absent: a mesh from a file as it is; a hand that was read has some
+  std::optional<double> keep_within;  // [m] of the target; scattering is solved there alone
+  Beyond beyond = Beyond::kIncident;  // of keep_within
+};
+
+/// The landmark that every scene with one array has: the point of the skin nearest to it.
+inline constexpr const char* kNearestToArray = "nearest_array";
+
+struct TargetBoxSpec {
+  std::string at;                    // a landmark; or else `centre`
+  Vector3 offset = Vector3::Zero();  // from the landmark [m]
+  Vector3 centre = Vector3::Zero();  // [m]
+  Vector3 size = Vector3::Zero();    // [m]
+  Vector3 angles = Vector3::Zero();  // [rad]
+};
+
+struct TargetSpec {
+  std::vector<TargetBoxSpec> boxes;
+  TargetProfile profile = TargetProfile::kUniform;
+  std::optional<double> pressure;  // [Pa]; absent: best
+};
+
+}  // namespace touchfield
