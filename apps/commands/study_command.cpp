@@ -1,19 +1,16 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/console_progress.h"
-#include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/study.h"
 #include "sim/batch/run_directory.h"
 #include "sim/batch/run_model.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/pictures/study_picture.h"
 #include "sim/scene/scene_reader.h"
@@ -69,21 +66,6 @@ std::string describe_pick(const StudyCommand& command, const std::vector<StudyRu
                      rung.peak_mib, settings_of(rung, has_edge));
 }
 
-nlohmann::ordered_json rung_json(const StudyRung& rung) {
-  return {{"scheme", rung.scheme},
-          {"edge_mm", rung.edge_mm},
-          {"faces", rung.faces},
-          {"precision", rung.precision},
-          {"solver", rung.solver},
-          {"seconds", number_or_null(rung.seconds)},
-          {"peak_mib", number_or_null(rung.peak_mib)},
-          {"error_reference", number_or_null(rung.error_reference)},
-          {"error_interior", number_or_null(rung.error_interior)},
-          {"pattern_error", number_or_null(rung.pattern_error)},
-          {"pareto", rung.pareto},
-          {"status", rung.status}};
-}
-
 int study_command(const StudyCommand& command, const CommonFlags& flags) {
   ClaimedDirectory claimed("study.csv holds the ways that are finished; {} says that others are missing");
   apply_threads(flags);
@@ -112,13 +94,11 @@ int study_command(const StudyCommand& command, const CommonFlags& flags) {
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
     if (flags.json) {
-      nlohmann::ordered_json rungs = nlohmann::ordered_json::array();
-      for (const StudyRung& rung : study.rungs) {
-        rungs.push_back(rung_json(rung));
-      }
-      nlohmann::ordered_json json = {{"name", scene.name}, {"directory", directory.path()}, {"rungs", rungs}};
-      json["picked"] = picked ? rung_json(study.rungs[*picked]) : nlohmann::ordered_json(nullptr);
-      put(json_text(json, 2) + "\n");
+      const Value json = {{"name", scene.name},
+                          {"directory", directory.path()},
+                          {"rungs", rung_values(study.rungs)},
+                          {"picked", picked ? rung_value(study.rungs[*picked]) : Value()}};
+      put(json.json() + "\n");
     } else {
       put(report);
     }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "sim/core/types.h"
+#include "sim/store/value_tree.h"
 
 /// Matrices of the library as arrays of NumPy's and back. What is n points as columns here, 3 x n, is n x 3 there: the
 /// same bytes.
@@ -101,6 +102,9 @@ Eigen::MatrixXcd drive_columns(nb::handle value, const std::string& what, Eigen:
 /// Numbers of things of which there are `count`.
 /// throws   also InputError on a number that is not 0 to count - 1
 std::vector<Eigen::Index> index_list(nb::handle value, const std::string& what, Eigen::Index count);
+
+/// A group as a dict, a list as a list; null is None.
+nb::object object_of(const Value& value);
 
 /// throws   InputError that names the argument unless it has as many values
 void require_count(const std::string& what, Eigen::Index size, Eigen::Index wanted, const std::string& of);

@@ -126,9 +126,9 @@ std::vector<Value> named(const std::vector<std::string>& names, const std::map<s
   return values;
 }
 
-nb::list study(nb::handle scene, nb::handle set, const std::vector<double>& edges,
-               const std::vector<std::string>& schemes, const std::vector<std::string>& solvers,
-               const std::vector<std::string>& precisions, double rung_seconds, std::optional<int> threads) {
+nb::object study(nb::handle scene, nb::handle set, const std::vector<double>& edges,
+                 const std::vector<std::string>& schemes, const std::vector<std::string>& solvers,
+                 const std::vector<std::string>& precisions, double rung_seconds, std::optional<int> threads) {
   std::map<std::string, Scheme> scheme_names;
   for (const Scheme scheme : all_schemes()) {
     scheme_names[to_string(scheme)] = scheme;
@@ -150,57 +150,13 @@ nb::list study(nb::handle scene, nb::handle set, const std::vector<double>& edge
     const Scene read = input.read(overrides);
     return run_study(read, study_models(read, options), options, progress, [](const Study&) {});
   });
-  nb::list rungs;
-  for (const StudyRung& rung : done.rungs) {
-    nb::dict row;
-    row["scheme"] = rung.scheme;
-    row["edge_mm"] = rung.edge_mm;
-    row["faces"] = rung.faces;
-    row["precision"] = rung.precision;
-    row["solver"] = rung.solver;
-    row["seconds"] = rung.seconds;
-    row["peak_mib"] = rung.peak_mib;
-    row["error_reference"] = rung.error_reference;
-    row["error_interior"] = rung.error_interior;
-    row["pattern_error"] = rung.pattern_error;
-    row["pareto"] = rung.pareto;
-    row["status"] = rung.status;
-    rungs.append(row);
-  }
-  return rungs;
+  return object_of(rung_values(done.rungs));
 }
 
-nb::dict compare(const SharedRun& a, const SharedRun& b) {
-  const RunDifference difference =
-      computed(0, [a, b](Progress&) { return compare_runs(*a, *b, scene_changes(a->scene, b->scene)); });
-  nb::dict methods;
-  for (const MethodDifference& method : difference.both_methods) {
-    nb::dict row;
-    row["identical"] = method.identical;
-    row["phases_rad"] = method.phases.largest;
-    row["amplitudes"] = method.amplitudes.relative;
-    row["pressure"] = method.pressure.relative;
-    nb::dict metrics;
-    for (const NumberPair& pair : method.metrics) {
-      metrics[pair.name.c_str()] = nb::make_tuple(pair.a, pair.b);
-    }
-    row["metrics"] = metrics;
-    methods[method.name.c_str()] = row;
-  }
-  nb::dict scene;
-  for (const TextChange& change : difference.scene.changes) {
-    scene[change.what.c_str()] = nb::make_tuple(change.a, change.b);
-  }
-  nb::dict result;
-  result["verdict"] = to_string(difference.verdict);
-  result["rounding"] = difference.rounding;
-  result["largest"] = nb::make_tuple(difference.largest.what, difference.largest.relative);
-  result["largest_result"] = nb::make_tuple(difference.largest_result.what, difference.largest_result.relative);
-  result["causes"] = difference.causes;
-  result["scene"] = scene;
-  result["methods"] = methods;
-  result["text"] = describe_difference(difference);
-  return result;
+nb::object compare(const SharedRun& a, const SharedRun& b) {
+  Value difference = computed(0, [a, b](Progress&) { return compare_runs(*a, *b, scene_changes(a->scene, b->scene)); });
+  difference.add("text", describe_difference(difference));
+  return object_of(difference);
 }
 
 }  // namespace

@@ -486,8 +486,8 @@ def compare(a, b):
     Returns
     -------
     dict
-        `verdict` (identical, same_to_rounding, different), `largest`, `largest_result`, `causes`, `scene` (changes by key
-        path), `methods` (differences by method), `text` for a person.
+        That of `touchfield compare --json`: `verdict` (identical, same_to_rounding, different), `largest`,
+        `largest_result`, `causes`, `scene` (changes by key path), `methods` (a list) and more; and `text` for a person.
 
     Examples
     --------

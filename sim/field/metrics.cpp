@@ -4,14 +4,14 @@ namespace touchfield {
 
 const std::vector<MetricField>& metric_fields() {
   static const std::vector<MetricField> fields = {
-      {"relative_error", "1", &Metrics::relative_error},
-      {"relative_error_raw", "1", &Metrics::relative_error_raw},
+      {"relative_error", "1", &Metrics::relative_error, true},
+      {"relative_error_raw", "1", &Metrics::relative_error_raw, true},
       {"scale", "1", &Metrics::scale},
       {"correlation", "1", &Metrics::correlation},
-      {"leakage", "1", &Metrics::leakage},
+      {"leakage", "1", &Metrics::leakage, true},
       {"mean_inside_pa", "Pa", &Metrics::mean_inside_pa},
-      {"reached_share", "1", &Metrics::reached_share},
-      {"cv_inside", "1", &Metrics::cv_inside},
+      {"reached_share", "1", &Metrics::reached_share, true},
+      {"cv_inside", "1", &Metrics::cv_inside, true},
       {"width_mm", "mm", &Metrics::width_mm},
       {"width_wanted_mm", "mm", &Metrics::width_wanted_mm},
       {"peak_pa", "Pa", &Metrics::peak_pa},
@@ -20,12 +20,12 @@ const std::vector<MetricField>& metric_fields() {
       {"cost", "Pa2", &Metrics::cost},
       {"cost_skin", "Pa2 m2", &Metrics::cost_skin},
       {"cost_bound", "Pa2 m2", &Metrics::cost_bound},
-      {"optimality_gap", "1", &Metrics::optimality_gap},
+      {"optimality_gap", "1", &Metrics::optimality_gap, true},
       {"iterations", "1", &Metrics::iterations},
       {"seconds_solve", "s", &Metrics::seconds_solve},
       {"seconds_total", "s", &Metrics::seconds_total},
-      {"judge_difference", "1", &Metrics::judge_difference},
-      {"judge_difference_target", "1", &Metrics::judge_difference_target},
+      {"judge_difference", "1", &Metrics::judge_difference, true},
+      {"judge_difference_target", "1", &Metrics::judge_difference_target, true},
   };
   return fields;
 }

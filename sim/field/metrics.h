@@ -39,6 +39,7 @@ struct MetricField {
   const char* name;
   const char* unit;
   double Metrics::*value;
+  bool share = false;  // of a whole, which people read in percent
 };
 
 /// Every metric in the order of the results' columns. (`status` is text and kept with the solution.)

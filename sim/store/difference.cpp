@@ -1,6 +1,7 @@
 #include "sim/store/difference.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <complex>
@@ -56,6 +57,9 @@ struct Pairing {
       fault = fmt::format("{} of {} values are not finite in one of them", lost, size_a);
     }
   }
+
+  /// The difference where there is nothing to subtract.
+  double known() const { return identical ? 0.0 : kInfinite; }
 };
 
 /// Diagonal of the points' bounding box [m].
@@ -71,13 +75,18 @@ double relative_to_extent(double distance, const Points& a, const Points& b) {
   return distance == 0.0 ? 0.0 : distance / std::max(extent(a), extent(b));
 }
 
-MeshMotion mesh_motion(const Points& a, const Points& b) {
+/// Below a billionth of a millimetre or of a radian there is nothing but rounding.
+double without_rounding(double value) { return std::abs(value) < 1e-12 ? 0.0 : value; }
+
+Value mesh_motion(const Points& a, const Points& b) {
   const Eigen::Matrix4d fit = Eigen::umeyama(a, b, false);
   const Eigen::Matrix3d rotation = fit.topLeftCorner<3, 3>();
   const Vector3 translation = fit.topRightCorner<3, 1>();
   const Points moved = (rotation * a).colwise() + translation;
-  return {Vector3(b.rowwise().mean() - a.rowwise().mean()), Eigen::AngleAxisd(rotation).angle(),
-          largest_distance(moved, b)};
+  const Vector3 shift = (b.rowwise().mean() - a.rowwise().mean()).unaryExpr(&without_rounding);
+  return {{"shift_m", std::vector<double>(shift.begin(), shift.end())},
+          {"angle_rad", without_rounding(Eigen::AngleAxisd(rotation).angle())},
+          {"residual_m", without_rounding(largest_distance(moved, b))}};
 }
 
 std::string kind_text(const TransducerArray& array) {
@@ -102,14 +111,28 @@ std::vector<double> shared_amplitudes(const Target& target, const Target& other)
   return amplitudes;
 }
 
-/// The parts of the factors of a response.
-std::vector<double> factor_parts(const ChannelResponse& response, Eigen::Index channels) {
-  const Eigen::VectorXcd values = response.as_designed() ? Eigen::VectorXcd::Ones(channels) : factors(response);
+/// What channels make of a drive, real and imaginary parts.
+std::vector<double> factor_parts(const TransducerArray& array, const std::optional<ArrayTruth>& truth = {}) {
+  const ChannelResponse& response = truth ? truth->response : array.response;
+  const Eigen::VectorXcd values = response.as_designed() ? Eigen::VectorXcd::Ones(array.size()) : factors(response);
   std::vector<double> parts;
   for (const Complex& value : values) {
     parts.insert(parts.end(), {value.real(), value.imag()});
   }
   return parts;
+}
+
+Value numbers_value(bool identical, double relative, const std::string& fault) {
+  return {{"identical", identical}, {"relative", relative}, {"fault", fault}};
+}
+
+Value complex_value(bool identical, double relative, double as_it_is, double turn, const std::string& fault) {
+  return {
+      {"identical", identical}, {"relative", relative}, {"as_it_is", as_it_is}, {"turn_rad", turn}, {"fault", fault}};
+}
+
+Value phases_value(bool identical, double largest, double rms, double turn, const std::string& fault) {
+  return {{"identical", identical}, {"largest_rad", largest}, {"rms_rad", rms}, {"turn_rad", turn}, {"fault", fault}};
 }
 
 }  // namespace
@@ -128,10 +151,10 @@ double relative_change(double a, double b) {
   return share(std::abs(a - b), std::max(std::abs(a), std::abs(b)));
 }
 
-NumbersDifference compare_numbers(std::span<const double> a, std::span<const double> b) {
+Value compare_numbers(std::span<const double> a, std::span<const double> b) {
   const Pairing<double> pairing(a, b);
   if (!pairing.fault.empty()) {
-    return {pairing.identical, kInfinite, pairing.fault};
+    return numbers_value(pairing.identical, kInfinite, pairing.fault);
   }
   double largest = 0.0;
   double difference = 0.0;
@@ -141,14 +164,13 @@ NumbersDifference compare_numbers(std::span<const double> a, std::span<const dou
       difference = std::max(difference, std::abs(a[i] - b[i]));
     }
   }
-  return {pairing.identical, share(difference, largest), ""};
+  return numbers_value(pairing.identical, share(difference, largest), "");
 }
 
-ComplexDifference compare_complex(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b,
-                                  const Eigen::VectorXd& weights) {
+Value compare_complex(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b, const Eigen::VectorXd& weights) {
   const Pairing<Complex> pairing(a, b);
-  if (!pairing.fault.empty()) {
-    return {pairing.identical, kInfinite, kInfinite, 0.0, pairing.fault};
+  if (pairing.identical || !pairing.fault.empty()) {
+    return complex_value(pairing.identical, pairing.known(), pairing.known(), 0, pairing.fault);
   }
   const auto weight = [&](Eigen::Index i) { return weights.size() == 0 ? 1.0 : weights(i); };
   double size_a = 0.0;
@@ -161,13 +183,8 @@ ComplexDifference compare_complex(const Eigen::VectorXcd& a, const Eigen::Vector
       overlap += weight(i) * std::conj(a(i)) * b(i);
     }
   }
-  ComplexDifference result;
-  result.identical = pairing.identical;
-  if (result.identical) {
-    return result;
-  }
-  result.turn = std::arg(overlap);  // 0 of an overlap of 0
-  const Complex back = std::polar(1.0, -result.turn);
+  const double turn = std::arg(overlap);  // 0 of an overlap of 0
+  const Complex back = std::polar(1.0, -turn);
   double turned = 0.0;
   double as_is = 0.0;
   for (Eigen::Index i = 0; i < a.size(); ++i) {
@@ -176,23 +193,15 @@ ComplexDifference compare_complex(const Eigen::VectorXcd& a, const Eigen::Vector
       as_is += weight(i) * std::norm(b(i) - a(i));
     }
   }
-  result.relative = std::sqrt(share(turned, std::max(size_a, size_b)));
-  result.as_is = std::sqrt(share(as_is, std::max(size_a, size_b)));
-  return result;
+  const auto root = [&](double part) { return std::sqrt(share(part, std::max(size_a, size_b))); };
+  return complex_value(false, root(turned), root(as_is), turn, "");
 }
 
-PhasesDifference compare_phases(const Eigen::VectorXd& phases_a, const Eigen::VectorXd& amplitudes_a,
-                                const Eigen::VectorXd& phases_b, const Eigen::VectorXd& amplitudes_b) {
+Value compare_phases(const Eigen::VectorXd& phases_a, const Eigen::VectorXd& amplitudes_a,
+                     const Eigen::VectorXd& phases_b, const Eigen::VectorXd& amplitudes_b) {
   const Pairing<double> pairing(phases_a, phases_b);
-  PhasesDifference result;
-  result.identical = pairing.identical;
-  result.fault = pairing.fault;
-  if (!result.fault.empty()) {
-    result.largest = result.rms = kInfinite;
-    return result;
-  }
-  if (result.identical) {
-    return result;
+  if (pairing.identical || !pairing.fault.empty()) {
+    return phases_value(pairing.identical, pairing.known(), pairing.known(), 0, pairing.fault);
   }
   Complex overlap = 0.0;
   for (Eigen::Index n = 0; n < phases_a.size(); ++n) {
@@ -201,88 +210,101 @@ PhasesDifference compare_phases(const Eigen::VectorXd& phases_a, const Eigen::Ve
       overlap += product * std::polar(1.0, phases_b(n) - phases_a(n));
     }
   }
-  result.turn = std::arg(overlap);
+  const double turn = std::arg(overlap);
+  double largest = 0.0;
   double sum = 0.0;
   Eigen::Index counted = 0;
   for (Eigen::Index n = 0; n < phases_a.size(); ++n) {
     const bool silent = amplitudes_a(n) == 0.0 && amplitudes_b(n) == 0.0;
     if (!silent && is_finite(phases_a(n))) {
-      const double difference =
-          std::abs(std::remainder(phases_b(n) - phases_a(n) - result.turn, 2.0 * std::numbers::pi));
-      result.largest = std::max(result.largest, difference);
+      const double difference = std::abs(std::remainder(phases_b(n) - phases_a(n) - turn, 2.0 * std::numbers::pi));
+      largest = std::max(largest, difference);
       sum += difference * difference;
       ++counted;
     }
   }
-  result.rms = counted == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(counted));
-  return result;
+  return phases_value(false, largest, counted == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(counted)), turn, "");
 }
 
-void add_change(std::vector<TextChange>& changes, const std::string& what, const std::string& a, const std::string& b) {
+Value changes_of(const std::vector<TextChange>& changes) {
+  Value::Group group;
+  for (const TextChange& change : changes) {
+    group.push_back({change.what, std::pair(change.a, change.b)});
+  }
+  return group;
+}
+
+void add_change(Value& changes, const std::string& what, const std::string& a, const std::string& b) {
   if (a != b) {
-    changes.push_back({what, a, b});
+    changes.add(what, std::pair(a, b));
   }
 }
 
-MeshDifference compare_meshes(const TriangleMesh& a, const TriangleMesh& b) {
-  MeshDifference result;
-  result.faces = {a.face_count(), b.face_count()};
-  result.vertices = {a.vertex_count(), b.vertex_count()};
-  if (a.vertex_count() == b.vertex_count()) {
-    result.distance = largest_distance(a.vertices(), b.vertices());
-  }
-  result.same_triangles = result.distance && a.face_count() == b.face_count() && a.triangles() == b.triangles();
-  result.identical = result.same_triangles && compare_numbers(numbers(a.vertices()), numbers(b.vertices())).identical;
-  result.relative =
-      result.same_triangles ? relative_to_extent(*result.distance, a.vertices(), b.vertices()) : kInfinite;
-  if (result.same_triangles && !result.identical) {
-    result.motion = mesh_motion(a.vertices(), b.vertices());
-  }
-  return result;
+Value compare_meshes(const TriangleMesh& a, const TriangleMesh& b) {
+  const bool comparable = a.vertex_count() == b.vertex_count();
+  const bool same_triangles = comparable && a.face_count() == b.face_count() && a.triangles() == b.triangles();
+  const double distance = comparable ? largest_distance(a.vertices(), b.vertices()) : kInfinite;
+  const bool identical =
+      same_triangles && compare_numbers(numbers(a.vertices()), numbers(b.vertices()))["identical"].flag();
+  return {{"identical", identical},
+          {"faces", std::pair(a.face_count(), b.face_count())},
+          {"vertices", std::pair(a.vertex_count(), b.vertex_count())},
+          {"same_triangles", same_triangles},
+          {"largest_distance_m", distance},
+          {"relative", same_triangles ? relative_to_extent(distance, a.vertices(), b.vertices()) : kInfinite},
+          {"motion", same_triangles && !identical ? mesh_motion(a.vertices(), b.vertices()) : Value()}};
 }
 
-NumbersDifference compare_responses(const ChannelResponse& a, Eigen::Index channels_a, const ChannelResponse& b,
-                                    Eigen::Index channels_b) {
-  return compare_numbers(factor_parts(a, channels_a), factor_parts(b, channels_b));
-}
-
-ArrayDifference compare_arrays(const TransducerArray& a, const TransducerArray& b) {
-  ArrayDifference result;
-  result.channels = {a.size(), b.size()};
-  add_change(result.texts, "kind", kind_text(a), kind_text(b));
-  add_change(result.texts, "directivity", directivity_text(a.directivity), directivity_text(b.directivity));
-  result.same_numbering = a.size() == b.size() && a.device == b.device && a.channel == b.channel;
-  result.amplitudes = compare_numbers(numbers(a.amplitudes), numbers(b.amplitudes));
-  result.responses = compare_responses(a.response, a.size(), b.response, b.size());
-  if (a.size() == b.size()) {
-    result.distance = largest_distance(a.positions, b.positions);
-    result.tilt = 2.0 * std::asin(std::min(1.0, 0.5 * largest_distance(a.axes, b.axes)));
+Value compare_arrays(const TransducerArray& a, const TransducerArray& b, const std::optional<ArrayTruth>& truth_a,
+                     const std::optional<ArrayTruth>& truth_b) {
+  const auto levels = [](const std::optional<ArrayTruth>& truth) {
+    return fmt::to_string(truth ? truth->phase_levels : 0);
+  };
+  Value changes = Value::Group();
+  add_change(changes, "kind", kind_text(a), kind_text(b));
+  add_change(changes, "directivity", directivity_text(a.directivity), directivity_text(b.directivity));
+  add_change(changes, "phase_levels", levels(truth_a), levels(truth_b));
+  const bool comparable = a.size() == b.size();
+  const bool same_numbering = comparable && a.device == b.device && a.channel == b.channel;
+  const double distance = comparable ? largest_distance(a.positions, b.positions) : kInfinite;
+  const double tilt = comparable ? 2.0 * std::asin(std::min(1.0, 0.5 * largest_distance(a.axes, b.axes))) : kInfinite;
+  const std::array<Value, 3> parts = {compare_numbers(numbers(a.amplitudes), numbers(b.amplitudes)),
+                                      compare_numbers(factor_parts(a), factor_parts(b)),
+                                      compare_numbers(factor_parts(a, truth_a), factor_parts(b, truth_b))};
+  const bool same_kind = changes.empty() && same_numbering;
+  bool identical = same_kind && compare_numbers(numbers(a.positions), numbers(b.positions))["identical"].flag() &&
+                   compare_numbers(numbers(a.axes), numbers(b.axes))["identical"].flag();
+  double relative = same_kind ? std::max(relative_to_extent(distance, a.positions, b.positions), tilt) : kInfinite;
+  for (const Value& part : parts) {
+    identical = identical && part["identical"].flag();
+    relative = std::max(relative, part["relative"].number());
   }
-  const bool same_kind = result.texts.empty() && result.same_numbering;
-  result.identical = same_kind && result.amplitudes.identical && result.responses.identical &&
-                     compare_numbers(numbers(a.positions), numbers(b.positions)).identical &&
-                     compare_numbers(numbers(a.axes), numbers(b.axes)).identical;
-  result.relative = same_kind ? std::max({relative_to_extent(*result.distance, a.positions, b.positions), *result.tilt,
-                                          result.amplitudes.relative, result.responses.relative})
-                              : kInfinite;
-  return result;
+  return {{"identical", identical},
+          {"channels", std::pair(a.size(), b.size())},
+          {"changes", changes},
+          {"same_numbering", same_numbering},
+          {"largest_distance_m", distance},
+          {"largest_tilt_rad", tilt},
+          {"amplitudes", parts[0]},
+          {"responses", parts[1]},
+          {"true_responses", parts[2]},
+          {"relative", relative}};
 }
 
-TargetDifference compare_targets(const std::optional<Target>& a, const std::optional<Target>& b) {
+Value compare_targets(const std::optional<Target>& a, const std::optional<Target>& b) {
   const Target none;
   const Target& target_a = a ? *a : none;
   const Target& target_b = b ? *b : none;
   const std::vector<double> shared_a = shared_amplitudes(target_a, target_b);
   const std::vector<double> shared_b = shared_amplitudes(target_b, target_a);
   const auto shared = static_cast<Eigen::Index>(shared_a.size());
-  TargetDifference result;
-  result.faces = {target_a.size(), target_b.size()};
-  result.only_faces = {target_a.size() - shared, target_b.size() - shared};
-  result.amplitudes = compare_numbers(shared_a, shared_b);
+  const Value amplitudes = compare_numbers(shared_a, shared_b);
   const bool same_faces = target_a.faces == target_b.faces;
-  result.identical = same_faces && target_a.box == target_b.box && result.amplitudes.identical;
-  result.relative = same_faces ? result.amplitudes.relative : kInfinite;
-  return result;
+  return {{"identical", same_faces && target_a.box == target_b.box && amplitudes["identical"].flag()},
+          {"faces", std::pair(target_a.size(), target_b.size())},
+          {"faces_in_one_alone", std::pair(target_a.size() - shared, target_b.size() - shared)},
+          {"amplitudes", amplitudes},
+          {"relative", same_faces ? amplitudes["relative"].number() : kInfinite}};
 }
 
 }  // namespace touchfield

@@ -1,6 +1,7 @@
 #include "sim/store/run_compare.h"
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <set>
 #include <string_view>
@@ -14,22 +15,86 @@ namespace touchfield {
 
 namespace {
 
-OnlyIn unshared(const std::set<std::string>& a, const std::set<std::string>& b) {
-  OnlyIn only;
-  std::ranges::set_difference(a, b, std::back_inserter(only.a));
-  std::ranges::set_difference(b, a, std::back_inserter(only.b));
+constexpr double kRounding = 1e-6;
+constexpr double kSingleRounding = 1e-4;
+
+/// How far apart something is, and what it is.
+struct Deviation {
+  std::string what;  // empty: nothing differs
+  double relative = 0.0;
+
+  Value value() const { return {{"relative", relative}, {"what", what}}; }
+};
+
+/// What has been looked at so far.
+class Tally {
+ public:
+  bool identical = true;
+  Deviation largest;
+  Deviation largest_result;
+
+  void add(const std::string& what, double relative, bool is_result) {
+    for (Deviation* most : {&largest, is_result ? &largest_result : nullptr}) {
+      if (most != nullptr && relative > most->relative) {
+        *most = {what, relative};
+      }
+    }
+  }
+  /// A group of difference.h.
+  Value model(const std::string& what, Value difference) {
+    identical = identical && difference["identical"].flag();
+    add(what, difference["relative"].number(), false);
+    return difference;
+  }
+  Value result(const std::string& what, Value difference, std::string_view measure = "relative") {
+    identical = identical && difference["identical"].flag();
+    add(what, difference[measure].number(), true);
+    return difference;
+  }
+  /// What a part of the runs comes to.
+  void take(const Tally& part) {
+    identical = identical && part.identical;
+    add(part.largest.what, part.largest.relative, false);
+    add(part.largest_result.what, part.largest_result.relative, true);
+  }
+  /// Texts that make two models incomparable where they differ.
+  Value texts(const std::string& what, Value changes) {
+    identical = identical && changes.empty();
+    add(what, changes.empty() ? 0.0 : kInfinite, false);
+    return changes;
+  }
+};
+
+template <class List, class Name>
+Value unshared(const List& in_a, const List& in_b, const Name& name) {
+  const auto names_of = [&](const List& list) {
+    std::set<std::string> names;
+    std::ranges::transform(list, std::inserter(names, names.end()), name);
+    return names;
+  };
+  const std::set<std::string> a = names_of(in_a);
+  const std::set<std::string> b = names_of(in_b);
+  std::pair<std::vector<std::string>, std::vector<std::string>> only;
+  std::ranges::set_difference(a, b, std::back_inserter(only.first));
+  std::ranges::set_difference(b, a, std::back_inserter(only.second));
   return only;
 }
 
+/// The same of results, where it counts.
 template <class List, class Name>
-std::set<std::string> names_of(const List& list, const Name& name) {
-  std::set<std::string> names;
-  std::ranges::transform(list, std::inserter(names, names.end()), name);
-  return names;
+Value unshared_results(Tally& tally, const char* noun, const List& in_a, const List& in_b, const Name& name) {
+  const Value only = unshared(in_a, in_b, name);
+  for (const auto& [run, side] : {std::pair{'A', "a"}, std::pair{'B', "b"}}) {
+    for (const Value& one : only[side].list()) {
+      tally.identical = false;
+      tally.add(fmt::format("{} {} is in {} alone", noun, one.text(), run), kInfinite, true);
+    }
+  }
+  return only;
 }
 
-std::vector<TextChange> compare_provenance(const Provenance& a, const Provenance& b) {
-  std::vector<TextChange> changes;
+Value compare_provenance(const Provenance& a, const Provenance& b) {
+  Value changes = Value::Group();
   for (const ProvenanceField& field : provenance_fields()) {
     const std::string_view name = field.name;
     if (name != "start" && name != "end") {
@@ -40,34 +105,26 @@ std::vector<TextChange> compare_provenance(const Provenance& a, const Provenance
   return changes;
 }
 
-JudgeDifference compare_judges(const Run& a, const Run& b) {
-  JudgeDifference result;
-  add_change(result.texts, "judge", a.judge, b.judge);
-  if (a.judge_model && b.judge_model) {
-    add_change(result.texts, "scheme", a.judge_model->scheme, b.judge_model->scheme);
-    result.mesh = compare_meshes(a.judge_model->mesh, b.judge_model->mesh);
-    result.target = compare_targets(a.judge_model->target, b.judge_model->target);
+Value compare_judges(Tally& tally, const Run& a, const Run& b) {
+  const bool comparable = a.judge_model && b.judge_model;
+  Value changes = Value::Group();
+  add_change(changes, "judge", a.judge, b.judge);
+  if (comparable) {
+    add_change(changes, "scheme", a.judge_model->scheme, b.judge_model->scheme);
   }
-  return result;
-}
-
-/// The arrays with what they really do.
-ArrayDifference compare_run_arrays(const Run& a, const Run& b) {
-  const auto response = [](const Run& run) { return run.array_truth ? run.array_truth->response : run.array.response; };
-  const auto levels = [](const Run& run) { return run.array_truth ? run.array_truth->phase_levels : 0; };
-  ArrayDifference result = compare_arrays(a.array, b.array);
-  result.true_responses = compare_responses(response(a), a.array.size(), response(b), b.array.size());
-  add_change(result.texts, "phase_levels", fmt::to_string(levels(a)), fmt::to_string(levels(b)));
-  const bool same_levels = levels(a) == levels(b);
-  result.identical = result.identical && same_levels && result.true_responses.identical;
-  result.relative = same_levels ? std::max(result.relative, result.true_responses.relative) : kInfinite;
-  return result;
+  return {
+      {"changes", tally.texts("the judge", changes)},
+      {"mesh", comparable ? tally.model("the judge's mesh", compare_meshes(a.judge_model->mesh, b.judge_model->mesh))
+                          : Value()},
+      {"target", comparable
+                     ? tally.model("the judge's target", compare_targets(a.judge_model->target, b.judge_model->target))
+                     : Value()}};
 }
 
 /// How a stage's system was solved, where that differs.
-std::vector<TextChange> compare_solvers(const std::vector<SolveRecord>& a, const std::vector<SolveRecord>& b) {
+Value compare_solvers(const std::vector<SolveRecord>& a, const std::vector<SolveRecord>& b) {
   const auto how = [](const SolveRecord& solve) { return fmt::format("{}, {}", solve.solver, solve.precision); };
-  std::vector<TextChange> changes;
+  Value changes = Value::Group();
   std::set<std::string> seen;
   for (const SolveRecord& solve : a) {
     const auto other = std::ranges::find(b, solve.stage, &SolveRecord::stage);
@@ -93,35 +150,65 @@ struct MethodOf {
   const MethodResult& method;
 };
 
-MethodDifference compare_methods(const MethodOf& of_a, const MethodOf& of_b) {
-  const MethodResult& a = of_a.method;
-  const MethodResult& b = of_b.method;
-  MethodDifference result;
-  result.name = a.name;
-  add_change(result.texts, "method", a.method, b.method);
-  add_change(result.texts, "scheme", a.scheme, b.scheme);
-  add_change(result.texts, "status", to_string(a.solution.status), to_string(b.solution.status));
-  result.phases = compare_phases(a.solution.phases, a.solution.amplitudes, b.solution.phases, b.solution.amplitudes);
-  result.amplitudes = compare_numbers(numbers(a.solution.amplitudes), numbers(b.solution.amplitudes));
-  result.pressure = compare_complex(a.pressure, b.pressure, weights_of(of_a.run.mesh, a.pressure));
-  if (a.judge_pressure.size() > 0 || b.judge_pressure.size() > 0) {
-    const Eigen::VectorXcd& judged = judged_pressure(a, of_a.run);
-    const TriangleMesh& mesh = of_a.run.judge_model ? of_a.run.judge_model->mesh : of_a.run.mesh;
-    result.judge_pressure = compare_complex(judged, judged_pressure(b, of_b.run), weights_of(mesh, judged));
+Value compare_pressures(const MethodOf& a, const MethodOf& b) {
+  return compare_complex(a.method.pressure, b.method.pressure, weights_of(a.run.mesh, a.method.pressure));
+}
+
+/// Null where neither run has the judge's pressure.
+Value compare_judged(const MethodOf& a, const MethodOf& b) {
+  if (a.method.judge_pressure.size() == 0 && b.method.judge_pressure.size() == 0) {
+    return {};
   }
-  result.cost_length = {a.solution.cost_history.size(), b.solution.cost_history.size()};
-  result.cost = compare_numbers(a.solution.cost_history, b.solution.cost_history);
-  result.identical = result.texts.empty() && result.phases.identical && result.amplitudes.identical &&
-                     result.pressure.identical && (!result.judge_pressure || result.judge_pressure->identical) &&
-                     result.cost.identical && a.solution.iterations == b.solution.iterations;
+  const Eigen::VectorXcd& judged = judged_pressure(a.method, a.run);
+  const TriangleMesh& mesh = a.run.judge_model ? a.run.judge_model->mesh : a.run.mesh;
+  return compare_complex(judged, judged_pressure(b.method, b.run), weights_of(mesh, judged));
+}
+
+/// A metric of both runs; `relative` is relative_change of the two.
+Value compare_metrics(Tally& tally, const MethodOf& of_a, const MethodOf& of_b, bool times) {
+  Value metrics = Value::Group();
   for (const MetricField& field : metric_fields()) {
-    const bool is_time = std::string_view(field.unit) == "s";
-    const double value_a = a.metrics.*field.value;
-    const double value_b = b.metrics.*field.value;
-    auto& list = is_time ? result.seconds : result.metrics;
-    list.push_back({field.name, value_a, value_b, relative_change(value_a, value_b)});
-    result.identical = result.identical && (is_time || same_value(value_a, value_b));
+    if ((std::string_view(field.unit) == "s") == times) {
+      const double a = of_a.method.metrics.*field.value;
+      const double b = of_b.method.metrics.*field.value;
+      Value pair = std::pair(field.share ? Value::share(a) : Value(a), field.share ? Value::share(b) : Value(b));
+      if (!times) {
+        pair.add("relative", relative_change(a, b));
+        tally.identical = tally.identical && same_value(a, b);
+        tally.add(fmt::format("{} of {}", field.name, of_a.method.name), relative_change(a, b), true);
+      }
+      metrics.add(field.name, pair);
+    }
   }
+  return metrics;
+}
+
+Value compare_methods(Tally& tally, const MethodOf& of_a, const MethodOf& of_b) {
+  const PhaseSolution& a = of_a.method.solution;
+  const PhaseSolution& b = of_b.method.solution;
+  const std::string of = " of " + of_a.method.name;
+  Tally own;
+  Value changes = Value::Group();
+  add_change(changes, "method", of_a.method.method, of_b.method.method);
+  add_change(changes, "scheme", of_a.method.scheme, of_b.method.scheme);
+  add_change(changes, "status", to_string(a.status), to_string(b.status));
+  Value cost = compare_numbers(a.cost_history, b.cost_history);
+  cost.add("length", std::pair(a.cost_history.size(), b.cost_history.size()));
+  own.identical = changes.empty() && cost["identical"].flag() && a.iterations == b.iterations;
+  const Value judged = compare_judged(of_a, of_b);
+  const Value parts = {
+      {"changes", changes},
+      {"phases",
+       own.result("phases" + of, compare_phases(a.phases, a.amplitudes, b.phases, b.amplitudes), "largest_rad")},
+      {"amplitudes", own.result("amplitudes" + of, compare_numbers(numbers(a.amplitudes), numbers(b.amplitudes)))},
+      {"pressure", own.result("pressure" + of, compare_pressures(of_a, of_b))},
+      {"judge_pressure", judged.empty() ? judged : own.result("judge's pressure" + of, judged)},
+      {"cost", cost},
+      {"metrics", compare_metrics(own, of_a, of_b, false)},
+      {"seconds", compare_metrics(own, of_a, of_b, true)}};
+  tally.take(own);
+  Value result = {{"name", of_a.method.name}, {"identical", own.identical}};
+  result.add(parts);
   return result;
 }
 
@@ -132,100 +219,48 @@ std::string grid_fault(const FieldGrid& a, const FieldGrid& b) {
   return a.origin == b.origin && a.spacing == b.spacing ? "" : "its points are at other places";
 }
 
-FieldDifference compare_fields(const FieldResult& a, const FieldResult& b) {
-  FieldDifference result;
-  result.name = a.grid.name;
-  result.points = a.inside.size();
-  result.fault = grid_fault(a.grid, b.grid);
-  if (!result.fault.empty()) {
-    result.identical = false;
-    return result;
-  }
-  for (std::size_t i = 0; i < a.inside.size(); ++i) {
-    result.inside += a.inside[i] != b.inside[i] ? 1U : 0U;
-  }
-  result.identical = result.inside == 0;
-  for (const auto& [method, pressure] : a.pressure) {
-    for (const auto& [other, other_pressure] : b.pressure) {
-      if (method == other) {
-        result.pressure.emplace_back(method, compare_complex(pressure, other_pressure, {}));
-        result.identical = result.identical && result.pressure.back().second.identical;
+Value compare_fields(Tally& tally, const FieldResult& a, const FieldResult& b) {
+  const std::string fault = grid_fault(a.grid, b.grid);
+  Tally own;
+  std::size_t inside = 0;  // points that are inside a body in one run only
+  Value pressures = Value::Group();
+  own.identical = fault.empty();
+  if (!fault.empty()) {
+    own.add(fmt::format("field {}: its grid", a.grid.name), kInfinite, true);
+  } else {
+    for (std::size_t i = 0; i < a.inside.size(); ++i) {
+      inside += a.inside[i] != b.inside[i] ? 1U : 0U;
+    }
+    own.identical = inside == 0;
+    own.add(fmt::format("field {}: the points inside bodies", a.grid.name),
+            static_cast<double>(inside) / static_cast<double>(std::max<std::size_t>(a.inside.size(), 1)), true);
+    for (const auto& [method, pressure] : a.pressure) {
+      const auto other = std::ranges::find(b.pressure, method, [](const auto& entry) { return entry.first; });
+      if (other != b.pressure.end()) {
+        pressures.add(method, own.result(fmt::format("field {} of {}", a.grid.name, method),
+                                         compare_complex(pressure, other->second, {})));
       }
     }
   }
-  return result;
+  tally.take(own);
+  return {{"name", a.grid.name},
+          {"identical", own.identical},
+          {"fault", fault},
+          {"inside_in_one_alone", inside},
+          {"pressure", pressures}};
 }
 
-constexpr double kRounding = 1e-6;
-constexpr double kSingleRounding = 1e-4;
-
-/// What has been looked at so far.
-class Tally {
- public:
-  void model(const std::string& what, bool identical, double relative) { add(what, identical, relative, false); }
-  void result(const std::string& what, bool identical, double relative) { add(what, identical, relative, true); }
-
-  bool identical() const { return identical_; }
-  const Deviation& largest() const { return largest_; }
-  const Deviation& largest_result() const { return largest_result_; }
-
- private:
-  void add(const std::string& what, bool identical, double relative, bool is_result) {
-    identical_ = identical_ && identical;
-    if (relative > largest_.relative) {
-      largest_ = {what, relative};
-    }
-    if (is_result && relative > largest_result_.relative) {
-      largest_result_ = {what, relative};
+/// What compare makes of every element of both lists that have a name in common.
+template <class List, class Name, class Compare>
+Value in_both(const List& in_a, const List& in_b, const Name& name, const Compare& compare) {
+  Value::List results;
+  for (const auto& one : in_a) {
+    const auto other = std::ranges::find(in_b, name(one), name);
+    if (other != in_b.end()) {
+      results.push_back(compare(one, *other));
     }
   }
-
-  bool identical_ = true;
-  Deviation largest_;
-  Deviation largest_result_;
-};
-
-void add_models(Tally& tally, const RunDifference& difference) {
-  const bool same_skin = difference.judged_skin.first == difference.judged_skin.second;
-  tally.model("the skin that is evaluated", same_skin, same_skin ? 0.0 : kInfinite);
-  tally.model("the mesh", difference.mesh.identical, difference.mesh.relative);
-  tally.model("the array", difference.array.identical, difference.array.relative);
-  tally.model("the target", difference.target.identical, difference.target.relative);
-  const JudgeDifference& judge = difference.judge;
-  tally.model("the judge", judge.texts.empty(), judge.texts.empty() ? 0.0 : kInfinite);
-  if (judge.mesh) {
-    tally.model("the judge's mesh", judge.mesh->identical, judge.mesh->relative);
-    tally.model("the judge's target", judge.target->identical, judge.target->relative);
-  }
-}
-
-void add_unshared(Tally& tally, const char* noun, const OnlyIn& only) {
-  for (const auto& [names, run] : {std::pair{&only.a, 'A'}, std::pair{&only.b, 'B'}}) {
-    for (const std::string& name : *names) {
-      tally.result(fmt::format("{} {} is in {} alone", noun, name, run), false, kInfinite);
-    }
-  }
-}
-
-void add_method(Tally& tally, const MethodDifference& method) {
-  tally.result("phases of " + method.name, method.identical, method.phases.largest);
-  tally.result("amplitudes of " + method.name, method.identical, method.amplitudes.relative);
-  tally.result("pressure of " + method.name, method.identical, method.pressure.relative);
-  if (method.judge_pressure) {
-    tally.result("judge's pressure of " + method.name, method.identical, method.judge_pressure->relative);
-  }
-  for (const NumberPair& metric : method.metrics) {
-    tally.result(fmt::format("{} of {}", metric.name, method.name), method.identical, metric.relative);
-  }
-}
-
-void add_field(Tally& tally, const FieldDifference& field) {
-  const double inside = field.inside == 0 ? 0.0 : static_cast<double>(field.inside) / static_cast<double>(field.points);
-  tally.result(fmt::format("field {}: its grid", field.name), field.identical, field.fault.empty() ? 0.0 : kInfinite);
-  tally.result(fmt::format("field {}: the points inside bodies", field.name), field.identical, inside);
-  for (const auto& [method, pressure] : field.pressure) {
-    tally.result(fmt::format("field {} of {}", field.name, method), field.identical, pressure.relative);
-  }
+  return results;
 }
 
 bool solved_in_single(const Run& run) {
@@ -246,135 +281,109 @@ std::string scene_cause(const std::vector<TextChange>& scene) {
       keys.push_back(change.what);
     }
   }
-  if (keys.empty()) {
-    return "";
-  }
   const std::size_t more = keys.size() > kNamed ? keys.size() - kNamed : 0;
   keys.resize(keys.size() - more);
-  return fmt::format("the scene: {}{}", fmt::join(keys, ", "), more == 0 ? "" : fmt::format(" and {} more", more));
+  return keys.empty() ? ""
+                      : fmt::format("the scene: {}{}", fmt::join(keys, ", "),
+                                    more == 0 ? "" : fmt::format(" and {} more", more));
 }
 
 /// The changes among those of these names, as one cause; empty if there is none.
-std::string recorded_cause(const std::vector<TextChange>& changes, const char* noun,
-                           std::initializer_list<std::string_view> names) {
+std::string recorded_cause(const Value& changes, const char* noun, std::initializer_list<std::string_view> names) {
   std::vector<std::string> found;
   for (const std::string_view name : names) {
-    const auto change = std::ranges::find(changes, name, &TextChange::what);
-    if (change != changes.end()) {
-      found.push_back(fmt::format("{} -> {}", *change->a, *change->b));
+    if (!changes[name].empty()) {
+      found.push_back(value_text(changes[name]));
     }
   }
   return found.empty() ? "" : fmt::format("{}: {}", noun, fmt::join(found, ", "));
 }
 
 /// What a scene reads from files, whose contents no run records, where it may have made the difference.
-std::string file_cause(const RunDifference& difference, const std::string& scene) {
+std::string file_cause(const Value& difference, const std::string& scene) {
   const auto names = [&](const char* key) { return scene.find(key) != std::string::npos; };
-  if (!(difference.mesh.identical && difference.array.identical) && names(" file: ")) {
+  if (!(difference["mesh"]["identical"].flag() && difference["array"]["identical"].flag()) && names(" file: ")) {
     return "a mesh or a table of positions that the scene names";
   }
   return names(" phases_file: ") || names(" previous: ") ? "the phases that the scene reads from a file" : "";
 }
 
-std::vector<std::string> likely_causes(const RunDifference& difference, const Run& a, const Run& b) {
+/// difference   all but what it comes to
+std::vector<std::string> likely_causes(const Value& difference, const std::vector<TextChange>& scene, const Run& a,
+                                       const Run& b) {
+  const Value& provenance = difference["provenance"];
   std::vector<std::string> causes;
-  const auto add = [&](const std::string& cause) {
-    if (!cause.empty()) {
-      causes.push_back(cause);
-    }
-  };
   if (a.complete != b.complete) {
-    add(fmt::format("{} is not complete", a.complete ? "B" : "A"));
+    causes.push_back(fmt::format("{} is not complete", a.complete ? "B" : "A"));
   }
-  add(scene_cause(difference.scene.changes));
-  add(recorded_cause(difference.provenance, "the program", {"version", "revision"}));
-  add(recorded_cause(difference.provenance, "the build", {"compiler", "flags"}));
-  add(file_cause(difference, a.scene));
-  for (const TextChange& change : difference.solvers) {
-    add(fmt::format("the solver of {}: {} -> {}", change.what, *change.a, *change.b));
+  causes.push_back(scene_cause(scene));
+  causes.push_back(recorded_cause(provenance, "the program", {"version", "revision"}));
+  causes.push_back(recorded_cause(provenance, "the build", {"compiler", "flags"}));
+  causes.push_back(file_cause(difference, a.scene));
+  for (const auto& [stage, change] : difference["solvers"].group()) {
+    causes.push_back(fmt::format("the solver of {}: {}", stage, value_text(change)));
   }
-  add(recorded_cause(difference.provenance, "threads", {"threads"}));
-  add(recorded_cause(difference.provenance, "the machine", {"machine", "blas_core", "instruction_level", "card"}));
+  causes.push_back(recorded_cause(provenance, "threads", {"threads"}));
+  causes.push_back(recorded_cause(provenance, "the machine", {"machine", "blas_core", "instruction_level", "card"}));
   if (a.provenance.revision == b.provenance.revision && a.provenance.revision.ends_with("-dirty")) {
-    add(fmt::format("the program: {} may be two programs, because its sources were not committed",
-                    a.provenance.revision));
+    causes.push_back(fmt::format("the program: {} may be two programs, because its sources were not committed",
+                                 a.provenance.revision));
   }
-  if (causes.empty() && difference.verdict == Verdict::kDifferent) {
-    add("nothing that is recorded; two runs of one program and one scene should not differ this much");
-  }
+  std::erase(causes, "");
   return causes;
-}
-
-/// Fills in what a difference comes to: verdict, rounding, the largest deviations and the likely causes.
-void conclude(RunDifference& difference, const Run& a, const Run& b) {
-  Tally tally;
-  add_models(tally, difference);
-  add_unshared(tally, "method", difference.methods);
-  add_unshared(tally, "field", difference.fields);
-  for (const MethodDifference& method : difference.both_methods) {
-    add_method(tally, method);
-  }
-  for (const FieldDifference& field : difference.both_fields) {
-    add_field(tally, field);
-  }
-  difference.rounding = solved_in_single(a) || solved_in_single(b) ? kSingleRounding : kRounding;
-  difference.largest = tally.largest();
-  difference.largest_result = tally.largest_result();
-  difference.verdict = tally.identical()                                 ? Verdict::kIdentical
-                       : tally.largest().relative <= difference.rounding ? Verdict::kRounding
-                                                                         : Verdict::kDifferent;
-  if (difference.verdict != Verdict::kIdentical) {
-    difference.causes = likely_causes(difference, a, b);
-  }
 }
 
 }  // namespace
 
-std::string to_string(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kIdentical:
-      return "identical";
-    case Verdict::kRounding:
-      return "same_to_rounding";
-    case Verdict::kDifferent:
-      return "different";
-  }
-  return "";
-}
-
-RunDifference compare_runs(const Run& a, const Run& b, SceneDifference scene) {
-  RunDifference result;
-  result.complete = {a.complete, b.complete};
-  result.judged_skin = {a.judged_skin, b.judged_skin};
-  result.provenance = compare_provenance(a.provenance, b.provenance);
-  result.scene = std::move(scene);
-  result.mesh = compare_meshes(a.mesh, b.mesh);
-  result.array = compare_run_arrays(a, b);
-  result.target = compare_targets(a.target, b.target);
-  result.judge = compare_judges(a, b);
-  result.solvers = compare_solvers(a.solves, b.solves);
+Value compare_runs(const Run& a, const Run& b, const SceneDifference& scene) {
+  Tally tally;
   // A warning's name is the word before its first colon; the rest holds figures.
-  const auto warning_name = [](const std::string& warning) { return warning.substr(0, warning.find(':')); };
-  result.warnings = unshared(names_of(a.warnings, warning_name), names_of(b.warnings, warning_name));
-  result.notes = unshared(names_of(a.notes, warning_name), names_of(b.notes, warning_name));
+  const auto remark_name = [](const std::string& remark) { return remark.substr(0, remark.find(':')); };
   const auto method_name = [](const MethodResult& method) { return method.name; };
-  result.methods = unshared(names_of(a.methods, method_name), names_of(b.methods, method_name));
-  for (const MethodResult& method : a.methods) {
-    const auto other = std::ranges::find(b.methods, method.name, &MethodResult::name);
-    if (other != b.methods.end()) {
-      result.both_methods.push_back(compare_methods({a, method}, {b, *other}));
-    }
-  }
   const auto field_name = [](const FieldResult& field) { return field.grid.name; };
-  result.fields = unshared(names_of(a.fields, field_name), names_of(b.fields, field_name));
-  for (const FieldResult& field : a.fields) {
-    const auto other = std::ranges::find(b.fields, field.grid.name, field_name);
-    if (other != b.fields.end()) {
-      result.both_fields.push_back(compare_fields(field, *other));
+  const bool same_skin = a.judged_skin == b.judged_skin;
+  tally.identical = same_skin;
+  tally.add("the skin that is evaluated", same_skin ? 0.0 : kInfinite, false);
+  const Value parts = {
+      {"judged_skin", std::pair(to_string(a.judged_skin), to_string(b.judged_skin))},
+      {"provenance", compare_provenance(a.provenance, b.provenance)},
+      {"scene", changes_of(scene.changes)},
+      {"scene_defaults_in_one_alone", std::pair(scene.at_defaults.a, scene.at_defaults.b)},
+      {"mesh", tally.model("the mesh", compare_meshes(a.mesh, b.mesh))},
+      {"array", tally.model("the array", compare_arrays(a.array, b.array, a.array_truth, b.array_truth))},
+      {"target", tally.model("the target", compare_targets(a.target, b.target))},
+      {"judge", compare_judges(tally, a, b)},
+      {"solvers", compare_solvers(a.solves, b.solves)},
+      {"warnings_in_one_alone", unshared(a.warnings, b.warnings, remark_name)},
+      {"notes_in_one_alone", unshared(a.notes, b.notes, remark_name)},
+      {"methods_in_one_alone", unshared_results(tally, "method", a.methods, b.methods, method_name)},
+      {"fields_in_one_alone", unshared_results(tally, "field", a.fields, b.fields, field_name)},
+      {"methods", in_both(a.methods, b.methods, method_name,
+                          [&](const MethodResult& of_a, const MethodResult& of_b) {
+                            return compare_methods(tally, {a, of_a}, {b, of_b});
+                          })},
+      {"fields", in_both(a.fields, b.fields, field_name, [&](const FieldResult& of_a, const FieldResult& of_b) {
+         return compare_fields(tally, of_a, of_b);
+       })}};
+  const double rounding = solved_in_single(a) || solved_in_single(b) ? kSingleRounding : kRounding;
+  const bool rounded = tally.largest.relative <= rounding;
+  std::vector<std::string> causes;
+  if (!tally.identical) {
+    causes = likely_causes(parts, scene.changes, a, b);
+    if (causes.empty() && !rounded) {
+      causes.emplace_back(
+          "nothing that is recorded; two runs of one program and one scene should not differ this much");
     }
   }
-  conclude(result, a, b);
-  return result;
+  Value difference = {{"verdict", tally.identical ? "identical"
+                                  : rounded       ? "same_to_rounding"
+                                                  : "different"},
+                      {"rounding", rounding},
+                      {"largest", tally.largest.value()},
+                      {"largest_result", tally.largest_result.value()},
+                      {"causes", causes}};
+  difference.add(parts);
+  return difference;
 }
 
 }  // namespace touchfield

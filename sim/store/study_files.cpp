@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <tuple>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "sim/bem/scheme.h"
 #include "sim/store/run_file.h"
-#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -65,37 +63,37 @@ std::optional<std::size_t> pick_within_error(const std::vector<StudyRung>& rungs
       [](const StudyRung& rung) { return std::pair(rung.seconds, rung.error_reference); });
 }
 
+Value rung_value(const StudyRung& rung) {
+  return {{"scheme", rung.scheme},
+          {"edge_mm", {rung.edge_mm, 3}},
+          {"faces", rung.faces},
+          {"precision", rung.precision},
+          {"solver", rung.solver},
+          {"seconds", {rung.seconds, 3}},
+          {"peak_mib", rung.peak_mib},
+          {"error_reference", Value::share(rung.error_reference, 3)},
+          {"error_interior", Value::share(rung.error_interior, 3)},
+          {"pattern_error", Value::share(rung.pattern_error, 3)},
+          {"pareto", rung.pareto},
+          {"status", rung.status}};
+}
+
+Value::List rung_values(const std::vector<StudyRung>& rungs) {
+  Value::List values;
+  std::ranges::transform(rungs, std::back_inserter(values), rung_value);
+  return values;
+}
+
 void write_study_csv(const std::string& path, const std::vector<StudyRung>& rungs) {
-  std::string text = csv_line({"scheme", "edge_mm", "faces", "precision", "solver", "seconds", "peak_mib",
-                               "error_reference", "error_interior", "pattern_error", "pareto", "status"});
-  for (const StudyRung& rung : rungs) {
-    text += csv_line({rung.scheme, csv_number(rung.edge_mm), fmt::format("{}", rung.faces), rung.precision, rung.solver,
-                      csv_number(rung.seconds), csv_number(rung.peak_mib), csv_number(rung.error_reference),
-                      csv_number(rung.error_interior), csv_number(rung.pattern_error), rung.pareto ? "1" : "0",
-                      rung.status});
-  }
-  write_text_file(path, text);
+  write_text_file(path, csv_text(rung_value({}), rung_values(rungs)));
 }
 
 std::string study_table(const std::vector<StudyRung>& rungs) {
-  std::vector<std::vector<std::string>> rows = {{"  scheme", "edge [mm]", "faces", "precision", "solver", "seconds",
-                                                 "peak [MiB]", "error", "interior", "pattern", "status"}};
   std::vector<StudyRung> sorted = rungs;
   std::ranges::stable_sort(sorted, {}, [](const StudyRung& rung) {
     return std::tuple(scheme_rank(rung.scheme), rung.scheme, std::isnan(rung.edge_mm) ? HUGE_VAL : rung.edge_mm);
   });
-  const auto percent = [](double fraction) { return table_number(100.0 * fraction, "{:.3g} %"); };
-  for (const StudyRung& rung : sorted) {
-    rows.push_back({(rung.pareto ? "* " : "  ") + rung.scheme, table_number(rung.edge_mm, "{:.3g}"),
-                    rung.faces > 0 ? grouped(rung.faces) : "-", rung.precision, rung.solver,
-                    table_number(rung.seconds, "{:.3g}"), table_number(rung.peak_mib, "{:.0f}"),
-                    percent(rung.error_reference), percent(rung.error_interior), percent(rung.pattern_error),
-                    rung.status});
-  }
-  constexpr std::size_t kPrecision = 3;
-  constexpr std::size_t kSolver = 4;
-  constexpr std::size_t kStatus = 10;
-  return aligned_table(rows, {kPrecision, kSolver, kStatus}) + "  * no other is both faster and more accurate\n";
+  return table_text(rung_values(sorted), sorted.size()) + "  pareto: no other is both faster and more accurate\n";
 }
 
 }  // namespace touchfield

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/field/metrics.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -38,13 +39,17 @@ std::optional<std::size_t> pick_within_seconds(const std::vector<StudyRung>& run
 /// The fastest rung among those with an error_reference of at most `error`; the most exact of equals.
 std::optional<std::size_t> pick_within_error(const std::vector<StudyRung>& rungs, double error);
 
+/// A rung by the names of study.csv's columns; and all of them.
+Value rung_value(const StudyRung& rung);
+Value::List rung_values(const std::vector<StudyRung>& rungs);
+
 /// study.csv: a header line and a line a rung: scheme, edge_mm, faces, precision, solver, seconds, peak_mib,
 /// error_reference, error_interior, pattern_error, pareto (1 or 0), status. Whole or not at all.
 ///
 /// throws   IoError naming the path and the system's reason
 void write_study_csv(const std::string& path, const std::vector<StudyRung>& rungs);
 
-/// The rungs as a table for a person, by scheme, the cheapest first, then by edge; * before those marked `pareto`.
+/// The rungs as a table for a person, by scheme, the cheapest first, then by edge.
 std::string study_table(const std::vector<StudyRung>& rungs);
 
 }  // namespace touchfield

@@ -47,7 +47,7 @@ class Compare(CommandTest):
             self.run_ok("run", SOURCE / "scenes/quick.yaml", "-o", out, "--quiet", "--set", "write=[h5]", "--set", "target.pressure_pa=300")
         said = self.compared("a", "b", "--tolerance", "1e-6")
         self.assertRegex(said, r"verdict   (identical: |the same to rounding: )")
-        self.assertIn("scene     the same", said)
+        self.assertRegex(said, "scene +the same")
         self.assertIn("every result is within it", said)
         found = self.as_json("a/run.h5", "b")
         self.assertIn(found["verdict"], ["identical", "same_to_rounding"])
@@ -70,10 +70,10 @@ class Compare(CommandTest):
         self.run_scene("a")
         self.run_scene("b", "--set", "body.place.at_mm=[0,0,65]", "--set", "solve.iterations=9", "--threads", "1")
         said = self.compared("a", "b")
-        self.assertIn("scene     body.place.at_mm[2]: 60 -> 65\n", said)
+        self.assertRegex(said, r"scene +body\.place\.at_mm\[2\]: 60 -> 65\n")
         self.assertRegex(said, r"solve\.methods\[0\]\.paper\.iterations: 8 -> 9\n")
-        self.assertIn("vertices up to 5 mm apart: shifted by (0, 0, 5) mm as a whole\n", said)
-        self.assertIn("array     the same: 64 channels", said)
+        self.assertRegex(said, r"mesh +faces .*, largest distance 5 mm, .*, motion: shift \(0, 0, 5\) mm\n")
+        self.assertRegex(said, "array +the same: 64 channels")
         self.assertIn("verdict   different", said)
         self.assertIn("cause     the scene: body.place.at_mm[2]", said)
         found = self.as_json("a", "b")
@@ -136,8 +136,8 @@ class Compare(CommandTest):
         self.run_scene("b", "--set", "body.edge_mm=2.2", "--set", "array.grid.count=[6, 8]",
                        "--set", "solve.methods=[focus, unscattered]")
         said = self.compared("a", "b", "--tolerance", "1", code=1)
-        for phrase in ["mesh      another: ", "array     64 -> 48 channels", "in A alone: paper", "in B alone: unscattered",
-                       "phases: 64 and 48 values", "solve.methods[0]: "]:
+        for phrase in ["same triangles no", "channels 64 -> 48 (-25 %)", "in A alone: paper", "in B alone: unscattered",
+                       "phases 64 and 48 values", "solve.methods[0]: "]:
             self.assertIn(phrase, said)
         found = self.as_json("a", "b")
         self.assertEqual(found["methods_in_one_alone"], {"a": ["paper"], "b": ["unscattered"]})

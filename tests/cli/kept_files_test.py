@@ -185,7 +185,7 @@ class KeptHands(CommandTest):
                     "body.hand.side=left", "--quiet")
         self.assertEqual(self.skin("whole"), ("part", "whole"))
         done = self.touchfield("compare", self.old, "whole")
-        self.assertIn("skin      A evaluates the part within keep_within_mm, B the whole skin: their metrics are not comparable\n",
+        self.assertIn(" A evaluates the part within keep_within_mm, B the whole skin: their metrics are not comparable\n",
                       done.stdout)
         self.assertIn("verdict   different: the skin that is evaluated\n", done.stdout)
         known = json.loads(self.touchfield("compare", self.old, "whole", "--json").stdout)

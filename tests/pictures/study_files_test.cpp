@@ -114,15 +114,19 @@ TEST(StudyTable, IsSortedBySchemeThenEdgeAndMarksTheBest) {
   mark_pareto(rungs);
   EXPECT_EQ(
       study_table(rungs),
-      "    scheme         edge [mm]  faces  precision  solver  seconds  peak [MiB]  error  interior  pattern  "
-      "status\n"
-      "    paper                1.5  1,234  double     LU            2           -   30 %         -        -  ok\n"
-      "  * paper                  3  1,234  double     LU            1           -   20 %         -        -  ok\n"
-      "    paper                  -  1,234  double     LU            -           -      -         -        -  out "
-      "of memory, 12 GiB\n"
-      "  * burton_miller          2  1,234  double     LU            4           -   10 %         -        -  ok\n"
-      "    other                  1  1,234  double     LU            5           -   10 %         -        -  ok\n"
-      "  * no other is both faster and more accurate\n");
+      "  scheme         edge [mm]  faces  precision  solver  seconds  peak [MiB]  error reference  error interior  "
+      "pattern error  pareto  status\n"
+      "  paper                1.5  1,234  double     LU            2           -             30 %               -  "
+      "            -      no  ok\n"
+      "  paper                  3  1,234  double     LU            1           -             20 %               -  "
+      "            -     yes  ok\n"
+      "  paper                  -  1,234  double     LU            -           -                -               -  "
+      "            -      no  out of memory, 12 GiB\n"
+      "  burton_miller          2  1,234  double     LU            4           -             10 %               -  "
+      "            -     yes  ok\n"
+      "  other                  1  1,234  double     LU            5           -             10 %               -  "
+      "            -      no  ok\n"
+      "  pareto: no other is both faster and more accurate\n");
 }
 
 constexpr int kLegendBegins = 880;  // [pixels]
