@@ -5,7 +5,6 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
@@ -14,7 +13,6 @@
 #include "hardware/link_address.h"
 #include "sim/acoustics/incident_field.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/store/run_file.h"
@@ -95,47 +93,33 @@ Drive focus(const ArrayLayout& layout, const Vector3& at, const Wave& wave) {
   return {-arriving.transpose().array().arg().matrix(), Eigen::VectorXd::Ones(layout.positions.cols())};
 }
 
+Value device_value(const ArrayCommand& command) {
+  const auto array = array_of(command.run);
+  const std::unique_ptr<ArrayLink> link = local_link(command.options.device, array ? layout_of(*array) : ArrayLayout{});
+  const LinkAbilities abilities = link->abilities();
+  const ArrayLayout& layout = link->layout();
+  return {{"device", link->describe()},
+          {"transducers", layout.positions.cols()},
+          {"units", layout.device.maxCoeff() + 1},
+          {"phase_levels", abilities.steps.phase_levels},
+          {"intensity_levels", abilities.steps.intensity_levels},
+          {"frames_per_second", abilities.most_frames_per_second},
+          {"modulation_samples_per_second", abilities.modulation.rate},
+          {"own_modulation_hz", abilities.modulation.own_frequencies},
+          {"reads_back", abilities.reads_back}};
+}
+
 int list(const ArrayCommand& command, const CommonFlags& flags) {
-  nlohmann::ordered_json json;
   if (command.options.device.link != DeviceChoice{}.link) {
-    const auto array = array_of(command.run);
-    const std::unique_ptr<ArrayLink> link =
-        local_link(command.options.device, array ? layout_of(*array) : ArrayLayout{});
-    const LinkAbilities abilities = link->abilities();
-    const ArrayLayout& layout = link->layout();
-    json = {{"device", link->describe()},
-            {"transducers", layout.positions.cols()},
-            {"units", layout.device.maxCoeff() + 1},
-            {"phase_levels", abilities.steps.phase_levels},
-            {"intensity_levels", abilities.steps.intensity_levels},
-            {"frames_per_second", abilities.most_frames_per_second},
-            {"modulation_samples_per_second", abilities.modulation.rate},
-            {"own_modulation_hz", abilities.modulation.own_frequencies},
-            {"reads_back", abilities.reads_back}};
-  } else {
-    for (const auto& [form, what] : kLinks) {
-      json["links"].push_back({{"link", form}, {"what", what}});
-    }
-    json["serial_ports"] = serial_ports();
-  }
-  if (flags.json) {
-    put(json_text(json, 2) + "\n");
+    print_value(device_value(command), flags);
     return 0;
   }
-  if (!json.contains("links")) {
-    for (const auto& [key, value] : json.items()) {
-      put(fmt::format("{:<30} {}\n", key, value.is_string() ? value.get<std::string>() : json_text(value)));
-    }
-    return 0;
-  }
-  put("links:\n");
+  Value::List links;
   for (const auto& [form, what] : kLinks) {
-    put(fmt::format("  {}\n      {}\n", form, what));
+    links.push_back(Value{{"link", form}, {"what", what}});
   }
-  put(fmt::format("serial ports:{}\n", json["serial_ports"].empty() ? " none" : ""));
-  for (const auto& port : json["serial_ports"]) {
-    put(fmt::format("  {}\n", port.get<std::string>()));
-  }
+  const std::vector<std::string> ports = serial_ports();
+  print_value({{"links", links}, {"serial_ports", ports.empty() && !flags.json ? Value("none") : Value(ports)}}, flags);
   return 0;
 }
 
@@ -155,11 +139,7 @@ int off(const ArrayCommand& command, const CommonFlags& flags) {
   link->open();
   link->quiet();
   link->close();
-  if (flags.json) {
-    put(json_text(nlohmann::ordered_json{{"device", link->describe()}, {"off", true}}, 2) + "\n");
-  } else if (!flags.quiet) {
-    put(fmt::format("{}: every transducer is off\n", link->describe()));
-  }
+  print_value({{"device", link->describe()}, {"off", true}}, flags);
   return 0;
 }
 
@@ -169,9 +149,7 @@ int test(const ArrayCommand& command, const CommonFlags& flags) {
   const Vector3 at = Eigen::Map<const Vector3>(command.at_mm.data()) * kMillimetre;
   const Wave wave(air(command.temperature_c + kZeroCelsius), kFrequency);
   plan.drives = [&](const ArrayLayout& layout) { return std::vector<Drive>{focus(layout, at, wave)}; };
-  return print_emission(emit(plan), flags,
-                        fmt::format("focus at ({:g}, {:g}, {:g}) mm\n", at.x() / kMillimetre, at.y() / kMillimetre,
-                                    at.z() / kMillimetre));
+  return print_emission(emit(plan), flags, {{"focus_mm", command.at_mm}});
 }
 
 int walk(const ArrayCommand& command, const CommonFlags& flags) {

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 #include <omp.h>
 
+#include "apps/commands/standard_streams.h"
 #include "sim/core/atomic_file.h"
 #include "sim/core/counted.h"
 #include "sim/core/errors.h"
@@ -221,6 +222,12 @@ std::string joined_command_line(int argc, char** argv) {
     line += (i > 0 ? " " : "") + quoted_word(argv[i]);
   }
   return line;
+}
+
+void print_value(const Value& value, const CommonFlags& flags, bool is_result) {
+  if (flags.json || !flags.quiet || is_result) {
+    put(flags.json ? value.json() + '\n' : lines_text(value));
+  }
 }
 
 }  // namespace touchfield

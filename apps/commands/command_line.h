@@ -11,6 +11,7 @@
 
 #include "sim/pictures/picture_format.h"
 #include "sim/scene/quantity.h"
+#include "sim/store/value_tree.h"
 #include "solvers/linear/system_limits.h"
 
 namespace touchfield {
@@ -22,6 +23,9 @@ struct CommonFlags {
   bool verbose = false;  // how each stage is solved too
   bool json = false;     // results as JSON on standard output
 };
+
+/// Prints what a command has to say, as JSON or as text; with --quiet no text, unless it is a result.
+void print_value(const Value& value, const CommonFlags& flags, bool is_result = false);
 
 /// What a command line asks for.
 struct Invocation {

@@ -4,13 +4,11 @@
 
 #include <fmt/format.h>
 
-#include "apps/commands/run_json.h"
+#include "apps/commands/command_line.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/assess/scan_comparison.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/core/require.h"
-#include "sim/core/units.h"
 #include "sim/pictures/scan_picture.h"
 #include "sim/scene/scene_reader.h"
 #include "sim/solve/model.h"
@@ -20,8 +18,6 @@ namespace touchfield {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 PictureFormat format_of(const std::string& picture) {
   const std::string ending = std::filesystem::path(picture).extension().string();
   for (const PictureFormat format : {PictureFormat::kPng, PictureFormat::kPdf, PictureFormat::kSvg}) {
@@ -30,32 +26,6 @@ PictureFormat format_of(const std::string& picture) {
     }
   }
   throw InputError(fmt::format("{}: the name of a picture must end in .png, .pdf or .svg", picture));
-}
-
-Json scan_json(const ScanComparison& comparison, bool complex) {
-  const auto value = [&](const Complex& p) {
-    return complex ? Json::array({number_or_null(p.real()), number_or_null(p.imag())}) : number_or_null(p.real());
-  };
-  Json rows = Json::array();
-  for (const ScanPoint& point : comparison.points) {
-    const bool counts = point.left_out.empty();
-    rows.push_back({{"line", point.line},
-                    {"at_mm", {point.at.x() / kMillimetre, point.at.y() / kMillimetre, point.at.z() / kMillimetre}},
-                    {"measured", value(point.measured)},
-                    {"computed", counts ? value(point.computed) : Json(nullptr)},
-                    {"difference", counts ? number_or_null(point.difference) : Json(nullptr)},
-                    {"left_out", point.left_out}});
-  }
-  return {{"complex", complex},
-          {"used", comparison.used},
-          {"scale", comparison.fit.scale},
-          {"turn_rad", number_or_null(comparison.fit.turn)},
-          {"relative", comparison.fit.relative},
-          {"largest_relative", comparison.largest_relative},
-          {"largest_line", comparison.points[comparison.largest].line},
-          {"correlation", comparison.fit.correlation},
-          {"conjugate_correlation", number_or_null(comparison.conjugate_correlation)},
-          {"points", std::move(rows)}};
 }
 
 void draw(const std::string& picture, const Run& run, const std::string& method, const ScanComparison& comparison) {
@@ -107,21 +77,14 @@ int compare_points(const std::string& run_path, const PointsComparison& asked, c
     draw(asked.picture, run, method, comparison);
   }
   const bool within = !tolerance || comparison.fit.relative <= *tolerance;
-  if (flags.json) {
-    Json json = {{"run", {{"file", path}, {"name", run.name}, {"complete", run.complete}}},
+  Value value = {{"run", {{"file", path}, {"name", run.name}, {"complete", run.complete}}},
                  {"measured", asked.points},
-                 {"method", method}};
-    json["tolerance"] = tolerance ? Json(*tolerance) : nullptr;
-    json["within_tolerance"] = tolerance ? Json(within) : nullptr;
-    json.update(scan_json(comparison, measured.complex));
-    put(json_text(json, 2) + "\n");
-    return within ? 0 : 1;
-  }
-  put(fmt::format("{:<12} {}: {}, method {}\n{:<12} {}\n{}", "run", path, run.name, method, "measured", asked.points,
-                  describe_scan(comparison, measured.complex)));
-  if (tolerance) {
-    put(fmt::format("{:<12} {:g}: {}\n", "tolerance", *tolerance, within ? "the difference is within it" : "EXCEEDED"));
-  }
+                 {"method", method},
+                 {"tolerance", tolerance},
+                 {"within_tolerance", tolerance ? Value(within) : Value()}};
+  value.add(scan_value(comparison, measured.complex));
+  value.add(flags.json ? "points" : "left_out", scan_points(comparison, measured.complex, !flags.json));
+  print_value(value, flags, true);
   return within ? 0 : 1;
 }
 

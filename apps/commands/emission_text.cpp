@@ -6,8 +6,6 @@
 #include "apps/commands/device_options.h"
 #include "apps/commands/standard_streams.h"
 #include "hardware/stop_signals.h"
-#include "sim/core/json_text.h"
-#include "sim/core/units.h"
 
 namespace touchfield {
 
@@ -18,70 +16,48 @@ std::string outcome(const EmissionReport& report) {
     return fmt::format("{} file{} written", report.written, report.written == 1 ? "" : "s");
   }
   if (!report.emitted) {
-    return report.dry ? "nothing was sent: a dry run" : "nothing was sent: add --emit to emit sound";
+    return fmt::format("nothing was sent: {}{}", report.dry ? "a dry run" : "add --emit to emit sound",
+                       report.gaps.longest > kLongestGap ? "; an emission would have stopped at the longest gap" : "");
   }
-  return fmt::format("{} sent, {} dropped, {} late (at most {:.1f} ms) in {:.2f} s; {}{}", report.play.sent,
-                     report.play.dropped, report.play.late, report.play.worst_delay * 1e3, report.play.seconds,
-                     report.quiet     ? "the array is quiet"
+  return std::string(report.quiet     ? "the array is quiet"
                      : report.failure ? "ended by an error"
-                                      : "stopped by the guard, which says how it left the array",
-                     report.quiet && report.read_back ? "; every byte was read back and is equal" : "");
-}
-
-std::string gaps_text(const EmissionReport& report) {
-  const Gaps& gaps = report.gaps;
-  if (gaps.count == 0) {
-    return "";
-  }
-  return fmt::format("  {} gap{} of more than {:g} ms without supervision of the array, the longest {:.0f} ms{}\n",
-                     gaps.count, gaps.count == 1 ? "" : "s", 1e3 * kShownGap, 1e3 * gaps.longest,
-                     !report.emitted && gaps.longest > kLongestGap ? "; an emission would have stopped there" : "");
+                                      : "stopped by the guard, which says how it left the array") +
+         (report.quiet && report.read_back ? "; every byte was read back and is equal" : "");
 }
 
 }  // namespace
 
-std::string describe_emission(const EmissionReport& report) {
+Value emission_value(const EmissionReport& report) {
   const QuantisationReport& rounding = report.quantisation;
-  return fmt::format(
-      "{}: {} transducers\n"
-      "  {} frame{} at {:g} per second, {:g} s, level {:g}, modulation: {}\n"
-      "  {} phase levels: error {:.2f} degrees at worst, {:.2f} rms; loss in drives {:.3f} %\n"
-      "  {}\n"
-      "{}",
-      report.device, report.transducers, report.frames, report.frames == 1 ? "" : "s", report.rate, report.seconds,
-      report.level, report.modulation, rounding.steps.phase_levels, rounding.worst_phase_error / kDegree,
-      rounding.rms_phase_error / kDegree, 100 * rounding.worst_drive_loss, outcome(report), gaps_text(report));
-}
-
-nlohmann::ordered_json emission_json(const EmissionReport& report) {
-  const QuantisationReport& rounding = report.quantisation;
-  nlohmann::ordered_json json = {{"link", report.link},
-                                 {"device", report.device},
-                                 {"transducers", report.transducers},
-                                 {"frames", report.frames},
-                                 {"rate_hz", report.rate},
-                                 {"seconds", report.seconds},
-                                 {"level", report.level},
-                                 {"modulation", report.modulation},
-                                 {"phase_levels", rounding.steps.phase_levels},
-                                 {"intensity_levels", rounding.steps.intensity_levels},
-                                 {"worst_phase_error_rad", rounding.worst_phase_error},
-                                 {"rms_phase_error_rad", rounding.rms_phase_error},
-                                 {"drive_loss", rounding.worst_drive_loss},
-                                 {"files", report.written},
-                                 {"emitted", report.emitted},
-                                 {"gaps", report.gaps.count},
-                                 {"longest_gap_s", report.gaps.longest}};
+  Value value = {{"link", report.link},
+                 {"device", report.device},
+                 {"transducers", report.transducers},
+                 {"frames", report.frames},
+                 {"rate_hz", report.rate},
+                 {"seconds", report.seconds},
+                 {"level", report.level},
+                 {"modulation", report.modulation},
+                 {"phase_levels", rounding.steps.phase_levels},
+                 {"intensity_levels", rounding.steps.intensity_levels},
+                 {"worst_phase_error_rad", rounding.worst_phase_error},
+                 {"rms_phase_error_rad", rounding.rms_phase_error},
+                 {"drive_loss", Value::share(rounding.worst_drive_loss)},
+                 {"files", report.written},
+                 {"emitted", report.emitted},
+                 {"gaps", report.gaps.count},
+                 {"gaps_begin_at_s", kShownGap},
+                 {"longest_gap_s", report.gaps.longest}};
   if (report.emitted) {
-    json["quiet"] = report.quiet;
-    json["sent"] = report.play.sent;
-    json["dropped"] = report.play.dropped;
-    json["late"] = report.play.late;
-    json["worst_delay_s"] = report.play.worst_delay;
-    json["seconds_played"] = report.play.seconds;
-    json["read_back"] = report.read_back;
+    value.add({{"quiet", report.quiet},
+               {"sent", report.play.sent},
+               {"dropped", report.play.dropped},
+               {"late", report.play.late},
+               {"worst_delay_s", report.play.worst_delay},
+               {"seconds_played", report.play.seconds},
+               {"read_back", report.read_back}});
   }
-  return json;
+  value.add("outcome", outcome(report));
+  return value;
 }
 
 int said_exit_code(const EmissionReport& report) {
@@ -92,13 +68,11 @@ int said_exit_code(const EmissionReport& report) {
   return 128 + report.signal;
 }
 
-int print_emission(const EmissionReport& report, const CommonFlags& flags, const std::string& heading) {
+int print_emission(const EmissionReport& report, const CommonFlags& flags, const Value& more) {
   const int code = said_exit_code(report);
-  if (flags.json) {
-    put(json_text(emission_json(report), 2) + "\n");
-  } else if (!flags.quiet) {
-    put(heading + describe_emission(report));
-  }
+  Value value = emission_value(report);
+  value.add(more);
+  print_value(value, flags);
   if (report.failure) {
     std::rethrow_exception(report.failure);
   }

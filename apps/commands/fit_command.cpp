@@ -2,7 +2,6 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
@@ -10,7 +9,6 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/fit_folder.h"
-#include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/store/motion_summary.h"
@@ -53,15 +51,7 @@ FolderFit fit_of(const FitCommand& command) {
   return how;
 }
 
-struct FitSummary {
-  std::size_t frames = 0;
-  std::size_t lost = 0;
-  double residual = 0;      // median [mm]
-  double seen = 0;          // median
-  double milliseconds = 0;  // at 95 %
-};
-
-FitSummary summary_of(const FittedFolder& fitted) {
+Value fit_value(const FittedFolder& fitted, const std::string& directory) {
   std::vector<double> residuals;
   std::vector<double> seen;
   std::vector<double> times;
@@ -72,36 +62,18 @@ FitSummary summary_of(const FittedFolder& fitted) {
       seen.push_back(frame.fit.seen);
     }
   }
-  return {fitted.frames.size(), fitted.frames.size() - residuals.size(), statistics(residuals).median,
-          statistics(seen).median, statistics(times).p95};
-}
-
-nlohmann::ordered_json fit_json(const FittedFolder& fitted, const std::string& directory) {
-  const FitSummary summary = summary_of(fitted);
   return {{"directory", directory},
-          {"frames", summary.frames},
-          {"lost", summary.lost},
+          {"frames", fitted.frames.size()},
+          {"lost", fitted.frames.size() - residuals.size()},
           {"pose", fitted.hand.pose},
           {"side", side_name(fitted.hand.side)},
           {"shape_learnt", fitted.learnt},
           {"length_ratio", std::exp(fitted.proportions(kLengthRatio))},
           {"breadth_ratio", std::exp(fitted.proportions(kBreadthRatio))},
-          {"residual_mm_median", summary.residual},
-          {"seen_median", summary.seen},
-          {"fit_ms_p95", summary.milliseconds},
+          {"residual_mm_median", {statistics(residuals).median, 3}},
+          {"seen_median", Value::share(statistics(seen).median, 2)},
+          {"fit_ms_p95", {statistics(times).p95, 3}},
           {"warnings", fitted.warnings}};
-}
-
-std::string fit_text(const FittedFolder& fitted) {
-  const FitSummary summary = summary_of(fitted);
-  return fmt::format(
-      "{} frames, the hand lost in {}{}\n"
-      "  shape {}: length x {:.3f}, breadth x {:.3f}\n"
-      "  points {:.2f} mm rms off the skin, {:.0f} % of the skin seen (medians)\n"
-      "  {:.1f} ms per frame (95 %)\n",
-      summary.frames, summary.lost, summary.lost > 0 ? "; fit.csv says why" : "",
-      fitted.learnt ? "learnt" : "as built in", std::exp(fitted.proportions(kLengthRatio)),
-      std::exp(fitted.proportions(kBreadthRatio)), summary.residual, 100 * summary.seen, summary.milliseconds);
 }
 
 int fit_command(const FitCommand& command, const Invocation& invoked) {
@@ -119,8 +91,7 @@ int fit_command(const FitCommand& command, const Invocation& invoked) {
     const FittedFolder fitted = fit_folder(folder, how, directory, progress);
     directory.settle();
     progress.note(fmt::format("meshes in {}", directory.path()));
-    put(flags.json ? fmt::format("{}\n", json_text(fit_json(fitted, directory.path()), 2))
-                   : fmt::format("{}{}", fit_text(fitted), flags.quiet ? directory.path() + "\n" : ""));
+    print_value(fit_value(fitted, directory.path()), flags, true);
   });
   return 0;
 }

@@ -1,13 +1,11 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/body/hand.h"
-#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
 #include "sim/mesh/io/unit_guess.h"
@@ -31,28 +29,20 @@ int hand_command(const HandCommand& command, const CommonFlags& flags) {
   const double unit = file_unit(command.unit).metres;
   write_mesh(command.output, body.mesh, unit);
   const MeshReport report = inspect(body.mesh);
-  nlohmann::ordered_json landmarks = nlohmann::ordered_json::object();
+  Value::Group landmarks;
   for (const Landmark& landmark : body.landmarks) {
     const Vector3 at = position(body.mesh, landmark) / unit;
-    landmarks[landmark.name] = {at.x(), at.y(), at.z()};
+    landmarks.push_back({landmark.name, std::vector<double>(at.begin(), at.end())});
   }
-  if (flags.json) {
-    const nlohmann::ordered_json json = {{"file", command.output},
-                                         {"faces", report.faces},
-                                         {"area_cm2", report.area * 1e4},
-                                         {"volume_cm3", report.volume * 1e6},
-                                         {"landmarks", landmarks}};
-    put(json_text(json, 2) + "\n");
-  } else if (!flags.quiet) {
-    put(fmt::format("{}: {} faces, {:.1f} cm2, {:.1f} cm3, edges {:.2f} to {:.2f} mm\n", command.output, report.faces,
-                    report.area * 1e4, report.volume * 1e6, report.shortest_edge / kMillimetre,
-                    report.longest_edge / kMillimetre));
-    put("landmarks in the file's unit:\n");
-    for (const auto& [name, at] : landmarks.items()) {
-      put(fmt::format("  {:<12} {:9.3f} {:9.3f} {:9.3f}\n", name, at[0].get<double>(), at[1].get<double>(),
-                      at[2].get<double>()));
-    }
-  }
+  print_value({{"file", command.output},
+               {"faces", report.faces},
+               {"area_cm2", report.area * 1e4},
+               {"volume_cm3", report.volume * 1e6},
+               {"shortest_edge_mm", {report.shortest_edge / kMillimetre, 3}},
+               {"longest_edge_mm", {report.longest_edge / kMillimetre, 3}},
+               {"unit", command.unit},
+               {"landmarks", Value::by_name(landmarks)}},
+              flags);
   return 0;
 }
 

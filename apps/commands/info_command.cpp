@@ -1,16 +1,11 @@
 #include <filesystem>
 #include <memory>
 
-#include <fmt/format.h>
-
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
-#include "apps/commands/run_json.h"
 #include "apps/commands/standard_streams.h"
-#include "sim/core/json_text.h"
 #include "sim/store/archive_file.h"
 #include "sim/store/motion_file.h"
-#include "sim/store/motion_summary.h"
 #include "sim/store/motion_text.h"
 #include "sim/store/run_file.h"
 
@@ -25,54 +20,20 @@ std::string result_file_at(const std::string& path) {
   return motion ? (folder / "motion.h5").string() : run_file_at(path);
 }
 
-nlohmann::ordered_json json_of(const Run& run) {
-  return {{"name", run.name},
-          {"complete", run.complete},
-          {"faces", run.mesh.face_count()},
-          {"channels", run.array.size()},
-          {"target_faces", run.target ? run.target->size() : 0},
-          {"solved_skin", to_string(run.solved_skin)},
-          {"judged_skin", to_string(run.judged_skin)},
-          {"methods", methods_json(run)},
-          {"version", run.provenance.version},
-          {"revision", run.provenance.revision},
-          {"command_line", run.provenance.command_line},
-          {"scene_hash", run.provenance.scene_hash}};
-}
-
-nlohmann::ordered_json json_of(const Motion& motion) {
-  nlohmann::ordered_json methods = nlohmann::ordered_json::array();
-  for (const MotionMethod& method : motion.methods) {
-    nlohmann::ordered_json entry = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
-    for (const auto& [name, value] : summary_columns(summary(method))) {
-      entry[name] = number_or_null(value);
-    }
-    methods.push_back(std::move(entry));
-  }
-  return {{"name", motion.name},
-          {"complete", motion.complete},
-          {"seconds", motion.seconds},
-          {"faces", motion.mesh.face_count()},
-          {"judge_faces", motion.judge ? motion.judge->face_count() : motion.mesh.face_count()},
-          {"channels", motion.array.size()},
-          {"solved_skin", to_string(motion.solved_skin)},
-          {"judged_skin", to_string(motion.judged_skin)},
-          {"methods", methods},
-          {"version", motion.provenance.version},
-          {"revision", motion.provenance.revision},
-          {"command_line", motion.provenance.command_line},
-          {"scene_hash", motion.provenance.scene_hash}};
+/// As JSON with every metric of every method.
+std::string json_of(Value value, const Value& methods) {
+  value.add("methods", methods);
+  return value.json() + '\n';
 }
 
 int info_command(const std::string& path, const CommonFlags& flags) {
   const std::string file = result_file_at(path);
-  const auto print = [&](const auto& result, const auto& describe) {
-    put(flags.json ? fmt::format("{}\n", json_text(json_of(result), 2)) : describe(result));
-  };
   if (archive_format(file) == kMotionArchive.name()) {
-    print(read_motion_file(file), describe_motion);
+    const Motion motion = read_motion_file(file);
+    put(flags.json ? json_of(motion_value(motion), method_values(motion)) : describe_motion(motion));
   } else {
-    print(read_run_file(file), describe_run);
+    const Run run = read_run_file(file);
+    put(flags.json ? json_of(run_value(run), method_values(run)) : describe_run(run));
   }
   return 0;
 }

@@ -21,7 +21,6 @@
 #include "hardware/stop_signals.h"
 #include "sim/batch/run_directory.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/seen_error.h"
@@ -260,15 +259,11 @@ class Live {
           fmt::format("residual: the equations of a frame have a residual of {:.1e}, above the tolerance of {:.1e}",
                       loop.residual, tolerance));
     }
-    if (flags_.json) {
-      nlohmann::ordered_json json = emission_json(report);
-      json["live"] = live_json(result);
-      json["live"]["warnings"] = warnings_;
-      json["live"]["notes"] = notes_;
-      put(json_text(json, 2) + "\n");
-    } else if (!flags_.quiet) {
-      put(describe_emission(report) + describe_live(result));
-    }
+    Value value = emission_value(report);
+    Value live = live_value(result);
+    live.add({{"warnings", warnings_}, {"notes", notes_}});
+    value.add("live", live);
+    print_value(value, flags_);
     return said_exit_code(report);
   }
 

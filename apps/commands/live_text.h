@@ -2,10 +2,9 @@
 
 #include <string>
 
-#include <nlohmann/json.hpp>
-
 #include "hardware/player.h"
 #include "sim/motion/live.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -16,10 +15,8 @@ struct LiveResult {
   PlayReport play;
 };
 
-/// As a person reads it: frames, silences, and a table of the median, 95th percentile and worst of times, those of
-/// `solve` by stage.
-std::string describe_live(const LiveResult& result);
-nlohmann::ordered_json live_json(const LiveResult& result);
+/// Frames, silences, and the median, 95th percentile and worst of times, those of `solve` by stage.
+Value live_value(const LiveResult& result);
 
 /// live.csv: a header line and a line a frame: number, times since the loop began [s], whether it is quiet, and lost,
 /// seconds a stage; nan where a frame was without it.

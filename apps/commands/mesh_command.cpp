@@ -5,7 +5,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/command_line.h"
 #include "apps/commands/commands.h"
@@ -13,7 +12,6 @@
 #include "apps/commands/mesh_text.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/io/mesh_io.h"
@@ -157,11 +155,7 @@ int mesh_command(const MeshCommand& command, const CommonFlags& flags) {
       text.written = fmt::format("{} in {}", command.output, unit.name);
     }
   }
-  if (flags.json) {
-    put(json_text(mesh_json(text), 2) + "\n");
-  } else if (!flags.quiet) {
-    put(describe_mesh(text));
-  }
+  print_value(mesh_value(text), flags);
   return 0;
 }
 

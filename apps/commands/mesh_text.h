@@ -4,11 +4,10 @@
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
-
 #include "sim/mesh/io/unit_guess.h"
 #include "sim/mesh/repair/surface_distance.h"
 #include "sim/mesh/repair/surface_report.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -31,9 +30,6 @@ struct MeshText {
 /// "surely", "likely", ... as a report says it.
 const char* certainty_text(UnitCertainty certainty);
 
-/// As a person reads it, line by line.
-std::string describe_mesh(const MeshText& text);
-
-nlohmann::ordered_json mesh_json(const MeshText& text);
+Value mesh_value(const MeshText& text);
 
 }  // namespace touchfield

@@ -1,8 +1,6 @@
-#include <cmath>
 #include <memory>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
@@ -12,12 +10,10 @@
 #include "sim/acoustics/array_geometry.h"
 #include "sim/batch/play_scene.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/motion/frame_budget.h"
 #include "sim/motion/play.h"
 #include "sim/motion/sensed_motion.h"
 #include "sim/scene/scene_reader.h"
-#include "sim/store/motion_summary.h"
 #include "sim/store/motion_text.h"
 #include "solvers/linear/program_start.h"
 
@@ -32,21 +28,6 @@ struct PlayCommand {
   bool force = false;
   std::optional<PictureFormat> pictures;  // what the scene says if not given
 };
-
-nlohmann::ordered_json motion_json(const Motion& motion, const std::string& directory) {
-  nlohmann::ordered_json methods = nlohmann::ordered_json::array();
-  for (const MotionMethod& method : motion.methods) {
-    nlohmann::ordered_json own = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
-    for (const auto& [name, value] : summary_columns(summary(method))) {
-      own[name] = std::isnan(value) ? nlohmann::ordered_json() : nlohmann::ordered_json(value);
-    }
-    methods.push_back(std::move(own));
-  }
-  return {{"name", motion.name},       {"directory", directory},
-          {"seconds", motion.seconds}, {"judged_skin", to_string(motion.judged_skin)},
-          {"methods", methods},        {"warnings", motion.warnings},
-          {"notes", motion.notes}};
-}
 
 int play_command(const PlayCommand& command, const Invocation& invoked) {
   const CommonFlags& flags = invoked.flags;
@@ -85,7 +66,14 @@ int play_command(const PlayCommand& command, const Invocation& invoked) {
     const Motion motion = play_scene(sensed, options, directory, progress, command.pictures);
     directory.settle();
     progress.note(fmt::format("results in {}", directory.path()));
-    put(flags.json ? fmt::format("{}\n", json_text(motion_json(motion, directory.path()), 2))
+    const Value value = {{"name", motion.name},
+                         {"directory", directory.path()},
+                         {"seconds", motion.seconds},
+                         {"judged_skin", to_string(motion.judged_skin)},
+                         {"methods", method_values(motion)},
+                         {"warnings", motion.warnings},
+                         {"notes", motion.notes}};
+    put(flags.json ? value.json() + '\n'
                    : fmt::format("{}{}", motion_table(motion), flags.quiet ? directory.path() + "\n" : ""));
   });
   return 0;

@@ -1,7 +1,6 @@
 #include <memory>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/claimed_directory.h"
 #include "apps/commands/command_line.h"
@@ -9,7 +8,6 @@
 #include "apps/commands/console_progress.h"
 #include "apps/commands/standard_streams.h"
 #include "sim/batch/see_scene.h"
-#include "sim/core/json_text.h"
 #include "sim/core/units.h"
 #include "sim/scene/scene_reader.h"
 
@@ -25,32 +23,19 @@ struct SeeCommand {
   PictureFormat pictures = PictureFormat::kPng;
 };
 
-std::string sights_text(const std::vector<SightSummary>& sights) {
-  std::string text = fmt::format("{:<10} {:>14} {:>9} {:>16}\n", "camera", "pixels/frame", "holes [%]", "depth [mm]");
+Value sights_value(const SeenScene& seen, const std::vector<SightSummary>& sights, const std::string& directory) {
+  Value::List cameras;
   for (const SightSummary& sight : sights) {
-    const bool sees = sight.farthest > 0;
-    text += fmt::format(
-        "{:<10} {:>14.0f} {:>9} {:>16}\n", sight.camera, sight.pixels,
-        sees ? fmt::format("{:.1f}", 100 * sight.holes) : "-",
-        sees ? fmt::format("{:.0f} to {:.0f}", sight.nearest / kMillimetre, sight.farthest / kMillimetre) : "-");
-  }
-  return text;
-}
-
-nlohmann::ordered_json sights_json(const SeenScene& seen, const std::vector<SightSummary>& sights,
-                                   const std::string& directory) {
-  nlohmann::ordered_json cameras = nlohmann::ordered_json::array();
-  for (const SightSummary& sight : sights) {
-    cameras.push_back({{"camera", sight.camera},
-                       {"pixels", sight.pixels},
-                       {"holes", sight.holes},
-                       {"nearest_mm", sight.nearest / kMillimetre},
-                       {"farthest_mm", sight.farthest / kMillimetre}});
+    cameras.push_back(Value{{"camera", sight.camera},
+                            {"pixels", sight.pixels},
+                            {"holes", Value::share(sight.holes)},
+                            {"nearest_mm", sight.nearest / kMillimetre},
+                            {"farthest_mm", sight.farthest / kMillimetre}});
   }
   return {{"name", seen.moving.first().fixed->scene.name},
           {"directory", directory},
           {"frames", seen.frames},
-          {"cameras", std::move(cameras)}};
+          {"cameras", cameras}};
 }
 
 int see_command(const SeeCommand& command, const Invocation& invoked) {
@@ -70,8 +55,7 @@ int see_command(const SeeCommand& command, const Invocation& invoked) {
     const std::vector<SightSummary> sights = see_scene(seen, directory, command.pictures, progress);
     directory.settle();
     progress.note(fmt::format("images in {}", directory.path()));
-    put(flags.json ? fmt::format("{}\n", json_text(sights_json(seen, sights, directory.path()), 2))
-                   : fmt::format("{}{}", sights_text(sights), flags.quiet ? directory.path() + "\n" : ""));
+    print_value(sights_value(seen, sights, directory.path()), flags, true);
   });
   return 0;
 }

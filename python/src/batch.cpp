@@ -17,12 +17,11 @@ namespace touchfield::python {
 namespace {
 
 nb::object check(nb::handle scene, nb::handle set, bool accuracy, std::optional<int> threads) {
-  const std::string text =
-      computed(thread_count(threads),
-               [input = scene_input(scene), overrides = overrides_of(set, {}), accuracy](Progress& progress) {
-                 return to_json(check_scene(input.read(overrides), accuracy, progress));
-               });
-  return nb::module_::import_("json").attr("loads")(text);
+  const Value checked = computed(thread_count(threads), [input = scene_input(scene), overrides = overrides_of(set, {}),
+                                                         accuracy](Progress& progress) {
+    return check_value(check_scene(input.read(overrides), accuracy, progress));
+  });
+  return nb::module_::import_("json").attr("loads")(checked.json());
 }
 
 nb::dict columns_of(const SweepSummary& summary) {
@@ -99,14 +98,12 @@ nb::dict sweep(nb::handle file, nb::handle out, nb::handle set, const std::optio
 }
 
 nb::object list_sweep(nb::handle file, nb::handle set) {
-  const std::string text = computed(0, [path = path_of(file), overrides = overrides_of(set, {})](Progress&) {
-    std::string lines;
-    for (const ListedCase& listed : list_cases(read_sweep_input(path, overrides))) {
-      lines += (lines.empty() ? "[" : ", ") + to_json(listed);
-    }
-    return lines + "]";
+  const Value cases = computed(0, [path = path_of(file), overrides = overrides_of(set, {})](Progress&) {
+    Value::List list;
+    std::ranges::transform(list_cases(read_sweep_input(path, overrides)), std::back_inserter(list), case_value);
+    return Value(std::move(list));
   });
-  return nb::module_::import_("json").attr("loads")(text);
+  return object_of(cases);
 }
 
 int sweep_cases(nb::handle file, nb::handle set) {

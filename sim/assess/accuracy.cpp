@@ -109,8 +109,6 @@ void compare_split(const Model& model, AccuracyReport& report, Progress& progres
   }
 }
 
-std::string percent(double value) { return std::isnan(value) ? "-" : fmt::format("{:.2f} %", 100.0 * value); }
-
 }  // namespace
 
 double edge_for_error(double edge, double error, double wanted) { return edge * wanted / error; }
@@ -159,28 +157,26 @@ AccuracyReport measure_accuracy(const Model& model, Progress& progress) {
   return report;
 }
 
-std::string describe_accuracy(const AccuracyReport& report, double edge) {
-  std::string text = fmt::format("  accuracy of scheme {} on this mesh\n", report.scheme);
-  text += fmt::format("           indicator, {} sources inside: over the body rms {}, worst {}\n", report.sources,
-                      percent(report.body.rms), percent(report.body.worst));
-  if (!std::isnan(report.target.rms)) {
-    text += fmt::format("           within {:.0f} mm of the target: rms {}, worst {}\n", report.reach / kMillimetre,
-                        percent(report.target.rms), percent(report.target.worst));
-  }
-  if (std::isnan(report.split_body)) {
-    text += fmt::format("           difference to the split mesh: not computed, {}\n", report.split_reason);
-  } else {
-    text += fmt::format("           difference to the split mesh: over the body {}, near the target {}\n",
-                        percent(report.split_body), percent(report.split_target));
-  }
+void add_accuracy(Value& check, const AccuracyReport& report, double edge) {
   // First order: the split mesh has half the error, so twice the difference is the error.
   const bool split = !std::isnan(report.split_body);
   const double error = split ? 2.0 * report.split_body : report.body.rms;
-  text += fmt::format("           edge for 5 / 2 / 1 %: {:.2f} / {:.2f} / {:.2f} mm, by {}\n",
-                      edge_for_error(edge, error, 0.05) / kMillimetre, edge_for_error(edge, error, 0.02) / kMillimetre,
-                      edge_for_error(edge, error, 0.01) / kMillimetre,
-                      split ? "twice the difference to the split mesh (first order)" : "the indicator (first order)");
-  return text;
+  const auto edge_for = [&](double wanted) { return Value(edge_for_error(edge, error, wanted) / kMillimetre, 3); };
+  check.add({{"accuracy_indicator", fmt::format("{} sources inside; the target's surroundings: {:.0f} mm",
+                                                report.sources, report.reach / kMillimetre)},
+             {"accuracy_l2", Value::share(report.body.rms)},
+             {"accuracy_max", Value::share(report.body.worst)},
+             {"accuracy_target_l2", Value::share(report.target.rms)},
+             {"accuracy_target_max", Value::share(report.target.worst)},
+             {"accuracy_split", Value::share(report.split_body)},
+             {"accuracy_split_target", Value::share(report.split_target)},
+             {"accuracy_split_reason", report.split_reason},
+             {"accuracy_seconds", {report.seconds, 3}},
+             {"accuracy_edges_mm",
+              {{"for_5_percent", edge_for(0.05)},
+               {"for_2_percent", edge_for(0.02)},
+               {"for_1_percent", edge_for(0.01)},
+               {"by", split ? "twice the difference to the split mesh" : "the indicator"}}}});
 }
 
 }  // namespace touchfield

@@ -5,6 +5,7 @@
 
 #include "sim/core/progress.h"
 #include "sim/solve/model.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -39,8 +40,10 @@ AccuracyReport measure_accuracy(const Model& model, Progress& progress);
 /// The indicator alone.
 AccuracyReport interior_indicator(const Model& model, Scheme scheme, const SolverSpec& spec, Progress& progress);
 
-/// The report for a person, with edge lengths for 5, 2 and 1 %.
-std::string describe_accuracy(const AccuracyReport& report, double edge);
+/// Adds the report to what `check` says, with edge lengths for errors of 5, 2 and 1 %, of first order.
+///
+/// edge   mean of the mesh [m]
+void add_accuracy(Value& check, const AccuracyReport& report, double edge);
 
 /// Drives that focus the array on the target (or on the skin nearest to it) as if there were no body, N x 1.
 Eigen::VectorXcd free_focus(const Model& model);

@@ -9,7 +9,6 @@
 #include "sim/acoustics/array_geometry.h"
 #include "sim/assess/cost.h"
 #include "sim/assess/expected_steps.h"
-#include "sim/core/counted.h"
 #include "sim/core/errors.h"
 #include "sim/core/units.h"
 #include "sim/field/evaluate.h"
@@ -258,72 +257,70 @@ void require_memory(const CheckReport& report) {
   }
 }
 
-std::string describe_check(const Model& model, const CheckReport& report, const Remarks& more) {
+Value check_value(const Model& model, const CheckReport& report, const Remarks& more) {
   const Scene& scene = model.fixed->scene;
   const MeshReport& mesh = model.fixed->report;
-  std::string text = fmt::format("scene {}\n", scene.name);
-  text += fmt::format(
-      "  medium   c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m; {:.3f} kHz, wavelength {:.3f} mm\n",
-      model.fixed->wave.medium().sound_speed, model.fixed->wave.medium().density, model.fixed->wave.medium().absorption,
-      model.fixed->wave.frequency() / 1e3, model.fixed->wave.wavelength() / kMillimetre);
-  text += fmt::format("  array    {}\n", describe_array(model.fixed->array));
-  text += fmt::format("  body     {} faces, {} vertices, {}, {:.1f} cm2, {:.1f} cm3\n", mesh.faces, mesh.vertices,
-                      counted(mesh.components, "component", "components"), mesh.area * 1e4, mesh.volume * 1e6);
-  text += fmt::format(
-      "           edges {:.2f} to {:.2f} mm, mean {:.2f} mm; smallest angle {:.1f} degrees, 1 % of the "
-      "faces below {:.1f}\n",
-      mesh.shortest_edge / kMillimetre, mesh.longest_edge / kMillimetre, model.body.mesh.mean_edge() / kMillimetre,
-      mesh.smallest_angle / kDegree, report.quality.smallest_angle_1 / kDegree);
-  text += fmt::format("           {:.2f} edges per wavelength, {:.2f} at the longest edge", report.epw_mean,
-                      report.epw_min);
-  text += report.near_target
-              ? fmt::format("; within {:.0f} mm of the target {:.2f} and {:.2f}\n", kTargetReach / kMillimetre,
-                            report.near_target->mean, report.near_target->least)
-              : "\n";
-  if (const std::optional<EdgeFit>& fit = report.quality.edges) {
-    text += fmt::format(
-        "           edge lengths: {:.1f} % are {} to {} times the requested length, all {:.2f} to {:.2f} times\n",
-        100.0 * fit->share, EdgeFit::kShortest, EdgeFit::kLongest, fit->shortest, fit->longest);
-  }
-  text += "           closed, manifold, outward: no faults\n";
-  for (const std::string& note : model.plan.notes) {
-    text += fmt::format("  mesh     {}\n", note);
-  }
+  const Wave& wave = model.fixed->wave;
+  Value::Group landmarks;
   for (const GivenLandmark& landmark : model.plan.landmarks) {
-    text += fmt::format("  landmark {}: {:.2f} mm off the skin\n", landmark.name, landmark.off / kMillimetre);
+    landmarks.push_back({landmark.name, landmark.off / kMillimetre});
   }
-  if (scene.target) {
-    text += fmt::format("  target   {} faces in {} box{}\n", report.target_faces, model.boxes.size(),
-                        model.boxes.size() == 1 ? "" : "es");
-  }
+  Value::Group fields;
   for (const FieldGrid& grid : model.fixed->fields) {
-    text += fmt::format("  field    {}: {} x {} x {} points\n", grid.name, grid.count[0], grid.count[1], grid.count[2]);
-  }
-  text += fmt::format("  scheme   {}, {} in {} precision ({})\n", to_string(scene.solve.scheme),
-                      to_string(report.decision.options.kind), precision_name(report.decision.options),
-                      report.decision.reason);
-  if (report.judge_faces > 0) {
-    text += fmt::format("  judge    {} on about {} faces{}\n", to_string(judge_scheme(scene)), report.judge_faces,
-                        whole_text(model));
-  }
-  if (is_of_part(model)) {
-    text += fmt::format("  figures  {}\n", extent_label(judged_extent(model)));
+    fields.push_back({grid.name, fmt::format("{} x {} x {} points", grid.count[0], grid.count[1], grid.count[2])});
   }
   Remarks remarks = model_remarks(model);
   add(more, remarks);
-  for (const std::string& warning : remarks.warnings) {
-    text += fmt::format("  warning  {}\n", warning);
-  }
-  for (const std::string& note : remarks.notes) {
-    text += fmt::format("  note     {}\n", note);
-  }
-  if (!report.note.empty()) {
-    text += fmt::format("  note     {}\n", report.note);
-  }
-  text +=
-      fmt::format("  cost     about {:.0f} MiB of memory ({:.0f} MiB free) and {:.0f} s, without pictures and files\n",
-                  report.memory_mib, report.available_mib, report.seconds);
-  return text;
+  const std::optional<EdgeFit>& fit = report.quality.edges;
+  const std::optional<Resolution>& near = report.near_target;
+  return {{"name", scene.name},
+          {"medium", fmt::format("c {:.2f} m/s, rho {:.4f} kg/m3, absorption {:.3g} Np/m", wave.medium().sound_speed,
+                                 wave.medium().density, wave.medium().absorption)},
+          {"frequency_hz", {wave.frequency(), 6}},
+          {"wavelength_mm", wave.wavelength() / kMillimetre},
+          {"array", describe_array(model.fixed->array)},
+          {"channels", report.channels},
+          {"faces", report.faces},
+          {"vertices", mesh.vertices},
+          {"components", mesh.components},
+          {"area_cm2", mesh.area * 1e4},
+          {"volume_cm3", mesh.volume * 1e6},
+          {"edges_mm",
+           {{"shortest", {mesh.shortest_edge / kMillimetre, 3}},
+            {"mean", {model.body.mesh.mean_edge() / kMillimetre, 3}},
+            {"longest", {mesh.longest_edge / kMillimetre, 3}}}},
+          {"smallest_angle_deg", {mesh.smallest_angle / kDegree, 3}},
+          {"angle_at_1_percent_deg", {report.quality.smallest_angle_1 / kDegree, 3}},
+          {"epw_mean", {report.epw_mean, 3}},
+          {"epw_min", {report.epw_min, 3}},
+          {"epw_near_target", near ? Value{{"mean", {near->mean, 3}}, {"least", {near->least, 3}}} : Value()},
+          {"edges_as_asked", fit ? Value{{"share", Value::share(fit->share)},
+                                         {"from", EdgeFit::kShortest},
+                                         {"to", EdgeFit::kLongest},
+                                         {"shortest", {fit->shortest, 3}},
+                                         {"longest", {fit->longest, 3}}}
+                                 : Value()},
+          {"skin", "closed, manifold, outward: no faults"},
+          {"faults", mesh.faults},
+          {"mesh_notes", model.plan.notes},
+          {"landmarks_off_mm", Value::by_name(landmarks)},
+          {"target_faces", report.target_faces},
+          {"target_boxes", model.boxes.size()},
+          {"fields", Value::by_name(fields)},
+          {"scheme", to_string(scene.solve.scheme)},
+          {"solver", to_string(report.decision.options.kind)},
+          {"precision", precision_name(report.decision.options)},
+          {"solver_reason", report.decision.reason},
+          {"judge_faces", report.judge_faces},
+          {"judge", report.judge_faces > 0 ? to_string(judge_scheme(scene)) + whole_text(model) : ""},
+          {"judged_skin", to_string(judged_extent(model))},
+          {"figures", extent_label(judged_extent(model))},
+          {"warnings", remarks.warnings},
+          {"notes", remarks.notes},
+          {"note", report.note},
+          {"memory_mib", report.memory_mib},
+          {"available_mib", report.available_mib},
+          {"seconds", {report.seconds, 3}}};
 }
 
 }  // namespace touchfield

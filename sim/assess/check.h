@@ -7,6 +7,7 @@
 #include "sim/solve/model.h"
 #include "sim/solve/solver_choice.h"
 #include "sim/solve/warnings.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -34,9 +35,9 @@ CheckReport check_model(const Model& model, int sharing = 1);
 /// throws   InputError naming the faces, what they need and what there is
 void require_memory(const CheckReport& report);
 
-/// The report as text for a person: mesh, its faults and quality, array, target, cost.
+/// What `check` says: medium, array, mesh, its faults and quality, target, solver, cost.
 ///
 /// more   remarks beside those of the model
-std::string describe_check(const Model& model, const CheckReport& report, const Remarks& more = {});
+Value check_value(const Model& model, const CheckReport& report, const Remarks& more = {});
 
 }  // namespace touchfield

@@ -2,18 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <fmt/format.h>
 
 #include "sim/core/errors.h"
-#include "sim/core/place_text.h"
 #include "sim/core/require.h"
 #include "sim/core/units.h"
 #include "sim/mesh/query/clearance.h"
 #include "sim/solve/run_field.h"
 #include "sim/store/run_file.h"
-#include "sim/store/text_table.h"
 
 namespace touchfield {
 
@@ -123,62 +120,63 @@ ScanComparison compare_scan(Run run, const Wave& wave, const std::string& method
   return comparison;
 }
 
-std::string describe_scan(const ScanComparison& comparison, bool complex) {
-  constexpr std::size_t kNamed = 20;
+Value scan_value(const ScanComparison& comparison, bool complex) {
   const ScanFit& fit = comparison.fit;
-  const ScanPoint& worst = comparison.points[comparison.largest];
-  const std::size_t left_out = comparison.points.size() - comparison.used;
-  std::string text = fmt::format("{:<12} {} of {}, {}\n", "points", comparison.used, comparison.points.size(),
-                                 complex ? "complex" : "magnitudes");
-  text += fmt::format("{:<12} {:.6g}, measured over computed\n", "scale", fit.scale);
-  if (complex) {
-    text += fmt::format("{:<12} {:.6g} deg, measured ahead of computed\n", "turn", fit.turn * 180 / std::numbers::pi);
-  }
-  text += fmt::format("{:<12} {:.3g} % (L2)\n", "difference", 100 * fit.relative);
-  text += fmt::format("{:<12} {:.3g} % of the largest measured, at {}, line {}\n", "largest",
-                      100 * comparison.largest_relative, place_text(worst.at, 1), worst.line);
-  text += fmt::format("{:<12} {:.6g}\n", "correlation", fit.correlation);
-  if (comparison.conjugate_correlation > fit.correlation) {
-    text += fmt::format(
-        "{:<12} the conjugate of what was measured fits better, correlation {:.6g}: phases here follow "
-        "exp(-i omega t)\n",
-        "note", comparison.conjugate_correlation);
-  }
-  std::size_t named = 0;
+  const bool conjugate = comparison.conjugate_correlation > fit.correlation;
+  return {
+      {"complex", complex},
+      {"used", comparison.used},
+      {"measured_points", comparison.points.size()},
+      {"scale", {fit.scale, 6}},
+      {"turn_rad", {fit.turn, 6}},
+      {"relative", Value::share(fit.relative, 3)},
+      {"largest_relative", Value::share(comparison.largest_relative, 3)},
+      {"largest_line", comparison.points[comparison.largest].line},
+      {"correlation", {fit.correlation, 6}},
+      {"conjugate_correlation", {comparison.conjugate_correlation, 6}},
+      {"note", conjugate ? "the conjugate of what was measured fits better: phases here follow exp(-i omega t)" : ""}};
+}
+
+Value::List scan_points(const ScanComparison& comparison, bool complex, bool only_left_out) {
+  const auto value = [&](const Complex& p) {
+    return complex ? Value(Value::List{p.real(), p.imag()}) : Value(p.real());
+  };
+  Value::List points;
   for (const ScanPoint& point : comparison.points) {
-    if (!point.left_out.empty() && named++ < kNamed) {
-      text += fmt::format("{:<12} line {}, {}: {}\n", "left out", point.line, place_text(point.at, 1), point.left_out);
+    const bool counts = point.left_out.empty();
+    const Vector3 at = point.at / kMillimetre;
+    if (!counts || !only_left_out) {
+      points.push_back(Value{{"line", point.line},
+                             {"at_mm", std::vector<double>(at.begin(), at.end())},
+                             {"measured", value(point.measured)},
+                             {"computed", counts ? value(point.computed) : Value()},
+                             {"difference", counts ? Value(point.difference) : Value()},
+                             {"left_out", point.left_out}});
     }
   }
-  return left_out <= kNamed ? text : text + fmt::format("{:<12} and {} more\n", "left out", left_out - kNamed);
+  return points;
 }
 
 void write_scan_csv(const std::string& path, const ScanComparison& comparison, bool complex) {
-  const std::vector<std::string> values =
-      complex ? std::vector<std::string>{"measured_re", "measured_im", "computed_re", "computed_im"}
-              : std::vector<std::string>{"measured", "computed"};
-  std::vector<std::string> header = {"line", "x_mm", "y_mm", "z_mm"};
-  header.insert(header.end(), values.begin(), values.end());
-  header.insert(header.end(), {"difference", "left_out"});
-  std::string text = csv_line(header);
+  Value::List rows;
   for (const ScanPoint& point : comparison.points) {
     const bool counts = point.left_out.empty();
-    const Complex computed = counts ? point.computed : Complex(kNotComputed, kNotComputed);
-    std::vector<std::string> row = {fmt::to_string(point.line)};
-    for (const double metres : point.at) {
-      row.push_back(csv_number(metres / kMillimetre));
-    }
-    for (const Complex& value : {point.measured, computed}) {
-      row.push_back(csv_number(value.real()));
+    Value row = {{"line", point.line},
+                 {"x_mm", point.at.x() / kMillimetre},
+                 {"y_mm", point.at.y() / kMillimetre},
+                 {"z_mm", point.at.z() / kMillimetre}};
+    for (const auto& [name, value] :
+         {std::pair{"measured", point.measured},
+          std::pair{"computed", counts ? point.computed : Complex(kNotComputed, kNotComputed)}}) {
+      row.add(name + std::string(complex ? "_re" : ""), value.real());
       if (complex) {
-        row.push_back(csv_number(value.imag()));
+        row.add(name + std::string("_im"), value.imag());
       }
     }
-    row.push_back(csv_number(counts ? point.difference : kNotComputed));
-    row.push_back(point.left_out);
-    text += csv_line(row);
+    row.add({{"difference", counts ? point.difference : kNotComputed}, {"left_out", point.left_out}});
+    rows.push_back(row);
   }
-  write_text_file(path, text);
+  write_text_file(path, csv_text(rows.front(), rows));
 }
 
 }  // namespace touchfield

@@ -5,6 +5,7 @@
 
 #include "sim/scene/measured_points.h"
 #include "sim/store/run_data.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -51,8 +52,11 @@ struct ScanComparison {
 /// throws   InputError if the run has no such method, no field (see run_field) or fewer than two points count
 ScanComparison compare_scan(Run run, const Wave& wave, const std::string& method, const MeasuredPoints& measured);
 
-/// The result as lines for a person, and as a CSV file with a row a point.
-std::string describe_scan(const ScanComparison& comparison, bool complex);
+/// What came out but for the points, and a CSV file with a row a point.
+Value scan_value(const ScanComparison& comparison, bool complex);
+
+/// The points, or those that were left out, with what was measured and computed.
+Value::List scan_points(const ScanComparison& comparison, bool complex, bool only_left_out = false);
 void write_scan_csv(const std::string& path, const ScanComparison& comparison, bool complex);
 
 }  // namespace touchfield

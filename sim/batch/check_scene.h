@@ -1,7 +1,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include "sim/assess/accuracy.h"
 #include "sim/assess/check.h"
@@ -24,7 +23,7 @@ struct SceneCheck {
 /// throws     InputError as build_model, and where what is measured would not fit the memory
 SceneCheck check_scene(Scene scene, bool accuracy, Progress& progress);
 
-/// What `touchfield check --json` prints; numbers that were not computed are null.
-std::string to_json(const SceneCheck& checked);
+/// What `touchfield check` says.
+Value check_value(const SceneCheck& checked);
 
 }  // namespace touchfield

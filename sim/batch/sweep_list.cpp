@@ -4,11 +4,8 @@
 #include <map>
 #include <span>
 
-#include <nlohmann/json.hpp>
-
 #include "sim/assess/check.h"
 #include "sim/core/errors.h"
-#include "sim/core/json_text.h"
 #include "sim/motion/sensed_motion.h"
 
 namespace touchfield {
@@ -60,26 +57,25 @@ std::vector<ListedCase> list_cases(const SweepInput& input, std::optional<std::s
   return listed;
 }
 
-std::string to_json(const ListedCase& listed) {
-  using Json = nlohmann::ordered_json;
-  Json inputs = Json::object();
+Value case_value(const ListedCase& listed) {
+  Value::Group inputs;
   for (const SceneChange& change : listed.item.changes) {
-    inputs[change.path] = change.value;
+    inputs.push_back({change.path, change.value});
   }
-  const auto known = [&](auto number) { return listed.reason.empty() ? Json(number) : Json(nullptr); };
-  return json_text(Json{{"case", listed.item.number},
-                        {"name", listed.name},
-                        {"inputs", inputs},
-                        {"sharing", listed.sharing},
-                        {"seconds", known(listed.cost.seconds)},
-                        {"memory_mib", known(listed.cost.memory_mib)},
-                        {"faces", known(listed.cost.faces)},
-                        {"channels", known(listed.cost.channels)},
-                        {"solver", listed.solver},
-                        {"judged_skin", listed.judged_skin},
-                        {"warnings", listed.remarks.warnings},
-                        {"notes", listed.remarks.notes},
-                        {"reason", listed.reason}});
+  const auto known = [&](const Value& number) { return listed.reason.empty() ? number : Value(); };
+  return {{"case", listed.item.number},
+          {"name", listed.name},
+          {"inputs", Value::by_name(std::move(inputs))},
+          {"sharing", listed.sharing},
+          {"seconds", known({listed.cost.seconds, 3})},
+          {"memory_mib", known(listed.cost.memory_mib)},
+          {"faces", known(listed.cost.faces)},
+          {"channels", known(listed.cost.channels)},
+          {"solver", listed.solver},
+          {"judged_skin", listed.judged_skin},
+          {"warnings", listed.remarks.warnings},
+          {"notes", listed.remarks.notes},
+          {"reason", listed.reason}};
 }
 
 }  // namespace touchfield

@@ -6,6 +6,7 @@
 
 #include "sim/batch/sweep.h"
 #include "sim/solve/warnings.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -24,8 +25,8 @@ struct ListedCase {
 /// Every case of a sweep, in order; or the first one of each body, of so many bodies. Models are built one by one.
 std::vector<ListedCase> list_cases(const SweepInput& input, std::optional<std::size_t> bodies = std::nullopt);
 
-/// Case, name, inputs, sharing, seconds, memory_mib, faces, channels, solver, judged_skin, warnings, notes and reason,
-/// in one line without its end; numbers of a case that cannot be built are null.
-std::string to_json(const ListedCase& listed);
+/// Case, name, inputs, sharing, seconds, memory_mib, faces, channels, solver, judged_skin, warnings, notes and reason;
+/// numbers of a case that cannot be built are null.
+Value case_value(const ListedCase& listed);
 
 }  // namespace touchfield

@@ -7,7 +7,6 @@
 #include <fmt/ranges.h>
 
 #include "sim/core/units.h"
-#include "sim/core/utf8.h"
 #include "sim/store/motion_stages.h"
 #include "sim/store/motion_summary.h"
 #include "sim/store/result_text.h"
@@ -33,15 +32,9 @@ std::vector<std::string> all_stages(const Motion& motion) {
   return all;
 }
 
-std::string method_text(const MotionMethod& method) {
+/// Counts and times of a method, and what its frames took by stage: the median, and the 95th percentile.
+Value method_value(const MotionMethod& method) {
   const MotionSummary over = summary(method);
-  std::string text = fmt::format(
-      "method    {}: {}{}, {} frames ({} quiet, {} of them lost, {} late), {} dropped, {} scores; sample to array: "
-      "median {} ms, 95 % "
-      "{} ms, worst {} ms\n",
-      method.name, method.method, method.scheme.empty() ? "" : " by " + method.scheme, over.frames, over.quiet,
-      over.lost, over.late, over.dropped, over.scores, in_ms(over.latency.median), in_ms(over.latency.p95),
-      in_ms(over.latency.worst));
   std::vector<std::string> stages;
   for (const std::string& stage : stages_of(method.frames)) {
     std::vector<double> seconds;
@@ -50,70 +43,81 @@ std::string method_text(const MotionMethod& method) {
     const Statistics over_frames = statistics(std::move(seconds));
     stages.push_back(fmt::format("{} {} ({})", stage, in_ms(over_frames.median), in_ms(over_frames.p95)));
   }
-  return stages.empty()
-             ? text
-             : text + fmt::format("stages    {}: {} ms, median (95 %)\n", method.name, fmt::join(stages, ", "));
+  return {{"name", method.name},
+          {"method", method.method},
+          {"scheme", method.scheme},
+          {"frames", over.frames},
+          {"quiet", over.quiet},
+          {"lost", over.lost},
+          {"late", over.late},
+          {"dropped", over.dropped},
+          {"scores", over.scores},
+          {"latency_ms", fmt::format("{} ({}), worst {}", in_ms(over.latency.median), in_ms(over.latency.p95),
+                                     in_ms(over.latency.worst))},
+          {"stages_ms", fmt::format("{}", fmt::join(stages, ", "))}};
 }
 
 }  // namespace
 
 void write_motion_csv(const std::string& path, const Motion& motion) {
-  std::vector<std::string> header = {"method", "time_s", "frame",           "age_s",      "dx_mm",
-                                     "dy_mm",  "dz_mm",  "displacement_mm", "judged_skin"};
-  for (const MetricField& field : metric_fields()) {
-    header.emplace_back(field.name);
-  }
-  std::string text = csv_line(header);
+  const auto row_of = [&](const MotionMethod& method, const MotionScore& score) {
+    const Vector3 moved = score.frame < 0 ? Vector3::Constant(kNotComputed) : Vector3(1e3 * score.displacement);
+    Value row = {{"method", method.name},
+                 {"time_s", score.time},
+                 {"frame", score.frame},
+                 {"age_s", score.age},
+                 {"dx_mm", moved.x()},
+                 {"dy_mm", moved.y()},
+                 {"dz_mm", moved.z()},
+                 {"displacement_mm", 1e3 * shown_displacement(score)},
+                 {"judged_skin", to_string(motion.judged_skin)}};
+    for (const MetricField& field : metric_fields()) {
+      row.add(field.name, score.metrics.*field.value);
+    }
+    return row;
+  };
+  Value::List rows;
   for (const MotionMethod& method : motion.methods) {
     for (const MotionScore& score : method.scores) {
-      std::vector<std::string> line = {method.name, csv_number(score.time), fmt::to_string(score.frame),
-                                       csv_number(score.age)};
-      for (int i = 0; i < 3; ++i) {
-        line.push_back(csv_number(score.frame < 0 ? kNotComputed : 1e3 * score.displacement[i]));
-      }
-      line.push_back(csv_number(1e3 * shown_displacement(score)));
-      line.push_back(to_string(motion.judged_skin));
-      for (const MetricField& field : metric_fields()) {
-        line.push_back(csv_number(score.metrics.*field.value));
-      }
-      text += csv_line(line);
+      rows.push_back(row_of(method, score));
     }
   }
-  write_text_file(path, text);
+  write_text_file(path, csv_text(row_of({}, {}), rows));
 }
 
 void write_frames_csv(const std::string& path, const Motion& motion) {
-  std::vector<std::string> header = {"method",       "frame",         "sampled_s", "started_s", "late_s",
-                                     "shown_s",      "pose_time_s",   "quiet",     "lost",      "skin_off_mm",
-                                     "patch_off_mm", "target_off_mm", "cost",      "steps",     "status"};
   const std::vector<std::string> stages = all_stages(motion);
-  for (const std::string& stage : stages) {
-    header.push_back("seconds_" + stage);
-  }
-  std::string text = csv_line(header);
+  const auto row_of = [&](const MotionMethod& method, const MotionFrame& frame) {
+    const PhaseSolution& solution = frame.solution;
+    Value row = {{"method", method.name},
+                 {"frame", &frame - method.frames.data()},
+                 {"sampled_s", frame.sampled},
+                 {"started_s", frame.started},
+                 {"late_s", frame.late},
+                 {"shown_s", frame.shown},
+                 {"pose_time_s", frame.pose_time},
+                 {"quiet", frame.quiet},
+                 {"lost", frame.lost},
+                 {"skin_off_mm", frame.off.skin / kMillimetre},
+                 {"patch_off_mm", frame.off.patch / kMillimetre},
+                 {"target_off_mm", frame.target_off / kMillimetre},
+                 {"cost", solution.cost_history.empty() ? kNotComputed : solution.cost_history.back()},
+                 {"steps", solution.iterations},
+                 {"status", to_string(solution.status)}};
+    for (const std::string& stage : stages) {
+      row.add("seconds_" + stage, stage_seconds(frame, stage));
+    }
+    return row;
+  };
+  MotionMethod none;
+  none.frames.emplace_back();
+  Value::List rows;
   for (const MotionMethod& method : motion.methods) {
-    for (std::size_t i = 0; i < method.frames.size(); ++i) {
-      const MotionFrame& frame = method.frames[i];
-      const PhaseSolution& solution = frame.solution;
-      std::vector<std::string> line = {method.name, fmt::to_string(i)};
-      for (const double time : {frame.sampled, frame.started, frame.late, frame.shown, frame.pose_time}) {
-        line.push_back(csv_number(time));
-      }
-      line.emplace_back(frame.quiet ? "1" : "0");
-      line.emplace_back(frame.lost ? "1" : "0");
-      line.push_back(csv_number(frame.off.skin / kMillimetre));
-      line.push_back(csv_number(frame.off.patch / kMillimetre));
-      line.push_back(csv_number(frame.target_off / kMillimetre));
-      line.push_back(csv_number(solution.cost_history.empty() ? kNotComputed : solution.cost_history.back()));
-      line.push_back(fmt::to_string(solution.iterations));
-      line.push_back(to_string(solution.status));
-      for (const std::string& stage : stages) {
-        line.push_back(csv_number(stage_seconds(frame, stage)));
-      }
-      text += csv_line(line);
+    for (const MotionFrame& frame : method.frames) {
+      rows.push_back(row_of(method, frame));
     }
   }
-  write_text_file(path, text);
+  write_text_file(path, csv_text(row_of(none, none.frames.front()), rows));
 }
 
 std::string motion_table(const Motion& motion) {
@@ -134,20 +138,43 @@ std::string motion_table(const Motion& motion) {
   return label_line(motion.judged_skin) + aligned_table(rows);
 }
 
-std::string describe_motion(const Motion& motion) {
-  std::string text = fmt::format("{}: a motion of {:.6g} s, {}\n", one_line(motion.name), motion.seconds,
-                                 motion.complete ? "complete" : "NOT COMPLETE");
-  text += "mesh      " + mesh_size_text(motion.mesh);
-  text += motion.judge ? "judge     " + mesh_size_text(*motion.judge) : "judge     on the solving mesh\n";
-  text += array_line(motion.array);
+Value motion_value(const Motion& motion) {
+  const TriangleMesh& judge = motion.judge ? *motion.judge : motion.mesh;
+  Value value = {{"name", motion.name},
+                 {"complete", motion.complete},
+                 {"seconds", {motion.seconds, 6}},
+                 {"faces", motion.mesh.face_count()},
+                 {"mesh", mesh_size(motion.mesh)},
+                 {"judge_faces", judge.face_count()},
+                 {"judge", motion.judge ? "a mesh of its own" : "on the solving mesh"},
+                 {"judge_mesh", mesh_size(judge)},
+                 {"channels", motion.array.size()},
+                 {"array", array_text(motion.array)},
+                 {"solved_skin", to_string(motion.solved_skin)},
+                 {"judged_skin", to_string(motion.judged_skin)}};
+  value.add(provenance_value(motion.provenance));
+  value.add({{"timings_s", stage_values(motion.timings)}, {"warnings", motion.warnings}, {"notes", motion.notes}});
+  return value;
+}
+
+Value method_values(const Motion& motion) {
+  Value::List methods;
   for (const MotionMethod& method : motion.methods) {
-    text += method_text(method);
+    Value value = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
+    for (const auto& [name, number] : summary_columns(summary(method))) {
+      value.add(name, number);
+    }
+    methods.push_back(value);
   }
-  for (const auto& [stage, seconds] : motion.timings) {
-    text += fmt::format("seconds   {}: {:.3f}\n", stage, seconds);
-  }
-  text += provenance_text(motion.provenance) + remarks_text(motion.warnings, motion.notes);
-  return text + (motion.methods.empty() ? "no method has started\n" : '\n' + motion_table(motion));
+  return methods;
+}
+
+std::string describe_motion(const Motion& motion) {
+  Value value = motion_value(motion);
+  Value::List methods;
+  std::ranges::transform(motion.methods, std::back_inserter(methods), method_value);
+  value.add("methods", methods);
+  return lines_text(value) + (methods.empty() ? "no method has started\n" : '\n' + motion_table(motion));
 }
 
 }  // namespace touchfield

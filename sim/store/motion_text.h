@@ -3,6 +3,7 @@
 #include <string>
 
 #include "sim/store/motion_data.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -20,7 +21,10 @@ void write_frames_csv(const std::string& path, const Motion& motion);
 /// of what is felt, frames.
 std::string motion_table(const Motion& motion);
 
-/// Meshes, array, methods with their frames, latencies and stages, and provenance as text for a person.
+/// Meshes, array and provenance of a motion; its methods with the columns of their summary; and as text for a person
+/// the first, methods with their frames, latencies and stages, and motion_table.
+Value motion_value(const Motion& motion);
+Value method_values(const Motion& motion);
 std::string describe_motion(const Motion& motion);
 
 }  // namespace touchfield

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/store/run_data.h"
+#include "sim/store/value_tree.h"
 
-/// Lines that descriptions of runs and motions share.
+/// What descriptions of runs and motions share.
 namespace touchfield {
 
 /// A share as "12.34 %"; "-" where nothing was computed.
@@ -17,14 +19,10 @@ std::string markup_text(const std::string& text);
 /// extent_label as a line; empty if there is none.
 std::string label_line(SkinExtent extent);
 
-std::string array_line(const TransducerArray& array);
+std::string array_text(const TransducerArray& array);
 
-/// Faces, vertices, area and mean edge length, without a word in front.
-std::string mesh_size_text(const TriangleMesh& mesh);
-
-std::string provenance_text(const Provenance& provenance);
-
-/// Warnings and notes, a line each.
-std::string remarks_text(const std::vector<std::string>& warnings, const std::vector<std::string>& notes);
+Value mesh_size(const TriangleMesh& mesh);
+Value provenance_value(const Provenance& provenance);
+Value stage_values(const std::vector<std::pair<std::string, double>>& stages);
 
 }  // namespace touchfield

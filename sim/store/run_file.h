@@ -3,6 +3,7 @@
 #include <string>
 
 #include "sim/store/run_data.h"
+#include "sim/store/value_tree.h"
 
 namespace touchfield {
 
@@ -29,7 +30,10 @@ std::string run_file_at(const std::string& path);
 /// the best pressure and whose it is where the scene asked for it.
 std::string methods_table(const Run& run);
 
-/// Name, methods with their metrics, mesh and array sizes and provenance of a run file as text for a person.
+/// Name, mesh and array sizes, solutions and provenance of a run; its methods with every metric; and the first with
+/// methods_table as text for a person.
+Value run_value(const Run& run);
+Value method_values(const Run& run);
 std::string describe_run(const Run& run);
 
 /// metrics.csv: a header line and a line a method: name, method, scheme, judged_skin, every metric, status. NaN is

@@ -8,7 +8,6 @@
 
 #include "sim/core/atomic_file.h"
 #include "sim/core/units.h"
-#include "sim/core/utf8.h"
 #include "sim/store/result_text.h"
 #include "sim/store/run_file.h"
 #include "sim/store/run_layout.h"
@@ -32,52 +31,47 @@ std::string response_text(const ChannelResponse& response) {
                      static_cast<double>(response.gain.size()) - count, response.gain.size());
 }
 
-/// How the channels differ from their design; empty if they do not.
-std::string channels_text(const Run& run) {
-  if (!run.array_truth) {
-    return run.array.response.as_designed() ? "" : fmt::format("channels  {}\n", response_text(run.array.response));
-  }
-  const int levels = run.array_truth->phase_levels;
-  return fmt::format("channels  the solver's: {}\nchannels  the true ones: {}{}\n", response_text(run.array.response),
-                     response_text(run.array_truth->response),
-                     levels == 0 ? "" : fmt::format(", {} phase levels", levels));
-}
-
-std::string fields_text(const Run& run) {
-  std::string text;
+Value::Group field_values(const Run& run) {
+  Value::Group fields;
   for (const FieldResult& field : run.fields) {
     const FieldGrid& grid = field.grid;
     std::vector<std::string> methods;
     std::ranges::transform(field.pressure, std::back_inserter(methods), [](const auto& entry) { return entry.first; });
-    text += fmt::format("field     {}: {} x {} x {} points, {}\n", grid.name, grid.count[0], grid.count[1],
-                        grid.count[2], methods.empty() ? "no pressure" : fmt::format("{}", fmt::join(methods, ", ")));
+    fields.push_back(
+        {grid.name, fmt::format("{} x {} x {} points, {}", grid.count[0], grid.count[1], grid.count[2],
+                                methods.empty() ? "no pressure" : fmt::format("{}", fmt::join(methods, ", ")))});
   }
-  return text;
+  return fields;
 }
 
-std::string counted(long n, std::string_view noun) {
-  return fmt::format("{} {}{}", grouped(n), noun, n == 1 ? "" : "s");
+Value::List transfer_values(const Run& run) {
+  Value::List transfers;
+  for (const RunTransfer& transfer : run.transfers) {
+    transfers.push_back(Value{{"scheme", transfer.scheme},
+                              {"target_rows", transfer.problem.target_count()},
+                              {"rows_outside", transfer.problem.quiet.rows()},
+                              {"channels", transfer.problem.channel_count()}});
+  }
+  return transfers;
 }
 
-std::string judge_line(const Run& run) {
-  if (!run.judge_model) {
-    return run.judge == "none" ? "judge     none\n" : "judge     same: the solving model\n";
+Value::List solve_values(const Run& run) {
+  Value::List solves;
+  for (const SolveRecord& solve : run.solves) {
+    solves.push_back(Value{{"stage", solve.stage},
+                           {"scheme", solve.scheme},
+                           {"solver", solve.solver},
+                           {"device", solve.device == "cpu" ? "" : solve.device},
+                           {"precision", solve.precision},
+                           {"unknowns", solve.unknowns},
+                           {"right_sides", solve.right_hand_sides},
+                           {"steps", solve.steps},
+                           {"refinements", solve.refinements},
+                           {"residual", {solve.residual, 2}},
+                           {"converged", solve.converged},
+                           {"seconds", {solve.seconds, 3}}});
   }
-  const TriangleMesh& mesh = run.judge_model->mesh;
-  return fmt::format("judge     {}: {}, {} faces, mean edge {:.3g} mm\n", run.judge, run.judge_model->scheme,
-                     mesh.face_count(), 1e3 * mesh.mean_edge());
-}
-
-std::string solve_line(const SolveRecord& solve) {
-  std::string how = solve.steps > 0 ? counted(solve.steps, "step") + ", " : "";
-  if (solve.refinements > 0) {
-    how += counted(solve.refinements, "refinement") + ", ";
-  }
-  const std::string where = solve.device.empty() || solve.device == "cpu" ? "" : " on " + solve.device;
-  return fmt::format("solve     {}: {}, {}{}, {}, {}, {}: {}residual {}, {:.3g} s{}\n", solve.stage, solve.scheme,
-                     solve.solver, where, solve.precision, counted(solve.unknowns, "unknown"),
-                     counted(solve.right_hand_sides, "right-hand side"), how, table_number(solve.residual, "{:.1e}"),
-                     solve.seconds, solve.converged ? "" : ", NOT CONVERGED");
+  return solves;
 }
 
 }  // namespace
@@ -97,49 +91,37 @@ std::string label_line(SkinExtent extent) {
 
 std::string percent_text(double fraction) { return table_number(100.0 * fraction, "{:.2f} %"); }
 
-std::string array_line(const TransducerArray& array) {
+std::string array_text(const TransducerArray& array) {
   if (array.kind == TransducerArray::Kind::kPlaneWave) {
-    return fmt::format("array     plane wave of {:.6g} Pa\n", array.amplitudes(0));
+    return fmt::format("plane wave of {:.6g} Pa", array.amplitudes(0));
   }
   const int devices = array.device.size() == 0 ? 0 : *std::ranges::max_element(array.device) + 1;
-  return fmt::format("array     {} transducers on {} device{}, directivity {}\n", array.size(), devices,
-                     devices == 1 ? "" : "s", directivity_name(array.directivity.kind()));
+  return fmt::format("{} transducers on {} device{}, directivity {}", array.size(), devices, devices == 1 ? "" : "s",
+                     directivity_name(array.directivity.kind()));
 }
 
-std::string mesh_size_text(const TriangleMesh& mesh) {
-  return fmt::format("{} faces, {} vertices, {:.4g} cm2, mean edge {:.3g} mm\n", mesh.face_count(), mesh.vertex_count(),
-                     1e4 * mesh.total_area(), 1e3 * mesh.mean_edge());
+Value mesh_size(const TriangleMesh& mesh) {
+  return {{"faces", mesh.face_count()},
+          {"vertices", mesh.vertex_count()},
+          {"area_cm2", 1e4 * mesh.total_area()},
+          {"mean_edge_mm", {mesh.mean_edge() / kMillimetre, 3}}};
 }
 
-std::string provenance_text(const Provenance& provenance) {
-  const std::string period = provenance.end.empty() ? provenance.start + ", not ended"
-                                                    : fmt::format("{} to {}", provenance.start, provenance.end);
-  std::string text = fmt::format("made by   touchfield {} ({}), {}, {}\n", provenance.version, provenance.revision,
-                                 provenance.compiler, provenance.flags);
-  const std::string kernels =
-      provenance.blas_core.empty()
-          ? ""
-          : fmt::format(", BLAS core {}, loops {}", provenance.blas_core, provenance.instruction_level);
-  text += fmt::format("on        {}, {}{}\n", provenance.machine, counted(provenance.threads, "thread"), kernels);
-  text += provenance.card.empty() ? "" : fmt::format("card      {}\n", provenance.card);
-  text += fmt::format("when      {}\n", period);
-  text += fmt::format("command   {}\n", one_line(provenance.command_line));
-  if (!provenance.seeds.empty()) {
-    text += fmt::format("seeds     {}\n", provenance.seeds);
+Value provenance_value(const Provenance& provenance) {
+  Value value = Value::Group();
+  for (const ProvenanceField& field : provenance_fields()) {
+    value.add(field.name, provenance.*field.value);
   }
-  text += fmt::format("scene     {}\n", provenance.scene_hash);
-  return text;
+  value.add("threads", provenance.threads);
+  return value;
 }
 
-std::string remarks_text(const std::vector<std::string>& warnings, const std::vector<std::string>& notes) {
-  std::string text;
-  for (const std::string& warning : warnings) {
-    text += fmt::format("warning   {}\n", one_line(warning));
+Value stage_values(const std::vector<std::pair<std::string, double>>& stages) {
+  Value::Group group;
+  for (const auto& [stage, value] : stages) {
+    group.push_back({stage, {value, 3}});
   }
-  for (const std::string& note : notes) {
-    text += fmt::format("note      {}\n", one_line(note));
-  }
-  return text;
+  return Value::by_name(group);
 }
 
 std::string methods_table(const Run& run) {
@@ -170,58 +152,77 @@ std::string methods_table(const Run& run) {
   return label_line(run.judged_skin) + aligned_table(rows) + pressure;
 }
 
-std::string describe_run(const Run& run) {
-  std::string text = fmt::format("{}: {}\n", one_line(run.name), run.complete ? "complete" : "NOT COMPLETE");
-  text += "mesh      " + mesh_size_text(run.mesh);
-  text += array_line(run.array);
-  text += channels_text(run);
-  text += run.target ? fmt::format("target    {} faces, up to {:.6g} Pa\n", run.target->size(),
-                                   *std::ranges::max_element(run.target->amplitudes))
-                     : "target    none\n";
-  text += judge_line(run);
-  text += fields_text(run);
-  for (const RunTransfer& transfer : run.transfers) {
-    text += fmt::format("transfer  {}: {} and {} outside the target, {}\n", transfer.scheme,
-                        counted(transfer.problem.target_count(), "target row"),
-                        counted(transfer.problem.quiet.rows(), "row"),
-                        counted(transfer.problem.channel_count(), "channel"));
-  }
-  for (const SolveRecord& solve : run.solves) {
-    text += solve_line(solve);
-  }
+Value run_value(const Run& run) {
+  Value::Group ends;
   for (const MethodResult& method : run.methods) {
-    text += fmt::format("method    {}: {}, {}\n", method.name, counted(method.solution.iterations, "step"),
-                        to_string(method.solution.status));
+    ends.push_back(
+        {method.name, fmt::format("{} steps, {}", method.solution.iterations, to_string(method.solution.status))});
   }
-  if (!std::isnan(run.alarm)) {
-    text += fmt::format("alarm     conventional and Burton-Miller pressures differ by {}\n", percent_text(run.alarm));
-  }
+  const JudgeModel* const model = run.judge_model ? &*run.judge_model : nullptr;
+  Value::Group alarms;
   for (const auto& [scheme, alarm] : run.alarms) {
-    text += fmt::format("alarm     {} and Burton-Miller differ by {}\n", scheme, percent_text(alarm));
+    alarms.push_back({scheme, Value::share(alarm)});
   }
-  for (const auto& [stage, seconds] : run.seconds) {
-    text += fmt::format("seconds   {}: {:.3f}\n", stage, seconds);
+  Value value = {{"name", run.name},
+                 {"complete", run.complete},
+                 {"faces", run.mesh.face_count()},
+                 {"mesh", mesh_size(run.mesh)},
+                 {"array", array_text(run.array)},
+                 {"channels", run.array.size()},
+                 {"response", response_text(run.array.response)},
+                 {"true_response", run.array_truth ? response_text(run.array_truth->response) : ""},
+                 {"true_phase_levels", run.array_truth ? Value(run.array_truth->phase_levels) : Value()},
+                 {"target_faces", run.target ? run.target->size() : 0},
+                 {"target_pa", run.target ? Value(run.target->amplitudes.maxCoeff(), 6) : Value()},
+                 {"solved_skin", to_string(run.solved_skin)},
+                 {"judged_skin", to_string(run.judged_skin)},
+                 {"judge", run.judge},
+                 {"judge_scheme", model != nullptr ? model->scheme : ""},
+                 {"judge_mesh", model != nullptr ? mesh_size(model->mesh) : Value()},
+                 {"fields", Value::by_name(field_values(run))},
+                 {"transfers", transfer_values(run)},
+                 {"solves", solve_values(run)},
+                 {"method_ends", Value::by_name(ends)},
+                 {"alarm", std::isnan(run.alarm) ? Value() : Value::share(run.alarm)},
+                 {"alarms", Value::by_name(alarms)},
+                 {"seconds", stage_values(run.seconds)}};
+  value.add(provenance_value(run.provenance));
+  value.add({{"warnings", run.warnings}, {"notes", run.notes}});
+  return value;
+}
+
+Value method_values(const Run& run) {
+  Value::List methods;
+  for (const MethodResult& method : run.methods) {
+    Value value = {{"name", method.name}, {"method", method.method}, {"scheme", method.scheme}};
+    for (const MetricField& field : metric_fields()) {
+      value.add(field.name, method.metrics.*field.value);
+    }
+    value.add({{"shock_distance_share", method.shock_distance_share}, {"status", to_string(method.solution.status)}});
+    methods.push_back(value);
   }
-  text += provenance_text(run.provenance) + remarks_text(run.warnings, run.notes);
-  return text + (run.methods.empty() ? "no method has finished\n" : '\n' + methods_table(run));
+  return methods;
+}
+
+std::string describe_run(const Run& run) {
+  return lines_text(run_value(run)) + (run.methods.empty() ? "no method has finished\n" : '\n' + methods_table(run));
 }
 
 void write_metrics_csv(const std::string& path, const Run& run) {
-  std::vector<std::string> header = {"name", "method", "scheme", "judged_skin"};
-  for (const MetricField& field : metric_fields()) {
-    header.emplace_back(field.name);
-  }
-  header.emplace_back("status");
-  std::string text = csv_line(header);
-  for (const MethodResult& result : run.methods) {
-    std::vector<std::string> line = {result.name, result.method, result.scheme, to_string(run.judged_skin)};
+  const auto row_of = [&](const MethodResult& result) {
+    Value row = {{"name", result.name},
+                 {"method", result.method},
+                 {"scheme", result.scheme},
+                 {"judged_skin", to_string(run.judged_skin)}};
     for (const MetricField& field : metric_fields()) {
-      line.push_back(csv_number(result.metrics.*field.value));
+      row.add(field.name, result.metrics.*field.value);
     }
-    line.push_back(to_string(result.solution.status));
-    text += csv_line(line);
-  }
-  write_text_file(path, text);
+    row.add("status", to_string(result.solution.status));
+    return row;
+  };
+  Value::List rows;
+  std::ranges::transform(run.methods, std::back_inserter(rows), row_of);
+  write_text_file(path, csv_text(row_of({}), rows));
 }
 
 void write_text_file(const std::string& path, const std::string& text) { write_atomically(path, {text}); }

@@ -101,7 +101,7 @@ TEST(ScanComparison, TheOtherTimeFactorIsNoticed) {
   measured.pressure = measured.pressure.conjugate().eval();
   const ScanComparison found = compare_scan(solved().run, solved().model.fixed->wave, "paper", measured);
   EXPECT_GT(found.conjugate_correlation, 0.99);
-  EXPECT_THAT(describe_scan(found, true), HasSubstr("the conjugate of what was measured fits better"));
+  EXPECT_THAT(scan_value(found, true)["note"].text(), HasSubstr("the conjugate of what was measured fits better"));
 }
 
 TEST(ScanComparison, IsOfWhatSoundsWhereTheSolverDoesNotKnow) {
@@ -124,7 +124,7 @@ TEST(ScanComparison, PointsInTheBodyAndOnItsSkinAreNamedAndLeftOut) {
   EXPECT_THAT(found.points[4].left_out, HasSubstr("mm from the skin, nearer than the edge of"));
   EXPECT_EQ(found.points[5].left_out, "on a transducer");
   EXPECT_LT(found.fit.relative, 1e-10);
-  EXPECT_THAT(describe_scan(found, true), HasSubstr("line 5, (0.0, 0.0, 56.0) mm: inside the body"));
+  EXPECT_THAT(table_text(scan_points(found, true, true)), HasSubstr("0, 0, 56  "));
 }
 
 TEST(ScanComparison, WhatCannotBeComparedIsRefused) {

@@ -155,7 +155,7 @@ class Arrays(CommandTest):
         self.assertEqual(done.returncode, 2)
         self.assertIn("at most 20 m", done.stderr)
         done = self.run_ok("check", self.scene("{grid: {count: [8, 8], pitch_mm: 1.02}}"))
-        self.assertRegex(done.stdout, r"(?m)^  warning  array_pitch: transducers 0 and \d+ are 1.02 mm apart")
+        self.assertRegex(done.stdout, r"(?m)^warnings +array_pitch: transducers 0 and \d+ are 1.02 mm apart")
 
 
 if __name__ == "__main__":

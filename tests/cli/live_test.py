@@ -76,7 +76,7 @@ class Dry(LiveTest):
     def test_as_text(self):
         done = self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.5", "--set",
                            "motion.predict=linear")
-        for phrase in ("nothing was sent: a dry run", "sample to link", "factorise", "95 %"):
+        for phrase in ("nothing was sent: a dry run", "latency ", "factorise", "95 %"):
             self.assertIn(phrase, done.stdout)
         self.assertEqual(self.run_ok("live", self.scene, "--method", "surface", "--seconds", "0.2", "--quiet").stdout, "")
 

@@ -10,9 +10,9 @@ class MotionFile(CommandTest):
     def test_info(self):
         self.write_samples()
         said = self.run_ok("info", "motion.h5").stdout
-        for part in ["a motion of 0.2 s, complete", "judge     80 faces", "4 frames (1 quiet, 1 of them lost, 1 late), 3 dropped, 6 scores",
-                     "median 47.0 ms", "72.50 %", "86.00 %"]:
-            self.assertIn(part, said)
+        for part in [r"seconds +0\.2\n", r"complete +yes\n", r"judge mesh +faces 80,", r"  paper-2 +surface +chief +4 +1 +1 +1 +3 +6 +47\.0 ",
+                     r"72\.50 %", r"86\.00 %"]:
+            self.assertRegex(said, part)
         summary = json.loads(self.run_ok("info", "motion.h5", "--json").stdout)
         self.assertEqual([method["name"] for method in summary["methods"]], ["surface", "paper-2"])
         method = summary["methods"][1]
@@ -22,9 +22,9 @@ class MotionFile(CommandTest):
 
     def test_a_directory_is_described_by_its_run_or_else_its_motion(self):
         self.write_samples()
-        self.assertNotIn("a motion of", self.run_ok("info", ".").stdout)
+        self.assertNotIn("judge faces", self.run_ok("info", ".").stdout)
         (self.folder / "run.h5").unlink()
-        self.assertIn("a motion of", self.run_ok("info", ".").stdout)
+        self.assertIn("judge faces", self.run_ok("info", ".").stdout)
 
     def test_damage_and_commands_that_take_runs(self):
         self.write_samples()

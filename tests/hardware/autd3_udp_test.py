@@ -284,7 +284,7 @@ class Autd3UdpTest(CommandTest):
     def test_off(self):
         with Emulator(SDK, UNITS) as emulator, Wire(emulator) as wire:
             said = self.run_ok("array", "off", "--to", f"autd3-udp:[::1]:{wire.port}", "--run", self.solved / "width_8mm").stdout
-            self.assertIn("every transducer is off", said)
+            self.assertRegex(said, "(?m)^off +yes$")
             self.assertIsNotNone(self.all_confirmed(wire, QUIET))
 
     def test_the_kept_bytes_are_those_of_the_sdk(self):

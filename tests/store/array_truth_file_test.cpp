@@ -15,6 +15,7 @@ using support::full_run;
 using support::message_of;
 using support::RunData;
 using support::TemporaryDirectory;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -84,14 +85,14 @@ TEST(RunFileArray, RunsOfOtherResponsesAreOfOtherArrays) {
 
 TEST(RunText, SaysHowChannelsDifferFromTheirDesign) {
   RunData run = full_run();
-  EXPECT_THAT(describe_run(run), Not(HasSubstr("channels  ")));
+  EXPECT_THAT(describe_run(run), Not(HasSubstr("true response")));
   const Eigen::Index channels = run.array.size();
   run.array_truth = {{Eigen::VectorXd::Constant(channels, 0.9), Eigen::VectorXd::Constant(channels, 0.1)}, 16};
   run.array_truth->response.gain(0) = 0;
   const std::string text = describe_run(run);
-  EXPECT_THAT(text, HasSubstr("channels  the solver's: as designed\n"));
-  EXPECT_THAT(text, HasSubstr("channels  the true ones: gain 0.900 +- 0.000, phase 5.73 deg rms, 1 of "));
-  EXPECT_THAT(text, HasSubstr(" dead, 16 phase levels\n"));
+  EXPECT_THAT(text, ContainsRegex("\nresponse +as designed\n"));
+  EXPECT_THAT(text, ContainsRegex("\ntrue response +gain 0.900 .- 0.000, phase 5.73 deg rms, 1 of [0-9]+ dead\n"));
+  EXPECT_THAT(text, ContainsRegex("\ntrue phase levels +16\n"));
 }
 
 }  // namespace

@@ -17,48 +17,35 @@ using support::RunData;
 using support::sheet;
 using support::TemporaryDirectory;
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
 TEST(Describe, SaysWhatThereIs) {
   const std::string text = describe_run(full_run());
   for (const char* part :
-       {"complete",
-        "48 faces",
-        "35 vertices",
-        "24 cm2",
-        "6 transducers",
-        "t4010a1",
-        "3 faces",
-        "2000 Pa",
-        "surface",
-        "paper-2",
-        "35.00 %",
-        "5.25",
-        "stalled",
-        "direct",
-        "side: 5 x 1 x 4",
-        "0123456789ab",
-        "coarse mesh",
-        "judge     edge: burton_miller_polished, 80 faces, mean edge 8.06 mm",
-        "solve     pressure: burton_miller_polished, GMRES, matrix-free, single refined, 10,842 unknowns, 3 right-hand "
-        "sides: 14 steps, 2 refinements, residual 3.1e-06, 1.25 s\n",
-        "solve     judge: chief, LU, double, 80 unknowns, 1 right-hand side: residual -, 0.333 s, NOT CONVERGED\n",
-        "alarm     conventional and Burton-Miller pressures differ by 1.25 %"}) {
+       {"complete          yes", "faces 48, vertices 35, area 24 cm2", "6 transducers", "t4010a1",
+        "target faces      3\n", "2000 Pa", "surface", "paper-2", "35.00 %", "5.25", "stalled", "direct",
+        "side 5 x 1 x 4", "0123456789ab", "coarse mesh", "judge             edge\n",
+        "judge scheme      burton_miller_polished\n", "faces 80, vertices", "alarm             1.25 %\n"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
-  EXPECT_THAT(text, Not(HasSubstr("NOT COMPLETE")));
+  EXPECT_THAT(text,
+              ContainsRegex("  pressure +burton_miller_polished +GMRES, matrix-free .*single refined +10,842 +3 +14 "
+                            "+2 +3.1e-06 +yes +1.25\n"));
+  EXPECT_THAT(text, ContainsRegex("  judge +chief +LU +.*double +80 +1 +0 +0 +- +no +0.333\n"));
   EXPECT_THAT(text, Not(HasSubstr("nan")));
 }
 
 TEST(Describe, ARunWithoutTargetOrMethods) {
   const std::string text = describe_run(bare_run(sheet(1, 1, 0.01)));
-  EXPECT_THAT(text, AllOf(HasSubstr("NOT COMPLETE"), HasSubstr("target    none"), HasSubstr("judge     none"),
-                          HasSubstr("no method has finished"), Not(HasSubstr("alarm"))));
+  EXPECT_THAT(text,
+              AllOf(HasSubstr("complete     no\n"), HasSubstr("target faces 0\n"), HasSubstr("judge        none\n"),
+                    HasSubstr("no method has finished"), Not(HasSubstr("alarm"))));
 }
 
 TEST(Describe, AJudgeThatIsTheSolvingModel) {
-  EXPECT_THAT(describe_run(support::self_judged_run()), HasSubstr("judge     same: the solving model\n"));
+  EXPECT_THAT(describe_run(support::self_judged_run()), ContainsRegex("judge +same\n"));
 }
 
 TEST(Describe, ARunOfAPartSaysSoAboveItsTable) {
