@@ -121,21 +121,20 @@ void write_frames_csv(const std::string& path, const Motion& motion) {
 }
 
 std::string motion_table(const Motion& motion) {
-  std::vector<std::vector<std::string>> rows = {{"method", "error: median", "95 %", "worst", "inside [Pa]", "reached",
-                                                 "off [mm]: median", "95 %", "age [ms]: median", "95 %",
-                                                 "frame [ms]: median", "95 %", "frames", "late", "dropped"}};
+  const auto both = [](const Statistics& of, double factor, const char* format) {
+    return table_number(factor * of.median, format) + " | " + table_number(factor * of.p95, format);
+  };
+  std::vector<std::vector<std::string>> rows = {
+      {"method", "error [%]", "mean [Pa]", "off [mm]", "age [ms]", "frame [ms]", "frames", "late", "dropped"}};
   for (const MotionMethod& method : motion.methods) {
     const MotionSummary over = summary(method);
-    const Statistics& error = statistics_of(over, &Metrics::relative_error);
-    rows.push_back({method.name, percent_text(error.median), percent_text(error.p95), percent_text(error.worst),
+    rows.push_back({method.name, both(statistics_of(over, &Metrics::relative_error), 1e2, "{:.1f}"),
                     table_number(statistics_of(over, &Metrics::mean_inside_pa).median, "{:.0f}"),
-                    percent_text(statistics_of(over, &Metrics::reached_share).median),
-                    table_number(1e3 * over.displacement.median, "{:.2f}"),
-                    table_number(1e3 * over.displacement.p95, "{:.2f}"), in_ms(over.age.median), in_ms(over.age.p95),
-                    in_ms(over.frame_seconds.median), in_ms(over.frame_seconds.p95), fmt::to_string(over.frames),
-                    fmt::to_string(over.late), fmt::to_string(over.dropped)});
+                    both(over.displacement, 1e3, "{:.2f}"), both(over.age, 1e3, "{:.0f}"),
+                    both(over.frame_seconds, 1e3, "{:.0f}"), fmt::to_string(over.frames), fmt::to_string(over.late),
+                    fmt::to_string(over.dropped)});
   }
-  return label_line(motion.judged_skin) + aligned_table(rows);
+  return label_line(motion.judged_skin) + aligned_table(rows) + "  a | b: median and 95th percentile\n";
 }
 
 Value motion_value(const Motion& motion) {

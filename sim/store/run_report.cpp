@@ -151,7 +151,8 @@ std::string run_report(const Run& run, const std::vector<std::string>& pictures)
       name, kStyle, shown(first), figures_of(run),
       run.judged_skin == SkinExtent::kPart ? "<p>" + markup_text(extent_label(run.judged_skin)) + "</p>\n" : "",
       list_of("Warnings", run.warnings), list_of("Notes", run.notes), markup_text(methods_paragraph(run)),
-      markup_text(bibtex(run.provenance.version)), shown(others), markup_text(provenance_text(run.provenance)));
+      markup_text(bibtex(run.provenance.version)), shown(others),
+      markup_text(lines_text(provenance_value(run.provenance))));
 }
 
 }  // namespace touchfield
